@@ -67,8 +67,7 @@ def compare(
 
     select()
     from rayproof.reports.studies.compare.comparison import compare as compare_formulas
-    from rayproof.reports.studies.compare.contenders import contender, seen
-    from rayproof.reports.studies.compare.questions import questions
+    from rayproof.reports.studies.compare.contenders import contender, questions, seen
     from rayproof.tracer.formulas.own_file import forget
 
     forget()
@@ -77,7 +76,7 @@ def compare(
 
 
 def _comparison(record: "FormulaComparison | RunComparison") -> Comparison:
-    from rayproof.reports.studies.compare.pages import COLUMNS, rows
+    from rayproof.reports.studies.compare.records import COLUMNS, rows
 
     columns = COLUMNS["runs" if "changed" in record else "formulas"]
     told = [dict(zip(columns, row, strict=False)) for row in rows(record)]

@@ -66,7 +66,7 @@ def compare(
     show(result)
     write_json(json, result)
     if out is not None:
-        from rayproof.reports.studies.compare.pages import markdown
+        from rayproof.reports.studies.compare.records import markdown
 
         write_json(out / "comparison.json", result)
         (out / "comparison.md").write_text(markdown(result), encoding="utf-8")
@@ -81,8 +81,7 @@ def formulas(
 
     select()
     from rayproof.reports.studies.compare.comparison import compare as run_comparison
-    from rayproof.reports.studies.compare.contenders import contender, seen
-    from rayproof.reports.studies.compare.questions import questions
+    from rayproof.reports.studies.compare.contenders import contender, questions, seen
     from rayproof.tracer.formulas.own_file import OwnFormulaError
 
     with told_in_one_line():
@@ -104,7 +103,7 @@ def formulas(
 
 def show(result: "FormulaComparison | RunComparison") -> None:
     """Print the verdict, the families and the control."""
-    from rayproof.reports.studies.compare.pages import COLUMNS, rows
+    from rayproof.reports.studies.compare.records import COLUMNS, rows
 
     say(result["verdict"])
     if control := result.get("control"):

@@ -9,8 +9,7 @@ from rayproof.reports.commands.usage import UsageError, told_in_one_line
 
 if TYPE_CHECKING:
     from rayproof.reports.results.records import WorseRecord
-    from rayproof.reports.runs.history.series import Series
-    from rayproof.reports.runs.history.steps import Step
+    from rayproof.reports.runs.history.database import Series, Step
 
 USUAL = "rayproof-history.sqlite"
 VARIABLE = "RAYPROOF_HISTORY"
@@ -86,8 +85,7 @@ def history(*selectors: str, history: Path | None = None, subject: str = "tracer
     """
     from fnmatch import fnmatchcase
 
-    from rayproof.reports.runs.history.database import opened, storable
-    from rayproof.reports.runs.history.series import read_series
+    from rayproof.reports.runs.history.database import opened, read_series, storable
     from rayproof.reports.runs.history.standing import worse
 
     path = history or Path(os.environ.get(VARIABLE, USUAL))

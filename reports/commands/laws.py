@@ -85,8 +85,7 @@ def laws(
     choose_packaged_llvm()
     from rayproof.cases.stages import Stage
     from rayproof.reports.commands.run import under_test
-    from rayproof.reports.laws.choice import chosen
-    from rayproof.reports.laws.suite import LawsRequest, document, exit_code, run
+    from rayproof.reports.laws.suite import LawsRequest, chosen, document, exit_code, run
     from rayproof.reports.subjects.surroundings import Surroundings
 
     with told_in_one_line():
@@ -119,7 +118,7 @@ def laws(
     reports = progress.reports
     content = document(request, reports, time.perf_counter() - start, finished=finished)
     if out is not None:
-        from rayproof.reports.laws.publish import publish
+        from rayproof.reports.laws.suite import publish
 
         publish(out, content, reports, request)
     write_json(json, content)

@@ -147,7 +147,7 @@ def report_between(before: Path, after: Path, out: Path | None, *, single_file: 
     """Say what changed between two runs, and publish a folder that shows it."""
     from rayproof.reports.publish import publish_all
     from rayproof.reports.results.document import load_results
-    from rayproof.reports.runs.difference.record import comparison, moved, names_of, sentence
+    from rayproof.reports.runs.difference.runs import comparison, moved, names_of, sentence
 
     if single_file and out is None:
         raise UsageError("--single-file needs --out, the folder for the report of both runs")
@@ -162,7 +162,7 @@ def report_between(before: Path, after: Path, out: Path | None, *, single_file: 
             writable_folder(json.parent)
     shout(record["faults"])
     if out is not None:
-        from rayproof.reports.runs.difference.folder import write_folder
+        from rayproof.reports.runs.difference.images import write_folder
 
         write_folder(out, (before, after), runs, record)
         publish_all(out)

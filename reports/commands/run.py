@@ -281,9 +281,8 @@ def gate_demands(expect: Path | None, against: Path | None, least_coverage: floa
     """
     if expect is None and against is None and least_coverage is None:
         return None
-    from rayproof.reports.gate.against import load_base
     from rayproof.reports.gate.expectations import load_expectations
-    from rayproof.reports.gate.gating import Demanded
+    from rayproof.reports.gate.gating import Demanded, load_base
 
     return Demanded(
         expected=None if expect is None else (str(expect), load_expectations(expect)),

@@ -12,7 +12,7 @@ from rayproof.reports.commands.usage import UsageError, own, told_in_one_line, w
 
 if TYPE_CHECKING:
     from rayproof.reports.studies.stability.records import ClimbRecord, SurveyRecord
-    from rayproof.reports.studies.stability.survey import Plan
+from rayproof.reports.studies.stability.document import Plan
 
 CLEARED = 100  # columns of an earlier, longer line
 SHOWN = 40  # rows of the table, unless formulas or ladders were named
@@ -54,7 +54,7 @@ def stability(
     from rayproof.tracer.kernel.compiler import select
 
     select()
-    from rayproof.reports.studies.stability.survey import plan, survey
+    from rayproof.reports.studies.stability.document import plan, survey
 
     with told_in_one_line():
         planned = plan(formulas, ladders=ladder, precisions=precision or ("float32", "float64"), quick=quick)
@@ -86,7 +86,7 @@ def tell(done: int, total: int, one: "ClimbRecord") -> None:
 
 def summary(planned: "Plan", records: list["ClimbRecord"], doubts: list[str], surprises: int) -> "SurveyRecord":
     """Return what `--json` writes."""
-    from rayproof.reports.studies.stability.guards import keeps_subnormals
+    from rayproof.reports.studies.stability.device import keeps_subnormals
     from rayproof.tracer.kernel.arrays import versions
 
     return {
@@ -102,7 +102,7 @@ def summary(planned: "Plan", records: list["ClimbRecord"], doubts: list[str], su
 
 def written(folder: Path, planned: "Plan", found: "SurveyRecord") -> None:
     """Write every ladder's files, a list of them, and what is true of all of them; the report shows these."""
-    from rayproof.reports.studies.stability.publish import publish
+    from rayproof.reports.studies.stability.figures import publish
 
     for ladder, _ in planned.ladders:
         publish(folder, ladder, [one for one in found["ladders"] if one["ladder"] == ladder.name])

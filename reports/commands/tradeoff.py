@@ -39,9 +39,8 @@ def tradeoff(
     from rayproof.tracer.kernel.compiler import select
 
     select()
-    from rayproof.reports.studies.tradeoff.files import write
-    from rayproof.reports.studies.tradeoff.measuring import measure
-    from rayproof.reports.studies.tradeoff.tasks import DEFAULT, QUICK, tasks
+    from rayproof.reports.studies.tradeoff.drawing import write
+    from rayproof.reports.studies.tradeoff.measuring import DEFAULT, QUICK, measure, tasks
     from rayproof.tracer.formulas import FORMULAS
 
     with told_in_one_line():

@@ -1,16 +1,122 @@
-"""Hold a finished run against what is expected of it."""
+"""The gate of a CI job: hold a run against what is known to fail and against earlier runs, and write expectations."""
 
 import math
-from collections.abc import Iterator, Sequence
-from dataclasses import asdict, dataclass, field
+import shutil
+import tempfile
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import asdict, dataclass, field, replace
 from datetime import date
-from typing import cast
+from pathlib import Path
+from typing import Any, cast
 
-from rayproof.reports.gate.against import GOOD, Base, standing
 from rayproof.reports.gate.expectations import EXPECTABLE, Expectation
+from rayproof.reports.results.document import load_results
 from rayproof.reports.results.headline import blamed_items, of_the_whole
 from rayproof.reports.results.outcomes import MEASURED, Outcome
 from rayproof.reports.results.records import CaseRecord, CheckRecord, GateRecord, RunRecord
+from rayproof.reports.runs.difference.runs import LEAST_RATIO, ORDER, compared, paired
+from rayproof.reports.runs.history.database import WORSE_ERROR, append, opened, read_series, revision
+from rayproof.reports.runs.history.standing import worse
+
+GOOD = (Outcome.PASS, Outcome.WARN, Outcome.UNDECIDED, Outcome.UNSUPPORTED)
+SHOW_NOTHING = (Outcome.ERROR, Outcome.MISSING)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Base:
+    """What a run is held against: the results of an earlier one, or a file with a history."""
+
+    name: str  # as the user wrote it
+    results: RunRecord | None  # None: a history
+
+
+def load_base(path: Path) -> Base:
+    """Return the run in a folder, or the history in a file.
+
+    Raises:
+        OSError, ValueError: it is neither; the message names the file.
+
+    """
+    if path.is_dir():
+        return Base(name=str(path), results=load_results(path))
+    with opened(path):
+        pass  # it is one, and can be read
+    return Base(name=str(path), results=None)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Standing:
+    """How a run stands before an earlier one, in sentences that begin with the case."""
+
+    worse: list[str]
+    as_before: list[str]  # what fails, and did not become worse
+    cases: list[str]  # names of cases that fail, and in which nothing became worse
+
+
+def standing(results: RunRecord, base: Base) -> Standing:
+    """Return what became worse since `base`, and what fails as it did."""
+    return _before_history(results, base) if base.results is None else _before_run(results, base.name, base.results)
+
+
+def _before_run(results: RunRecord, name: str, earlier: RunRecord) -> Standing:
+    known = {case["name"]: case for case in earlier["cases"]}
+    pairs = paired(*([str(one) for one in run.get("configurations", ())] for run in (earlier, results)))
+    found, same, cases = [], [], []
+    for case in results["cases"]:
+        before = known.get(case["name"])
+        told, kept = [], []
+        if before is None:
+            told = [f"{case['verdict']}, and {name} does not have it"] if case["verdict"] not in GOOD else []
+        else:
+            for row in compared(before, case, pairs):
+                where = f"{row['configuration']} {row['reference']} {row['stage']}"
+                said = _worse(row)
+                told += [f"{where}: {said}"] if said else []
+                if not said and row["after"] is not None and row["after"][0] not in GOOD:
+                    kept.append(f"{where}: {row['after'][0]}, as in {name}")
+            if not told and not kept and ORDER.index(case["verdict"]) > ORDER.index(before["verdict"]):
+                told = [f"{case['verdict']}, was {before['verdict']}"]
+        found += [f"{case['name']}: {sentence}" for sentence in told]
+        same += [f"{case['name']}: {sentence}" for sentence in kept]
+        if case["verdict"] not in GOOD and not told:
+            cases.append(case["name"])
+    return Standing(worse=found, as_before=same, cases=cases)
+
+
+def _worse(row: Mapping[str, Any]) -> str | None:
+    """Return in words how a check became worse, or None."""
+    before, after = row["before"], row["after"]
+    if after is None:
+        return f"was {before[0]}, and is not made any more"
+    if before is None:
+        return f"{after[0]}, and was not made before" if after[0] not in GOOD else None
+    # A crash shows less than a failure, though it is no worse a verdict.
+    if ORDER.index(after[0]) > ORDER.index(before[0]) or (after[0] in SHOW_NOTHING and after[0] != before[0]):
+        return f"{after[0]}, was {before[0]}"
+    if before[1] is None or after[1] is None or after[1] < LEAST_RATIO or after[1] <= WORSE_ERROR * before[1]:
+        return None
+    return f"worst error / limit {after[1]:.3g}, was {before[1]:.3g}"
+
+
+def _before_history(results: RunRecord, base: Base) -> Standing:
+    """Return how a run stands in a history, of which a copy takes it up: the file itself is `--history`'s to write."""
+    with tempfile.TemporaryDirectory(prefix="rayproof-against-") as folder:
+        copy = Path(folder, "history.sqlite")
+        shutil.copyfile(base.name, copy)
+        run = append(copy, results, revision())
+        with opened(copy) as connection:
+            found = worse(read_series(connection, str(results.get("subject", "tracer"))), run)
+    named = {entry["case"] for entry in found}
+    cases = [case["name"] for case in results["cases"] if case["verdict"] not in GOOD and case["name"] not in named]
+    return Standing(
+        worse=[entry["sentence"] for entry in found],
+        as_before=[f"{name}: fails, and is no worse than in {base.name}" for name in cases],
+        cases=cases,
+    )
+
+
+# Hold a finished run against what is expected of it.
+
 
 # What keeps a gate shut, the most telling first.
 SHUTTING = ("regressions", "worse", "uncovered", "tighten", "stale", "expired")
@@ -198,3 +304,88 @@ def _not_finite(check: CheckRecord) -> Iterator[bool]:
     for key in ("end_to_end", "continued"):
         for value in (check.get(key) or {}).get("ours") or ():
             yield not math.isfinite(float(value))
+
+
+# Write what fails into a file of expectations, and take out of it what no longer does.
+
+
+SLACK = 0.1  # of error and of wrong pixels, either way: what another processor's roundings may change
+
+
+def accepted(
+    results: RunRecord,
+    known: Sequence[Expectation],
+    *,
+    reason: str,
+    expires: str | None,
+    issue: str | None,
+    when: Mapping[str, str],
+) -> tuple[tuple[Expectation, ...], int]:
+    """Return the entries with one more for each failing check that none is about, and how many those are."""
+    new = []
+    for case in results["cases"]:
+        for check in case["checks"]:
+            if check["verdict"] not in EXPECTABLE or any(
+                one.about(case["name"], check) and one.holds_for(results) for one in known
+            ):
+                continue
+            ratio, wrong = figures(check)
+            new.append(
+                Expectation(
+                    case=_plainly(case["name"]),
+                    configuration=_plainly(check["configuration"]),
+                    reference=_plainly(check["reference"]),
+                    stage=check["stage"],
+                    verdict=check["verdict"],
+                    reason=reason,
+                    ratio=(_rounded(ratio / (1 + SLACK)), _rounded(ratio * (1 + SLACK))),
+                    wrong=(math.floor(wrong / (1 + SLACK)), math.ceil(wrong * (1 + SLACK))),
+                    item=case.get("item"),
+                    expires=expires,
+                    issue=issue,
+                    when=when,
+                )
+            )
+    return (*known, *new), len(new)
+
+
+def pruned(results: RunRecord, known: Sequence[Expectation]) -> tuple[tuple[Expectation, ...], list[str]]:
+    """Return the entries without those whose checks pass, others narrowed to what is there, and what was done.
+
+    It only shrinks: no entry is added, and none becomes wider. Entries about cases that were not run stay as they are.
+    """
+    kept, done = [], []
+    for entry in known:
+        checks = [check for case in results["cases"] for check in case["checks"] if entry.about(case["name"], check)]
+        planned = any(entry.about_case(case["name"]) for case in results["cases"])
+        if not planned or not entry.holds_for(results):
+            kept.append(entry)
+            continue
+        failing = [check for check in checks if check["verdict"] not in GOOD]
+        if not failing:
+            done.append(f"removed: {entry.name}: {'passes now' if checks else 'no check is called so'}")
+            continue
+        ratios, wrongs = zip(*map(figures, failing), strict=True)
+        narrow = replace(
+            entry,
+            ratio=_narrowed(entry.ratio, _rounded(max(ratios) * (1 + SLACK)), _rounded(min(ratios) / (1 + SLACK))),
+            wrong=_narrowed(entry.wrong, math.ceil(max(wrongs) * (1 + SLACK)), math.floor(min(wrongs) / (1 + SLACK))),
+        )
+        if narrow != entry:
+            done.append(f"narrowed: {entry.name}")
+        kept.append(narrow)
+    return tuple(kept), done
+
+
+def _narrowed(old: tuple[Any, Any], high: Any, low: Any) -> tuple[Any, Any]:
+    """Return a range that allows no more than before at its upper end, and begins no higher than what is there."""
+    return min(old[0], low), min(old[1], max(high, low))
+
+
+def _rounded(value: float) -> float:
+    return float(f"{value:.4g}")
+
+
+def _plainly(name: str) -> str:
+    """Return a pattern that means the name and nothing else."""
+    return "".join(f"[{one}]" if one in "*?[" else one for one in name)

@@ -1,12 +1,119 @@
-"""One relation judged: how many of its values lie within the limit, at an edge, or outside."""
+"""How far rounding may keep the two sides of a relation apart: K u condition (size + pixels per radian x range).
 
+Rounding makes a value differ by some u of its own size. It also turns the camera's ray by some u and moves the hit by
+some u of the coordinates: that slides the value over the image by u x pixels per radian pixels, and over one pixel it
+changes by no more than the range of the 3 x 3 neighbours. `condition` is how much the scene itself magnifies both.
+Source: Higham, Accuracy and Stability of Numerical Algorithms, 2nd ed. (2002), chapters 1 and 3.
+"""
+
+import math
 from dataclasses import dataclass
 
 import numpy as np
 
 from rayproof.cases.laws.relations import Relation
+from rayproof.cases.placement import world_triangles
+from rayproof.cases.rounding import UNIT_ROUNDOFF
+from rayproof.cases.scene import Camera, Mesh, Scene, Triangle
 from rayproof.cases.stages import Resolution, Stage
-from rayproof.reports.laws.limits import TELLING, WHOLE, limit, neighbours, roundoff
+from rayproof.reports.judge.conditioning import ABSOLUTE, basis_condition, image_reach
+
+# Roundings from pixel to radiance, each side of a relation: ray 16, hit 16, position 4, normal 16, light 12
+# (`reports.judge.limits`). The sum is what one side may be off; two random sides come near to it together.
+K = 64
+# A relation whose limit is a larger share of the values themselves than this tells nothing.
+TELLING = 0.01
+UNITS = (Stage.RAY, Stage.NORMAL)
+WHOLE = (Stage.OBJECT, Stage.VISIBILITY)  # integers: equal or not
+STEPS = [(row, column) for row in (-1, 0, 1) for column in (-1, 0, 1) if (row, column) != (0, 0)]
+
+
+def pixels_per_radian(camera: Camera) -> float:
+    """Return how many rows a radian has at the image's centre, where it has the fewest."""
+    return camera.height / (2 * math.tan(camera.alpha))
+
+
+def condition(scene: Scene) -> float:
+    """Return how much a scene magnifies rounding: its camera's axes, and the worst of its model matrices."""
+    numbers = [1.0]
+    for shape in scene.shapes:
+        if not isinstance(shape, Triangle | Mesh):  # these are baked, and their matrix is not met again
+            singular = np.linalg.svd(np.asarray(shape.to_world)[:3, :3], compute_uv=False)
+            numbers.append(float(singular[0] / singular[2]))
+    return basis_condition(scene.camera) * max(numbers)
+
+
+def baking_condition(scene: Scene) -> float:
+    """Return how much a triangle turns when its corners are rounded: coordinates over the least height, the worst."""
+    worst = 1.0
+    for shape in scene.shapes:
+        if isinstance(shape, Triangle | Mesh):
+            corners = world_triangles(shape).astype(np.float64)
+            edges = np.roll(corners, -1, axis=1) - corners
+            twice_area = np.linalg.norm(np.cross(edges[:, 0], edges[:, 1]), axis=-1)
+            longest = np.linalg.norm(edges, axis=-1).max(axis=-1)
+            size = np.abs(corners).max(axis=(1, 2))
+            whole = twice_area > 0
+            if np.any(whole):
+                worst = max(worst, float((size * longest / np.where(whole, twice_area, 1.0))[whole].max()))
+    return worst
+
+
+def roundoff(relation: Relation, precision: str) -> float:
+    """Return K u condition of a relation [1]."""
+    u = UNIT_ROUNDOFF[precision] * max(condition(relation.scene), condition(relation.changed))
+    if relation.conditions.rebaked:
+        u += UNIT_ROUNDOFF["float32"] * max(baking_condition(relation.scene), baking_condition(relation.changed))
+    return K * u * relation.conditions.factor
+
+
+def neighbours(image: np.ndarray) -> np.ndarray:
+    """Return the eight neighbours (8, height, width, channels) of an image; beyond its border the border's own."""
+    padded = np.pad(image, ((1, 1), (1, 1), (0, 0)), mode="edge")
+    height, width = image.shape[:2]
+    return np.stack([padded[1 + row : 1 + row + height, 1 + column : 1 + column + width] for row, column in STEPS])
+
+
+def sizes(relation: Relation) -> np.ndarray:
+    """Return the size of the numbers that a value was made from, in its unit, in the image's shape."""
+    image = np.abs(np.nan_to_num(relation.expected, posinf=0.0))
+    if relation.stage in UNITS:
+        return np.ones_like(image)
+    if relation.stage is Stage.POSITION:
+        eyes = max(float(np.linalg.norm(one.camera.eye)) for one in (relation.scene, relation.changed))
+        return np.full_like(image, eyes) + np.linalg.norm(image, axis=-1, keepdims=True)
+    return image if relation.terms is None else np.maximum(image, relation.terms)
+
+
+def limit(relation: Relation, precision: str, coarse: Resolution | None = None) -> np.ndarray:
+    """Return the largest allowed error of a relation's values, in their unit and shape.
+
+    A coarse output's step is allowed to either side.
+    """
+    image = relation.expected
+    if relation.stage in WHOLE:
+        return np.zeros(image.shape)
+    size = sizes(relation)
+    step = 2 * (coarse.relative * size + coarse.absolute) if coarse is not None else np.zeros(image.shape)
+    if relation.conditions.exact:
+        return step
+    factor = roundoff(relation, precision)
+    if relation.stage is Stage.CAMERA:
+        return factor * size
+    finite = np.where(np.isfinite(image), image, np.nan)
+    around = np.concatenate([neighbours(finite), finite[np.newaxis]])
+    with np.errstate(invalid="ignore"):
+        high = np.where(np.isnan(around), -np.inf, around).max(axis=0)
+        low = np.where(np.isnan(around), np.inf, around).min(axis=0)
+    spread = np.where(high >= low, high - low, 0.0)
+    # The pixel's own coordinates are off by roundings of 1, which a wide image magnifies (`ray_condition`).
+    wide = max(1.0, ABSOLUTE / K * image_reach(relation.scene.camera))
+    slide = pixels_per_radian(relation.scene.camera) * wide * spread
+    return factor * (size + slide) + relation.conditions.truncation * size + step
+
+
+# One relation judged: how many of its values lie within the limit, at an edge, or outside.
+
 
 BEND = 0.5  # of a step from pixel to pixel: where an image bends by more, an edge runs between the two
 MOST_EXCUSED = 0.02  # share of the pixels examined that rounding may move over an edge

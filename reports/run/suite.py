@@ -173,7 +173,7 @@ def _remember(request: RunRequest, results: RunRecord, console: Console) -> list
     if request.history is None:
         return []
     from rayproof.reports.runs.history.database import HistoryError
-    from rayproof.reports.runs.history.keeping import keep
+    from rayproof.reports.runs.history.standing import keep
 
     try:
         keep(request.history, results)

@@ -1,4 +1,4 @@
-"""history/: how the run stands among those before it, as `reports.runs.history.keeping` told its results."""
+"""history/: how the run stands among those before it, as `reports.runs.history.standing` told its results."""
 
 from collections.abc import Mapping
 from pathlib import Path

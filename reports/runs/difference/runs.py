@@ -1,25 +1,285 @@
-"""Two finished runs: what changed its verdict, and by how many digits the worst errors moved.
-
-Nothing is rendered, so nothing is timed again: each render was timed once, at another hour, which is told and not
-judged, and there is no control.
-"""
+"""What became of one case between two runs: every check before and after, and the time of what was under test."""
 
 import math
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from rayproof.reports.results.case_table import briefs, by_name
-from rayproof.reports.results.document import load_results
+from rayproof.reports.results.document import LISTED, load_results
 from rayproof.reports.results.json_numbers import at_worst, number
-from rayproof.reports.results.records import CaseRecord, CheckRecord, ComparedCheckRecord, RenderRecord
-from rayproof.reports.runs.difference.checks import ORDER, paired
-from rayproof.reports.runs.difference.record import comparison
-from rayproof.reports.studies.compare.findings import LEAST_DIGITS
+from rayproof.reports.results.outcomes import Outcome
+from rayproof.reports.results.ratios import ratio_of
+from rayproof.reports.results.records import (
+    CaseRecord,
+    CheckRecord,
+    ComparedCheckRecord,
+    ComparedRunRecord,
+    ComparisonRecord,
+    ComparisonRowRecord,
+    RenderRecord,
+    RunRecord,
+)
+from rayproof.reports.runs.history.database import NORMAL, WORSE_TIME
+from rayproof.reports.runs.history.standing import LOUD
+from rayproof.reports.studies.compare.findings import BETTER, LEAST_DIGITS, NOTHING, TRADE, WORSE
 from rayproof.reports.studies.compare.records import CaseMove, FamilyMove, RunComparison
 from rayproof.reports.studies.compare.statistics import LEVEL, REPLICATES, percentile_interval
-from rayproof.reports.studies.compare.verdicts import BETTER, NOTHING, TRADE, WORSE
+
+Case = CaseRecord
+ORDER = [outcome.value for outcome in Outcome]  # from the best to the worst
+LEAST_RATIO = 0.01  # below a hundredth of its limit an error is nobody's business: changes down there weigh nothing
+
+
+def paired(before: Sequence[str], after: Sequence[str]) -> dict[str, str]:
+    """Return which configuration of the earlier run one of the later answers to: the same name, else the same place.
+
+    Places are those among the ones whose names stand in one run alone, so that no two answer to the same.
+    """
+    gone, come = ([name for name in one if name not in other] for one, other in ((before, after), (after, before)))
+    placed = dict(zip(come, gone, strict=False))
+    return {name: placed.get(name, name) for name in after if name in before or name in placed}
+
+
+def compared(before: Case, after: Case, pairs: Mapping[str, str]) -> list[ComparedCheckRecord]:
+    """Return every check that either run made of a case, the largest change first.
+
+    `configuration` is the later run's name of it, `before` and `after` are [verdict, worst error over limit] or null,
+    `factor` is by how much the ratio grew, null where it was not measured on both sides.
+    """
+    named = {value: key for key, value in pairs.items()}
+    one = {_key(check, named): _word(check) for check in before.get("checks", [])}
+    other = {_key(check, {}): _word(check) for check in after.get("checks", [])}
+    rows: list[ComparedCheckRecord] = [
+        {
+            "configuration": key[0],
+            "reference": key[1],
+            "stage": key[2],
+            "before": one.get(key),
+            "after": other.get(key),
+            "factor": _factor(one.get(key), other.get(key)),
+        }
+        for key in dict.fromkeys([*other, *one])
+    ]
+    return sorted(rows, key=lambda row: -weight(row))
+
+
+def weight(row: ComparedCheckRecord) -> float:
+    """Return how much a check changed: steps of its verdict count most, then decades of its error over limit."""
+    before, after = row["before"], row["after"]
+    if before is None or after is None:
+        return 0.0
+    steps = abs(ORDER.index(after[0]) - ORDER.index(before[0]))
+    return 100.0 * steps + decades(before[1], after[1])
+
+
+def decades(before: float | None, after: float | None) -> float:
+    """Return by how many decades an error over its limit moved, up or down; at most 99."""
+    if before is None or after is None:
+        return 0.0
+    low, high = sorted(max(value, LEAST_RATIO) for value in (before, after))
+    return 0.0 if low == high else min(99.0, math.log10(high) - math.log10(low))
+
+
+def times(before: Case, after: Case, references: Sequence[Sequence[str]]) -> list[float | None]:
+    """Return the seconds of what was under test, before and after, and their quotient; null where not timed.
+
+    `references` are those of both runs.
+    """
+    sides = [_seconds(case, known) for case, known in zip((before, after), references, strict=True)]
+    return [*sides, sides[1] / sides[0] if sides[0] and sides[1] else None]
+
+
+def ours(case: Case, references: Sequence[str]) -> list[str]:
+    """Return the renderers of a case that were under test, in order: who is no reference."""
+    witnesses = {*references, *(str(check.get("reference")) for check in case.get("checks", []))}
+    names = [str(render.get("renderer")) for render in case.get("renders", [])]
+    return [name for name in dict.fromkeys(names) if name not in witnesses]
+
+
+def _seconds(case: Case, references: Sequence[str]) -> float | None:
+    mine = set(ours(case, references))
+    known = [number(render.get("seconds")) for render in case.get("renders", []) if str(render.get("renderer")) in mine]
+    total = sum(value for value in known if value is not None and math.isfinite(value))
+    return total if total > 0 else None
+
+
+def _key(check: CheckRecord, named: Mapping[str, str]) -> tuple[str, str, str]:
+    # A check of means over samples is that of "CONFIGURATION xSAMPLES".
+    name, mark, samples = str(check.get("configuration")).partition(" x")
+    return f"{named.get(name, name)}{mark}{samples}", str(check.get("reference")), str(check.get("stage"))
+
+
+def _word(check: CheckRecord) -> list[Any]:
+    ratio = number(ratio_of(check))
+    return [check["verdict"], None if ratio is None else at_worst(ratio)]
+
+
+def _factor(before: list[Any] | None, after: list[Any] | None) -> float | None:
+    if before is None or after is None or before[1] is None or after[1] is None:
+        return None
+    if before[1] == after[1]:
+        return 1.0
+    # Not both of them are 0 or inf: what is divided by inf is 0.
+    return after[1] / before[1] if before[1] > 0 else math.inf
+
+
+# The comparison of two runs: its rows by change, what appeared and vanished, and the verdict in a sentence.
+
+
+Results = RunRecord
+
+
+def comparison(before: Results, after: Results, names: tuple[str, str]) -> ComparisonRecord:
+    """Return what differs between two runs; `names` is what to call them. docs/report.md describes the record.
+
+    Records are read a pair at a time. Of runs that share more than `LISTED` cases `rows` has those that moved alone.
+
+    Raises:
+        ValueError: they share no case.
+
+    """
+    one, other = ({case["name"]: case["verdict"] for case in briefs(run["cases"])} for run in (before, after))
+    shared = [name for name in other if name in one]
+    if not shared:
+        raise ValueError(f"{names[0]} and {names[1]} share no case")
+    pairs = paired(before.get("configurations") or [], after.get("configurations") or [])
+    known = [list(run.get("references") or {}) for run in (before, after)]
+    first, second = by_name(before["cases"]), by_name(after["cases"])
+    rows: dict[str, ComparisonRowRecord] = {}
+    quotients: dict[str, float] = {}
+    for name in shared:
+        row = _row(first(name), second(name), pairs, known)
+        if (quotient := row["seconds"][2]) is not None:
+            quotients[name] = float(quotient)
+        if len(shared) <= LISTED or moved(row):
+            rows[name] = row
+    level, noise = spread(list(quotients.values()))
+    for name, quotient in quotients.items():
+        if (stands_out := _stands_out(quotient, level, noise)) or name in rows:
+            row = rows[name] if name in rows else _row(first(name), second(name), pairs, known)
+            rows[name] = {**row, "stands_out": stands_out}
+    return {
+        "base": _told(before, names[0]),
+        "candidate": _told(after, names[1]),
+        "faults": sorted({str(fault) for run in (before, after) for fault in run.get("faults") or []}),
+        "configurations": pairs,
+        "shared": len(shared),
+        "time": level,
+        "appeared": [[name, other[name]] for name in other if name not in one],
+        "vanished": [[name, one[name]] for name in one if name not in other],
+        "rows": sorted(rows.values(), key=_order),
+    }
+
+
+def _told(run: Results, name: str) -> ComparedRunRecord:
+    return {
+        "name": name,
+        "command": run.get("command"),
+        "started": run.get("started"),
+        "rayproof": run.get("rayproof"),
+        "verdict": run.get("verdict"),
+    }
+
+
+def names_of(before: Path, after: Path) -> tuple[str, str]:
+    """Return what to call two folders: their last names, or before and after where those are the same."""
+    names = (before.resolve().name, after.resolve().name)
+    return ("before", "after") if names[0] == names[1] else names
+
+
+def moved(row: ComparisonRowRecord) -> bool:
+    """Return whether anything about a case changed that is more than noise."""
+    return bool(
+        row["before"] != row["after"]
+        or (row["worst"] is not None and row["decades"] > 0)
+        or row.get("pixels")
+        or row["stands_out"]
+    )
+
+
+def sentence(record: ComparisonRecord) -> str:
+    """Return what changed in one sentence."""
+    rows = record["rows"]
+    place = ORDER.index
+    worse = sum(place(row["after"]) > place(row["before"]) for row in rows)
+    better = sum(place(row["after"]) < place(row["before"]) for row in rows)
+    factors = [at_worst(row["worst"]["factor"] or 0.0) for row in rows if row["worst"] and row["decades"] > 0]
+    grew, shrank = sum(factor > 1 for factor in factors), sum(factor < 1 for factor in factors)
+    slower = sum(row["stands_out"] > 0 for row in rows)
+    faster = sum(row["stands_out"] < 0 for row in rows)
+    pixels = [row["pixels"] for row in rows if row.get("pixels") is not None]
+    told = [
+        f"{worse + better} of {record['shared']} verdicts changed, {worse} for the worse",
+        f"worst errors grew in {grew} and shrank in {shrank}",
+        f"images differ in {sum(map(bool, pixels))} of {len(pixels)}" if pixels else "",
+        "" if record["time"] is None else f"times, at different hours: x{record['time']:.3g} in the median case",
+        f"{slower} slower and {faster} faster than that explains" if slower or faster else "",
+        f"{len(record['appeared'])} appeared" if record["appeared"] else "",
+        f"{len(record['vanished'])} vanished" if record["vanished"] else "",
+    ]
+    return "; ".join(filter(None, told)) + "."
+
+
+def spread(quotients: list[float]) -> tuple[float | None, float]:
+    """Return the median of quotients of times, and the standard deviation of their logarithms by absolute deviations.
+
+    What one machine does to all cases alike is in the median; what stands out from that is a case's own.
+    """
+    if not quotients:
+        return None, 0.0
+    logarithms = np.log(quotients)
+    level = float(np.median(logarithms))
+    return float(np.exp(level)), NORMAL * float(np.median(np.abs(logarithms - level)))
+
+
+def _stands_out(quotient: float | None, level: float | None, noise: float) -> int:
+    """Return 1 for a case that became slower than noise explains, -1 for one that became faster, 0 otherwise."""
+    if quotient is None or level is None:
+        return 0
+    excess = float(np.log(quotient / level))
+    return 0 if abs(excess) <= max(LOUD * noise, np.log(WORSE_TIME)) else int(np.sign(excess))
+
+
+def _row(before: Case, after: Case, pairs: Mapping[str, str], known: list[list[str]]) -> ComparisonRowRecord:
+    checks = compared(before, after, pairs)
+    # Measured in both runs: the largest change first.
+    worst, moves = next(
+        (
+            (check, decades(one[1], other[1]))
+            for check in checks
+            if check["factor"] is not None
+            and (one := check["before"]) is not None
+            and (other := check["after"]) is not None
+        ),
+        (None, 0.0),
+    )
+    return {
+        "case": after["name"],
+        "before": before["verdict"],
+        "after": after["verdict"],
+        "stage": after.get("stage") or (worst["stage"] if worst else None),
+        "worst": worst,
+        "decades": moves,
+        "seconds": [*times(before, after, known)],
+        "stands_out": 0,
+        "checks": checks,
+    }
+
+
+def _order(row: Mapping[str, Any]) -> tuple[float, float, float, str]:
+    """Return a key that puts what became worse first, then what moved most, then what takes longer."""
+    steps = ORDER.index(row["after"]) - ORDER.index(row["before"])
+    return -steps if steps > 0 else steps * 1e-3, -row["decades"], -(row["seconds"][2] or 0.0), row["case"]
+
+
+# Two finished runs: what changed its verdict, and by how many digits the worst errors moved.
+#
+# Nothing is rendered, so nothing is timed again: each render was timed once, at another hour, which is told and not
+# judged, and there is no control.
+
 
 SEED = 4
 # Of fewer families no interval is told: if each is as likely to gain as to lose, n of them all move the same way with
@@ -53,7 +313,7 @@ def compare_runs(base: Path, candidate: Path) -> RunComparison:
     moved = [case for case in cases if case["before"] == case["after"] and case["digits_gained"]]
     digits, interval = _digits(cases)
     time_ratio, time_interval = _times(cases)
-    word = _word(changed, digits, interval)
+    word = _word_runs(changed, digits, interval)
     return {
         "base": str(base),
         "candidate": str(candidate),
@@ -77,10 +337,10 @@ def compare_runs(base: Path, candidate: Path) -> RunComparison:
 def _case(
     worst: ComparedCheckRecord | None, one: CaseRecord, other: CaseRecord, aliases: Mapping[str, str]
 ) -> CaseMove:
-    after = {_key(check): check for check in other.get("checks", [])}
+    after = {_key_runs(check): check for check in other.get("checks", [])}
     digits: dict[str, float] = {}
     for check in one.get("checks", []):
-        configuration, reference, stage = _key(check)
+        configuration, reference, stage = _key_runs(check)
         match = after.get((aliases.get(configuration, configuration), reference, stage))
         # `analytic` alone knows more digits than either run has.
         if match is not None and reference == "analytic":
@@ -88,7 +348,7 @@ def _case(
             if gained is not None:
                 digits[f"{configuration} {stage}"] = gained
     ours, theirs = (
-        [seconds for render in run.get("renders", []) if (seconds := _seconds(render)) > 0] for run in (one, other)
+        [seconds for render in run.get("renders", []) if (seconds := _seconds_runs(render)) > 0] for run in (one, other)
     )
     return {
         "case": one["name"],
@@ -109,13 +369,13 @@ def _largest(check: ComparedCheckRecord | None) -> str:
     return f"{where}: error / limit x{check['factor']:.3g}"
 
 
-def _seconds(render: RenderRecord) -> float:
+def _seconds_runs(render: RenderRecord) -> float:
     """Return what a render of the tracer took [s]; 0 of any other."""
     found = number(render.get("seconds")) if str(render.get("renderer", "")).startswith("tracer-") else None
     return found if found is not None and math.isfinite(found) else 0.0
 
 
-def _key(check: Check) -> tuple[str, str, str]:
+def _key_runs(check: Check) -> tuple[str, str, str]:
     return str(check["configuration"]), str(check["reference"]), str(check["stage"])
 
 
@@ -165,7 +425,7 @@ def _families(cases: Sequence[CaseMove]) -> list[FamilyMove]:
     ]
 
 
-def _word(changed: Sequence[CaseMove], digits: float | None, interval: tuple[float, float] | None) -> str:
+def _word_runs(changed: Sequence[CaseMove], digits: float | None, interval: tuple[float, float] | None) -> str:
     moves = {ORDER.index(case["after"]) > ORDER.index(case["before"]) for case in changed}
     if len(moves) == 2:
         return TRADE

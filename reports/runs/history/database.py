@@ -9,10 +9,15 @@ import math
 import os
 import platform
 import sqlite3
-from collections.abc import Iterator, Mapping
+import subprocess
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import closing, contextmanager
+from dataclasses import dataclass
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
+
+import numpy as np
 
 from rayproof.reports.called import called
 from rayproof.reports.results.json_numbers import at_worst, encodable
@@ -159,3 +164,185 @@ def _errors(run: int, case: CaseRecord) -> Iterator[tuple[int, str, str, float, 
         error = at_worst(measured["worst_error"]) if measured.get("worst_error") is not None else None
         place = f"{check['configuration']} {check['reference']}"
         yield run, case["name"], stage, ratio, error if error is None or math.isfinite(error) else None, place
+
+
+# Which commit a run belongs to: the CI service's word for it, or git's in the current folder.
+
+
+CI_VARIABLES = ("GITHUB_SHA", "CI_COMMIT_SHA", "GIT_COMMIT", "BUILD_SOURCEVERSION")  # GitHub, GitLab, Jenkins, Azure
+SECONDS = 10.0
+
+
+def revision() -> str:
+    """Return a commit's id, with "+" where files differ from it; "" where nobody knows."""
+    named = next((os.environ[name] for name in CI_VARIABLES if os.environ.get(name)), "")
+    if named:
+        return named[:40]
+    commit = _git("rev-parse", "HEAD")
+    if not commit:
+        return ""
+    changed = _git("status", "--porcelain", "--untracked-files=no")
+    return f"{commit}{'+' if changed else ''}"
+
+
+def _git(*arguments: str) -> str:
+    try:
+        done = subprocess.run(
+            ["git", *arguments], capture_output=True, text=True, timeout=SECONDS, check=False, stdin=subprocess.DEVNULL
+        )
+    except (OSError, subprocess.TimeoutExpired):
+        return ""
+    return done.stdout.strip() if done.returncode == 0 else ""
+
+
+# Where a series of measurements changes for good: change points in its logarithm, by absolute deviations.
+#
+# Source: Killick, Fearnhead and Eckley, "Optimal Detection of Changepoints With a Linear Computational Cost" (2012),
+# by `ruptures` (Truong, Oudre and Vayatis 2020). The cost is the sum of absolute deviations from a segment's median,
+# so that one slow run is no step (Fearnhead and Rigaill, "Changepoint Detection in the Presence of Outliers", 2019);
+# the penalty is that of Schwarz' criterion for it, 2 sigma log n. Sigma is estimated from the first differences,
+# which a step disturbs once and noise always.
+
+
+NORMAL = 1.4826  # standard deviations in a median absolute deviation of normal noise
+FEWEST = 4  # values below which no noise can be told from a step
+
+
+@dataclass(frozen=True, kw_only=True)
+class Step:
+    """A change of level: the index of the first value after it, and the medians on both sides."""
+
+    at: int
+    before: float
+    after: float
+
+    @property
+    def factor(self) -> float:
+        """Return how many times the level was multiplied."""
+        return self.after / self.before if self.before else float("inf")
+
+
+def spread(values: np.ndarray) -> float:
+    """Return the standard deviation of noise in a series of logarithms, steps aside (0 where all are equal)."""
+    differences = np.diff(values)
+    if not len(differences):
+        return 0.0
+    # A difference of two noisy values has twice the variance.
+    return float(NORMAL * np.median(np.abs(differences - np.median(differences))) / np.sqrt(2))
+
+
+def changes(series: Sequence[float], *, least: float) -> list[Step]:
+    """Return the steps of positive numbers without noise, which equal code makes equal: where neighbours differ.
+
+    `least` is the factor below which a step is of no interest (1.1: a tenth).
+    """
+    return [
+        Step(at=at, before=before, after=after)
+        for at, (before, after) in enumerate(pairwise(series), start=1)
+        if abs(np.log(after / before)) >= np.log(least)
+    ]
+
+
+def steps(series: Sequence[float], *, least: float) -> list[Step]:
+    """Return the steps of a series of noisy positive numbers, oldest first; each is held by two values at least.
+
+    `least` is the factor below which a step is of no interest (1.2: a fifth).
+    """
+    import ruptures
+
+    values = np.log(np.asarray(series, dtype=np.float64))
+    if len(values) < FEWEST:
+        return []
+    # Noise below a tenth of what is of interest cannot make a step of interest.
+    sigma = max(spread(values), np.log(least) / 10)
+    search = ruptures.Pelt(model="l1", min_size=2, jump=1).fit(values.reshape(-1, 1))
+    ends = search.predict(pen=2 * sigma * np.log(len(values)))
+    levels = [float(np.median(values[low:high])) for low, high in pairwise([0, *ends])]
+    return [
+        Step(at=at, before=float(np.exp(before)), after=float(np.exp(after)))
+        for at, before, after in zip(ends[:-1], levels[:-1], levels[1:], strict=True)
+        if abs(after - before) >= np.log(least)
+    ]
+
+
+# What a history holds of each case: its worst error and its run time, run by run, with the steps in both.
+
+
+LEAST_RATIO = 1e-6  # errors over their limit smaller than this are all the same: nothing
+# Factors that are worth a word. Equal code gives equal errors: every change of one is a change of the arithmetic, and a
+# tenth is one rounding more where a bound counts ten.
+WORSE_ERROR = 1.1
+# Two runs of equal code, six minutes apart on a busy machine, differed by 1.15 in the median time of the default
+# suite's cases (`rayproof report A B`): less is the hour's. A single case's noise comes on top, and is estimated.
+WORSE_TIME = 1.2
+
+
+@dataclass(frozen=True, kw_only=True)
+class Point:
+    """One run's word on a case."""
+
+    run: int
+    started: str
+    revision: str
+    verdict: str
+    ratio: float | None  # worst error over its limit, over all checks; None where nothing was measured
+    stage: str
+    place: str  # configuration and reference of the worst error
+    seconds: float  # of the subject's renders
+    machine: str
+
+
+@dataclass(frozen=True, kw_only=True)
+class Series:
+    """A case's points, oldest first, and the steps among them; a step's `at` is an index into `points`."""
+
+    name: str
+    points: tuple[Point, ...]
+    error_steps: tuple[Step, ...]
+    time_steps: tuple[Step, ...]
+
+
+def read_series(connection: sqlite3.Connection, subject: str) -> list[Series]:
+    """Return the series of every case of a subject's finished and unfinished runs."""
+    rows = connection.execute(
+        "SELECT c.name, r.id, r.started, r.revision, c.verdict, c.subject_seconds, r.machine, e.ratio, e.stage, e.place"
+        " FROM runs r JOIN cases c ON c.run = r.id LEFT JOIN errors e ON e.run = r.id AND e.name = c.name"
+        " AND e.ratio = (SELECT max(ratio) FROM errors w WHERE w.run = r.id AND w.name = c.name)"
+        " WHERE r.subject = ? GROUP BY c.name, r.id ORDER BY c.name, r.id",
+        storable(subject),
+    )
+    found: dict[str, list[Point]] = {}
+    for name, run, started, revision, verdict, seconds, machine, ratio, stage, place in rows:
+        point = Point(
+            run=run,
+            started=started,
+            revision=revision,
+            verdict=verdict,
+            ratio=ratio,
+            stage=stage or "",
+            place=place or "",
+            seconds=seconds or 0.0,
+            machine=machine,
+        )
+        found.setdefault(name, []).append(point)
+    return [_series(name, points) for name, points in found.items()]
+
+
+def _series(name: str, points: list[Point]) -> Series:
+    last = points[-1].machine
+    # Times of another machine tell nothing about this one's.
+    same = [index for index, point in enumerate(points) if point.machine == last and point.seconds > 0]
+    times = steps([points[index].seconds for index in same], least=WORSE_TIME)
+    measured = [index for index, point in enumerate(points) if point.ratio is not None]
+    ratios = [min(max(points[index].ratio or 0.0, LEAST_RATIO), 1 / LEAST_RATIO) for index in measured]
+    return Series(
+        name=name,
+        points=tuple(points),
+        error_steps=_placed(changes(ratios, least=WORSE_ERROR), measured),
+        time_steps=_placed(times, same),
+    )
+
+
+def _placed(found: list[Step], indices: list[int]) -> tuple[Step, ...]:
+    """Return steps by the index of the point at which each came, not by that of the values that were looked at."""
+    return tuple(Step(at=indices[step.at], before=step.before, after=step.after) for step in found)

@@ -1,14 +1,25 @@
 """How the last run stands in its history: what became worse, in sentences."""
 
 from collections.abc import Sequence
+from pathlib import Path
 
 import numpy as np
 
 from rayproof.reports.results.json_numbers import at_worst
 from rayproof.reports.results.outcomes import Outcome
-from rayproof.reports.results.records import WorseRecord
-from rayproof.reports.runs.history.series import WORSE_ERROR, WORSE_TIME, Point, Series
-from rayproof.reports.runs.history.steps import FEWEST, NORMAL
+from rayproof.reports.results.records import RunRecord, SeriesRecord, WorseRecord
+from rayproof.reports.runs.history.database import (
+    FEWEST,
+    NORMAL,
+    WORSE_ERROR,
+    WORSE_TIME,
+    Point,
+    Series,
+    append,
+    opened,
+    read_series,
+    revision,
+)
 
 LOUD = 4.0  # standard deviations; of 151 cases one in a hundred runs is flagged by chance
 
@@ -66,3 +77,34 @@ def _time(one: Series) -> WorseRecord | None:
         return None
     said = f"{now.seconds:.3g} s, median of {len(earlier)} runs before {np.exp(level):.3g} s"
     return _entry(one, "time", float(np.exp(excess)), said)
+
+
+# Keep a run in its history, and tell the run's own results how they stand in it.
+
+
+SHOWN = 50  # runs of each case that a report draws
+
+
+def keep(path: Path, results: RunRecord) -> list[str]:
+    """Append `results` to the history `path`, put `history` into them, and return what became worse, in sentences.
+
+    Raises:
+        HistoryError: the file cannot be used.
+
+    """
+    run = append(path, results, revision())
+    with opened(path) as connection:
+        series = read_series(connection, str(results.get("subject", "tracer")))
+    found = worse(series, run)
+    results["history"] = {"file": path.name, "run": run, "worse": found, "cases": {s.name: drawn(s) for s in series}}
+    return [entry["sentence"] for entry in found]
+
+
+def drawn(series: Series) -> SeriesRecord:
+    """Return what a report draws of a case: its last points and the steps among them, by run."""
+    points = series.points[-SHOWN:]
+    return {
+        "points": [(p.run, p.revision[:10], p.verdict, p.ratio, p.seconds) for p in points],
+        "error_steps": [(series.points[step.at].run, step.factor) for step in series.error_steps],
+        "time_steps": [(series.points[step.at].run, step.factor) for step in series.time_steps],
+    }

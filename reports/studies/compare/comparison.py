@@ -6,10 +6,22 @@ from dataclasses import dataclass
 import numpy as np
 
 from rayproof.cases.stages import Stage
-from rayproof.reports.studies.compare.contenders import Contender, differing, stages_at_stake
-from rayproof.reports.studies.compare.findings import Errors, Finding, Timing, finding, overall, overall_timing, timing
-from rayproof.reports.studies.compare.pairing import PairedStage, needed, paired, shown
-from rayproof.reports.studies.compare.questions import Question
+from rayproof.reports.studies.compare.contenders import Contender, Question, differing, stages_at_stake
+from rayproof.reports.studies.compare.findings import (
+    Errors,
+    Finding,
+    Signs,
+    Timing,
+    accuracy,
+    finding,
+    outcome,
+    overall,
+    overall_timing,
+    sentence,
+    speed,
+    timing,
+)
+from rayproof.reports.studies.compare.measured import Job, PairedStage, interleaved, needed, paired, shown
 from rayproof.reports.studies.compare.records import (
     ComparedAbout,
     ErrorsRecord,
@@ -18,10 +30,7 @@ from rayproof.reports.studies.compare.records import (
     SideRecord,
     TailRecord,
 )
-from rayproof.reports.studies.compare.statistics import LEVEL, Interval, shared
-from rayproof.reports.studies.compare.tails import Tail
-from rayproof.reports.studies.compare.timing import Job, interleaved
-from rayproof.reports.studies.compare.verdicts import Signs, accuracy, outcome, sentence, speed
+from rayproof.reports.studies.compare.statistics import LEVEL, Interval, Tail, shared
 
 SEED = 4
 BASE, CANDIDATE, AGAIN = 0, 1, 2  # who is timed

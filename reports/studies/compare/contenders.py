@@ -2,11 +2,15 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from fnmatch import fnmatchcase
 
+from rayproof.cases.families import all_cases, select
 from rayproof.cases.rounding import PRECISIONS
+from rayproof.cases.scene import IDENTITY, Scene
 from rayproof.cases.stages import Stage
+from rayproof.cases.stresses import STRESSES, stressing
 from rayproof.tracer.configuration import Configuration, parts_of
-from rayproof.tracer.formulas import FORMULAS, Formula
+from rayproof.tracer.formulas import FORMULAS, PLACED, SHAPES_OF, Formula
 from rayproof.tracer.formulas.own_file import is_own
 
 # What of the camera shows in an image only through a ray by the inverse matrices, and what shows in none.
@@ -98,3 +102,77 @@ def stages_at_stake(base: Configuration, candidate: Configuration) -> tuple[Stag
 def items_at_stake(formulas: Sequence[Formula]) -> frozenset[str]:
     """Return the specification items that formulas cover."""
     return frozenset(item for formula in formulas for item in formula.covers)
+
+
+# Which shapes of a scene a slot's formula has anything to do with.
+
+
+def concerned(scene: Scene, slots: Sequence[str]) -> frozenset[int] | None:
+    """Return the indices of the shapes that a change of `slots` can touch, None for all of them.
+
+    Pixels that show other shapes are equal by construction; counted, they would bury every difference.
+    """
+    if not slots or any(slot not in SHAPES_OF and slot not in PLACED for slot in slots):
+        return None
+    return frozenset(
+        index
+        for index, shape in enumerate(scene.shapes)
+        for slot in slots
+        if (shape.to_world != IDENTITY if slot in PLACED else isinstance(shape, SHAPES_OF[slot]))
+    )
+
+
+# On what two contenders are compared: the families that concern what differs between them, and stressing scenes.
+
+
+@dataclass(frozen=True, kw_only=True)
+class Question:
+    """One family of scenes. The scenes of a stress are replicates of one difficulty."""
+
+    family: str
+    scenes: tuple[tuple[str, Scene], ...]
+    stress: bool
+
+
+def questions(selectors: Sequence[str], base: Contender, candidate: Contender) -> tuple[Question, ...]:
+    """Return the families that `selectors` name; by default those that the differing formulas concern.
+
+    Raises:
+        LookupError: a selector names neither a case nor a stress.
+
+    """
+    if not selectors:
+        return _concerning(base, candidate)
+    named = {name for name in STRESSES if any(fnmatchcase(name, selector) for selector in selectors)}
+    others = [one for one in selectors if not any(fnmatchcase(name, one) for name in STRESSES)]
+    return (*_families(others), *_stresses(sorted(named)))
+
+
+def _concerning(base: Contender, candidate: Contender) -> tuple[Question, ...]:
+    slots = differing(base.configuration, candidate.configuration)
+    formulas = [one.configuration.formula(slot) for one in (base, candidate) for slot in slots]
+    items = {item for formula in formulas for item in formula.covers}
+    cases = [case for case in all_cases() if not items or items & set(case.covers)]
+    names = dict.fromkeys(case.family for case in cases)
+    families = tuple(
+        Question(
+            family=name, scenes=tuple((case.name, case.scene) for case in cases if case.family == name), stress=False
+        )
+        for name in names
+    )
+    stresses = {name for slot in slots for name in stressing(slot)} if slots else set(STRESSES)
+    return (*families, *_stresses(sorted(stresses)))
+
+
+def _families(patterns: Sequence[str]) -> tuple[Question, ...]:
+    cases = select(patterns) if patterns else ()
+    return tuple(
+        Question(
+            family=name, scenes=tuple((case.name, case.scene) for case in cases if case.family == name), stress=False
+        )
+        for name in dict.fromkeys(case.family for case in cases)
+    )
+
+
+def _stresses(names: Sequence[str]) -> tuple[Question, ...]:
+    return tuple(Question(family=name, scenes=tuple(STRESSES[name]()), stress=True) for name in names)

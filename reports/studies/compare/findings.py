@@ -7,16 +7,15 @@ from dataclasses import dataclass
 import numpy as np
 
 from rayproof.cases.stages import Stage
-from rayproof.reports.studies.compare.measured import UNITS
-from rayproof.reports.studies.compare.pairing import PairedStage
+from rayproof.reports.studies.compare.measured import UNITS, PairedStage
 from rayproof.reports.studies.compare.statistics import (
     Interval,
+    Tail,
     mcnemar,
     median_interval,
     percentile_interval,
     scene_means,
 )
-from rayproof.reports.studies.compare.tails import Tail
 
 # An error changed by less than a twentieth is not worth a word, however surely it changed.
 LEAST_DIGITS = math.log10(1.05)
@@ -149,3 +148,137 @@ def overall_timing(timings: Sequence[Timing], *, level: float) -> tuple[float, I
     """Return the median over repetitions of the families' geometric mean ratio, and its interval."""
     each = np.exp(np.mean(np.log([one.ratios for one in timings]), axis=0))
     return float(np.median(each)), median_interval(each.tolist(), level=level)
+
+
+# From findings to a word and a sentence: better, worse, a trade, no difference shown.
+
+
+BETTER, WORSE, TRADE, NOTHING = "better", "worse", "a trade", "no difference shown"
+MOST_NAMED = 4  # families in the sentence; the table has all
+
+
+@dataclass(frozen=True, kw_only=True)
+class Signs:
+    """What surely changed in a family: 1 for the better, -1 for the worse, 0 where neither is shown."""
+
+    decisions: int
+    typical: int
+    tail: int
+
+    @property
+    def all(self) -> frozenset[int]:
+        """Return the signs that count.
+
+        Wrong decisions come first: a formula that misses what it should hit does not make up for it in digits. A
+        typical pixel and a tail that part are a trade.
+        """
+        if self.decisions:
+            return frozenset({self.decisions})
+        return frozenset({self.typical, self.tail} - {0})
+
+
+def accuracy(finding: Finding, *, alpha: float) -> Signs:
+    """Return in what the candidate surely errs less or more."""
+    decisions = 1 if finding.only_base > finding.only_candidate else -1
+    return Signs(
+        decisions=decisions if finding.p < alpha else 0,
+        typical=_typical(finding),
+        tail=finding.tail.sign if finding.tail.p < alpha else 0,
+    )
+
+
+def _typical(finding: Finding) -> int:
+    if finding.digits is None or finding.digits_interval is None or abs(finding.digits) < LEAST_DIGITS:
+        return 0
+    low, high = finding.digits_interval
+    return 1 if low > 0 else -1 if high < 0 else 0
+
+
+def speed(interval: Interval, control: Interval) -> int:
+    """Return 1 if the candidate is surely faster, -1 if slower; 0 within what the A/A control shows of nothing."""
+    if interval[0] > max(1.0, control[1]):
+        return -1
+    return 1 if interval[1] < min(1.0, control[0]) else 0
+
+
+def outcome(accuracies: Sequence[Signs], fast: int) -> str:
+    """Return the word for all families together."""
+    signs = frozenset({fast} - {0}).union(*(one.all for one in accuracies))
+    if len(signs) > 1:
+        return TRADE
+    return {1: BETTER, -1: WORSE}[min(signs)] if signs else NOTHING
+
+
+def sentence(
+    base: str,
+    candidate: str,
+    findings: Sequence[Finding],
+    accuracies: Sequence[Signs],
+    *,
+    time_ratio: float,
+    time_interval: Interval,
+    control_interval: Interval,
+) -> str:
+    """Return the verdict: who errs less, in what and by how much, on which families, at what time ratio."""
+    fast = speed(time_interval, control_interval)
+    word = outcome(accuracies, fast)
+    parts = []
+    for wanted, how in (({1}, "errs less"), ({-1}, "errs more"), ({1, -1}, "errs less in one way, more in another")):
+        chosen = [(one, signs) for one, signs in zip(findings, accuracies, strict=True) if signs.all == wanted]
+        if chosen:
+            parts.append(f"{candidate} {how} than {base} on {_named(chosen)}")
+    if not parts:
+        many = "1 family" if len(findings) == 1 else f"{len(findings)} families"
+        parts = [f"no difference in error shown between {base} and {candidate} on {many}{_unproven(findings)}"]
+    ratio = f"{time_ratio:.3f} [{time_interval[0]:.3f}, {time_interval[1]:.3f}]"
+    beside = f"A/A [{control_interval[0]:.3f}, {control_interval[1]:.3f}]"
+    pace = {1: "it is faster", -1: "it is slower", 0: "no difference in run time shown"}[fast]
+    opening = {BETTER: "Better", WORSE: "Worse", TRADE: "A trade", NOTHING: "No difference shown"}[word]
+    return f"{opening}: {'; '.join(parts)}; {pace}, time ratio {ratio} ({beside})."
+
+
+def _unproven(findings: Sequence[Finding]) -> str:
+    """Return what pixels there are that one of the two loses, though too few or too evenly spread to show anything."""
+    worse, better = (sum(getattr(one.tail, name) for one in findings) for name in ("worse", "better"))
+    if not worse and not better:
+        return ""
+    tiles = sum(one.tail.tiles_worse + one.tail.tiles_better for one in findings)
+    where = "1 tile" if tiles == 1 else f"{tiles} tiles"
+    return f" (tail: worse on {worse} pixels, better on {better}, in {where}: not enough to tell)"
+
+
+def _named(chosen: Sequence[tuple[Finding, Signs]]) -> str:
+    """Return the families, those with the largest difference first, with what changed."""
+    ordered = sorted(chosen, key=lambda one: (-abs(one[0].digits or 0.0), -_share(one[0])))
+    said = ", ".join(f"{one.family} ({'; '.join(_facts(one, signs))})" for one, signs in ordered[:MOST_NAMED])
+    return said + (f" and {len(ordered) - MOST_NAMED} more" if len(ordered) > MOST_NAMED else "")
+
+
+def _share(finding: Finding) -> float:
+    """Return how much of the pixels lean one way more than the other."""
+    return abs(finding.tail.worse - finding.tail.better) / max(1, finding.pixels)
+
+
+def _facts(one: Finding, signs: Signs) -> list[str]:
+    """Return what changed: the typical pixel, the tail, the decisions."""
+    facts = []
+    if signs.typical and one.digits is not None and one.digits_interval is not None:
+        low, high = one.digits_interval
+        facts.append(f"typical pixel {one.digits:+.2f} digits [{low:.2f}, {high:.2f}]")
+    if signs.tail:
+        worse, better = (f"{100 * count / one.pixels:.3g} %" for count in (one.tail.worse, one.tail.better))
+        shares = f"worse on {worse} of pixels, better on {better}"
+        facts.append(", ".join([f"tail: {shares}", *_p99(one)]))
+    if one.only_base or one.only_candidate:
+        facts.append(f"wrong pixels {one.only_base + one.both_wrong} -> {one.only_candidate + one.both_wrong}")
+    return facts
+
+
+def _p99(one: Finding) -> list[str]:
+    """Return the tail's error, stage by stage, where both have one; two stages are enough to read."""
+    found = [
+        f"p99 error {base.natural['p99']:.2g} -> {candidate.natural['p99']:.2g} {base.unit}".rstrip()
+        for base, candidate in one.errors.values()
+        if base.natural and candidate.natural
+    ]
+    return found[:2]

@@ -1,13 +1,105 @@
-"""One contender at one stage of one scene: which pixels are decided wrongly, and how far off the others are."""
+"""Stage truth: exact mathematics on the floats that a stage received, and how much those floats magnify rounding."""
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from typing import Protocol
 
+import drjit as dr
 import numpy as np
 
 from rayproof.cases.rounding import UNIT_ROUNDOFF
-from rayproof.cases.stages import Stage, StageImages
+from rayproof.cases.scene import Scene
+from rayproof.cases.stages import IMAGE_STAGES, Stage, StageImages
+from rayproof.reference.analytic import Analytic
+from rayproof.reference.double_double import DoubleDouble
+from rayproof.reports.judge.conditioning import condition, off_axis, ray_condition
+from rayproof.reports.judge.limits import LIGHT, Roundoff, continued_light_limit
 from rayproof.reports.judge.measurement import DIRECTIONS, error
-from rayproof.reports.studies.compare.truths import Truth
+from rayproof.reports.studies.compare.contenders import Contender, concerned
+from rayproof.reports.studies.compare.records import as_received
+from rayproof.reports.studies.compare.statistics import leaning, tile_medians
+from rayproof.tracer.configuration import Configuration
+from rayproof.tracer.light_path import Trace, images
+from rayproof.tracer.render import render
+
+GEOMETRY = (Stage.OBJECT, Stage.DISTANCE, Stage.POSITION, Stage.NORMAL)
+
+
+class Oracle(Protocol):
+    """What is asked of an oracle here."""
+
+    def continue_from(self, scene: Scene, stage: Stage, given: StageImages) -> np.ndarray:
+        """Return a stage computed from the given earlier ones."""
+        ...
+
+
+def oracle_for(scene: Scene, precisions: set[str]) -> tuple[str, Oracle]:
+    """Return name and oracle, its own rounding far below the coarsest of `precisions` and, if it can, the finest."""
+    if precisions != {"float32"}:
+        finest = DoubleDouble()
+        if finest.unsupported(scene, Stage.RADIANCE) is None:
+            return "double_double", finest
+    return "analytic", Analytic()
+
+
+@dataclass(frozen=True, kw_only=True)
+class Truth:
+    """What exact mathematics makes of one stage's inputs."""
+
+    value: np.ndarray  # (height, width, channels); of `object` the distance
+    objects: np.ndarray | None  # (height, width, 2): the true object, where the stage is to find one
+    counts: np.ndarray  # (height, width) bool: the pixels at which the stage has a value
+    magnified: np.ndarray  # (height, width) or (height, width, channels): K |X|, the error that one roundoff excuses
+
+
+def truth_of(scene: Scene, stage: Stage, given: StageImages, oracle: Oracle) -> Truth:
+    """Return the truth of an image stage, continued from `given`; the truth of `object` is a distance too.
+
+    Raises:
+        ValueError: the camera stage, which is no image.
+
+    """
+    size = (scene.camera.height, scene.camera.width)
+    if stage in (Stage.OBJECT, Stage.DISTANCE):
+        seen: StageImages = {Stage.RAY: given[Stage.RAY]}
+        for each in GEOMETRY:
+            seen[each] = oracle.continue_from(scene, each, seen)
+        there = condition(scene, seen)
+        return Truth(
+            value=seen[Stage.DISTANCE], objects=seen[Stage.OBJECT], counts=there.hit, magnified=there.along_ray
+        )
+    value = oracle.continue_from(scene, stage, given)
+    if stage is Stage.RAY:
+        return Truth(
+            value=value,
+            objects=None,
+            counts=np.ones(size, dtype=bool),
+            magnified=ray_condition(scene.camera, off_axis(scene.camera, value)),
+        )
+    return Truth(
+        value=value,
+        objects=None,
+        counts=given[Stage.OBJECT][..., 0] >= 0,
+        magnified=_magnified(scene, stage, given, value),
+    )
+
+
+def _magnified(scene: Scene, stage: Stage, given: StageImages, value: np.ndarray) -> np.ndarray:
+    """Return K |X| of the stages after the distance."""
+    if stage is Stage.POSITION:
+        distance = given[Stage.DISTANCE][..., 0]
+        return float(np.linalg.norm(scene.camera.eye)) + np.where(np.isfinite(distance), np.abs(distance), 0.0)
+    if stage is Stage.NORMAL:
+        there = condition(scene, {**given, Stage.NORMAL: value})
+        return there.matrix * (1 + there.local)
+    if stage is Stage.IRRADIANCE:
+        limit = continued_light_limit(scene, stage, given, value, Roundoff("float32"))
+        return limit / LIGHT / UNIT_ROUNDOFF["float32"]
+    return np.abs(value)
+
+
+# One contender at one stage of one scene: which pixels are decided wrongly, and how far off the others are.
+
 
 LEAST = 0.125  # roundoffs: what an exact result counts as, so that its logarithm exists
 LEAST_SIZE = 2.0**-900  # what 0 counts as where a roundoff is relative to it, far below every unit in use
@@ -84,3 +176,187 @@ def _size(stage: Stage, value: np.ndarray) -> np.ndarray:
     if stage in DIRECTIONS:
         return np.ones(value.shape[:2])
     return np.maximum(np.abs(value).max(axis=-1, initial=0.0), LEAST_SIZE)
+
+
+# Two contenders on one scene: the same rays, pixel against pixel.
+
+
+TILES, PER_TILE = 64, 16  # of pixels in which both contenders found a value, in image order
+
+
+@dataclass(frozen=True, kw_only=True)
+class PairedStage:
+    """What one stage of one scene says."""
+
+    pixels: int  # at which the stage has a value
+    only_base: int  # pixels that only the base decides wrongly
+    only_candidate: int
+    both_wrong: int
+    same_inputs: bool  # the earlier stages are equal to the last bit
+    digits: float  # median over pixels of log10(error of the base / error of the candidate); NaN without errors
+    replicates: np.ndarray = field(repr=False)  # of `digits`, pixels drawn again in tiles
+    better: float  # share of pixels at which the candidate errs less
+    worse: float
+    leaning: np.ndarray = field(repr=False)  # (height, width): -1 where only the candidate is far off, 1 only the base
+    base: Measured = field(repr=False)
+    candidate: Measured = field(repr=False)
+
+
+def needed(stages: tuple[Stage, ...]) -> tuple[Stage, ...]:
+    """Return what must be rendered so that every one of `stages` can be continued from what came before."""
+    last = max(IMAGE_STAGES.index(Stage.DISTANCE if stage is Stage.OBJECT else stage) for stage in stages)
+    return IMAGE_STAGES[: last + 1]
+
+
+def paired(
+    scene: Scene,
+    stages: tuple[Stage, ...],
+    base: Contender,
+    others: Sequence[Contender],
+    *,
+    slots: Sequence[str],
+    seed: int,
+) -> list[dict[Stage, PairedStage]]:
+    """Return the comparison of `base` with each of `others` on a scene, stage by stage.
+
+    Only pixels that a change of `slots` can touch count. A truth is made anew where a contender's inputs are others.
+    """
+    received = as_received(scene)
+    shapes = concerned(received, slots)
+    contenders = [base, *others]
+    _, oracle = oracle_for(received, {one.configuration.precision for one in contenders})
+    answers = [render(received, needed(stages), one.configuration) for one in contenders]
+    found: list[dict[Stage, PairedStage]] = [{} for _ in others]
+    for stage in shown(scene, stages):
+        truth = truth_of(received, stage, answers[0], oracle)
+        first = measured(truth, stage, answers[0], precision=base.configuration.precision, shapes=shapes)
+        for other, given, results in zip(others, answers[1:], found, strict=True):
+            same = _same_inputs(stage, answers[0], given)
+            own = truth if same else truth_of(received, stage, given, oracle)
+            second = measured(own, stage, given, precision=other.configuration.precision, shapes=shapes)
+            results[stage] = _pair(first, second, same=same, seed=seed)
+    return found
+
+
+def shown(scene: Scene, stages: tuple[Stage, ...]) -> tuple[Stage, ...]:
+    """Return the stages that a scene has anything to show of: without lights none from the visibility on."""
+    lit = IMAGE_STAGES[IMAGE_STAGES.index(Stage.VISIBILITY) :]
+    return tuple(stage for stage in stages if scene.lights or stage not in lit)
+
+
+def _same_inputs(stage: Stage, one: StageImages, other: StageImages) -> bool:
+    earlier = IMAGE_STAGES[: IMAGE_STAGES.index(stage)]
+    return all(np.array_equal(one[each], other[each], equal_nan=True) for each in earlier)
+
+
+def _pair(base: Measured, candidate: Measured, *, same: bool, seed: int) -> PairedStage:
+    ratio = np.log10(base.floored / candidate.floored)
+    both = ratio[np.isfinite(ratio)]
+    tiles = _tiles(both)
+    counts = base.counts | candidate.counts
+    # The coarser of two precisions excuses both; what float64 gains beyond it is the digits' affair.
+    u = max(base.unit_roundoff, candidate.unit_roundoff)
+    return PairedStage(
+        pixels=int(np.count_nonzero(counts)),
+        only_base=int(np.count_nonzero(base.wrong & ~candidate.wrong)),
+        only_candidate=int(np.count_nonzero(candidate.wrong & ~base.wrong)),
+        both_wrong=int(np.count_nonzero(base.wrong & candidate.wrong)),
+        same_inputs=same,
+        digits=float(np.median(both)) if len(both) else float("nan"),
+        replicates=tile_medians(tiles, np.random.default_rng(seed)) if len(both) else np.empty(0),
+        better=float(np.mean(both > 0)) if len(both) else 0.0,
+        worse=float(np.mean(both < 0)) if len(both) else 0.0,
+        leaning=leaning(*(one.scaled * (one.unit_roundoff / u) for one in (base, candidate))),
+        base=base,
+        candidate=candidate,
+    )
+
+
+def _tiles(values: np.ndarray) -> np.ndarray:
+    """Return runs of neighbouring values, at most TILES x PER_TILE evenly chosen ones, padded with NaN."""
+    per_tile = max(1, min(PER_TILE, len(values) // 8))
+    starts = np.unique(np.linspace(0, max(0, len(values) - per_tile), TILES).astype(int))
+    places = starts[:, np.newaxis] + np.arange(per_tile)
+    return values[np.minimum(places, len(values) - 1)] if len(values) else np.empty((0, per_tile))
+
+
+# Run times of contenders on one scene: warm kernels, interleaved in random order, compile time apart.
+#
+# A time is what Dr.Jit's kernel history says the kernels of one launch took, so neither tracing in Python nor the copy
+# back counts. Source of the method: Chen and Revels, "Robust benchmarking in noisy environments" (2016): timings are
+# not independent and identically distributed, so ratios are taken within a repetition.
+
+
+RAYS = 2**18  # a launch of fewer measures the launch
+LONGEST = 0.02  # s; a slower kernel gets fewer rays
+
+
+@dataclass(frozen=True, kw_only=True)
+class Times:
+    """The launches of several contenders on one scene."""
+
+    rays: int
+    seconds: np.ndarray = field(repr=False)  # (contenders, repetitions)
+    compile_seconds: tuple[float, ...]  # of each contender's first launch; 0 where the kernel was known
+
+
+@dataclass(frozen=True, kw_only=True)
+class Job:
+    """A scene to be rendered up to some stages by several contenders."""
+
+    scene: Scene
+    stages: tuple[Stage, ...]
+    configurations: tuple[Configuration, ...]
+
+
+def enlarged(scene: Scene, rays: float) -> Scene:
+    """Return the scene with the same view and at least `rays` pixels, never fewer than it has."""
+    camera = scene.camera
+    factor = max(1, int(np.ceil(np.sqrt(rays / (camera.width * camera.height)))))
+    return replace(scene, camera=replace(camera, width=camera.width * factor, height=camera.height * factor))
+
+
+def warmed(job: Job) -> tuple[Scene, tuple[float, ...]]:
+    """Return the job's scene with as many rays as a launch of reasonable length takes, and the seconds of compiling."""
+    scene = enlarged(job.scene, RAYS)
+    built = tuple(launch(scene, job.stages, one)[1] for one in job.configurations)
+    seconds = launch(scene, job.stages, job.configurations[0])[0]
+    if seconds > LONGEST:
+        # The image's size is a constant of the kernel: another size is another kernel.
+        scene = enlarged(job.scene, RAYS * LONGEST / seconds)
+        for one in job.configurations:
+            launch(scene, job.stages, one)
+    return scene, built
+
+
+def launch(scene: Scene, stages: Sequence[Stage], configuration: Configuration) -> tuple[float, float]:
+    """Return the seconds that the kernels of one launch ran, and those that they took to compile."""
+    found = images(Trace.of(scene, configuration, per_side=1), stages)
+    before = dr.flag(dr.JitFlag.KernelHistory)
+    dr.set_flag(dr.JitFlag.KernelHistory, True)
+    try:
+        dr.kernel_history_clear()
+        dr.eval(found)
+        dr.sync_thread()
+        kernels = dr.kernel_history([dr.KernelType.JIT])
+    finally:
+        dr.set_flag(dr.JitFlag.KernelHistory, before)
+    ran = sum(kernel["execution_time"] for kernel in kernels)
+    built = sum(kernel["codegen_time"] + kernel["backend_time"] for kernel in kernels if not kernel["cache_hit"])
+    return ran * 1e-3, built * 1e-3
+
+
+def interleaved(jobs: Sequence[Job], *, repetitions: int, generator: np.random.Generator) -> list[Times]:
+    """Return the times of each job's contenders; every repetition visits all jobs and contenders in a new order."""
+    scenes, built = zip(*map(warmed, jobs), strict=True)
+    seconds = [np.empty((len(job.configurations), repetitions)) for job in jobs]
+    for repetition in range(repetitions):
+        for number in generator.permutation(len(jobs)):
+            job = jobs[number]
+            for index in generator.permutation(len(job.configurations)):
+                one = job.configurations[index]
+                seconds[number][index, repetition] = launch(scenes[number], job.stages, one)[0]
+    return [
+        Times(rays=scene.camera.width * scene.camera.height, seconds=times, compile_seconds=compiled)
+        for scene, times, compiled in zip(scenes, seconds, built, strict=True)
+    ]

@@ -3,6 +3,8 @@
 No date, no random identifiers and text as text: the same numbers make the same file.
 """
 
+import csv
+import json
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -14,7 +16,9 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import AutoLocator, NullLocator, StrMethodFormatter
 
 from rayproof.cases.ladders import Ladder
-from rayproof.reports.studies.stability.records import ClimbRecord, RungRecord
+from rayproof.reports.results.json_numbers import plain
+from rayproof.reports.studies.stability.document import about
+from rayproof.reports.studies.stability.records import ClimbRecord, LadderRecord, RungRecord
 
 MARKERS = "os^vD<>ph*Xd"
 STYLE: dict[Any, Any] = {"svg.hashsalt": "rayproof", "svg.fonttype": "none", "font.size": 8.0}
@@ -91,3 +95,25 @@ def _height(ladder: Ladder, rung: RungRecord) -> float | None:
         return rung["median"]
     wrong = rung["false_hits"] + rung["false_misses"] + rung["invalid"]
     return max(wrong / rung["rays"], SMALLEST_SHARE) if rung["rays"] else None
+
+
+# Ladders as files: JSON, CSV and a still SVG each, the same bytes whenever the numbers are the same.
+
+
+FIRST_COLUMNS = ("formula", "precision")
+
+
+def publish(folder: Path, ladder: Ladder, records: Sequence[ClimbRecord]) -> None:
+    """Write NAME.json, NAME.csv and NAME.svg of one ladder to `folder`, which is there."""
+    whole: LadderRecord = {**about(ladder), "climbs": list(records)}
+    content = json.dumps(plain(whole), indent=2, allow_nan=False)
+    (folder / f"{ladder.name}.json").write_text(content + "\n", encoding="utf-8")
+    rows = [
+        {"formula": one["formula"], "precision": one["precision"]} | rung for one in records for rung in one["values"]
+    ]
+    columns = list(dict.fromkeys(name for row in rows for name in row))
+    with (folder / f"{ladder.name}.csv").open("w", encoding="utf-8", newline="") as file:
+        writer = csv.DictWriter(file, columns, lineterminator="\n")
+        writer.writeheader()
+        writer.writerows(rows)
+    figure(folder / f"{ladder.name}.svg", ladder, records)

@@ -10,9 +10,11 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from rayproof.reports.studies.stability.bounded_pairs import Pair
-from rayproof.reports.studies.stability.exactly import Columns
-from rayproof.reports.studies.stability.mathematics import cross, dot, minus
+from rayproof.reports.studies.stability.arithmetic import Columns, Pair, cross, dot, minus
+from rayproof.tracer.kernel.arrays import ArrayTypes
+from rayproof.tracer.rays import Interval, Ray
+from rayproof.tracer.shapes.meshes import TriangleArrays
+from rayproof.tracer.shapes.primitives import CubeArrays, PlaneArrays, SphereArrays, SquareArrays
 
 Signs = Mapping[str, np.ndarray]
 
@@ -231,3 +233,87 @@ SHAPES: dict[str, type[Shape]] = {
 def towards(directions: np.ndarray) -> np.ndarray:
     """Return the sign per component, 1 for zero of either sign."""
     return np.where(directions < 0, -1.0, 1.0)
+
+
+# What an intersection formula is given on the device: a ladder's columns as the tracer's records.
+
+
+def record(shape: str, columns: Columns, types: ArrayTypes) -> Any:
+    """Return the device record of one shape per ray; cube, plane and square are the unit ones."""
+    match shape:
+        case "sphere":
+            return SphereArrays(center=columns["c"], radius=columns["r"])
+        case "triangle":
+            return TriangleArrays(first=columns["a"], second=columns["b"], third=columns["c"])
+        case "cube":
+            return CubeArrays()
+        case "plane":
+            return PlaneArrays()
+        case _:
+            return SquareArrays(
+                center=types.Vector(0.0, 0.0, 0.0),
+                half_width=types.Vector(0.5, 0.0, 0.0),
+                half_height=types.Vector(0.0, 0.5, 0.0),
+                orthogonal=True,
+            )
+
+
+def ray_of(columns: Columns) -> Ray:
+    """Return the ray of the columns o and d."""
+    return Ray(origin=columns["o"], direction=columns["d"])
+
+
+def ahead(types: ArrayTypes) -> Interval:
+    """Return the interval of everything in front of the ray's origin."""
+    return Interval(nearest=types.Float(0.0), farthest=types.Float(float("inf")))
+
+
+# Numbers with their condition: what one rounding of every input, times the sum's own cancellation, may do to a value.
+#
+# `weight` is the sum over the inputs of abs(x df/dx), each way from an input to the value counted by itself, so that no
+# two of them cancel: error / (weight u) is error / (K u) for whatever expression is evaluated on such numbers.
+# Source: Bauer, "Computational Graphs and Rounding Error", SIAM Journal on Numerical Analysis 11 (1974).
+
+
+class Conditioned:
+    """An array of float64 values and of their weights; of an input, its own size."""
+
+    __slots__ = ("value", "weight")
+
+    def __init__(self, value: Any, weight: Any = None) -> None:
+        self.value = np.asarray(value, dtype=np.float64)
+        self.weight = abs(self.value) if weight is None else weight
+
+    @staticmethod
+    def of(value: Any) -> "Conditioned":
+        """Return a constant, which no rounding moves, or what is one of these already."""
+        return value if isinstance(value, Conditioned) else Conditioned(value, 0.0)
+
+    def __add__(self, other: Any) -> "Conditioned":
+        other = Conditioned.of(other)
+        return Conditioned(self.value + other.value, self.weight + other.weight)
+
+    __radd__ = __add__
+
+    def __neg__(self) -> "Conditioned":
+        return Conditioned(-self.value, self.weight)
+
+    def __sub__(self, other: Any) -> "Conditioned":
+        return self + -Conditioned.of(other)
+
+    def __rsub__(self, other: Any) -> "Conditioned":
+        return Conditioned.of(other) - self
+
+    def __mul__(self, other: Any) -> "Conditioned":
+        other = Conditioned.of(other)
+        return Conditioned(self.value * other.value, abs(self.value) * other.weight + self.weight * abs(other.value))
+
+    __rmul__ = __mul__
+
+    def __truediv__(self, other: Any) -> "Conditioned":
+        other = Conditioned.of(other)
+        quotient = self.value / other.value
+        return Conditioned(quotient, (self.weight + abs(quotient) * other.weight) / abs(other.value))
+
+    def __rtruediv__(self, other: Any) -> "Conditioned":
+        return Conditioned.of(other) / self

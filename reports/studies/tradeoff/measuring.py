@@ -1,21 +1,216 @@
-"""All diagrams measured: errors first, then every launch of every diagram interleaved with all others."""
+"""Which diagrams there are: slots that a family's scenes exercise, and scenes with light for the samples per pixel."""
 
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from fnmatch import fnmatchcase
+from functools import partial
 
 import numpy as np
 
+from rayproof.cases.families import select
 from rayproof.cases.ladders import Ladder
-from rayproof.reports.studies.tradeoff.clocks import interleave
-from rayproof.reports.studies.tradeoff.formulas import Task, entries
-from rayproof.reports.studies.tradeoff.ladders import LADDER, ladder_entries
-from rayproof.reports.studies.tradeoff.points import DiagramRecord, Point, TradeoffRecord, front, point_record
+from rayproof.cases.rounding import PRECISIONS
+from rayproof.cases.scene import Scene
+from rayproof.cases.stages import Stage
+from rayproof.cases.stresses import STRESSES
+from rayproof.reference.analytic import Analytic
+from rayproof.reference.mitsuba3 import MitsubaLlvm, MitsubaScalar, program
+from rayproof.reference.mitsuba3.program import radiance_image
+from rayproof.reference.mitsuba3.scene import load_scene
+from rayproof.reports.studies.compare.contenders import concerned
+from rayproof.reports.studies.compare.measured import enlarged, launch
+from rayproof.reports.studies.tradeoff.formulas import LADDER, Task, entries, ladder_entries, ladders, pixels, variants
+from rayproof.reports.studies.tradeoff.points import (
+    DiagramRecord,
+    Entry,
+    Launch,
+    Point,
+    TradeoffRecord,
+    front,
+    interleave,
+    kernel_seconds,
+    point_record,
+    root_mean_square,
+    wall_seconds,
+)
 from rayproof.reports.studies.tradeoff.routes import ROUTES, route_entries
-from rayproof.reports.studies.tradeoff.sampling import sampling_entries
-from rayproof.reports.studies.tradeoff.tasks import Sampled
-from rayproof.tracer.formulas import Formula
+from rayproof.tracer.configuration import Configuration
+from rayproof.tracer.formulas import SHAPES_OF, Formula
 from rayproof.tracer.kernel.arrays import versions
+from rayproof.tracer.render import render
+
+DEFAULT = (
+    "far_sphere_*", "far_cube_1e3", "far_triangle_1e3", "tangent_sphere", "sliver_*", "grazing_plane",
+    "primitives", "antialiased", "shadows", "SPH-FAR", "SPH-TAN", "TRI-SLIV", "BOX-FAR", "CAM-NEAR",
+)  # fmt: skip
+QUICK = ("far_sphere_1e3", "antialiased", "SPH-FAR")
+SLOTS = ("sphere", "cube", "square", "plane", "triangle")
+MOST_SCENES = 2  # of a family in one diagram
+
+
+@dataclass(frozen=True, kw_only=True)
+class Sampled:
+    """A family's diagrams of a whole image to be: of samples per pixel, and of the tracer's routes."""
+
+    family: str
+    scene: Scene
+
+
+def tasks(
+    selectors: Sequence[str], formulas: Sequence[Formula] = ()
+) -> tuple[tuple[Task, ...], tuple[Sampled, ...], tuple[Ladder, ...]]:
+    """Return the diagrams of formulas, of whole images and of ladders that `selectors` name.
+
+    If formulas are named, they are what is drawn, beside the defaults of their slots, and no whole images.
+
+    Raises:
+        LookupError: a selector names neither a case nor a stress nor a ladder, or nothing named shows the formulas.
+
+    """
+    named = tuple(formulas)
+    climbed = tuple(one for one in ladders(selectors) if any(variants(slot, named) for slot in one.slots))
+    selectors = [one for one in selectors if not ladders([one])]
+    stresses = [name for name in STRESSES if any(fnmatchcase(name, one) for one in selectors)]
+    patterns = [one for one in selectors if not any(fnmatchcase(name, one) for name in STRESSES)]
+    cases = select(patterns) if patterns else ()
+    families = {
+        name: [case for case in cases if case.family == name] for name in dict.fromkeys(c.family for c in cases)
+    }
+    found = [
+        task
+        for name in stresses
+        for slot in STRESSES.about(name)["slots"]
+        if slot in SLOTS and (task := _task(name, slot, [scene for _, scene in STRESSES[name]()], named)) is not None
+    ]
+    found += [
+        task
+        for name, members in families.items()
+        for slot in SLOTS
+        if (task := _task(name, slot, [case.scene for case in members], named)) is not None
+    ]
+    sampled = []
+    for name, members in families.items() if not named else ():
+        lit = [case for case in members if case.scene.lights and case.scene.clip == "depth"]
+        # The family's own word that its pixels are averages comes first.
+        lit.sort(key=lambda case: -case.samples)
+        if lit:
+            sampled.append(Sampled(family=name, scene=lit[0].scene))
+    if named and not found and not climbed:
+        raise LookupError("none of the scenes and ladders named shows any of the formulas named")
+    return tuple(found), tuple(sampled), climbed
+
+
+def _task(family: str, slot: str, scenes: Sequence[Scene], named: tuple[Formula, ...]) -> Task | None:
+    """Return the diagram of a slot on a family, or None where there is nothing to choose from or nothing to see."""
+    formulas = variants(slot, named)
+    if slot not in SHAPES_OF or len(formulas) < 2:
+        return None
+    showing = tuple(scene for scene in scenes if concerned(scene, [slot]))[:MOST_SCENES]
+    return Task(diagram=f"{slot}/{family}", slot=slot, formulas=formulas, scenes=showing) if showing else None
+
+
+# Diagrams of samples per pixel: box-filtered radiance against the analytic coverage, our tracer's and Mitsuba's.
+
+
+PER_SIDE = (1, 2, 4, 8)  # 1, 4, 16, 64 samples per pixel
+# The truth's own sampling error falls as 1 / samples per side (an outline crosses that many cells): four times below 8.
+TRUTH_PER_SIDE = 32
+WIDEST = 24  # px: the truth takes a thousand rays a pixel
+SAMPLES_TIMED = 2**18  # rays in a launch of the tracer
+SAMPLES_WALL = 2**16
+
+
+def small(scene: Scene) -> Scene:
+    """Return the scene in at most WIDEST pixels a side, with the same view."""
+    camera = scene.camera
+    shrink = min(1.0, WIDEST / max(camera.width, camera.height))
+    width, height = (max(1, round(size * shrink)) for size in (camera.width, camera.height))
+    return replace(scene, camera=replace(camera, width=width, height=height))
+
+
+def sampling_entries(diagram: str, scene: Scene, tell: Callable[[str], None]) -> list[Entry]:
+    """Return the points of one diagram, measured and ready to be timed; a time is that of a pixel."""
+    tell(f"{diagram}: samples per pixel")
+    asked = small(scene)
+    truth = Analytic().render(asked, [Stage.RADIANCE], samples=TRUTH_PER_SIDE)[Stage.RADIANCE]
+    found = []
+    for precision in PRECISIONS:
+        one = Configuration(precision=precision)
+        for per_side in PER_SIDE:
+            large = enlarged(asked, SAMPLES_TIMED / per_side**2)
+            image = render(asked, [Stage.RADIANCE], one, samples=per_side)[Stage.RADIANCE]
+            found.append(
+                Entry(
+                    point=_point(diagram, "tracer", precision, per_side, "kernels", image, truth),
+                    launch=partial(_traced, large, one, per_side),
+                    rays=pixels(large),
+                )
+            )
+    for name, kind in (("mitsuba_llvm", MitsubaLlvm), ("mitsuba_scalar", MitsubaScalar)):
+        reference = kind()
+        # Mitsuba's own camera clips at planes; other modes would time another image.
+        if asked.clip != "depth" or reference.unsupported(asked, Stage.RADIANCE) is not None:
+            continue
+        clock = "kernels" if kind is MitsubaLlvm else "wall"
+        for per_side in PER_SIDE:
+            large = enlarged(asked, SAMPLES_WALL / per_side**2)
+            image = reference.render(asked, [Stage.RADIANCE], samples=per_side)[Stage.RADIANCE]
+            found.append(
+                Entry(
+                    point=_point(diagram, name, "float32", per_side, clock, image, truth),
+                    launch=_mitsuba(kind.variant, large, per_side, clock),
+                    rays=pixels(large),
+                )
+            )
+    return found
+
+
+def _point(
+    diagram: str, renderer: str, precision: str, per_side: int, clock: str, image: np.ndarray, truth: np.ndarray
+) -> Point:
+    error, interval = root_mean_square(image, truth)
+    return Point(
+        diagram=diagram,
+        label=f"{renderer}, {precision}, {per_side**2} per pixel",
+        renderer=renderer,
+        variant="",
+        precision=precision,
+        samples=per_side**2,
+        kind="right" if renderer == "tracer" else "reference",
+        clock=clock,
+        error=error,
+        error_interval=interval,
+        natural=float(np.sqrt(((image - truth) ** 2).mean())),
+        unit="W/(m^2 sr)",
+        wrong=0.0,
+    )
+
+
+def _traced(scene: Scene, configuration: Configuration, per_side: int) -> float:
+    """Return the seconds of one launch of as many rays as the samples have."""
+    finer = replace(
+        scene,
+        camera=replace(scene.camera, width=scene.camera.width * per_side, height=scene.camera.height * per_side),
+    )
+    return launch(finer, [Stage.RADIANCE], configuration)[0]
+
+
+def _mitsuba(variant: str, scene: Scene, per_side: int, clock: str) -> Launch:
+    """Return a launch of Mitsuba's own renderer on a scene that it has loaded already."""
+    camera = scene.camera
+    world = load_scene(program.switch_to(variant), scene, near=camera.near, far=camera.far, samples=per_side)
+
+    def once() -> float:
+        program.switch_to(variant)
+        seconds = kernel_seconds if clock == "kernels" else wall_seconds
+        return seconds(lambda: radiance_image(world, scene, world.loaded.integrator(), per_side))
+
+    return once
+
+
+# All diagrams measured: errors first, then every launch of every diagram interleaved with all others.
+
 
 SAMPLES = "samples"
 KINDS = {SAMPLES: "samples", ROUTES: "paths", LADDER: "ladders"}  # the first half of a diagram's name; others are slots

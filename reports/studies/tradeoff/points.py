@@ -1,11 +1,15 @@
 """A point of a work-precision diagram, and which points nothing else beats in both directions."""
 
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 from typing import TypedDict
 
-from rayproof.reports.studies.compare.statistics import Interval
+import drjit as dr
+import numpy as np
+
+from rayproof.reports.studies.compare.statistics import LEVEL, Interval, median_interval, percentile_interval
 
 GAIN = 1.01  # an error that is less than a hundredth smaller buys no place on the front
 
@@ -122,3 +126,113 @@ def point_record(point: Point, *, on_front: bool) -> PointRecord:
         "wrong": point.wrong,
         "front": on_front,
     }
+
+
+# Seconds of renderers that are no formula of ours, and the interleaving of everything that is to be timed.
+
+
+Launch = Callable[[], float]  # runs once and returns its seconds
+
+
+def kernel_seconds(run: Callable[[], object]) -> float:
+    """Return how long the kernels ran that `run` launched through Dr.Jit, whoever wrote them [s]."""
+    before = dr.flag(dr.JitFlag.KernelHistory)
+    dr.set_flag(dr.JitFlag.KernelHistory, True)
+    try:
+        dr.kernel_history_clear()
+        run()
+        dr.sync_thread()
+        return sum(kernel["execution_time"] for kernel in dr.kernel_history([dr.KernelType.JIT])) * 1e-3
+    finally:
+        dr.set_flag(dr.JitFlag.KernelHistory, before)
+
+
+def wall_seconds(run: Callable[[], object]) -> float:
+    """Return how long `run` took [s]."""
+    start = time.perf_counter()
+    run()
+    return time.perf_counter() - start
+
+
+def interleave(launches: Sequence[Launch], *, repetitions: int, budget: float) -> list[np.ndarray]:
+    """Return the seconds of each launch in warm repetitions, all visited in a new order each time.
+
+    A launch that would keep us longer than `budget` [s] in all, whatever its own clock says, is repeated less often, an
+    odd number of times.
+    """
+    for launch in launches:
+        launch()
+    warm = [wall_seconds(launch) for launch in launches]
+    counts = [max(3, min(repetitions, int(budget / seconds))) | 1 for seconds in warm]
+    seconds: list[list[float]] = [[] for _ in launches]
+    generator = np.random.default_rng(6)
+    for repetition in range(max(counts, default=0)):
+        for index in generator.permutation(len(launches)):
+            if repetition < counts[index]:
+                seconds[index].append(launches[index]())
+    return [np.array(found) for found in seconds]
+
+
+# A point whose error is known and whose time is still to be taken.
+
+
+@dataclass(frozen=True, kw_only=True)
+class Entry:
+    """A point and how to time it; until then its nanoseconds are NaN."""
+
+    point: Point
+    launch: Launch
+    rays: int  # of a launch; pixels where samples are compared
+
+    def timed(self, seconds: np.ndarray) -> Point:
+        """Return the point, given the seconds of an odd number of launches."""
+        each = seconds / self.rays * 1e9
+        interval = median_interval(each.tolist(), level=LEVEL)
+        return replace(self.point, nanoseconds=float(np.median(each)), nanoseconds_interval=interval)
+
+
+# Tails of errors with their intervals: what a diagram's vertical axis shows.
+
+
+TAIL = 0.99  # of the pixels; the worst of all cannot be estimated, only met
+TILE = 32  # neighbouring pixels that are drawn again together
+REPLICATES = 200
+# An error of exactly 0 has no place on a logarithmic axis; float64's roundoff is 2^-29 of float32's.
+LEAST = 2.0**-40
+SEED = 5
+
+
+def tail(scenes: Sequence[np.ndarray]) -> tuple[float, Interval]:
+    """Return the 99 % quantile of the scenes' errors (NaN left out) and its bootstrap interval, tiles drawn again."""
+    values = [scene[np.isfinite(scene)] for scene in scenes]
+    tiles = [run for scene in values for run in np.array_split(scene, max(1, len(scene) // TILE)) if len(run)]
+    if not tiles:
+        return float("nan"), (float("nan"), float("nan"))
+    generator = np.random.default_rng(SEED)
+    replicates = np.array(
+        [
+            np.quantile(
+                np.concatenate([tiles[index] for index in generator.integers(len(tiles), size=len(tiles))]), TAIL
+            )
+            for _ in range(REPLICATES)
+        ]
+    )
+    low, high = percentile_interval(replicates, level=LEVEL)
+    at = quantile(scenes)
+    return max(at, LEAST), (max(min(low, at), LEAST), max(high, at, LEAST))
+
+
+def quantile(scenes: Sequence[np.ndarray]) -> float:
+    """Return the 99 % quantile of the scenes' errors; NaN are left out, and NaN is the answer where nothing is left."""
+    values = np.concatenate([scene[np.isfinite(scene)] for scene in scenes])
+    return float(np.quantile(values, TAIL)) if len(values) else float("nan")
+
+
+def root_mean_square(image: np.ndarray, truth: np.ndarray) -> tuple[float, Interval]:
+    """Return the RMSE of two images (height, width, channels) over the truth's mean, rows of pixels drawn again."""
+    squares = ((image - truth) ** 2).mean(axis=(1, 2))
+    scale = float(np.abs(truth).mean()) or 1.0
+    drawn = np.random.default_rng(SEED).integers(len(squares), size=(REPLICATES, len(squares)))
+    low, high = percentile_interval(np.sqrt(squares[drawn].mean(axis=1)), level=LEVEL)
+    at = float(np.sqrt(squares.mean()))
+    return max(at / scale, LEAST), (max(low / scale, LEAST), max(high / scale, LEAST))

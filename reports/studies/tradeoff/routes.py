@@ -18,13 +18,10 @@ from rayproof.cases.scene import Scene
 from rayproof.cases.stages import IMAGE_STAGES, Stage, StageImages
 from rayproof.reference.analytic import Analytic
 from rayproof.reference.double_double import DoubleDouble
-from rayproof.reports.studies.compare.received import as_received
-from rayproof.reports.studies.compare.timing import enlarged
-from rayproof.reports.studies.tradeoff.clocks import kernel_seconds
-from rayproof.reports.studies.tradeoff.entry import Entry
+from rayproof.reports.studies.compare.measured import enlarged
+from rayproof.reports.studies.compare.records import as_received
 from rayproof.reports.studies.tradeoff.formulas import pixels
-from rayproof.reports.studies.tradeoff.points import Point
-from rayproof.reports.studies.tradeoff.tails import quantile, tail
+from rayproof.reports.studies.tradeoff.points import Entry, Point, kernel_seconds, quantile, tail
 from rayproof.tracer.configuration import Configuration
 from rayproof.tracer.frames import Frames
 from rayproof.tracer.kernel.parameters import LITERALS

@@ -13,12 +13,9 @@ from rayproof.cases.families import all_cases
 from rayproof.cases.laws import LAWS
 from rayproof.cases.laws.relations import Relation
 from rayproof.cases.stages import Stage
-from rayproof.reports.laws.asking import Asked, renderer
-from rayproof.reports.laws.choice import default
 from rayproof.reports.laws.judging import judge
-from rayproof.reports.laws.law_task import obey, small
-from rayproof.reports.laws.orders import LawOrder
-from rayproof.reports.laws.suite import Pair
+from rayproof.reports.laws.law_task import Asked, LawOrder, obey, renderer, small
+from rayproof.reports.laws.suite import Pair, default
 from rayproof.reports.processes.pool import Pool
 from rayproof.reports.processes.worker import Reply, serve
 from rayproof.reports.run.llvm import choose_packaged_llvm

@@ -16,7 +16,7 @@ from rayproof.reports.run.messages import TracerTask
 from rayproof.reports.run.request import RunRequest
 from rayproof.reports.run.tasks.trace_task import trace
 from rayproof.reports.run.worker_settings import workers
-from rayproof.reports.studies.tradeoff.tasks import tasks
+from rayproof.reports.studies.tradeoff.measuring import tasks
 from rayproof.reports.subjects import TRACER
 from rayproof.tracer.configuration import Configuration
 from rayproof.tracer.formulas import FORMULAS

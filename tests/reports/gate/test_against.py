@@ -4,9 +4,8 @@ from typing import Any
 
 import pytest
 
-from rayproof.reports.gate.against import Base, standing
 from rayproof.reports.gate.expectations import Expectation
-from rayproof.reports.gate.gating import Demanded, coverage, held
+from rayproof.reports.gate.gating import Base, Demanded, coverage, held, standing
 from tests.reports.gate.test_gating import ENTRY, TODAY, check, run
 
 LEDGER = {"planned": 4, "pass": 2, "warn": 0, "fail": 1, "unsupported": 1}

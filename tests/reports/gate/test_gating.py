@@ -6,9 +6,8 @@ from typing import Any
 
 import pytest
 
-from rayproof.reports.gate.accepting import accepted, pruned
 from rayproof.reports.gate.expectations import Expectation, load_expectations, save_expectations
-from rayproof.reports.gate.gating import Gate, gate
+from rayproof.reports.gate.gating import Gate, accepted, gate, pruned
 
 ENTRY = Expectation(
     case="shadows/one",

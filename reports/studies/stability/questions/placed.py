@@ -1,9 +1,4 @@
-"""A formula that uses a model matrix: rays into object space, squares in world space, normals back to world space.
-
-A matrix is a literal in the tracer, so a ladder has a few matrices per value, each with its share of the rays; all of
-them still make one kernel. Truth takes the matrix as the exact numbers that it holds.
-Inputs: matrix (rays, 12), row by row without the last row, the same for a whole block of rays; o and d, or n.
-"""
+"""At which t does a ray meet a shape? Errors in the ladder's unit, and against K with the shape at the origin."""
 
 from collections.abc import Callable
 from itertools import pairwise
@@ -16,18 +11,121 @@ from rayproof.cases.ladders import Inputs, Ladder
 from rayproof.cases.placement import world_triangles
 from rayproof.cases.rounding import UNIT_ROUNDOFF
 from rayproof.cases.scene import Cube, Mesh, Plane, Shape, Sphere, Square
+from rayproof.reports.studies.stability.arithmetic import (
+    Columns,
+    Pair,
+    confirmed,
+    cross,
+    decided,
+    dot,
+    evaluated,
+    minus,
+    normalized,
+    sample,
+    witnessed,
+)
 from rayproof.reports.studies.stability.device import downloaded, uploaded
-from rayproof.reports.studies.stability.exactly import Columns, decided, evaluated, sample, witnessed
-from rayproof.reports.studies.stability.geometry import ahead, ray_of, record
-from rayproof.reports.studies.stability.mathematics import cross, dot, minus, normalized
 from rayproof.reports.studies.stability.questions import QUESTIONS, Answer, Grades, Truth, Witness, nothing
-from rayproof.reports.studies.stability.questions.distance import graded
-from rayproof.reports.studies.stability.shapes import SHAPES, Triangle, towards
+from rayproof.reports.studies.stability.shapes import SHAPES, Hit, Triangle, ahead, ray_of, record, towards
 from rayproof.tracer.configuration import Configuration
 from rayproof.tracer.formulas import Formula
 from rayproof.tracer.kernel.arrays import ArrayTypes, array_types
 from rayproof.tracer.shapes.primitives import traced
 from rayproof.tracer.shapes.shape import Transform
+
+LENGTHS = {"sphere": ("o", "c", "r"), "triangle": ("o", "a", "b", "c")}
+
+
+def exponents(inputs: Inputs, names: tuple[str, ...]) -> np.ndarray:
+    """Return per ray the power of two of the largest absolute number among `names`."""
+    columns = [inputs[name].reshape(len(inputs[name]), -1) for name in names]
+    return np.frexp(abs(np.concatenate(columns, axis=1)).max(axis=1))[1]
+
+
+def rescaled(inputs: Inputs, shape: str) -> tuple[Inputs, np.ndarray]:
+    """Return inputs of size one, exactly, and the power of two that t was multiplied by. Pairs overflow otherwise."""
+    lengths = exponents(inputs, LENGTHS[shape])
+    speed = exponents(inputs, ("d",))
+    shifts = dict.fromkeys(LENGTHS[shape], -lengths) | {"d": -speed}
+    moved = {
+        name: np.ldexp(array, shifts[name] if array.ndim == 1 else shifts[name][:, None])
+        for name, array in inputs.items()
+    }
+    return moved, speed - lengths
+
+
+@QUESTIONS.register("distance")
+class Distance:
+    """The t of the nearest hit in front of the ray, inf where there is none."""
+
+    def truth(self, ladder: Ladder, inputs: Inputs, rungs: np.ndarray) -> Truth:
+        """Return hit and t; a ray with a hit that pairs cannot place is not counted."""
+        name = str(ladder.options["shape"])
+        shape = SHAPES[name]()
+        given, shift = rescaled(inputs, name) if name in LENGTHS else (inputs, np.zeros(len(rungs), dtype=int))
+        if name == "cube":
+            given = given | {"towards": towards(given["d"])}
+        signs, values = decided(shape.predicates, given), evaluated(shape.values, given)
+        hit = shape.decide(signs, values, given)
+        witness = Witness(*witnessed(shape.values, given, values, sample(rungs)))
+        counted = ~(hit.hit & ~np.isfinite(hit.t.high))
+        return Truth(
+            counted=counted, facts={"hit": hit, "given": given, "shift": shift, "shape": shape}, witness=witness
+        )
+
+    def answer(self, ladder: Ladder, formula: Formula, inputs: Inputs, precision: str) -> Answer:
+        """Return t per ray."""
+        types = array_types(precision)
+        columns = uploaded(inputs, types)
+        shape = record(str(ladder.options["shape"]), columns, types)
+        return downloaded({"t": formula.function(ray_of(columns), shape, ahead(types))}, len(inputs["o"]))
+
+    def grade(self, ladder: Ladder, inputs: Inputs, truth: Truth, answer: Answer, precision: str) -> Grades:
+        """Return misses and errors; only rays that truly hit and were answered have an error."""
+        return graded(ladder, truth, answer["t"], precision)
+
+
+def graded(ladder: Ladder, truth: Truth, t: np.ndarray, precision: str) -> Grades:
+    """Return the marks of answers `t`."""
+    hit: Hit = truth.facts["hit"]
+    given, u = truth.facts["given"], UNIT_ROUNDOFF[precision]
+    found = np.isfinite(t)
+    both = found & hit.hit & truth.counted
+    with np.errstate(all="ignore"):
+        off = np.where(both, abs(hit.t.minus(np.ldexp(t, truth.facts["shift"]))), np.nan)
+        center = given[truth.facts["shape"].center] if truth.facts["shape"].center else 0.0
+        reach = abs(given["o"] - center) + abs(hit.t.high[:, None] * given["d"])
+        weight = np.sum(abs(hit.normal) * reach, axis=1) + hit.size
+        slope = abs(np.sum(hit.normal * given["d"], axis=1))
+        index = off * slope / (u * weight)
+        error = off / natural(ladder, given, hit.t, u)
+    return Grades(
+        counted=truth.counted,
+        false_hit=found & ~hit.hit & truth.counted,
+        false_miss=~found & hit.hit & truth.counted,
+        invalid=(np.isnan(t) & truth.counted) if t.size else nothing(0),
+        error=error,
+        index=index,
+    )
+
+
+def natural(ladder: Ladder, given: Inputs, t: Pair, u: float) -> Any:
+    """Return what an error of t is divided by: |d| |dt| / r in radii, or roundings of t."""
+    match ladder.options.get("natural", "roundings"):
+        case "radii":
+            return given["r"] / np.linalg.norm(given["d"], axis=1)
+        case "relative":
+            return abs(t.high)
+        case _:
+            return abs(t.high) * u
+
+
+# A formula that uses a model matrix: rays into object space, squares in world space, normals back to world space.
+#
+# A matrix is a literal in the tracer, so a ladder has a few matrices per value, each with its share of the rays; all of
+# them still make one kernel. Truth takes the matrix as the exact numbers that it holds.
+# Inputs: matrix (rays, 12), row by row without the last row, the same for a whole block of rays; o and d, or n.
+
 
 ALBEDO = (0.5, 0.5, 0.5)
 MADE: dict[str, Callable[[Any], Shape]] = {
@@ -242,3 +340,62 @@ def _baked(inputs: Inputs, block: slice) -> np.ndarray:
     faces = np.arange(3 * len(corners)).reshape(-1, 3)
     matrix = rows(inputs["matrix"][block.start])
     return world_triangles(Mesh(vertices=corners.reshape(-1, 3), faces=faces, albedo=ALBEDO, to_world=matrix))
+
+
+# Which of two surfaces is the nearer one? Two parallel triangles a small gap apart, asked about one after the other.
+#
+# Exact t by Cramer's rule, compared without a division; a ray counts if it meets both. The second one taken though it
+# is the farther one is a false hit, the second one passed over though it is the nearer one a false miss. Inputs: o,
+# d, the first triangle a, b, c and the second one a2, b2, c2.
+
+
+TRIANGLE = Triangle()
+
+
+def second(x: Columns) -> Columns:
+    """Return the second triangle with the same ray."""
+    return x | {name: x[f"{name}2"] for name in "abc"}
+
+
+def compared(x: Columns) -> Columns:
+    """Return what decides both triangles, and t1 det1 det2 - t2 det1 det2."""
+    one, other = TRIANGLE.predicates(x), TRIANGLE.predicates(second(x))
+    later = one["t"] * other["det"] - other["t"] * one["det"]
+    return one | {f"{name}2": value for name, value in other.items()} | {"later": later}
+
+
+@QUESTIONS.register("order")
+class Order:
+    """The slots `nearest` and `triangle`, each with the default of the other."""
+
+    def truth(self, ladder: Ladder, inputs: Inputs, rungs: np.ndarray) -> Truth:
+        """Return which rays meet both, and where the second one comes first."""
+        signs = decided(compared, inputs)
+        witness = Witness(*confirmed(compared, inputs, signs, sample(rungs)))
+        both = TRIANGLE.met(signs) & TRIANGLE.met({name: signs[f"{name}2"] for name in ("det", "u", "v", "w", "t")})
+        later = signs["later"].astype(int) * signs["det"] * signs["det2"]
+        return Truth(counted=both, facts={"second": later > 0}, witness=witness)
+
+    def answer(self, ladder: Ladder, formula: Formula, inputs: Inputs, precision: str) -> Answer:
+        """Return 1 where the second triangle is taken."""
+        types = array_types(precision)
+        configuration = Configuration(precision=precision, formulas={formula.slot: formula.variant})
+        x = uploaded(inputs, types)
+        best, t = (
+            configuration["triangle"](ray_of(x), record("triangle", columns, types), ahead(types))
+            for columns in (x, second(x))
+        )
+        return downloaded({"second": types.Float(configuration["nearest"](t, best))}, len(inputs["o"]))
+
+    def grade(self, ladder: Ladder, inputs: Inputs, truth: Truth, answer: Answer, precision: str) -> Grades:
+        """Return wrong orders."""
+        said, right = answer["second"] > 0, truth.facts["second"]
+        unknown = np.full(len(said), np.nan)
+        return Grades(
+            counted=truth.counted,
+            false_hit=said & ~right & truth.counted,
+            false_miss=~said & right & truth.counted,
+            invalid=np.zeros(len(said), dtype=bool),
+            error=unknown,
+            index=unknown,
+        )

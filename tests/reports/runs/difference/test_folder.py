@@ -17,10 +17,9 @@ from rayproof.reports.results.exr import read_answers, write_answers
 from rayproof.reports.results.image_script import read_pixels, write_pixels
 from rayproof.reports.results.images import kept_images
 from rayproof.reports.results.records import CaseRecord
-from rayproof.reports.runs.difference import record
-from rayproof.reports.runs.difference.folder import write_folder
-from rayproof.reports.runs.difference.images import write_both
-from rayproof.reports.runs.difference.record import comparison, moved, names_of, sentence
+from rayproof.reports.runs.difference import runs as difference
+from rayproof.reports.runs.difference.images import write_both, write_folder
+from rayproof.reports.runs.difference.runs import comparison, moved, names_of, sentence
 from tests.reports.publish.sample import answers, make_folder
 from tests.reports.publish.visits import Visit
 
@@ -135,7 +134,7 @@ def test_long_runs_are_told_by_what_moved_alone(
             for place, case in enumerate(results["cases"]):
                 table.keep(case["name"], case, place=place)
         results["cases"] = cast("list[CaseRecord]", table.cases())  # read one at a time
-    monkeypatch.setattr(record, "LISTED", 1)
+    monkeypatch.setattr(difference, "LISTED", 1)
 
     long = comparison(loaded[0], loaded[1], ("old", "new"))
 

@@ -7,8 +7,7 @@ from typing import Any
 import pytest
 
 from rayproof.reports.results.document import save_results
-from rayproof.reports.runs.difference.record import comparison
-from rayproof.reports.runs.difference.runs import compare_runs
+from rayproof.reports.runs.difference.runs import compare_runs, comparison
 from tests.reports.commands.conftest import Rayproof
 from tests.reports.publish.sample import make_folder
 

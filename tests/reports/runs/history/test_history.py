@@ -9,8 +9,7 @@ from typing import Any
 import pytest
 
 from rayproof.reports.cli import main
-from rayproof.reports.runs.history.database import HistoryError, append, opened
-from rayproof.reports.runs.history.series import read_series
+from rayproof.reports.runs.history.database import HistoryError, append, opened, read_series
 from rayproof.reports.runs.history.standing import worse
 
 

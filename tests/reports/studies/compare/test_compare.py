@@ -11,10 +11,9 @@ from rayproof.cases.families import select
 from rayproof.cases.stages import Stage
 from rayproof.cases.stresses import STRESSES
 from rayproof.reports.studies.compare.contenders import contender, seen, stages_at_stake
-from rayproof.reports.studies.compare.findings import Finding, finding
-from rayproof.reports.studies.compare.pairing import PairedStage, paired
-from rayproof.reports.studies.compare.received import as_received
-from rayproof.reports.studies.compare.verdicts import NOTHING, TRADE, Signs, accuracy, outcome, speed
+from rayproof.reports.studies.compare.findings import NOTHING, TRADE, Finding, Signs, accuracy, finding, outcome, speed
+from rayproof.reports.studies.compare.measured import PairedStage, paired
+from rayproof.reports.studies.compare.records import as_received
 from rayproof.tracer.formulas import FORMULAS
 from tests.reports.commands.conftest import Rayproof
 

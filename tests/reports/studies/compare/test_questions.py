@@ -4,9 +4,7 @@ import pytest
 
 from rayproof.cases.scene import Scene
 from rayproof.cases.stresses import STRESSES, stressing
-from rayproof.reports.studies.compare.concerned import concerned
-from rayproof.reports.studies.compare.contenders import contender
-from rayproof.reports.studies.compare.questions import questions
+from rayproof.reports.studies.compare.contenders import concerned, contender, questions
 from rayproof.tracer.formulas import FORMULAS
 
 

@@ -10,10 +10,9 @@ import pytest
 from rayproof.cases.families import select
 from rayproof.cases.stages import Stage
 from rayproof.reports.studies.compare.contenders import contender
-from rayproof.reports.studies.compare.findings import finding
-from rayproof.reports.studies.compare.pairing import PairedStage, paired
-from rayproof.reports.studies.compare.tails import TILE, Tail, leaning, lost
-from rayproof.reports.studies.compare.verdicts import Signs, accuracy, sentence
+from rayproof.reports.studies.compare.findings import Signs, accuracy, finding, sentence
+from rayproof.reports.studies.compare.measured import PairedStage, paired
+from rayproof.reports.studies.compare.statistics import TILE, Tail, leaning, lost
 from tests.reports.commands.conftest import Rayproof
 
 ROWS, COLUMNS = 9, 12  # tiles of the images below

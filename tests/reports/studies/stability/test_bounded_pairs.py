@@ -6,7 +6,7 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from rayproof.reports.studies.stability.bounded_pairs import Pair
+from rayproof.reports.studies.stability.arithmetic import Pair
 
 
 def exact(pair: Pair, index: int) -> Fraction:

@@ -3,8 +3,7 @@
 import drjit as dr
 import numpy as np
 
-from rayproof.reports.studies.stability.device import number
-from rayproof.reports.studies.stability.guards import broken
+from rayproof.reports.studies.stability.device import broken, number
 from rayproof.tracer.kernel.arrays import array_types
 
 

@@ -6,10 +6,9 @@ import numpy as np
 import pytest
 
 from rayproof.cases.ladders import Failure, Ladder, PredictedSlope, all_ladders
-from rayproof.reports.studies.stability.climb import Climb, Drawn, Rung
-from rayproof.reports.studies.stability.judge import doubted, judged
+from rayproof.reports.studies.stability.climb import Climb, Drawn, Rung, Slope
+from rayproof.reports.studies.stability.document import doubted, judged
 from rayproof.reports.studies.stability.questions import Truth, Witness
-from rayproof.reports.studies.stability.slopes import Slope
 from rayproof.tracer.formulas import FORMULAS
 
 SPH_FAR = next(ladder for ladder in all_ladders() if ladder.name == "SPH-FAR")

@@ -3,7 +3,7 @@
 import numpy as np
 from scipy import stats
 
-from rayproof.reports.studies.stability.slopes import RESAMPLES, fitted, resampled
+from rayproof.reports.studies.stability.climb import RESAMPLES, fitted, resampled
 
 PARAMETERS = (1e1, 1e2, 1e3, 1e4, 1e5)
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from flint import arb, fmpq
 
-from rayproof.reports.studies.stability.exactly import decided, evaluated, rational, single, witnessed
+from rayproof.reports.studies.stability.arithmetic import decided, evaluated, rational, single, witnessed
 from rayproof.reports.studies.stability.shapes import SHAPES, Hit, towards
 
 

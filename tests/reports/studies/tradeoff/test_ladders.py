@@ -3,7 +3,8 @@
 import numpy as np
 
 from rayproof.reports.studies.stability.questions.placed import blocks
-from rayproof.reports.studies.tradeoff.ladders import RAYS, enough, ladders, value_of
+from rayproof.reports.studies.tradeoff.formulas import RAYS_ladders as RAYS
+from rayproof.reports.studies.tradeoff.formulas import enough, ladders, value_of
 
 
 def test_every_ray_is_timed_equally_often() -> None:

@@ -6,8 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from rayproof.reports.studies.tradeoff.points import Point, front
-from rayproof.reports.studies.tradeoff.tails import LEAST, quantile, root_mean_square, tail
+from rayproof.reports.studies.tradeoff.points import LEAST, Point, front, quantile, root_mean_square, tail
 
 POINT = Point(
     diagram="sphere/far",

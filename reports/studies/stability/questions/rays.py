@@ -1,0 +1,351 @@
+"""In which direction does the camera look through a point of its image? The angle to the exact direction.
+
+Every ray has a camera of its own, so that no orientation is a special one. Inputs: eye, target, up, sx, sy, fovy
+[degrees], aspect, near, far. K = 1 + 1 / sin(F, up), what the basis multiplies its roundings by; the eye's
+coordinates do not enter, because target - eye is all that a direction needs.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from itertools import pairwise
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+from flint import arb, ctx
+
+from rayproof.cases.ladders import Inputs, Ladder
+from rayproof.cases.placement import camera_around
+from rayproof.cases.rounding import UNIT_ROUNDOFF
+from rayproof.cases.scene import Mesh, Scene
+from rayproof.reports.studies.stability.arithmetic import (
+    Columns,
+    Pair,
+    cross,
+    decided,
+    dot,
+    evaluated,
+    minus,
+    normalized,
+    plus,
+    sample,
+    times,
+    witnessed,
+)
+from rayproof.reports.studies.stability.device import downloaded, number, uploaded
+from rayproof.reports.studies.stability.questions import QUESTIONS, Answer, Grades, Truth, Witness, nothing
+from rayproof.reports.studies.stability.questions.placed import Distance, angles
+from rayproof.reports.studies.stability.shapes import ahead, ray_of, record
+from rayproof.tracer.configuration import Configuration
+from rayproof.tracer.formulas import FORMULAS, Formula
+from rayproof.tracer.kernel.arrays import array_types
+from rayproof.tracer.kernel.parameters import LITERALS, DeviceBuffers
+from rayproof.tracer.light_path.camera_stage import camera_frame
+from rayproof.tracer.light_path.surfaces import DeviceScene
+from rayproof.tracer.plan import Context, Plan
+from rayproof.tracer.rays import Ray
+
+TANGENT_BITS = 300
+
+
+def tangents(fovy: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return tan(fovy / 2) as two float64 arrays, fovy in degrees and exact."""
+    old, ctx.prec = ctx.prec, TANGENT_BITS
+    try:
+        table = {}
+        for angle in np.unique(fovy):
+            tangent = (arb(float(angle)) / 360).sin_pi() / (arb(float(angle)) / 360).cos_pi()
+            high = float(tangent.mid())
+            table[angle] = (high, float((tangent - high).mid()))
+    finally:
+        ctx.prec = old
+    return np.array([table[angle][0] for angle in fovy]), np.array([table[angle][1] for angle in fovy])
+
+
+def looking(x: Columns) -> Columns:
+    """Return the unit direction from the camera's own numbers; the tangent is the sum of two."""
+    forward = normalized(minus(x["target"], x["eye"]))
+    right = normalized(cross(forward, x["up"]))
+    up = cross(right, forward)
+    tangent = x["tangent"] + x["tangent_rest"]
+    across, upwards = x["sx"] * tangent * x["aspect"], x["sy"] * tangent
+    direction = normalized(plus(plus(forward, times(right, across)), times(up, upwards)))
+    return {f"n{i}": value for i, value in enumerate(direction)}
+
+
+@QUESTIONS.register("view_ray")
+class ViewRay:
+    """The unit direction of `ray`, by the slot's variant, everything else of the camera by default."""
+
+    def truth(self, ladder: Ladder, inputs: Inputs, rungs: np.ndarray) -> Truth:
+        """Return the exact direction and K."""
+        high, low = tangents(inputs["fovy"])
+        given = {name: inputs[name] for name in ("eye", "target", "up", "sx", "sy", "aspect")}
+        given |= {"tangent": high, "tangent_rest": low}
+        found = evaluated(looking, given)
+        witness = Witness(*witnessed(looking, given, found, sample(rungs)))
+        forward = inputs["target"] - inputs["eye"]
+        sine = np.linalg.norm(np.cross(forward, inputs["up"]), axis=1)
+        sine = sine / np.linalg.norm(forward, axis=1) / np.linalg.norm(inputs["up"], axis=1)
+        finite = np.isfinite(found["n0"].high)
+        return Truth(counted=finite, facts={"n": found, "K": 1 + 1 / sine}, witness=witness)
+
+    def answer(self, ladder: Ladder, formula: Formula, inputs: Inputs, precision: str) -> Answer:
+        """Return directions, one camera per ray and all in one kernel."""
+        types = array_types(precision)
+        configuration = Configuration(precision=precision, formulas={formula.slot: formula.variant})
+        columns = uploaded(inputs, types)
+        cameras: Any = SimpleNamespace(**{name: columns[name] for name in ("eye", "target", "up", "near", "far")})
+        # The half-sizes of the image come from the formula, one angle at a time.
+        half_extent = self._half_sizes(configuration, inputs, types)
+        frame = camera_frame(cameras, configuration, types, half_extent=half_extent)
+        return downloaded({"d": configuration["ray"](frame, columns["sx"], columns["sy"])}, len(inputs["sx"]))
+
+    @staticmethod
+    def _half_sizes(configuration: Configuration, inputs: Inputs, types: Any) -> tuple[Any, Any]:
+        given = np.stack([inputs["fovy"], inputs["aspect"]])
+        # Runs first: to sort pairs takes long, and the rays of a run have one.
+        starts = np.concatenate([[True], np.any(given[:, 1:] != given[:, :-1], axis=0)])
+        pairs, where = np.unique(given[:, starts], axis=1, return_inverse=True)
+        sizes = np.array(
+            [
+                [float(size[0]) for size in configuration["half_extent"](types.Float, float(fovy), float(aspect))]
+                for fovy, aspect in pairs.T
+            ]
+        )[where[np.cumsum(starts) - 1]]
+        return number(sizes[:, 0], types), number(sizes[:, 1], types)
+
+    def grade(self, ladder: Ladder, inputs: Inputs, truth: Truth, answer: Answer, precision: str) -> Grades:
+        """Return angles in degrees, or in pixels of 1080 lines; a direction that is no number is invalid."""
+        angle = angles(answer["d"], truth.facts["n"])
+        bad = ~np.isfinite(angle)
+        error = np.degrees(angle)
+        if ladder.options.get("natural") == "pixels":
+            error = error / (inputs["fovy"] / 1080)
+        return Grades(
+            counted=truth.counted,
+            false_hit=nothing(len(bad)),
+            false_miss=nothing(len(bad)),
+            invalid=bad & truth.counted,
+            error=np.where(truth.counted, error, np.nan),
+            index=np.where(truth.counted, angle / (truth.facts["K"] * UNIT_ROUNDOFF[precision]), np.nan),
+        )
+
+
+# The point on a shape and its normal: how far the point lies off the true surface, how the normal turns away.
+#
+# Inputs as for "distance" with that shape; the distance is the default formula's, so what differs is the point alone.
+
+
+@dataclass(frozen=True, kw_only=True)
+class InPlace:
+    """What a position formula may ask, where object space is world space and `everywhere` says that all are spheres."""
+
+    ray: Ray
+    center: Any
+    radius: Any
+    everywhere: Any
+
+    def __call__(self) -> tuple[Ray, Callable[[Any], Any]]:
+        """Return the ray, which is already in object space, and what takes points to world space: nothing."""
+        return self.ray, lambda point: point
+
+    def spheres(self) -> tuple[Any, Any, Any]:
+        """Return that all are spheres, the centre and the radius [m]."""
+        return self.everywhere, self.center, self.radius
+
+
+def off_surface(shape: str, p: np.ndarray, x: Inputs) -> np.ndarray:
+    """Return the distance [m] of points (rays, 3) from the true surface."""
+    if shape == "plane":
+        return abs(p[:, 2])
+    at = tuple(Pair(p[:, i]) for i in range(3))
+    if shape == "sphere":
+        local = minus(at, tuple(x["c"].T))
+        return abs(dot(local, local).sqrt().minus(x["r"]))
+    a, b, c = (tuple(Pair(x[name][:, i]) for i in range(3)) for name in "abc")
+    normal = normalized(cross(minus(b, a), minus(c, a)))
+    return abs(dot(normal, minus(at, a)).high)
+
+
+def rounding(shape: str, x: Inputs, t: np.ndarray) -> np.ndarray:
+    """Return what K u multiplies [m]: a sphere's own numbers, or what the ray's components along the normal sum up to.
+
+    A point on a sphere can be as near as its own rounding, since the sphere's numbers are larger than zero. Of a flat
+    shape whose numbers may all be zero only the way to it is left, o and t d.
+    """
+    if shape == "sphere":
+        return np.linalg.norm(x["c"], axis=1) + x["r"]
+    reach = abs(x["o"]) + abs(t[:, None] * x["d"])
+    if shape == "plane":
+        return reach[:, 2]
+    normal = np.cross(x["b"] - x["a"], x["c"] - x["a"])
+    return np.sum(abs(normal) * (reach + abs(x["a"])), axis=1) / np.linalg.norm(normal, axis=1)
+
+
+@QUESTIONS.register("point")
+class Point:
+    """The slot `position`: the distance of the computed point from the surface, on a sphere in radii."""
+
+    def truth(self, ladder: Ladder, inputs: Inputs, rungs: np.ndarray) -> Truth:
+        """Return which rays hit."""
+        whole = Distance().truth(ladder, inputs, rungs)
+        return Truth(counted=whole.counted & whole.facts["hit"].hit, facts={}, witness=whole.witness)
+
+    def answer(self, ladder: Ladder, formula: Formula, inputs: Inputs, precision: str) -> Answer:
+        """Return points [m]."""
+        types, shape = array_types(precision), str(ladder.options["shape"])
+        columns = uploaded(inputs, types)
+        ray = ray_of(columns)
+        t = FORMULAS[f"{shape}/{FORMULAS.slots[shape]}"].function(ray, record(shape, columns, types), ahead(types))
+        place = InPlace(
+            ray=ray,
+            center=columns.get("c", types.Vector(0.0)),
+            radius=columns.get("r", types.Float(1.0)),
+            everywhere=types.Bool(shape == "sphere"),
+        )
+        return downloaded({"p": formula.function(ray, t, place), "t": t}, len(inputs["o"]))
+
+    def grade(self, ladder: Ladder, inputs: Inputs, truth: Truth, answer: Answer, precision: str) -> Grades:
+        """Return distances from the surface; a ray that the default formula lost is not the point's fault."""
+        shape = str(ladder.options["shape"])
+        counted = truth.counted & np.isfinite(answer["t"])
+        with np.errstate(all="ignore"):
+            off = np.where(counted, off_surface(shape, answer["p"], inputs), np.nan)
+            index = off / (UNIT_ROUNDOFF[precision] * rounding(shape, inputs, answer["t"]))
+        rays = len(off)
+        return Grades(
+            counted=counted,
+            false_hit=nothing(rays),
+            false_miss=nothing(rays),
+            invalid=counted & np.isnan(off),
+            error=off / inputs["r"] if shape == "sphere" else off,
+            index=index,
+        )
+
+
+@QUESTIONS.register("sphere_normal")
+class SphereNormal:
+    """The slot `sphere_normal`: inputs p and c; the angle to the exact direction from c to p. K = 1."""
+
+    def truth(self, ladder: Ladder, inputs: Inputs, rungs: np.ndarray) -> Truth:
+        """Return the exact unit normal."""
+
+        def outward(x: Columns) -> Columns:
+            return {f"n{i}": value for i, value in enumerate(normalized(minus(x["p"], x["c"])))}
+
+        found = evaluated(outward, inputs)
+        witness = Witness(*witnessed(outward, inputs, found, sample(rungs)))
+        return Truth(counted=~nothing(len(rungs)), facts={"n": found}, witness=witness)
+
+    def answer(self, ladder: Ladder, formula: Formula, inputs: Inputs, precision: str) -> Answer:
+        """Return normals."""
+        columns = uploaded(inputs, array_types(precision))
+        return downloaded({"n": formula.function(columns["p"], columns["c"])}, len(inputs["p"]))
+
+    def grade(self, ladder: Ladder, inputs: Inputs, truth: Truth, answer: Answer, precision: str) -> Grades:
+        """Return angles in degrees."""
+        angle = angles(answer["n"], truth.facts["n"])
+        none = nothing(len(angle))
+        return Grades(
+            counted=truth.counted,
+            false_hit=none,
+            false_miss=none,
+            invalid=~np.isfinite(angle),
+            error=np.degrees(angle),
+            index=angle / UNIT_ROUNDOFF[precision],
+        )
+
+
+@QUESTIONS.register("facing")
+class Facing:
+    """The slot `facing`: inputs n and d; a normal turned to the wrong side counts as a false hit."""
+
+    def truth(self, ladder: Ladder, inputs: Inputs, rungs: np.ndarray) -> Truth:
+        """Return the sign of n . d; exact right angles are not counted."""
+        sign = decided(lambda x: {"side": dot(x["n"], x["d"])}, inputs)["side"]
+        return Truth(counted=sign != 0, facts={"side": sign}, witness=Witness(len(sign), 0.0))
+
+    def answer(self, ladder: Ladder, formula: Formula, inputs: Inputs, precision: str) -> Answer:
+        """Return the turned normals."""
+        columns = uploaded(inputs, array_types(precision))
+        return downloaded({"n": formula.function(columns["n"], columns["d"])}, len(inputs["n"]))
+
+    def grade(self, ladder: Ladder, inputs: Inputs, truth: Truth, answer: Answer, precision: str) -> Grades:
+        """Return wrong sides."""
+        right = np.where((truth.facts["side"] > 0)[:, None], -inputs["n"], inputs["n"])
+        wrong = np.any(answer["n"] != right, axis=1) & truth.counted
+        unknown = np.full(len(wrong), np.nan)
+        return Grades(
+            counted=truth.counted,
+            false_hit=wrong,
+            false_miss=nothing(len(wrong)),
+            invalid=np.any(np.isnan(answer["n"]), axis=1),
+            error=unknown,
+            index=unknown,
+        )
+
+
+# Does a tree lose a triangle that a ray meets? Boxes in `tracer.trees` may be met in vain, but never missed.
+#
+# One tree a value of the sweep, over the triangles of all its rays; each ray is aimed at its own, and the triangles
+# do not overlap. Only rays count that truly meet their triangle and that its formula, asked about it alone, says so
+# of: what is left is the tree's own. Found later than alone is lost as well. Options: bundle, how many rays from one
+# point go through the tree as one beam. Inputs: o, d, a, b, c.
+
+
+CAMERA = camera_around((0, 0, 0), distance=4, azimuth=0, elevation=0, width=1, height=1, fovy=30)
+
+
+@QUESTIONS.register("tree")
+class Tree:
+    """The slot `triangle`, in the leaves of a tree."""
+
+    def truth(self, ladder: Ladder, inputs: Inputs, rungs: np.ndarray) -> Truth:
+        """Return which rays meet their own triangle."""
+        own = Distance().truth(ladder, inputs, rungs)
+        return Truth(counted=own.counted & own.facts["hit"].hit, facts=own.facts, witness=own.witness)
+
+    def answer(self, ladder: Ladder, formula: Formula, inputs: Inputs, precision: str) -> Answer:
+        """Return t per ray through the tree and of its own triangle alone, one tree a value."""
+        rays = len(inputs["o"])
+        each = rays // len(ladder.values) if rays % len(ladder.values) == 0 else rays
+        edges = range(0, rays + 1, each)
+        bundle = int(str(ladder.options.get("bundle", 1)))
+        parts = [
+            _through({name: array[a:b] for name, array in inputs.items()}, formula, precision, bundle)
+            for a, b in pairwise(edges)
+        ]
+        return {"t": np.concatenate(parts)} | {"alone": Distance().answer(ladder, formula, inputs, precision)["t"]}
+
+    def grade(self, ladder: Ladder, inputs: Inputs, truth: Truth, answer: Answer, precision: str) -> Grades:
+        """Return what was lost."""
+        counted = truth.counted & np.isfinite(answer["alone"])
+        none, unknown = nothing(len(counted)), np.full(len(counted), np.nan)
+        lost = counted & ~(answer["t"] <= answer["alone"])
+        return Grades(counted=counted, false_hit=none, false_miss=lost, invalid=none, error=unknown, index=unknown)
+
+
+def _through(inputs: Inputs, formula: Formula, precision: str, bundle: int) -> np.ndarray:
+    """Return t of rays through the tree over their triangles; every `bundle` of them in a row start from one point."""
+    corners = np.stack([inputs[name] for name in "abc"], axis=1)
+    mesh = Mesh(
+        vertices=corners.reshape(-1, 3), faces=np.arange(3 * len(corners)).reshape(-1, 3), albedo=(0.5, 0.5, 0.5)
+    )
+    types = array_types(precision)
+    context = Context(
+        scene=Scene(camera=CAMERA, shapes=(mesh,), lights=()),
+        configuration=Configuration(precision=precision, formulas={"triangle": formula.variant}),
+        types=types,
+        plan=Plan(trees=frozenset({"triangle"})),
+        buffers=DeviceBuffers(),
+        parameters=LITERALS,
+    )
+    trees = DeviceScene(context).trees
+    (hierarchy,) = trees.hierarchies
+    parts = [{name: inputs[name][k::bundle] for name in "od"} for k in range(bundle)]
+    rays = [ray_of(uploaded(part, types)) for part in parts]
+    found = downloaded(
+        {str(k): t for k, (t, _) in enumerate(trees.met(hierarchy, rays, [ahead(types)] * bundle))}, len(parts[0]["o"])
+    )
+    return np.stack([found[str(k)] for k in range(bundle)], axis=1).ravel()
