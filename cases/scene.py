@@ -247,9 +247,6 @@ class PointLight:
         _not_negative("flux", self.flux, "W")
 
 
-MARGIN = 2  # rows: so far an edge pixel's sides are looked for among its neighbours' limits
-
-
 @dataclass(frozen=True, kw_only=True)
 class Camera:
     """A pinhole camera; rays pass through pixel centres, row 0 is the top row."""
@@ -262,13 +259,8 @@ class Camera:
     height: int  # px
     near: float  # m
     far: float  # m
-    # Of a large image that is judged in bands: the rows that are, from the first to before the last; None: all of them.
-    # They are drawn with `MARGIN` more on either side, by which the judge knows their neighbours. No part of a file.
-    rows: tuple[int, int] | None = None
 
     def __post_init__(self) -> None:
-        if self.rows is not None and not 0 <= self.rows[0] < self.rows[1] <= self.height:
-            raise SceneError(f"rows must lie in the image, got {self.rows} of {self.height}")
         for name, unit in (("eye", "m"), ("target", "m"), ("up", "")):
             _keep(self, **{name: _three(name, getattr(self, name), unit)})
             _finite(name, getattr(self, name), unit)
@@ -296,22 +288,6 @@ class Camera:
         cosine = float(abs(np.dot(_direction(forward), _direction(self.up))))
         if cosine > PARALLEL:
             raise SceneError(f"up must not be parallel to the viewing direction, got up {self.up}")
-
-    @property
-    def first_row(self) -> int:
-        """Return the first row that is drawn."""
-        return 0 if self.rows is None else max(0, self.rows[0] - MARGIN)
-
-    @property
-    def lines(self) -> int:
-        """Return how many rows are drawn: an image has the shape (lines, width)."""
-        return self.height if self.rows is None else min(self.height, self.rows[1] + MARGIN) - self.first_row
-
-    @property
-    def inner(self) -> slice:
-        """Return which of the rows that are drawn are judged."""
-        first, end = self.rows or (0, self.height)
-        return slice(first - self.first_row, end - self.first_row)
 
     @property
     def aspect(self) -> float:

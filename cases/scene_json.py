@@ -249,7 +249,7 @@ def scene_to_json(scene: Scene, *, packed: int | None = None) -> dict[str, Any]:
     """
     camera, lights = scene.camera, scene.lights
     return {
-        "camera": {field.name: _plain(getattr(camera, field.name)) for field in fields(camera) if field.name != "rows"},
+        "camera": {field.name: _plain(getattr(camera, field.name)) for field in fields(camera)},
         "shapes": [_shape_to_json(shape, packed) for shape in scene.shapes],
         "lights": [{"position": _plain(light.position), "flux": _plain(light.flux)} for light in lights],
         "shading": scene.shading,

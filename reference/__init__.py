@@ -8,7 +8,6 @@ A process imports only the references that it asks.
 
 Beyond the protocol a class may have, each looked up by name:
 
-    in_bands                     True: it answers the rows that the camera asks for, where it does not ask for all
     missing()                    class method; why it cannot run here and how to install it, in a sentence, or None.
                                  Cheap: it looks for a file or a module, and imports and starts nothing
     settings(scene)              a dict of text: the settings that its answer depends on, for report and cache

@@ -21,7 +21,6 @@ class Analytic:
     """
 
     precision = "float64"
-    in_bands = True
 
     def version(self) -> str:
         """Return program and version, for the report."""
@@ -58,7 +57,7 @@ class Analytic:
                 total += found.reshape(samples, -1, 3).sum(axis=0)
             images = {Stage.RADIANCE: total / samples**2}
         for stage, rows in images.items():
-            answers[stage] = rows.reshape(camera.lines, camera.width, rows.shape[1])
+            answers[stage] = rows.reshape(camera.height, camera.width, rows.shape[1])
         return answers
 
     def at(self, scene: Scene, stages: Collection[Stage], points: np.ndarray) -> StageImages:
@@ -104,12 +103,12 @@ class Analytic:
             rows = rays(scene, pixel_centers(camera))
         else:
             flat = {
-                name: np.asarray(image, dtype=np.float64).reshape(camera.lines * camera.width, np.shape(image)[-1])
+                name: np.asarray(image, dtype=np.float64).reshape(camera.height * camera.width, np.shape(image)[-1])
                 for name, image in given.items()
                 if name is not Stage.CAMERA
             }
             rows = NEXT[stage](scene, flat)
-        return rows.reshape(camera.lines, camera.width, rows.shape[1])
+        return rows.reshape(camera.height, camera.width, rows.shape[1])
 
     def edges(self, scene: Scene) -> "Edges":
         """Return for every pixel lower bounds [px] of the distance to silhouettes, shadow edges and terminators."""

@@ -48,8 +48,8 @@ def view_of(camera: Camera) -> View:
 
 def pixel_centers(camera: Camera) -> np.ndarray:
     """Return the image points [px] of all pixel centres that are drawn, row by row, shape (lines * width, 2)."""
-    rows, columns = np.mgrid[: camera.lines, : camera.width]
-    return np.stack([columns.ravel() + 0.5, rows.ravel() + (camera.first_row + 0.5)], axis=1)
+    rows, columns = np.mgrid[: camera.height, : camera.width]
+    return np.stack([columns.ravel() + 0.5, rows.ravel() + 0.5], axis=1)
 
 
 def _unit(vector: np.ndarray) -> np.ndarray:
@@ -67,7 +67,7 @@ def camera_answer(camera: Camera) -> dict[str, np.ndarray]:
     to_camera, to_world = _view_matrices(view)
     to_clip, from_clip = _projection_matrices(camera)
     size = np.array([camera.width, camera.height])
-    centers = pixel_centers(camera).reshape(camera.lines, camera.width, 2)
+    centers = pixel_centers(camera).reshape(camera.height, camera.width, 2)
     ndc = (2 * centers - size) / size * (1, -1)
     return {
         "view": to_camera,

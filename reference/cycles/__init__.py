@@ -1,4 +1,4 @@
-"""What Cycles cannot answer, in sentences."""
+"""Blender's Cycles: the class, and what it cannot answer."""
 
 import math
 from collections.abc import Collection

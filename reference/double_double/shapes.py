@@ -31,14 +31,19 @@ from rayproof.reference.double_double.arithmetic import (
     sqrt,
     unit,
 )
-from rayproof.reference.double_double.arithmetic import cross as cross_triangles
-from rayproof.reference.double_double.arithmetic import dot as dot_triangles
+from rayproof.reference.double_double.arithmetic import cross as exact_cross
 from rayproof.reference.double_double.arithmetic import dot as exact_dot
-from rayproof.reference.double_double.vectors import Matrix, Vector, constant, placement_of, plus, terms
-from rayproof.reference.double_double.vectors import cross_vectors as cross
-from rayproof.reference.double_double.vectors import dot_vectors as dot
-from rayproof.reference.double_double.vectors import dot_vectors as pair_dot
-from rayproof.reference.double_double.vectors import unit as unit_spheres
+from rayproof.reference.double_double.vectors import (
+    Matrix,
+    Vector,
+    constant,
+    pair_cross,
+    pair_dot,
+    placement_of,
+    plus,
+    terms,
+)
+from rayproof.reference.double_double.vectors import unit as unit_of_pairs
 
 
 @dataclass(frozen=True)
@@ -206,8 +211,8 @@ class SeenSphere:
         """Return the first crossing that counts."""
         del without, only
         along = self.to_unit(ray)
-        square, half, across = dot(along, along), dot(self.start, along), cross(self.start, along)
-        across_square = dot(across, across)
+        square, half, across = pair_dot(along, along), pair_dot(self.start, along), pair_cross(self.start, along)
+        across_square = pair_dot(across, across)
         discriminant = square - across_square
         ask.note(discriminant, square.size() + across_square.size(), asked)
         real = ~discriminant.is_negative() & asked
@@ -230,14 +235,16 @@ class SeenSphere:
         def work(ask: Questions) -> list[Bool]:
             along = self.to_unit(segment)
             point = plus(self.start, along)
-            return [ask.is_positive(dot(point, along), terms(point, along), where)]
+            return [ask.is_positive(pair_dot(point, along), terms(point, along), where)]
 
         return only_where(where, ask, work)[0]
 
     def normal(self, segment: Vector, face: Any, ask: Questions, where: Bool) -> Vector:
         """Return the gradient."""
         del face
-        x, y, z = only_where(where, ask, lambda _: unit_spheres(self.to_world(plus(self.start, self.to_unit(segment)))))
+        x, y, z = only_where(
+            where, ask, lambda _: unit_of_pairs(self.to_world(plus(self.start, self.to_unit(segment))))
+        )
         return (x, y, z)
 
 
@@ -351,10 +358,10 @@ def _faces(shape: Triangle | Mesh, apex: Rational) -> Table:
     for number, corners in enumerate(world_triangles(shape).tolist()):
         first, second, third = (fractions(corner) for corner in corners)
         one, two, to_apex = minus(second, first), minus(third, first), minus(apex, first)
-        by_determinant, across = cross_triangles(two, one), cross_triangles(to_apex, one)
+        by_determinant, across = exact_cross(two, one), exact_cross(to_apex, one)
         if any(by_determinant) and any(windings[number]):
             numbers.append(number)
-            rows.append([*by_determinant, *cross_triangles(two, to_apex), *across, dot_triangles(across, two)])
+            rows.append([*by_determinant, *exact_cross(two, to_apex), *across, exact_dot(across, two)])
     return Table(numbers, rows)
 
 
@@ -365,13 +372,13 @@ def _windings(shape: Triangle | Mesh) -> list[Rational]:
     else:
         vertices = [fractions(vertex) for vertex in shape.vertices.tolist()]
         faces = [[vertices[index] for index in face] for face in shape.faces.tolist()]
-    return [cross_triangles(minus(b, a), minus(c, a)) for a, b, c in faces]
+    return [exact_cross(minus(b, a), minus(c, a)) for a, b, c in faces]
 
 
 @lru_cache(maxsize=64)
 def _normals(shape: Triangle | Mesh) -> tuple[np.ndarray, np.ndarray]:
     columns = list(zip(*placement_of(shape).inverse, strict=True))
-    normals = [unit(tuple(dot_triangles(column, winding) for column in columns)) for winding in _windings(shape)]  # pyright: ignore[reportArgumentType]
+    normals = [unit(tuple(exact_dot(column, winding) for column in columns)) for winding in _windings(shape)]  # pyright: ignore[reportArgumentType]
     rows = [[parts(value) for value in normal] for normal in normals]
     split = np.array(rows, dtype=np.float64)
     return np.ascontiguousarray(split[..., 0]), np.ascontiguousarray(split[..., 1])

@@ -21,12 +21,10 @@ from rayproof.reference.double_double.arithmetic import (
     select,
     tangent,
 )
-from rayproof.reference.double_double.arithmetic import dot as dot_camera_stage
-from rayproof.reference.double_double.arithmetic import minus as minus_camera_stage
+from rayproof.reference.double_double.arithmetic import dot as exact_dot
+from rayproof.reference.double_double.arithmetic import minus as exact_minus
 from rayproof.reference.double_double.shapes import Crossing, Seen, Span
-from rayproof.reference.double_double.vectors import Vector, plus, scaled, terms, unit
-from rayproof.reference.double_double.vectors import dot_vectors as dot
-from rayproof.reference.double_double.vectors import minus_vectors as minus
+from rayproof.reference.double_double.vectors import Vector, pair_dot, pair_minus, plus, scaled, terms, unit
 from rayproof.reference.double_double.worlds import EYE, Ball, World
 
 Rows = dict[Stage, list[Any]]  # per channel a Pair; of OBJECT two Int32, of VISIBILITY Bools
@@ -82,7 +80,7 @@ def positions(world: World, rows: Rows, ask: Questions) -> list[Any]:
 def normals(world: World, rows: Rows, ask: Questions) -> list[Any]:
     """Return unit shading normals, turned towards the viewer on two-sided shapes, 0 on a miss."""
     ray = _vector(rows[Stage.RAY])
-    segment = minus(_vector(rows[Stage.POSITION]), world.points[EYE])
+    segment = pair_minus(_vector(rows[Stage.POSITION]), world.points[EYE])
     shape, face = rows[Stage.OBJECT][:2]
     answer, turns = (_zero(world), _zero(world), _zero(world)), world.types.Bool(False)
     for index, kind in enumerate(world.scene.shapes):
@@ -92,7 +90,7 @@ def normals(world: World, rows: Rows, ask: Questions) -> list[Any]:
         x, y, z = (select(mine, part, other) for part, other in zip(outward, answer, strict=True))
         answer = (x, y, z)
         turns |= mine & kind.two_sided
-    away = ask.is_positive(dot(answer, ray), terms(answer, ray), turns) & turns
+    away = ask.is_positive(pair_dot(answer, ray), terms(answer, ray), turns) & turns
     return [select(away, -part, part) for part in answer]
 
 
@@ -102,9 +100,9 @@ def visibility(world: World, rows: Rows, ask: Questions) -> list[Any]:
     position, normal = _vector(rows[Stage.POSITION]), _vector(rows[Stage.NORMAL])
     answers: list[Bool] = []
     for light in range(len(world.scene.lights)):
-        segment = minus(position, world.points[light])
+        segment = pair_minus(position, world.points[light])
         hit = shape >= 0
-        free = hit & ask.is_positive(-dot(normal, segment), terms(normal, segment), hit)
+        free = hit & ask.is_positive(-pair_dot(normal, segment), terms(normal, segment), hit)
         one = Pair(world.types.Float64(1), world.types.Float64(0))
         between = Span(low=None, high=one, speed=None)
         for index in range(len(world.scene.shapes)):
@@ -125,9 +123,9 @@ def irradiance(world: World, rows: Rows, ask: Questions) -> list[Any]:
     position, normal = _vector(rows[Stage.POSITION]), _vector(rows[Stage.NORMAL])
     total = [_zero(world)] * 3
     for light, visible in enumerate(rows[Stage.VISIBILITY]):
-        segment = minus(world.points[light], position)
-        square = dot(segment, segment)
-        lambert = dot(normal, segment)
+        segment = pair_minus(world.points[light], position)
+        square = pair_dot(segment, segment)
+        lambert = pair_dot(normal, segment)
         lit = visible & ask.is_positive(lambert, terms(normal, segment), visible) & (rows[Stage.OBJECT][0] >= 0)
         inverse = inverse_sqrt(square)
         factor = lambert * inverse
@@ -154,7 +152,7 @@ def radiance(world: World, rows: Rows, ask: Questions) -> list[Any]:
     """Return L [W/(m^2 sr)], 0 where the shading normal does not look at the viewer (RAD-4)."""
     ray, normal = _vector(rows[Stage.RAY]), _vector(rows[Stage.NORMAL])
     hit = rows[Stage.OBJECT][0] >= 0
-    seen = hit & ask.is_positive(-dot(normal, ray), terms(normal, ray), hit)
+    seen = hit & ask.is_positive(-pair_dot(normal, ray), terms(normal, ray), hit)
     leaving = rows[Stage.EXITANCE]
     if world.scene.shading != "simplified":
         leaving = [value * world.inverse_pi for value in leaving]
@@ -198,10 +196,10 @@ NEXT: dict[Stage, Callable[[World, Rows, Questions], list[Any]]] = {
 def camera_answer(camera: Camera) -> dict[str, np.ndarray]:
     """Return the dictionary of `cases.stages` for `Stage.CAMERA`."""
     eye = fractions(camera.eye)
-    forward = minus_camera_stage(fractions(camera.target), eye)
+    forward = exact_minus(fractions(camera.target), eye)
     right = cross(forward, fractions(camera.up))
-    F = [part / root(dot_camera_stage(forward, forward)) for part in forward]
-    R = [part / root(dot_camera_stage(right, right)) for part in right]
+    F = [part / root(exact_dot(forward, forward)) for part in forward]
+    R = [part / root(exact_dot(right, right)) for part in right]
     U = list(cross(R, F))
     tall = tangent(Fraction(camera.fovy) / 2)
     wide = tall * camera.width / camera.height
@@ -211,7 +209,7 @@ def camera_answer(camera: Camera) -> dict[str, np.ndarray]:
     rows = [1 - Fraction(2 * row + 1, camera.height) for row in range(camera.height)]
     down, across = np.mgrid[: camera.height, : camera.width]
     return {
-        "view": _floats([*([*axis, -dot_camera_stage(axis, eye)] for axis in (R, U, F)), [0, 0, 0, 1]]),
+        "view": _floats([*([*axis, -exact_dot(axis, eye)] for axis in (R, U, F)), [0, 0, 0, 1]]),
         "view_inverse": _floats([*([R[k], U[k], F[k], eye[k]] for k in range(3)), [0, 0, 0, 1]]),
         "projection": _floats([[1 / wide, 0, 0, 0], [0, 1 / tall, 0, 0], [0, 0, slope, -near * slope], [0, 0, 1, 0]]),
         "projection_inverse": _floats(

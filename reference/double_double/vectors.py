@@ -25,7 +25,7 @@ from rayproof.reference.double_double.arithmetic import (
 Vector = tuple[Pair, Pair, Pair]
 
 
-def dot_vectors(a: Vector, b: Vector) -> Pair:
+def pair_dot(a: Vector, b: Vector) -> Pair:
     """Return the inner product."""
     return inner(list(zip(a, b, strict=True)))
 
@@ -42,7 +42,7 @@ def _length(a: Vector) -> Float:
     return dr.abs(a[0].high) + dr.abs(a[1].high) + dr.abs(a[2].high)
 
 
-def cross_vectors(a: Vector, b: Vector) -> Vector:
+def pair_cross(a: Vector, b: Vector) -> Vector:
     """Return the vector product."""
     x, y, z = (inner([(a[i], b[j]), (-a[j], b[i])]) for i, j in ((1, 2), (2, 0), (0, 1)))
     return (x, y, z)
@@ -53,7 +53,7 @@ def plus(a: Vector, b: Vector) -> Vector:
     return (a[0] + b[0], a[1] + b[1], a[2] + b[2])
 
 
-def minus_vectors(a: Vector, b: Vector) -> Vector:
+def pair_minus(a: Vector, b: Vector) -> Vector:
     """Return a - b."""
     return (a[0] - b[0], a[1] - b[1], a[2] - b[2])
 
@@ -65,7 +65,7 @@ def scaled(a: Vector, factor: Pair) -> Vector:
 
 def unit(a: Vector) -> Vector:
     """Return a scaled to unit length."""
-    return scaled(a, inverse_sqrt(dot_vectors(a, a)))
+    return scaled(a, inverse_sqrt(pair_dot(a, a)))
 
 
 def constant(values: Sequence[Fraction], float64: Any) -> Vector:

@@ -25,8 +25,16 @@ from rayproof.reference.double_double.arithmetic import (
     unit,
 )
 from rayproof.reference.double_double.shapes import Crossing, Seen, SeenCube, SeenSphere, SeenTriangles, Span
-from rayproof.reference.double_double.vectors import Matrix, Vector, constant, placement_of, plus, scaled, terms
-from rayproof.reference.double_double.vectors import dot_vectors as dot
+from rayproof.reference.double_double.vectors import (
+    Matrix,
+    Vector,
+    constant,
+    pair_dot,
+    placement_of,
+    plus,
+    scaled,
+    terms,
+)
 
 # Of the sum of all lengths involved: two dozen roundings of 2^-53 are less than a hundredth of it, and what is ruled
 # out is so far off that, were it asked in pairs, what rules it out would have a margin far above 2^-80.
@@ -169,7 +177,7 @@ class World:
             return Span(low=None, high=None, speed=None)
         depth = None
         if clip == "depth":
-            depth = dot(self.frame.forward, ray)
+            depth = pair_dot(self.frame.forward, ray)
         return Span(low=self.pair(camera.near), high=self.pair(camera.far), speed=depth)
 
     @cached_property

@@ -1,4 +1,4 @@
-"""What Embree cannot answer, in sentences."""
+"""Embree's kernels through embreex: the class, and what it cannot answer."""
 
 from collections.abc import Collection
 from functools import cache
@@ -51,7 +51,6 @@ class Embree:
     """
 
     precision = "float32"
-    in_bands = True
 
     @staticmethod
     def missing() -> str | None:

@@ -105,7 +105,7 @@ CLEARANCE = 32 * 2.0**-24
 
 def rays(scene: Scene) -> np.ndarray:
     """Return the unit directions through the pixel centres, (height, width, 3)."""
-    return directions(scene.camera)[0].reshape(scene.camera.lines, scene.camera.width, 3)
+    return directions(scene.camera)[0].reshape(scene.camera.height, scene.camera.width, 3)
 
 
 def answers(scene: Scene, stages: Collection[Stage]) -> StageImages:
@@ -129,7 +129,7 @@ def answers(scene: Scene, stages: Collection[Stage]) -> StageImages:
         Stage.NORMAL: normal,
         Stage.VISIBILITY: visibility,
     }
-    size = (scene.camera.lines, scene.camera.width)
+    size = (scene.camera.height, scene.camera.width)
     return {stage: rows.reshape(*size, rows.shape[1]) for stage, rows in found.items() if stage in stages}
 
 

@@ -25,9 +25,9 @@ def directions(camera: Camera) -> tuple[np.ndarray, np.ndarray]:
     """Return unit directions through the pixel centres, (lines * width, 3) row by row, and their depth per metre."""
     half = np.tan(camera.alpha)
     x = (2 * np.arange(camera.width) + 1 - camera.width) / camera.height * half
-    rows = camera.first_row + np.arange(camera.lines)
+    rows = np.arange(camera.height)
     y = (camera.height - 1 - 2 * rows) / camera.height * half
-    local = np.stack([*np.meshgrid(x, y), np.ones((camera.lines, camera.width))], axis=-1).reshape(-1, 3)
+    local = np.stack([*np.meshgrid(x, y), np.ones((camera.height, camera.width))], axis=-1).reshape(-1, 3)
     local /= np.sqrt(np.einsum("ij,ij->i", local, local))[:, np.newaxis]
     return local @ orientation(camera).T, local[:, 2]
 

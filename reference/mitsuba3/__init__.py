@@ -41,7 +41,6 @@ class _Mitsuba:
     """What both variants share; `variant` tells them apart."""
 
     precision = "float32"
-    in_bands = True
     light_epsilon = SHADOW_EPSILON
     variant: ClassVar[str]
 
@@ -73,10 +72,9 @@ class _Mitsuba:
                 near, far = program.clip_planes_beyond(camera, hits)
         if Stage.RADIANCE in stages:
             # Never two at once: where its tables lie would be other code than for one alone.
-            cropped = camera.rows is not None
-            if samples > 1 or (near, far) != (camera.near, camera.far) or cropped:
+            if samples > 1 or (near, far) != (camera.near, camera.far):
                 world = None
-            world = world or load_scene(mi, scene, near=near, far=far, samples=samples, cropped=cropped)
+            world = world or load_scene(mi, scene, near=near, far=far, samples=samples)
             found[Stage.RADIANCE] = program.radiance_image(world, scene, tracing.integrator(world), samples)
         return found
 

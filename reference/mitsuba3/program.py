@@ -89,8 +89,7 @@ def own_interval(scene: Scene) -> Interval | None:
 
 def pixel_centers(camera: Camera) -> np.ndarray:
     """Return the pixel centres on Mitsuba's film, (n, 2), each coordinate in (0, 1), row by row from the top left."""
-    row, column = np.mgrid[0 : camera.lines, 0 : camera.width]
-    row += camera.first_row
+    row, column = np.mgrid[0 : camera.height, 0 : camera.width]
     centers = np.stack([(column + 0.5) / camera.width, (row + 0.5) / camera.height], axis=-1)
     return centers.reshape(-1, 2)
 
@@ -108,7 +107,7 @@ def camera_answer(world: MitsubaScene, camera: Camera, ends: Ends) -> dict[str, 
     to_world, to_film = world.sensor.world_transform(), world.sensor.projection_transform()
     # The film coordinates that Mitsuba is handed, in the precision that it takes.
     film = pixel_centers(camera).astype(np.float32).astype(np.float64)
-    size, shape = (camera.width, camera.height), (camera.lines, camera.width)
+    size, shape = (camera.width, camera.height), (camera.height, camera.width)
     return {
         "view": MIRROR @ _matrix(to_world.inverse()),
         "view_inverse": _matrix(to_world) @ MIRROR,
@@ -129,7 +128,7 @@ def radiance_image(world: MitsubaScene, scene: Scene, integrator: Any, samples: 
 
     One pass per light, summed here in float64.
     """
-    total = np.zeros((scene.camera.lines, scene.camera.width, 3))
+    total = np.zeros((scene.camera.height, scene.camera.width, 3))
     for light in scene.lights:
         world.place(light)
         image = world.mi.render(world.loaded, integrator=integrator, spp=samples * samples, seed=0)
@@ -162,7 +161,7 @@ def stage_answers(scene: Scene, world: MitsubaScene, hits: Hits, feel: Feel, sta
     }
     if {Stage.VISIBILITY, Stage.IRRADIANCE, Stage.EXITANCE} & set(stages):
         found |= _lit(scene, world, hits, normal, feel)
-    shape = (scene.camera.lines, scene.camera.width, -1)
+    shape = (scene.camera.height, scene.camera.width, -1)
     return {
         stage: found[stage].astype(np.float64).reshape(*shape[:2], found[stage].shape[1])
         for stage in stages

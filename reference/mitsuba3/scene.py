@@ -262,12 +262,9 @@ def intensity(light: PointLight) -> list[float]:
     return [channel / (4 * np.pi) for channel in light.flux]
 
 
-def load_scene(
-    mi: Any, scene: Scene, *, near: float, far: float, samples: int = 1, cropped: bool = False
-) -> MitsubaScene:
+def load_scene(mi: Any, scene: Scene, *, near: float, far: float, samples: int = 1) -> MitsubaScene:
     """Return the scene as Mitsuba's, with near and far plane at the given depths [m] and the first light, if any.
 
-    With `cropped` the film has only the rows that are drawn, and rays through it are counted from its own corner.
     `direct` picks one of several lights at random for each sample, so there is only ever one: see `World.place`.
     """
     description: dict[str, Any] = {
@@ -275,7 +272,7 @@ def load_scene(
         "embree_use_robust_intersections": True,
         # No samples towards light sources that a random direction could hit: a point light never is.
         "integrator": {"type": "direct", "emitter_samples": 1, "bsdf_samples": 0},
-        "sensor": sensor(mi, scene.camera, near, far, samples, cropped=cropped),
+        "sensor": sensor(mi, scene.camera, near, far, samples),
         **entries(mi, scene),
     }
     if scene.lights:
@@ -293,14 +290,8 @@ def load_scene(
     )
 
 
-def sensor(mi: Any, camera: Camera, near: float, far: float, samples: int, *, cropped: bool = False) -> dict[str, Any]:
+def sensor(mi: Any, camera: Camera, near: float, far: float, samples: int) -> dict[str, Any]:
     """Return the camera as an entry of Mitsuba's scene dictionary, with a box-filtered film."""
-    part = {
-        "crop_offset_x": 0,
-        "crop_offset_y": camera.first_row,
-        "crop_width": camera.width,
-        "crop_height": camera.lines,
-    }
     return {
         "type": "perspective",
         "fov": camera.fovy,
@@ -314,7 +305,6 @@ def sensor(mi: Any, camera: Camera, near: float, far: float, samples: int, *, cr
             "type": "hdrfilm",
             "width": camera.width,
             "height": camera.height,
-            **(part if cropped else {}),
             "pixel_format": "rgb",
             "component_format": "float32",
             "rfilter": {"type": "box"},

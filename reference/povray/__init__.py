@@ -1,4 +1,4 @@
-"""What POV-Ray cannot answer, in sentences."""
+"""POV-Ray: the class, and what it cannot answer."""
 
 import itertools
 from collections.abc import Collection
@@ -168,7 +168,7 @@ class PovRay:
         camera = scene.camera
         with program.workshop(world(scene, program.faces_look) + program.loop(scene, feelers=lit)) as folder:
             program.trace(folder, width=camera.width, height=camera.height, renders={"faces.ppm": ()})
-            probe, objects = program.read_probing(folder, scene), program.faces(program.read(folder / "faces.ppm"))
+            probe, objects = program.read_probe(folder, scene), program.faces(program.read(folder / "faces.ppm"))
         rows = stages_of(scene, probe, objects.reshape(-1, 2), lit=lit)
         return {stage: values.reshape(camera.height, camera.width, values.shape[1]) for stage, values in rows.items()}
 

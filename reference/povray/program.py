@@ -337,7 +337,7 @@ def loop(scene: Scene, *, feelers: bool) -> str:
     return size.replace("HITS", hits)
 
 
-def read_probing(folder: Path, scene: Scene) -> Probe:
+def read_probe(folder: Path, scene: Scene) -> Probe:
     """Return the numbers that the loop left in `folder`."""
     lines = [line.split() for line in (folder / NUMBERS).read_text(encoding="ascii").splitlines()]
     count = scene.camera.width * scene.camera.height

@@ -1,4 +1,4 @@
-"""What rtrace cannot answer, in sentences."""
+"""Radiance's rtrace: the class, and what it cannot answer."""
 
 from collections.abc import Collection
 from functools import lru_cache
@@ -80,7 +80,6 @@ class Radiance:
     """
 
     precision = "float64"
-    in_bands = True
 
     @staticmethod
     def missing() -> str | None:

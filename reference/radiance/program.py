@@ -262,7 +262,7 @@ def _numbers(name: str) -> tuple[int, int]:
 # From rtrace's hits and radiances to the specification's stages.
 
 
-LIT_stages = (Stage.VISIBILITY, Stage.IRRADIANCE, Stage.EXITANCE)
+LIT_STAGES = (Stage.VISIBILITY, Stage.IRRADIANCE, Stage.EXITANCE)
 
 
 def single(scene: Scene, world: World, stages: Collection[Stage]) -> StageImages:
@@ -276,20 +276,20 @@ def single(scene: Scene, world: World, stages: Collection[Stage]) -> StageImages
         Stage.POSITION: hits.position,
         Stage.NORMAL: normal,
     }
-    if set(LIT_stages) & set(stages):
+    if set(LIT_STAGES) & set(stages):
         found |= _lit(scene, world, hits, normal)
-    size = (scene.camera.lines, scene.camera.width)
+    size = (scene.camera.height, scene.camera.width)
     return {stage: rows.reshape(*size, rows.shape[1]) for stage, rows in found.items() if stage in stages}
 
 
 def image(scene: Scene, world: World, samples: int) -> np.ndarray:
     """Return the mean radiance [W/(m^2 sr)] over samples x samples points per pixel, (height, width, 3)."""
-    pixels = scene.camera.lines * scene.camera.width
+    pixels = scene.camera.height * scene.camera.width
     total = np.zeros((pixels, 3))
     for light in scene.lights:
         for found in world.radiance(light, _portions(scene, samples)):
             total += found.reshape(-1, pixels, 3).sum(axis=0)
-    return (total / samples**2).reshape(scene.camera.lines, scene.camera.width, 3)
+    return (total / samples**2).reshape(scene.camera.height, scene.camera.width, 3)
 
 
 def _portions(scene: Scene, samples: int) -> Iterator[Rays]:

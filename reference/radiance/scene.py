@@ -43,8 +43,8 @@ def through(camera: Camera, x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, n
 
 def centers(camera: Camera) -> tuple[np.ndarray, np.ndarray]:
     """Return x and y [px] of the pixels' centres, row by row from the top left, (lines * width,) each."""
-    y, x = np.indices((camera.lines, camera.width))
-    return x.ravel() + 0.5, y.ravel() + (camera.first_row + 0.5)
+    y, x = np.indices((camera.height, camera.width))
+    return x.ravel() + 0.5, y.ravel() + 0.5
 
 
 def parts(camera: Camera, samples: int) -> Iterator[tuple[np.ndarray, np.ndarray]]:

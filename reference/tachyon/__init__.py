@@ -1,4 +1,4 @@
-"""What Tachyon cannot answer, in sentences."""
+"""Tachyon: the class, and what it cannot answer."""
 
 from collections.abc import Collection
 from functools import lru_cache

@@ -1,4 +1,4 @@
-"""How far rounding may keep the two sides of a relation apart: K u condition (size + pixels per radian x range).
+"""A relation between images judged: how far rounding may keep its two sides apart, and whether they are farther.
 
 Rounding makes a value differ by some u of its own size. It also turns the camera's ray by some u and moves the hit by
 some u of the coordinates: that slides the value over the image by u x pixels per radian pixels, and over one pixel it

@@ -55,7 +55,7 @@ class Edges:
 def edges_of(scene: Scene) -> Edges:
     """Return the distances to edges of all pixel centres."""
     hits = hits_of(scene)
-    size, lights = (scene.camera.lines, scene.camera.width), len(scene.lights)
+    size, lights = (scene.camera.height, scene.camera.width), len(scene.lights)
     shadow, terminator = np.zeros((2, *size, lights))
     for column, light in enumerate(scene.lights):
         shadow[..., column] = shadow_distances(hits, light).reshape(size)

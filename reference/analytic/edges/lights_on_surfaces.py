@@ -37,7 +37,7 @@ class LightEnd:
 def light_ends(hits: Hits) -> tuple[LightEnd, ...]:
     """Return the lights near surfaces; a pixel is left out where something else blocks the light anyhow."""
     ends = []
-    size = (hits.scene.camera.lines, hits.scene.camera.width)
+    size = (hits.scene.camera.height, hits.scene.camera.width)
     hit = hits.rows[Stage.OBJECT][:, 0] >= 0
     for column, light in enumerate(hits.scene.lights):
         source = np.asarray(light.position, dtype=np.float64)

@@ -47,7 +47,7 @@ def trace(task: TracerTask) -> tuple[Candidate, dict[str, str]]:
 
 
 def _images(scene: Scene, configuration: Configuration) -> StageImages:
-    with one_thread() if scene.camera.width * scene.camera.lines <= SMALL else nullcontext():
+    with one_thread() if scene.camera.width * scene.camera.height <= SMALL else nullcontext():
         return render(scene, stages_of(scene), configuration)
 
 

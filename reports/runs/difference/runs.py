@@ -313,7 +313,7 @@ def compare_runs(base: Path, candidate: Path) -> RunComparison:
     moved = [case for case in cases if case["before"] == case["after"] and case["digits_gained"]]
     digits, interval = _digits(cases)
     time_ratio, time_interval = _times(cases)
-    word = _word_runs(changed, digits, interval)
+    word = _move_word(changed, digits, interval)
     return {
         "base": str(base),
         "candidate": str(candidate),
@@ -337,10 +337,10 @@ def compare_runs(base: Path, candidate: Path) -> RunComparison:
 def _case(
     worst: ComparedCheckRecord | None, one: CaseRecord, other: CaseRecord, aliases: Mapping[str, str]
 ) -> CaseMove:
-    after = {_key_runs(check): check for check in other.get("checks", [])}
+    after = {_check_key(check): check for check in other.get("checks", [])}
     digits: dict[str, float] = {}
     for check in one.get("checks", []):
-        configuration, reference, stage = _key_runs(check)
+        configuration, reference, stage = _check_key(check)
         match = after.get((aliases.get(configuration, configuration), reference, stage))
         # `analytic` alone knows more digits than either run has.
         if match is not None and reference == "analytic":
@@ -348,7 +348,8 @@ def _case(
             if gained is not None:
                 digits[f"{configuration} {stage}"] = gained
     ours, theirs = (
-        [seconds for render in run.get("renders", []) if (seconds := _seconds_runs(render)) > 0] for run in (one, other)
+        [seconds for render in run.get("renders", []) if (seconds := _render_seconds(render)) > 0]
+        for run in (one, other)
     )
     return {
         "case": one["name"],
@@ -369,13 +370,13 @@ def _largest(check: ComparedCheckRecord | None) -> str:
     return f"{where}: error / limit x{check['factor']:.3g}"
 
 
-def _seconds_runs(render: RenderRecord) -> float:
+def _render_seconds(render: RenderRecord) -> float:
     """Return what a render of the tracer took [s]; 0 of any other."""
     found = number(render.get("seconds")) if str(render.get("renderer", "")).startswith("tracer-") else None
     return found if found is not None and math.isfinite(found) else 0.0
 
 
-def _key_runs(check: Check) -> tuple[str, str, str]:
+def _check_key(check: Check) -> tuple[str, str, str]:
     return str(check["configuration"]), str(check["reference"]), str(check["stage"])
 
 
@@ -425,7 +426,7 @@ def _families(cases: Sequence[CaseMove]) -> list[FamilyMove]:
     ]
 
 
-def _word_runs(changed: Sequence[CaseMove], digits: float | None, interval: tuple[float, float] | None) -> str:
+def _move_word(changed: Sequence[CaseMove], digits: float | None, interval: tuple[float, float] | None) -> str:
     moves = {ORDER.index(case["after"]) > ORDER.index(case["before"]) for case in changed}
     if len(moves) == 2:
         return TRADE

@@ -1,4 +1,4 @@
-"""The slope of the median error against the parameter, log against log, with a bootstrap interval.
+"""How a formula climbs a ladder, and the slope of its median error against the parameter, log against log.
 
 Weighted least squares; a median's weight is the inverse of its variance, read off the sorted errors around it. An
 interval comes from resampling twice over: every value's median within its rays, and the values themselves, because

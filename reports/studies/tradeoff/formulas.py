@@ -131,7 +131,7 @@ def _point(task: Task, renderer: str, variant: str, precision: str, kind: str, m
 # Diagrams of ladders: every variant of a ladder's slots, in both precisions, on the rays of one of its values.
 
 
-RAYS_ladders = 2**16  # in a timed launch; a question carries its rays to the device and back each time
+LADDER_RAYS = 2**16  # in a timed launch; a question carries its rays to the device and back each time
 LADDER = "ladder"  # the first half of a diagram's name
 ALL = "ladders"  # the selector that names every one
 
@@ -171,9 +171,9 @@ def ladder_entries(ladder: Ladder, tell: Callable[[str], None], named: Sequence[
             grades = question.grade(ladder, inputs, truth, answer, precision)
             found.append(
                 Entry(
-                    point=_point_ladders(ladder, formula, precision, grades),
+                    point=_ladder_point(ladder, formula, precision, grades),
                     launch=partial(_asked, question, ladder, formula, many, precision),
-                    rays=RAYS_ladders,
+                    rays=LADDER_RAYS,
                 )
             )
     return found
@@ -184,7 +184,7 @@ def enough(inputs: Inputs, rays: int) -> Inputs:
 
     A run of rays with one matrix stays one run: each is a kernel's worth of code, which takes long to compile.
     """
-    index = np.arange(RAYS_ladders) * rays // RAYS_ladders
+    index = np.arange(LADDER_RAYS) * rays // LADDER_RAYS
     return {name: array[index] for name, array in inputs.items()}
 
 
@@ -193,7 +193,7 @@ def _asked(question: Question, ladder: Ladder, formula: Formula, inputs: Inputs,
     return kernel_seconds(lambda: question.answer(ladder, formula, inputs, precision))
 
 
-def _point_ladders(ladder: Ladder, formula: Formula, precision: str, grades: Grades) -> Point:
+def _ladder_point(ladder: Ladder, formula: Formula, precision: str, grades: Grades) -> Point:
     # In units of float32's roundoff whatever the precision, as everywhere.
     unit = UNIT_ROUNDOFF[precision] / UNIT_ROUNDOFF["float32"]
     wrong = (grades.false_hit | grades.false_miss | grades.invalid) & grades.counted

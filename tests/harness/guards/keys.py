@@ -97,7 +97,6 @@ TOLD_BY_IDENTITY = ("name", "command", "capabilities", "surroundings", "seconds"
 OTHERS: Mapping[tuple[str, str], Any] = {
     ("Scene", "shading"): "simplified",
     ("Scene", "clip"): "shell",
-    ("Camera", "rows"): (0, 1),
     ("Triangle", "vertices"): (*_CORNERS[:2], (0.0, 1.0, float(np.nextafter(np.float32(0.5), np.float32(1))))),
     ("Mesh", "file"): "mesh.obj",
     ("Case", "stresses"): "Nothing else.",

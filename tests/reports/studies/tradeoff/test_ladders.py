@@ -3,7 +3,7 @@
 import numpy as np
 
 from rayproof.reports.studies.stability.questions.placed import blocks
-from rayproof.reports.studies.tradeoff.formulas import RAYS_ladders as RAYS
+from rayproof.reports.studies.tradeoff.formulas import LADDER_RAYS as RAYS
 from rayproof.reports.studies.tradeoff.formulas import enough, ladders, value_of
 
 
