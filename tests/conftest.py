@@ -19,7 +19,7 @@ from rayproof.cases.mesh_sandbox import START
 from rayproof.tracer.kernel import compiler
 from tests.command_line import command as command
 
-compiler.select()
+compiler.choose_packaged_llvm()
 
 HERE = Path(__file__).parent
 STARTS = {"os.exec", "os.fork", "os.forkpty", "os.posix_spawn", "os.system", "subprocess.Popen"}

@@ -3,4 +3,4 @@
 from rayproof.tracer.kernel import compiler
 
 # Dr.Jit loads LLVM when it is imported, so the choice must be made before any module below can import it.
-compiler.select()
+compiler.choose_packaged_llvm()

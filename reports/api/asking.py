@@ -11,7 +11,7 @@ from rayproof.cases.families import all_cases, select
 from rayproof.cases.scene import Scene
 from rayproof.cases.scene_json import load_scene, scene_from_json
 from rayproof.cases.stages import IMAGE_STAGES, Stage
-from rayproof.reports.run.llvm import choose_packaged_llvm
+from rayproof.tracer.kernel.compiler import choose_packaged_llvm
 
 Images = dict[str, np.ndarray]
 
@@ -69,11 +69,9 @@ def render(
     from rayproof.tracer.configuration import Configuration
     from rayproof.tracer.formulas import FORMULAS
     from rayproof.tracer.formulas.own_file import forget
-    from rayproof.tracer.kernel.compiler import select as select_llvm
     from rayproof.tracer.render import render as trace
 
     asked = image_stages(stages)
-    select_llvm()
     forget()
     chosen = Configuration.parse(configuration)
     named = {one.slot: one.variant for one in map(FORMULAS.named, formulas)}

@@ -7,7 +7,7 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 from rayproof.reports.api.outcome import Run, Table, legible_lines, table
-from rayproof.reports.run.llvm import choose_packaged_llvm
+from rayproof.tracer.kernel.compiler import choose_packaged_llvm
 
 if TYPE_CHECKING:
     from rayproof.reports.studies.compare.records import FormulaComparison, RunComparison
@@ -63,9 +63,6 @@ def compare(
     if any(runs):
         raise ValueError("a run can only be compared with another run")
     choose_packaged_llvm()
-    from rayproof.tracer.kernel.compiler import select
-
-    select()
     from rayproof.reports.studies.compare.comparison import compare as compare_formulas
     from rayproof.reports.studies.compare.contenders import contender, questions, seen
     from rayproof.tracer.formulas.own_file import forget

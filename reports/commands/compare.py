@@ -77,7 +77,7 @@ def formulas(
     base: str, candidate: str, selectors: Sequence[str], repetitions: int, precision: str
 ) -> "FormulaComparison":
     """Return the comparison of two formulas or configurations."""
-    from rayproof.tracer.kernel.compiler import select
+    from rayproof.tracer.kernel.compiler import choose_packaged_llvm
 
     select()
     from rayproof.reports.studies.compare.comparison import compare as run_comparison

@@ -80,7 +80,7 @@ def laws(
         for folder in (out, json.parent if json is not None else None):
             if folder is not None:
                 writable_folder(folder)
-    from rayproof.reports.run.llvm import choose_packaged_llvm
+    from rayproof.tracer.kernel.compiler import choose_packaged_llvm
 
     choose_packaged_llvm()
     from rayproof.cases.stages import Stage

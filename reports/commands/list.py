@@ -66,7 +66,7 @@ def catalogue(
 
 def _write_pages(folder: Path) -> int:
     from rayproof.reports.diagnosis.pages import write
-    from rayproof.tracer.kernel.compiler import select
+    from rayproof.tracer.kernel.compiler import choose_packaged_llvm
 
     select()
     return write(folder)

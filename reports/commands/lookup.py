@@ -61,7 +61,7 @@ def configurations(names: Sequence[str], formulas: Sequence[str]) -> tuple["Conf
         UsageError: a name is not known; the message lists what is.
 
     """
-    from rayproof.reports.run.llvm import choose_packaged_llvm
+    from rayproof.tracer.kernel.compiler import choose_packaged_llvm
     from rayproof.tracer.configuration import Configuration
     from rayproof.tracer.formulas.own_file import forget, is_own
 

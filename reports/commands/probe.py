@@ -119,7 +119,7 @@ def probe(
     tested = subject_named(subject, env)
     scene = tested.capabilities.under_its_light(scene)
     shout(faults := sorted({fault for one in chosen for fault in one.faults}))
-    from rayproof.tracer.kernel.compiler import select
+    from rayproof.tracer.kernel.compiler import choose_packaged_llvm
 
     select()
     columns = {} if tested.is_tracer else {tested.name: subject_pixel(tested, scene, x, y)}

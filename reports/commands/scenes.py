@@ -51,7 +51,7 @@ def render(
     with told_in_one_line():
         writable_folder(image.parent)
     from rayproof.reports.results.exr import write_answers, write_arrays
-    from rayproof.tracer.kernel.compiler import select
+    from rayproof.tracer.kernel.compiler import choose_packaged_llvm
     from rayproof.tracer.render import render as trace
     from rayproof.tracer.shapes.bounds import beyond
 

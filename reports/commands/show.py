@@ -45,7 +45,7 @@ def show(case: str, *, json: Path | None = None) -> int:
 
 def traced(scene: Scene) -> str:
     """Return how the tracer goes about a scene with its default formulas."""
-    from rayproof.tracer.kernel.compiler import select
+    from rayproof.tracer.kernel.compiler import choose_packaged_llvm
 
     select()
     from rayproof.tracer.configuration import Configuration

@@ -51,7 +51,7 @@ def stability(
             own(out / "stability")
         if json is not None:
             writable_folder(json.parent)
-    from rayproof.tracer.kernel.compiler import select
+    from rayproof.tracer.kernel.compiler import choose_packaged_llvm
 
     select()
     from rayproof.reports.studies.stability.document import plan, survey

@@ -36,7 +36,7 @@ def tradeoff(
         sphere=./mine.py:nearest_hit. Repeatable.
 
     """
-    from rayproof.tracer.kernel.compiler import select
+    from rayproof.tracer.kernel.compiler import choose_packaged_llvm
 
     select()
     from rayproof.reports.studies.tradeoff.drawing import write

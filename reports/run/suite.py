@@ -27,7 +27,7 @@ from rayproof.reports.results.outcomes import Outcome, concerning, exit_code
 from rayproof.reports.results.records import CaseRecord, RunRecord
 from rayproof.reports.run.cache_store import usual_store
 from rayproof.reports.run.journal import EARLIER
-from rayproof.reports.run.llvm import choose_packaged_llvm
+from rayproof.tracer.kernel.compiler import choose_packaged_llvm
 from rayproof.reports.run.messages import GuardTask
 from rayproof.reports.run.panel import panel
 from rayproof.reports.run.plan import PlannedCase, PlannedScenes, configurations_of, plan, with_one_twice

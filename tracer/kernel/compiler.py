@@ -33,7 +33,7 @@ def packaged_library() -> Path | None:
     return next((path for path in candidates if path.exists()), None)
 
 
-def select() -> None:
+def choose_packaged_llvm() -> None:
     """Make Dr.Jit load the packaged LLVM, unless DRJIT_LIBLLVM_PATH names another; call it before importing Dr.Jit.
 
     Raises:

@@ -24,7 +24,7 @@ from rayproof.reports.run.engine.batch import Batch, Limits, unpacked, write
 from rayproof.reports.run.engine.cluster import Cluster, Event, Place, reached
 from rayproof.reports.run.engine.vetting import GLANCE, LIFETIME, Vetting, Worker
 from rayproof.reports.run.engine.waiting import Structure, Waiting
-from rayproof.reports.run.llvm import choose_packaged_llvm
+from rayproof.tracer.kernel.compiler import choose_packaged_llvm
 from rayproof.reports.run.plan import PlannedCase
 from rayproof.reports.run.record.unjudged import unjudged
 from rayproof.reports.run.size import estimate

@@ -22,7 +22,7 @@ from rayproof.reports.run.cache_store import usual_store
 from rayproof.reports.run.cases_under_way import CasesUnderWay, Source, Terms
 from rayproof.reports.run.engine.batch import Answer, Batch, Finished, packed, write
 from rayproof.reports.run.engine.facts import Facts, facts
-from rayproof.reports.run.llvm import choose_packaged_llvm
+from rayproof.tracer.kernel.compiler import choose_packaged_llvm
 from rayproof.reports.run.plan import PlannedCase
 from rayproof.reports.run.worker_settings import RELIEF, sleeping, workers
 

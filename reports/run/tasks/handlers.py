@@ -5,7 +5,7 @@ from typing import Any
 
 from rayproof.reports.judge.answers import Candidate, Witness
 from rayproof.reports.run.cache_store import DamagedEntryError
-from rayproof.reports.run.llvm import choose_packaged_llvm
+from rayproof.tracer.kernel.compiler import choose_packaged_llvm
 from rayproof.reports.run.messages import QuestionTask, RecallTask, ReferenceTask, SubjectTask
 from rayproof.reports.run.reference_cache import damage
 from rayproof.reports.run.tasks.kinds import JUDGE, RECALLING, TRACING, UNDER_TEST

@@ -48,7 +48,7 @@ def bench(
         Its time is shown beside that of the default formulas. Repeatable.
 
     """
-    from rayproof.reports.run.llvm import choose_packaged_llvm
+    from rayproof.tracer.kernel.compiler import choose_packaged_llvm
 
     choose_packaged_llvm()
     from rayproof.cases.benchmark_scenes import QUICK_SIZES, SIZES, chosen

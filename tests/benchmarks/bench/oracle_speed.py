@@ -150,9 +150,9 @@ def oracle_speed(scene: str, *, json: Path | None = None) -> int:
 
     """
     loaded = scene_named(scene)
-    from rayproof.tracer.kernel.compiler import select
+    from rayproof.tracer.kernel.compiler import choose_packaged_llvm
 
-    select()
+    choose_packaged_llvm()
     found = speeds(loaded)
     content = {who: {"unsupported": one} if isinstance(one, str) else one.as_json() for who, one in found.items()}
     write_json(json, {"scene": scene, "shapes": len(loaded.shapes), "lights": len(loaded.lights), "speeds": content})

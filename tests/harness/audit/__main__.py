@@ -57,7 +57,7 @@ def audit(
         )
     if pairs or faults:
         raise UsageError("--pairs and --faults go with --diagnose")
-    from rayproof.reports.run.llvm import choose_packaged_llvm
+    from rayproof.tracer.kernel.compiler import choose_packaged_llvm
     from tests.harness.audit.planted import planted
     from tests.harness.audit.suite import AuditRequest
 

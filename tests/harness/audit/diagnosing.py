@@ -34,7 +34,7 @@ from rayproof.reports.diagnosis.search import search
 from rayproof.reports.diagnosis.trial import Evidence, undecided
 from rayproof.reports.results.exr import read_answers
 from rayproof.reports.subjects.request import hand_over
-from rayproof.tracer.kernel.compiler import select
+from rayproof.tracer.kernel.compiler import choose_packaged_llvm
 
 SOURCE = ROOT / "examples" / "renderers" / "mistaken.cpp"
 EPSILON = 1e-7  # m: the program's shadow epsilon, as it declares it
@@ -235,7 +235,7 @@ def usable_cases() -> list[Case]:
 @cache
 def _grounds(names: tuple[str, ...]) -> dict[str, tuple[Case, np.ndarray, Answered]]:
     """Return what does not depend on who is judged, for each case of some names; once in a process."""
-    select()
+    choose_packaged_llvm()
     oracle, found = Analytic(), {}
     for case in usable_cases():
         if names and case.name not in names:

@@ -17,7 +17,7 @@ from rayproof.reports.processes.pool import Pool
 from rayproof.reports.processes.worker import Reply
 from rayproof.reports.results.atomic import write_text
 from rayproof.reports.results.outcomes import Outcome
-from rayproof.reports.run.llvm import choose_packaged_llvm
+from rayproof.tracer.kernel.compiler import choose_packaged_llvm
 from rayproof.reports.run.plan import plan
 from rayproof.reports.terminal import console as terminal
 from tests.harness.audit import findings

@@ -3,7 +3,7 @@
 from typing import Any
 
 from rayproof.reports.processes.worker import serve
-from rayproof.reports.run.llvm import choose_packaged_llvm
+from rayproof.tracer.kernel.compiler import choose_packaged_llvm
 from tests.harness.audit.mutants.trials import MutantOrder
 from tests.harness.audit.orders import CaseOrder, GradedOrder, GuardOrder, LiarOrder
 

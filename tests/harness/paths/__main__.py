@@ -47,7 +47,7 @@ def paths(
     if json is not None:
         with told_in_one_line():
             writable_folder(json.parent)
-    from rayproof.reports.run.llvm import choose_packaged_llvm
+    from rayproof.tracer.kernel.compiler import choose_packaged_llvm
 
     choose_packaged_llvm()
     from rayproof.cases.families import all_cases

@@ -70,7 +70,7 @@ FUNCTIONS: Mapping[str, str] = {
     "kernel/compiler.py:packaged_library": "chosen before anything is rendered: tests/tracer/kernel/test_compiler.py",
     "kernel/compiler.py:_libm": ONE_THREAD,
     "kernel/compiler.py:one_thread": ONE_THREAD,
-    "kernel/compiler.py:select": "chosen before anything is rendered: tests/tracer/kernel/test_compiler.py",
+    "kernel/compiler.py:choose_packaged_llvm": "chosen before anything is rendered: tests/tracer/kernel/test_compiler.py",
     "render.py:continue_from": DIAGNOSIS,
     "light_path/__init__.py:_given_lights": DIAGNOSIS,
     "light_path/__init__.py:_given_hits": DIAGNOSIS,
@@ -273,9 +273,9 @@ def left(name: str, path: Path, seen: set[int]) -> dict[int, str]:
 
 def unexecuted() -> list[str]:
     """Return the lines that nothing executes and nobody excuses. The process is then good for nothing else."""
-    from rayproof.tracer.kernel.compiler import select
+    from rayproof.tracer.kernel.compiler import choose_packaged_llvm
 
-    select()
+    choose_packaged_llvm()
     _evaluate_nothing()
     seen: Places = {}
     with written_down(seen):

@@ -21,7 +21,7 @@ from rayproof.reports.judge.case import judge_case
 from rayproof.reports.judge.verdict import Judged, of_what_is_supported
 from rayproof.reports.processes.worker import serve
 from rayproof.reports.run.asking_subject import ask
-from rayproof.reports.run.llvm import choose_packaged_llvm
+from rayproof.tracer.kernel.compiler import choose_packaged_llvm
 from rayproof.reports.run.messages import ReferenceTask, SubjectTask, TracerTask
 from rayproof.reports.run.tasks.handlers import handler
 from rayproof.reports.run.tasks.kinds import TRACING, UNDER_TEST

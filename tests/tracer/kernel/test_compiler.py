@@ -16,7 +16,7 @@ from rayproof.tracer.kernel.arrays import backend
 def test_a_library_named_by_the_user_is_kept(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv(compiler.VARIABLE, "/a/library/of/mine.so")
 
-    compiler.select()
+    compiler.choose_packaged_llvm()
 
     assert os.environ[compiler.VARIABLE] == "/a/library/of/mine.so"
 
@@ -25,7 +25,7 @@ def test_no_packaged_library_leaves_the_choice_to_drjit(monkeypatch: pytest.Monk
     monkeypatch.setattr(sys, "prefix", str(tmp_path))
     monkeypatch.delenv(compiler.VARIABLE, raising=False)
 
-    compiler.select()
+    compiler.choose_packaged_llvm()
 
     assert compiler.packaged_library() is None
     assert compiler.VARIABLE not in os.environ
@@ -38,7 +38,7 @@ def test_a_library_that_aborts_and_was_loaded_before_is_told_in_one_line(monkeyp
     monkeypatch.delenv(compiler.VARIABLE, raising=False)
 
     with pytest.raises(compiler.NoBackendError, match=r"imported before rayproof and loaded LLVM 15\.0\.7") as told:
-        compiler.select()
+        compiler.choose_packaged_llvm()
 
     assert "\n" not in str(told.value)
 
