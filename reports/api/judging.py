@@ -13,7 +13,7 @@ from rayproof.reports.api.asking import load
 from rayproof.reports.api.limits import limit_of
 from rayproof.reports.api.outcome import Judgement, stage_name, table
 from rayproof.reports.judge.oracle import ORACLE
-from rayproof.reports.run.scene_case import case_of_scene
+from rayproof.reports.run.scenes import case_of_scene
 
 Precision = Literal["float32", "float64"]
 

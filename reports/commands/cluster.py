@@ -10,10 +10,10 @@ from rayproof.reports.commands.usage import UsageError, told_in_one_line
 from rayproof.reports.results.json_numbers import legible
 
 if TYPE_CHECKING:
-    from rayproof.reports.run.cases_under_way import Source
+    from rayproof.reports.run.case import Source
     from rayproof.reports.run.engine.cluster import Place
     from rayproof.reports.run.engine.dispatch import Dispatch
-    from rayproof.reports.run.request import RunRequest
+    from rayproof.reports.run.options import RunOptions
 
 
 def scheduler_at(address: str | None, tls: Path | None) -> "Place | None":
@@ -39,7 +39,7 @@ def scheduler_at(address: str | None, tls: Path | None) -> "Place | None":
 
 @contextmanager
 def engaged(
-    place: "Place", request: "RunRequest", references: tuple[str, ...], *, jobs: int | None
+    place: "Place", request: "RunOptions", references: tuple[str, ...], *, jobs: int | None
 ) -> Iterator["Dispatch"]:
     """Yield a cluster's workers that may have the request's cases; they end what they do for it with the block.
 
@@ -47,10 +47,10 @@ def engaged(
         UsageError: the cluster cannot be used, or has no such worker.
 
     """
-    from rayproof.reports.run.cases_under_way import Terms
-    from rayproof.reports.run.demands import demands
+    from rayproof.reports.run.case import Terms
     from rayproof.reports.run.engine.batch import Limits
     from rayproof.reports.run.engine.dispatch import dispatch
+    from rayproof.reports.run.options import demands
 
     with ExitStack() as stack:
         with told_in_one_line():
@@ -68,7 +68,7 @@ def engaged(
 
 def _sources(configurations: tuple[str, ...]) -> tuple["Source", ...]:
     """Return the user's own formulas of configurations; raise ValueError for one that cannot be loaded."""
-    from rayproof.reports.run.cases_under_way import Source
+    from rayproof.reports.run.case import Source
     from rayproof.tracer.configuration import Configuration
     from rayproof.tracer.formulas.own_file import is_own, sources
 

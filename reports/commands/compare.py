@@ -79,7 +79,7 @@ def formulas(
     """Return the comparison of two formulas or configurations."""
     from rayproof.tracer.kernel.compiler import choose_packaged_llvm
 
-    select()
+    choose_packaged_llvm()
     from rayproof.reports.studies.compare.comparison import compare as run_comparison
     from rayproof.reports.studies.compare.contenders import contender, questions, seen
     from rayproof.tracer.formulas.own_file import OwnFormulaError

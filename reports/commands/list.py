@@ -68,7 +68,7 @@ def _write_pages(folder: Path) -> int:
     from rayproof.reports.diagnosis.pages import write
     from rayproof.tracer.kernel.compiler import choose_packaged_llvm
 
-    select()
+    choose_packaged_llvm()
     return write(folder)
 
 

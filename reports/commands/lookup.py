@@ -44,7 +44,7 @@ def scene_named(name: str) -> "Scene":
     if not name.endswith(".json"):
         return one_case(name).scene
     from rayproof.cases.scene_json import load_scene
-    from rayproof.reports.run.size import refuse_too_large
+    from rayproof.reports.run.scenes import refuse_too_large
 
     with told_in_one_line():
         scene = load_scene(Path(name))
@@ -61,9 +61,9 @@ def configurations(names: Sequence[str], formulas: Sequence[str]) -> tuple["Conf
         UsageError: a name is not known; the message lists what is.
 
     """
-    from rayproof.tracer.kernel.compiler import choose_packaged_llvm
     from rayproof.tracer.configuration import Configuration
     from rayproof.tracer.formulas.own_file import forget, is_own
+    from rayproof.tracer.kernel.compiler import choose_packaged_llvm
 
     if not names and not formulas:
         return ()

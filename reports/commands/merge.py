@@ -27,7 +27,7 @@ def merge(
         raise UsageError("name the folders of the parts: rayproof run --merge DIR... --out ALL")
     from rayproof.reports.results.headline import THE_USUAL
     from rayproof.reports.run import suite
-    from rayproof.reports.run.request import RunRequest
+    from rayproof.reports.run.options import RunOptions
     from rayproof.reports.run.shards import load_shards, merge
     from rayproof.reports.terminal import console as terminal
 
@@ -40,7 +40,7 @@ def merge(
         own(out)
     about, subject = shards[0].about, str(shards[0].document.get("subject", THE_USUAL))
     tracer = subject == THE_USUAL
-    request = RunRequest(
+    request = RunOptions(
         selectors=(),
         out=out,
         resume=False,

@@ -121,7 +121,7 @@ def probe(
     shout(faults := sorted({fault for one in chosen for fault in one.faults}))
     from rayproof.tracer.kernel.compiler import choose_packaged_llvm
 
-    select()
+    choose_packaged_llvm()
     columns = {} if tested.is_tracer else {tested.name: subject_pixel(tested, scene, x, y)}
     columns |= {f"tracer-{one.name}": tracer_pixel(one, scene, x, y) for one in chosen}
     columns |= {name: reference_pixel(name, scene, x, y, cached=cache) for name in names if name != tested.name}
@@ -136,7 +136,7 @@ def probe(
 def subject_pixel(subject: "Subject", scene: Scene, x: int, y: int) -> Column:
     """Return what another renderer than the tracer answers at a pixel, or why it does not."""
     from rayproof.reports.judge.oracle import stages_of
-    from rayproof.reports.run.asking_subject import answered
+    from rayproof.reports.run.workers import answered
 
     with told_in_one_line():
         found = answered(subject, scene)
@@ -161,7 +161,7 @@ def reference_pixel(name: str, scene: Scene, x: int, y: int, *, cached: bool) ->
     """Return what a reference answers at a pixel, or why it cannot."""
     from rayproof.reference import REFERENCES
     from rayproof.reports.run.messages import ReferenceTask
-    from rayproof.reports.run.tasks.reference_task import heard
+    from rayproof.reports.run.worker_tasks import heard
 
     task = ReferenceTask(scene=scene, samples=1, cached=cached)
     witness = heard(name, REFERENCES[name](), task, independent=False)
@@ -201,7 +201,7 @@ def keep_call(case: str, folder: Path, *, subject: str, timeout: float, env: tup
         raise UsageError(f"--timeout must be positive, got {timeout} s")
     scene = scene_named(case)
     tested = subject_named(subject, env, confine=confine, seconds=timeout)
-    from rayproof.reports.run.asking_subject import answered
+    from rayproof.reports.run.workers import answered
     from rayproof.reports.subjects import PROGRAM
     from rayproof.reports.subjects.keeping import TOLD, Keep
 

@@ -188,7 +188,7 @@ def run(
     patient, timeout = timeout is None, timeout or USUAL_LIMIT
     count = jobs or os.cpu_count() or 1
     from rayproof.reports.processes.scratch import scratch
-    from rayproof.reports.run.prestart import early_workers
+    from rayproof.reports.run.workers import early_workers
 
     early = subject == TRACER and not dry_run and place is None
     with (
@@ -198,9 +198,8 @@ def run(
     ):
         required = tuple(name.strip() for names in require for name in names.split(",") if name.strip())
         references_named(required)
-        from rayproof.reports.run.kept_images import images_to_keep
-        from rayproof.reports.run.panel import panel
-        from rayproof.reports.run.request import RunRequest
+        from rayproof.reports.run.options import RunOptions, images_to_keep
+        from rayproof.reports.run.plan import panel
         from rayproof.reports.subjects.surroundings import Surroundings
 
         with told_in_one_line():
@@ -210,13 +209,13 @@ def run(
             check_selectors(selectors, tested)
             stream = None
             if scenes is not None:
-                from rayproof.reports.run.scene_stream import SceneStream
+                from rayproof.reports.run.scenes import SceneStream
 
                 stream = SceneStream(scenes, tested)
             heard = panel(required, tested)
             demanded = gate_demands(expect, against, least_coverage)
             kept = images_to_keep(keep_images, cases=len(selectors if stream is None else stream))
-        request = RunRequest(
+        request = RunOptions(
             selectors=selectors,
             scenes=stream,
             out=out,
@@ -318,7 +317,7 @@ def under_test(
     subject: str, *, seconds: float, memory: float, surroundings: "Surroundings", before_oracle: bool = True
 ) -> "Subject":
     """Return the subject that is named so; raise ValueError, LookupError or OSError if it cannot be put under test."""
-    from rayproof.reports.run.asking_subject import ask
+    from rayproof.reports.run.workers import ask
     from rayproof.reports.subjects import THE_TRACER
     from rayproof.reports.subjects.choosing import chosen
 
@@ -360,8 +359,7 @@ def check_names(selectors: tuple[str, ...]) -> None:
 def check_selectors(selectors: tuple[str, ...], subject: "Subject") -> None:
     """Raise ValueError, LookupError or OSError for the first selector that names no case and no valid scene file."""
     from rayproof.cases.families import select
-    from rayproof.reports.run.scene_case import case_of_file
-    from rayproof.reports.run.size import refuse_beyond_all
+    from rayproof.reports.run.scenes import case_of_file, refuse_beyond_all
 
     for selector in selectors:
         if selector.endswith(".json"):

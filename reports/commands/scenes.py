@@ -58,7 +58,7 @@ def render(
     if (refusal := beyond(loaded, chosen.precision)) is not None:
         raise UsageError(f"{scene}: {refusal}")
     shout(chosen.faults)
-    select()
+    choose_packaged_llvm()
     said = warning(chosen.faults) if chosen.faults else chosen.name
     answers = trace(loaded, asked, chosen)
     if image.suffix.lower() == ".npz":

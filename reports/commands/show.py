@@ -47,7 +47,7 @@ def traced(scene: Scene) -> str:
     """Return how the tracer goes about a scene with its default formulas."""
     from rayproof.tracer.kernel.compiler import choose_packaged_llvm
 
-    select()
+    choose_packaged_llvm()
     from rayproof.tracer.configuration import Configuration
     from rayproof.tracer.plan import plan
 

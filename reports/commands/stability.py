@@ -53,7 +53,7 @@ def stability(
             writable_folder(json.parent)
     from rayproof.tracer.kernel.compiler import choose_packaged_llvm
 
-    select()
+    choose_packaged_llvm()
     from rayproof.reports.studies.stability.document import plan, survey
 
     with told_in_one_line():

@@ -38,7 +38,7 @@ def tradeoff(
     """
     from rayproof.tracer.kernel.compiler import choose_packaged_llvm
 
-    select()
+    choose_packaged_llvm()
     from rayproof.reports.studies.tradeoff.drawing import write
     from rayproof.reports.studies.tradeoff.measuring import DEFAULT, QUICK, measure, tasks
     from rayproof.tracer.formulas import FORMULAS

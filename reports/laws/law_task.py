@@ -13,11 +13,10 @@ from rayproof.cases.stages import Resolution, Stage, StageImages, exr_channels
 from rayproof.reports.judge.answers import Candidate
 from rayproof.reports.laws.judging import Judged, judge
 from rayproof.reports.processes.worker import serve
-from rayproof.tracer.kernel.compiler import choose_packaged_llvm
-from rayproof.reports.run.messages import SubjectTask, TracerTask
-from rayproof.reports.run.tasks.handlers import handler
-from rayproof.reports.run.tasks.kinds import TRACING, UNDER_TEST
+from rayproof.reports.run.messages import TRACING, UNDER_TEST, SubjectTask, TracerTask
+from rayproof.reports.run.worker_tasks import handler
 from rayproof.reports.subjects import PROGRAM, Subject
+from rayproof.tracer.kernel.compiler import choose_packaged_llvm
 
 KEPT = 64  # scenes of which the answers are remembered
 

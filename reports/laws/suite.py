@@ -25,8 +25,8 @@ from rayproof.reports.results.exr import write_answers
 from rayproof.reports.results.json_numbers import as_json
 from rayproof.reports.results.outcomes import Outcome
 from rayproof.reports.results.records import CaseRecord, CheckRecord, MeasurementRecord, RenderRecord
-from rayproof.reports.run.record import totals
-from rayproof.reports.run.record.reproducing import write_scene
+from rayproof.reports.run import totals
+from rayproof.reports.run.case_record import write_scene
 from rayproof.reports.subjects import Subject
 
 PASS, FAIL, ERROR, UNSUPPORTED, SILENT = "pass", "fail", "error", "unsupported", "inapplicable"

@@ -8,19 +8,11 @@ import psutil
 
 from rayproof.cases.stages import Stage
 from rayproof.reports.judge.oracle import stages_of
-from rayproof.reports.run.panel import panel
-from rayproof.reports.run.plan import PlannedCase, configurations_of
-from rayproof.reports.run.request import RunRequest
-from rayproof.reports.run.size import (
-    BEGINNING,
-    LARGE,
-    Estimate,
-    deadline,
-    estimate,
-    triangles_of,
-)
+from rayproof.reports.run.options import RunOptions
+from rayproof.reports.run.plan import PlannedCase, configurations_of, panel
+from rayproof.reports.run.scenes import BEGINNING, LARGE, Estimate, deadline, estimate, triangles_of
 from rayproof.reports.run.suite import planned_cases
-from rayproof.reports.run.tasks.reference_task import unable
+from rayproof.reports.run.worker_tasks import unable
 from rayproof.reports.subjects import Subject
 
 GB = 1e9
@@ -28,7 +20,7 @@ NOT_ENOUGH = ", which is not enough"
 PROCESS = 0.15e9  # bytes that a process of the panel takes to begin with
 
 
-def plan_in_words(request: RunRequest) -> list[str]:
+def plan_in_words(request: RunOptions) -> list[str]:
     """Return the lines that `--dry-run` prints.
 
     Raises:
@@ -75,7 +67,7 @@ def _checks(planned: PlannedCase, references: tuple[str, ...], subject: Subject)
 
 
 def _estimated(
-    request: RunRequest, planned: Sequence[PlannedCase], each: list[Estimate], *, references: int
+    request: RunOptions, planned: Sequence[PlannedCase], each: list[Estimate], *, references: int
 ) -> Iterator[str]:
     """Yield time, memory, disk and deadlines."""
     seconds = sum(one.seconds for one in each) / request.jobs

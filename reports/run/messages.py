@@ -1,4 +1,4 @@
-"""What workers are told to do, as plain data that travels between processes."""
+"""The tasks that workers get, as plain data that travels between processes, and the kinds of workers by name."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -6,14 +6,14 @@ from pathlib import Path
 from rayproof.cases.case import Case
 from rayproof.cases.scene import Scene
 from rayproof.reports.judge.answers import Candidate, Witness
-from rayproof.reports.run.kept_images import EVERY_CASE, KeptImages
+from rayproof.reports.run.options import EVERY_CASE, KeptImages
 from rayproof.reports.subjects import THE_TRACER, Subject
 from rayproof.reports.subjects.keeping import Keep
 
 
 @dataclass(frozen=True, kw_only=True)
 class TracerTask:
-    """Render a scene by one configuration; the answer is what `reports.run.tasks.trace_task.trace` returns."""
+    """Render a scene by one configuration; the answer is what `reports.run.tracer_task.trace` returns."""
 
     scene: Scene
     configuration: str
@@ -84,3 +84,9 @@ class JudgeTask:
     images: KeptImages = EVERY_CASE  # of which cases they are kept
     cached: bool = False  # the oracle's edges may be taken from the cache
     again: tuple[Candidate, ...] = ()  # the candidates' second answers, where one of them differs
+
+
+TRACING = "tracer"
+JUDGE = "judge"
+RECALLING = "cache"
+UNDER_TEST = "subject:"  # and the name of a reference that is under test

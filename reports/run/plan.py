@@ -1,21 +1,23 @@
-"""The plan: which configurations of the tracer are asked about which cases.
+"""The plan: which configurations of the tracer are asked about which cases, and which references judge them.
 
 The default suite runs the default configuration in float32 and in float64 on every case, and every alternative
 formula, in float32, on the cases that cover its specification item.
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from typing import overload
 
 from rayproof.cases.case import ITEMS, Case, Expectation, ShadowOutline, covering
 from rayproof.cases.stages import IMAGE_STAGES, Stage
-from rayproof.reports.run.cache_keys import Key, code, machine
-from rayproof.reports.run.demands import Demands
-from rayproof.reports.run.scene_stream import SceneStream
+from rayproof.reports.judge.oracle import ORACLE
+from rayproof.reports.run.options import Demands
+from rayproof.reports.run.reference_cache import Key, code, machine
+from rayproof.reports.run.scenes import SceneStream
 from rayproof.reports.subjects import THE_TRACER, Subject
 from rayproof.reports.subjects.capabilities import Capabilities
+from rayproof.reports.subjects.choosing import reason_missing
 from rayproof.reports.subjects.request import rebuilt
 
 GEOMETRY = IMAGE_STAGES[: IMAGE_STAGES.index(Stage.IRRADIANCE)]
@@ -198,3 +200,53 @@ def record_key(planned: PlannedCase, demands: Demands) -> RecordKey:
         code=code(tracer=True),
         machine=machine(),
     )
+
+
+@dataclass(frozen=True, kw_only=True)
+class Panel:
+    """The references of a run, the oracle first, and the reasons of those that are left out."""
+
+    names: tuple[str, ...]
+    absent: dict[str, str] = field(default_factory=dict)
+
+
+def panel(require: Sequence[str], subject: Subject = THE_TRACER) -> Panel:
+    """Return the references that judge `subject`: the usual ones and the required.
+
+    A program that is not installed is left out, and so is whatever shares its code with the subject.
+
+    Raises:
+        LookupError: a required reference is not known, not installed, or the one under test.
+
+    """
+    from rayproof.reference import REFERENCES
+
+    names, absent = [], {}
+    for name in REFERENCES:
+        about = REFERENCES.about(name)
+        if about.get("on_request", False) and name not in require:
+            continue
+        why = reason_missing(name) if about.get("optional", False) else None
+        if why is None and name == subject.name:
+            why = "It is under test."
+        if why is None and _kin(name, subject):
+            why = f"It shares its code with {subject.name}, which is under test: its word would prove nothing."
+        if why is None:
+            names.append(name)
+        elif name in require:
+            raise LookupError(f"--require {name}: {why}")
+        else:
+            absent[name] = why
+    for name in require:
+        REFERENCES[name]  # an unknown one is explained here
+    return Panel(names=tuple(sorted(names, key=lambda name: (name != ORACLE, name))), absent=absent)
+
+
+def _kin(reference: str, subject: Subject) -> bool:
+    """Say whether a reference lives in the same file or folder as the subject."""
+    from rayproof.reference import REFERENCES
+
+    if subject.name not in REFERENCES:
+        return False
+    one, other = (REFERENCES[name].__module__.split(".")[2] for name in (reference, subject.name))
+    return one == other

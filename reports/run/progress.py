@@ -14,7 +14,7 @@ from rayproof.reports.results.json_numbers import at_worst, legible
 from rayproof.reports.results.outcomes import Outcome
 from rayproof.reports.results.ratios import ratio_of
 from rayproof.reports.results.records import CaseRecord
-from rayproof.reports.run.tasks.kinds import JUDGE, RECALLING, TRACING
+from rayproof.reports.run.messages import JUDGE, RECALLING, TRACING
 
 if TYPE_CHECKING:
     from rich.progress import Progress

@@ -19,13 +19,12 @@ from rayproof.reports.results.document import ResultsError, load_results
 from rayproof.reports.results.images import inside
 from rayproof.reports.results.json_numbers import legible
 from rayproof.reports.results.records import MOST_SHARDS, CaseRecord, RunRecord, ShardRecord
-from rayproof.reports.run.cache_keys import code, digest, exact
-from rayproof.reports.run.demands import demands
+from rayproof.reports.run import totals
+from rayproof.reports.run.options import RunOptions, demands
 from rayproof.reports.run.plan import PlannedCase
-from rayproof.reports.run.record import totals
-from rayproof.reports.run.record.document import come_to, uncountable
-from rayproof.reports.run.request import RunRequest
-from rayproof.reports.run.scene_case import FAMILY, place_of
+from rayproof.reports.run.reference_cache import code, digest, exact
+from rayproof.reports.run.scenes import FAMILY, place_of
+from rayproof.reports.run.totals import come_to, uncountable
 from rayproof.reports.subjects.keeping import FOLDER as CALLS
 
 FILES = ("scenes", "images", "pictures", CALLS)
@@ -55,7 +54,7 @@ def part(planned: Sequence[PlannedCase], shard: tuple[int, int]) -> tuple[Planne
     return tuple(one for one in planned if number_of(one.case.name, shard[1]) == shard[0])
 
 
-def told(request: RunRequest, planned: Sequence[PlannedCase], references: tuple[str, ...]) -> ShardRecord:
+def told(request: RunOptions, planned: Sequence[PlannedCase], references: tuple[str, ...]) -> ShardRecord:
     """Return what a part's results say of the whole: by which parts that belong together are known."""
     assert request.shard is not None
     asked = demands(request, references)

@@ -25,26 +25,23 @@ from rayproof.reports.results.images import keeps_images
 from rayproof.reports.results.json_numbers import legible
 from rayproof.reports.results.outcomes import Outcome, concerning, exit_code
 from rayproof.reports.results.records import CaseRecord, RunRecord
+from rayproof.reports.run import totals
 from rayproof.reports.run.cache_store import usual_store
-from rayproof.reports.run.journal import EARLIER
-from rayproof.tracer.kernel.compiler import choose_packaged_llvm
-from rayproof.reports.run.messages import GuardTask
-from rayproof.reports.run.panel import panel
-from rayproof.reports.run.plan import PlannedCase, PlannedScenes, configurations_of, plan, with_one_twice
+from rayproof.reports.run.messages import JUDGE, GuardTask
+from rayproof.reports.run.options import RunOptions
+from rayproof.reports.run.plan import PlannedCase, PlannedScenes, configurations_of, panel, plan, with_one_twice
 from rayproof.reports.run.progress import worst_first
-from rayproof.reports.run.record import totals
-from rayproof.reports.run.record.document import results_document
-from rayproof.reports.run.request import RunRequest
-from rayproof.reports.run.scene_case import place_of
+from rayproof.reports.run.scenes import place_of
 from rayproof.reports.run.shards import part, told
-from rayproof.reports.run.tasks.kinds import JUDGE
+from rayproof.reports.run.totals import results_document
 from rayproof.reports.run.verdict_memory import passed
-from rayproof.reports.run.worker_settings import RELIEF, sleeping
-from rayproof.reports.run.worker_settings import workers as pool_of
-from rayproof.reports.run.workload import render_and_judge
+from rayproof.reports.run.workers import RELIEF, sleeping
+from rayproof.reports.run.workers import workers as pool_of
+from rayproof.reports.run.workload import EARLIER, render_and_judge
 from rayproof.reports.subjects.keeping import FOLDER as CALLS
 from rayproof.reports.subjects.keeping import TOLD
 from rayproof.reports.terminal import console as terminal
+from rayproof.tracer.kernel.compiler import choose_packaged_llvm
 
 if TYPE_CHECKING:
     from rayproof.reports.run.engine.dispatch import Dispatch
@@ -58,7 +55,7 @@ DIAGNOSING = 20.0  # s of processor time for naming the mistake
 LOG_WIDTH = 140  # columns of a log file: a table is not squeezed into a terminal that is not there
 
 
-def run(request: RunRequest, workers: "Pool | Dispatch | None" = None) -> int:
+def run(request: RunOptions, workers: "Pool | Dispatch | None" = None) -> int:
     """Run the request; return the exit code: 0 passed, 1 failed, 3 not all could be measured, 130 interrupted.
 
     `workers` are a pool that has the tracer's worker, if it was started early, or those of a cluster.
@@ -131,7 +128,7 @@ def run(request: RunRequest, workers: "Pool | Dispatch | None" = None) -> int:
     return code_of(request, results, found, console, tracer=subject.is_tracer)
 
 
-def find_out(request: RunRequest, results: RunRecord, console: Console, *, tracer: bool, whole: bool) -> None:
+def find_out(request: RunOptions, results: RunRecord, console: Console, *, tracer: bool, whole: bool) -> None:
     """Write into the records of a run where calls are kept and what may be to blame; of a `whole` run, the causes."""
     _link_calls(request.out, results)
     _blame(results, tracer=tracer)
@@ -140,7 +137,7 @@ def find_out(request: RunRequest, results: RunRecord, console: Console, *, trace
         _diagnose(request, results, console)
 
 
-def conclude(request: RunRequest, results: RunRecord, why: str | None, console: Console) -> None:
+def conclude(request: RunOptions, results: RunRecord, why: str | None, console: Console) -> None:
     """Hold a run against what is demanded, keep it in its history, publish it; `why` says why pictures are left out."""
     demanded = request.demanded
     if demanded is not None:
@@ -154,7 +151,7 @@ def conclude(request: RunRequest, results: RunRecord, why: str | None, console: 
         console.print(legible(f"worse than its history: {sentence}"), style="yellow", soft_wrap=True, markup=False)
 
 
-def code_of(request: RunRequest, results: RunRecord, found: totals.Totals, console: Console, *, tracer: bool) -> int:
+def code_of(request: RunOptions, results: RunRecord, found: totals.Totals, console: Console, *, tracer: bool) -> int:
     """Return the exit code of a run that came to its end; say which required reference answered nothing."""
     demanded, silent = request.demanded, found.silent(request.require)
     for name in silent:
@@ -168,7 +165,7 @@ def code_of(request: RunRequest, results: RunRecord, found: totals.Totals, conso
     return max(code, FAILED) if silent or of_the_whole(results) else code
 
 
-def _remember(request: RunRequest, results: RunRecord, console: Console) -> list[str]:
+def _remember(request: RunOptions, results: RunRecord, console: Console) -> list[str]:
     """Keep the run in its history, if it has one, and return what became worse; a failure costs no result."""
     if request.history is None:
         return []
@@ -216,7 +213,7 @@ def _keep(results: RunRecord, case: CaseRecord) -> None:
     amend(results["cases"], case, **told)
 
 
-def _diagnose(request: RunRequest, results: RunRecord, console: Console) -> None:
+def _diagnose(request: RunOptions, results: RunRecord, console: Console) -> None:
     """Add the causes of the failures to the results, and to the reasons of the cases that they explain.
 
     What goes wrong in looking for a cause costs no result.
@@ -256,7 +253,7 @@ def examined_for_causes(cases: Sequence[CaseRecord]) -> list[CaseRecord]:
     return [*filter(tells, ordered[:EXAMINED]), *reversed([*best])]
 
 
-def planned_cases(request: RunRequest) -> Sequence[PlannedCase]:
+def planned_cases(request: RunOptions) -> Sequence[PlannedCase]:
     """Return the cases of a request, each with its configurations; scenes without number are read when they are needed.
 
     Raises:
@@ -280,7 +277,7 @@ def cases_of(selectors: tuple[str, ...]) -> tuple[Case, ...]:
     names = tuple(selector for selector in selectors if selector not in files)
     cases = select(names) if selectors else all_cases()
     if files:
-        from rayproof.reports.run.scene_case import cases_of_files
+        from rayproof.reports.run.scenes import cases_of_files
 
         cases += cases_of_files([Path(file) for file in files])
     return cases
@@ -306,7 +303,7 @@ def _faults(planned: Sequence[PlannedCase]) -> list[str]:
     return sorted({wrong for one in used for wrong in (*one.faults, *one.controls)})
 
 
-def _publish(request: RunRequest, results: RunRecord, why: str | None, console: Console) -> None:
+def _publish(request: RunOptions, results: RunRecord, why: str | None, console: Console) -> None:
     """Write results.json and every published form; print the worst cases and where the report is.
 
     `why` says why pictures were left out.

@@ -19,9 +19,9 @@ import numpy as np
 from rayproof.cases.case import Case
 from rayproof.reports.judge.answers import Candidate
 from rayproof.reports.results.records import CaseRecord
-from rayproof.reports.run.cache_keys import Key, code, machine
 from rayproof.reports.run.cache_store import About, DamagedEntryError, Entry, Store
-from rayproof.reports.run.demands import Demands
+from rayproof.reports.run.options import Demands
+from rayproof.reports.run.reference_cache import Key, code, machine
 
 
 class Memory:
@@ -93,7 +93,7 @@ class JudgementKey(Key):
     case: Case
     candidates: tuple[Candidate, ...]
     versions: Mapping[str, str]  # the references', by name
-    demands: Any  # `reports.run.demands.Demands`, which this folder does not import
+    demands: Any  # `reports.run.options.Demands`, which this folder does not import
     notes: tuple[str, ...]  # what the subject says of its answers
 
 

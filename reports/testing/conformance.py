@@ -17,9 +17,9 @@ from rayproof.reports.judge.case import judge_case
 from rayproof.reports.judge.oracle import ORACLE, stages_of
 from rayproof.reports.judge.verdict import Judged, of_what_is_supported
 from rayproof.reports.results.outcomes import Outcome
-from rayproof.tracer.kernel.compiler import choose_packaged_llvm
 from rayproof.reports.run.messages import ReferenceTask
-from rayproof.reports.run.tasks.reference_task import heard
+from rayproof.reports.run.worker_tasks import heard
+from rayproof.tracer.kernel.compiler import choose_packaged_llvm
 
 if TYPE_CHECKING:
     from rayproof.tracer.configuration import Configuration
@@ -123,7 +123,7 @@ class Conformance:
         return witnesses, versions
 
     def _traced(self) -> Candidate:
-        from rayproof.reports.run.record.shadow_epsilons import shadow_epsilons
+        from rayproof.reports.run.tracer_task import shadow_epsilons
         from rayproof.tracer.render import render
 
         scene, chosen, samples = self.scene, self._configuration, self.case.samples

@@ -17,7 +17,7 @@ from rayproof.reports.results.document import save_results
 from rayproof.reports.results.image_script import handed_over
 from rayproof.reports.results.json_numbers import legible, legible_json
 from rayproof.reports.run.progress import CaseProgress, worst_first
-from rayproof.reports.run.scene_case import cases_of_files
+from rayproof.reports.run.scenes import cases_of_files
 from rayproof.reports.subjects.calls import call
 from rayproof.reports.terminal import console
 from tests.reports.publish.sample import make_folder

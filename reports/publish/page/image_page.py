@@ -26,7 +26,7 @@ SCRIPTS = (
     "read_images", "images",
 )  # fmt: skip
 STYLES = ("style", "viewer", "images")
-LARGEST = 2**26  # pixels of an image, as `reports.run.size` allows of a scene's
+LARGEST = 2**26  # pixels of an image, as `reports.run.scenes` allows of a scene's
 PFM = re.compile(rb"(P[Ff])\s+(\d{1,9})\s+(\d{1,9})\s+([+-]?[0-9.]{1,20}(?:[eE][+-]?\d{1,3})?)\s")
 Channels = dict[str, np.ndarray]  # by name, (height, width)
 

@@ -11,9 +11,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from rayproof.reports.results.records import CaseRecord
-from rayproof.reports.run.cases_under_way import Terms
+from rayproof.reports.run.case import Terms
 from rayproof.reports.run.plan import PlannedCase
-from rayproof.reports.run.scene_case import place_of
+from rayproof.reports.run.scenes import place_of
 
 LEVEL = 6  # of zlib
 

@@ -18,16 +18,16 @@ from pathlib import Path
 from rayproof.reports.judge.answers import Candidate
 from rayproof.reports.processes.worker import Reply
 from rayproof.reports.results.records import CaseRecord, EngineRecord
-from rayproof.reports.run.cases_under_way import Terms
+from rayproof.reports.run.case import Terms
+from rayproof.reports.run.case_record import unjudged
 from rayproof.reports.run.engine import machine
 from rayproof.reports.run.engine.batch import Batch, Limits, unpacked, write
 from rayproof.reports.run.engine.cluster import Cluster, Event, Place, reached
 from rayproof.reports.run.engine.vetting import GLANCE, LIFETIME, Vetting, Worker
 from rayproof.reports.run.engine.waiting import Structure, Waiting
-from rayproof.tracer.kernel.compiler import choose_packaged_llvm
 from rayproof.reports.run.plan import PlannedCase
-from rayproof.reports.run.record.unjudged import unjudged
-from rayproof.reports.run.size import estimate
+from rayproof.reports.run.scenes import estimate
+from rayproof.tracer.kernel.compiler import choose_packaged_llvm
 
 WAIT = 60.0  # s for a worker that may have work
 WINDOW = 2  # batches on their way to a worker: one that it does, and one that waits there

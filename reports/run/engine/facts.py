@@ -9,8 +9,8 @@ import platform
 from dataclasses import dataclass
 from importlib.metadata import PackageNotFoundError, version
 
-from rayproof.reports.run.cache_keys import PACKAGES, code, processor
-from rayproof.reports.run.cases_under_way import Terms
+from rayproof.reports.run.case import Terms
+from rayproof.reports.run.reference_cache import PACKAGES, code, processor
 from rayproof.reports.run.verdict_memory import version as reference_version
 from rayproof.reports.subjects import PROGRAM
 from rayproof.reports.subjects.choosing import identity

@@ -19,12 +19,12 @@ from rayproof.reports.processes.parent_death import end_with_parent
 from rayproof.reports.processes.scratch import Scratch, sweep
 from rayproof.reports.results.records import CaseRecord
 from rayproof.reports.run.cache_store import usual_store
-from rayproof.reports.run.cases_under_way import CasesUnderWay, Source, Terms
+from rayproof.reports.run.case import CasesUnderWay, Source, Terms
 from rayproof.reports.run.engine.batch import Answer, Batch, Finished, packed, write
 from rayproof.reports.run.engine.facts import Facts, facts
-from rayproof.tracer.kernel.compiler import choose_packaged_llvm
 from rayproof.reports.run.plan import PlannedCase
-from rayproof.reports.run.worker_settings import RELIEF, sleeping, workers
+from rayproof.reports.run.workers import RELIEF, sleeping, workers
+from rayproof.tracer.kernel.compiler import choose_packaged_llvm
 
 IDLE = 60.0  # s without a batch after which the processes end: who sent the last one may be gone
 # What the engine sets in its workers' environment, and a run on one machine has not: how many threads a library has.

@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 
 from rayproof.reports.results.records import RefusedRecord, WorkerRecord
-from rayproof.reports.run.cases_under_way import Terms
+from rayproof.reports.run.case import Terms
 from rayproof.reports.run.engine import machine
 from rayproof.reports.run.engine.batch import Limits
 from rayproof.reports.run.engine.cluster import Cluster, ClusterError, Event, WorkerState

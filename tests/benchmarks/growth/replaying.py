@@ -18,9 +18,9 @@ from typing import Any, TypedDict
 from rayproof.reports.publish import publish_all
 from rayproof.reports.publish.page.front_data import SHARD
 from rayproof.reports.results.document import load_results, save_results
-from rayproof.reports.run.journal import Journal
-from rayproof.reports.run.record import totals
-from rayproof.reports.run.record.document import come_to
+from rayproof.reports.run import totals
+from rayproof.reports.run.totals import come_to
+from rayproof.reports.run.workload import Journal
 
 CHECKOUT = Path(__file__).resolve().parents[3]
 RECORDS = 1000  # of the run that is replayed, at most

@@ -18,8 +18,8 @@ from rayproof.reports.laws.law_task import Asked, LawOrder, obey, renderer, smal
 from rayproof.reports.laws.suite import Pair, default
 from rayproof.reports.processes.pool import Pool
 from rayproof.reports.processes.worker import Reply, serve
-from rayproof.tracer.kernel.compiler import choose_packaged_llvm
 from rayproof.reports.subjects import THE_TRACER
+from rayproof.tracer.kernel.compiler import choose_packaged_llvm
 from tests.harness.audit.planted import PlantedFault, candidates
 from tests.harness.audit.records import LawsScore
 

@@ -17,9 +17,9 @@ from rayproof.reports.processes.pool import Pool
 from rayproof.reports.processes.worker import Reply
 from rayproof.reports.results.atomic import write_text
 from rayproof.reports.results.outcomes import Outcome
-from rayproof.tracer.kernel.compiler import choose_packaged_llvm
 from rayproof.reports.run.plan import plan
 from rayproof.reports.terminal import console as terminal
+from rayproof.tracer.kernel.compiler import choose_packaged_llvm
 from tests.harness.audit import findings
 from tests.harness.audit.faults_against_laws import before_the_laws, told
 from tests.harness.audit.findings import show

@@ -15,8 +15,8 @@ from rayproof.reference.analytic import Analytic
 from rayproof.reports.judge.answers import Candidate, Witness
 from rayproof.reports.judge.case import judge_case
 from rayproof.reports.results.outcomes import Outcome
+from rayproof.reports.run import worker_tasks
 from rayproof.reports.run.messages import ReferenceTask, TracerTask
-from rayproof.reports.run.tasks import handlers
 from rayproof.tracer.configuration import Configuration
 from tests.harness.audit.faults import FAULTS
 from tests.harness.audit.oracle import PatientOracle
@@ -66,7 +66,7 @@ def judge_faults(order: CaseOrder) -> CaseReport:
 
 @cache
 def _task(kind: str) -> Any:
-    return handlers.handler(kind)
+    return worker_tasks.handler(kind)
 
 
 def candidate(configuration: str, scene: Scene) -> Candidate:

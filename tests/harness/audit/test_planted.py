@@ -139,7 +139,7 @@ def test_a_fault_changes_something_and_is_taken_out_again(name: str) -> None:
 
 
 def test_a_function_is_replaced_wherever_it_was_imported_to() -> None:
-    from rayproof.reports.run.record import totals
+    from rayproof.reports.run import totals
 
     right = outcomes.worst
 

@@ -327,7 +327,7 @@ def journal() -> Target:
     import tempfile
 
     from rayproof.reports.results.case_table import NAME
-    from rayproof.reports.run.journal import Journal
+    from rayproof.reports.run.workload import Journal
 
     with tempfile.TemporaryDirectory() as folder:
         with Journal(Path(folder), resume=False) as written:

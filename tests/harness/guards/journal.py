@@ -4,7 +4,7 @@ import tempfile
 from pathlib import Path
 
 from rayproof.reports.results.records import CaseRecord
-from rayproof.reports.run.journal import Journal
+from rayproof.reports.run.workload import Journal
 from tests.harness.guards import BrokenHarnessError
 
 KEY, OTHER = "0" * 64, "1" * 64

@@ -17,11 +17,10 @@ from rayproof.cases.case import Case, PixelValue
 from rayproof.cases.scene import Camera, Cube, Mesh, Plane, PointLight, Scene, Sphere, Square, Triangle
 from rayproof.cases.stages import Resolution, Stage
 from rayproof.reports.judge.answers import Candidate
-from rayproof.reports.run import cache_keys, plan, reference_cache, verdict_memory
-from rayproof.reports.run.cache_keys import Key
-from rayproof.reports.run.demands import Demands, demands
+from rayproof.reports.run import plan, reference_cache, verdict_memory
+from rayproof.reports.run.options import Demands, RunOptions, demands
 from rayproof.reports.run.plan import PlannedCase
-from rayproof.reports.run.request import RunRequest
+from rayproof.reports.run.reference_cache import Key
 from rayproof.reports.subjects import Subject
 from tests.harness.guards import BrokenHarnessError
 
@@ -69,7 +68,7 @@ OURS = Candidate(
     resolutions={Stage.RADIANCE: Resolution(relative=0.5, absolute=0.5, because="a guard says so")},
 )
 VERSIONS = {"analytic": "1"}
-REQUEST = RunRequest(
+REQUEST = RunOptions(
     selectors=(), out=Path("out"), resume=True, require=(), jobs=1, timeout=60.0, configurations=(), json=None
 )
 # Which cases, how a run goes about them, where to: none of it is part of what is found of a case. Configurations are
@@ -107,7 +106,7 @@ OTHERS: Mapping[tuple[str, str], Any] = {
     ("Candidate", "unsupported"): {Stage.NORMAL: "a guard says so"},
     ("Candidate", "lacking"): {Stage.NORMAL: "a guard says so"},
     ("Candidate", "authors"): {Stage.NORMAL: "a guard says so"},
-    ("RunRequest", "require"): ("analytic",),
+    ("RunOptions", "require"): ("analytic",),
     ("Subject", "identity"): ("another program",),
     ("Demands", "identity"): ("another program",),
     ("Demands", "require"): ("analytic",),
@@ -249,13 +248,13 @@ def _render(scene: Scene) -> Key:
     return reference_cache.Question(name="known", reference=_Known(), scene=scene, stages=stages, samples=1).key  # type: ignore[arg-type]
 
 
-def _of_run(request: RunRequest) -> Key:
+def _of_run(request: RunOptions) -> Key:
     return plan.record_key(PlannedCase(case=CASE, configurations=("float32",)), demands(request, ("analytic",)))
 
 
 def _guard_code() -> None:
     """See that the code of a key is that of all packages that decide an answer."""
-    covered = {path.relative_to(ROOT).as_posix() for path in cache_keys.sources(tracer=True)}
+    covered = {path.relative_to(ROOT).as_posix() for path in reference_cache.sources(tracer=True)}
     for file in (
         "cases/scene.py",
         "reference/analytic/light.py",

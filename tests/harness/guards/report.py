@@ -22,8 +22,8 @@ from rayproof.reports.publish.page.case_data import write_case_data
 from rayproof.reports.results.image_script import handed_over, read_pixels
 from rayproof.reports.results.outcomes import Outcome
 from rayproof.reports.results.records import CaseRecord
+from rayproof.reports.run.judge_task import keep_images, masks
 from rayproof.reports.run.messages import JudgeTask
-from rayproof.reports.run.record.images import keep_images, masks
 from tests.harness.guards import BrokenHarnessError
 
 

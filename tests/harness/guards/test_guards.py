@@ -8,7 +8,7 @@ from rayproof.cases.scene import Camera
 from rayproof.reference.analytic import Analytic
 from rayproof.reports.judge.known_answers import BrokenJudgeError
 from rayproof.reports.judge.sentinels import stand_guard
-from rayproof.reports.run.cache_keys import Key
+from rayproof.reports.run.reference_cache import Key
 from tests.harness.audit.faults import FAULTS
 from tests.harness.guards import BrokenHarnessError, keys, stand_guards
 

@@ -70,7 +70,7 @@ FUNCTIONS: Mapping[str, str] = {
     "kernel/compiler.py:packaged_library": "chosen before anything is rendered: tests/tracer/kernel/test_compiler.py",
     "kernel/compiler.py:_libm": ONE_THREAD,
     "kernel/compiler.py:one_thread": ONE_THREAD,
-    "kernel/compiler.py:choose_packaged_llvm": "chosen before anything is rendered: tests/tracer/kernel/test_compiler.py",
+    "kernel/compiler.py:choose_packaged_llvm": "chosen before the first render: tests/tracer/kernel/test_compiler.py",
     "render.py:continue_from": DIAGNOSIS,
     "light_path/__init__.py:_given_lights": DIAGNOSIS,
     "light_path/__init__.py:_given_hits": DIAGNOSIS,

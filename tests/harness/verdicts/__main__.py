@@ -8,8 +8,8 @@ from rayproof.cases.random_scenes import LARGEST
 from rayproof.reports.commands.output import write_json
 from rayproof.reports.commands.usage import UsageError, own, told_in_one_line, writable_folder
 from rayproof.reports.processes.scratch import scratch
-from rayproof.tracer.kernel.compiler import choose_packaged_llvm
 from rayproof.reports.subjects import THE_TRACER, TRACER
+from rayproof.tracer.kernel.compiler import choose_packaged_llvm
 from tests.command_line import call
 
 

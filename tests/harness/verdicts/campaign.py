@@ -19,8 +19,7 @@ from rayproof.reports.processes.worker import Reply
 from rayproof.reports.results.atomic import write_text
 from rayproof.reports.results.json_numbers import as_json
 from rayproof.reports.results.outcomes import Outcome
-from rayproof.reports.run.panel import panel
-from rayproof.reports.run.plan import DEFAULTS
+from rayproof.reports.run.plan import DEFAULTS, panel
 from rayproof.reports.subjects import Subject
 from tests.harness.verdicts.certify import WrongVerdictRecord
 from tests.harness.verdicts.trials import (

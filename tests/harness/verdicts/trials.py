@@ -20,13 +20,12 @@ from rayproof.reports.judge.answers import Candidate
 from rayproof.reports.judge.case import judge_case
 from rayproof.reports.judge.verdict import Judged, of_what_is_supported
 from rayproof.reports.processes.worker import serve
-from rayproof.reports.run.asking_subject import ask
-from rayproof.tracer.kernel.compiler import choose_packaged_llvm
-from rayproof.reports.run.messages import ReferenceTask, SubjectTask, TracerTask
-from rayproof.reports.run.tasks.handlers import handler
-from rayproof.reports.run.tasks.kinds import TRACING, UNDER_TEST
+from rayproof.reports.run.messages import TRACING, UNDER_TEST, ReferenceTask, SubjectTask, TracerTask
+from rayproof.reports.run.worker_tasks import handler
+from rayproof.reports.run.workers import ask
 from rayproof.reports.subjects import PROGRAM, THE_TRACER, Subject
 from rayproof.reports.subjects.choosing import chosen
+from rayproof.tracer.kernel.compiler import choose_packaged_llvm
 from tests.harness.audit.liar import lie
 from tests.harness.audit.orders import LiarOrder
 from tests.harness.audit.planted import PlantedFault, tracer_faults

@@ -139,7 +139,7 @@ def test_a_mistyped_case_is_told_what_was_meant_before_anything_starts(
     def made(*_: object) -> None:
         raise AssertionError("a worker was started, or every scene made")
 
-    monkeypatch.setattr("rayproof.reports.run.prestart.early_workers", made)
+    monkeypatch.setattr("rayproof.reports.run.workers.early_workers", made)
     monkeypatch.setattr("rayproof.cases.families.all_cases", made)
 
     ended = rayproof("run", written)

@@ -10,12 +10,11 @@ from rayproof.cases.families import select
 from rayproof.cases.stages import Stage
 from rayproof.reports.processes.worker import Reply
 from rayproof.reports.run import suite
-from rayproof.reports.run.demands import demands
 from rayproof.reports.run.engine.batch import write
 from rayproof.reports.run.messages import TracerTask
-from rayproof.reports.run.request import RunRequest
-from rayproof.reports.run.tasks.trace_task import trace
-from rayproof.reports.run.worker_settings import workers
+from rayproof.reports.run.options import RunOptions, demands
+from rayproof.reports.run.tracer_task import trace
+from rayproof.reports.run.workers import workers
 from rayproof.reports.studies.tradeoff.measuring import tasks
 from rayproof.reports.subjects import TRACER
 from rayproof.tracer.configuration import Configuration
@@ -54,7 +53,7 @@ def test_a_run_finds_it_and_its_workers_render_by_it(
     rayproof: Rayproof, folder: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     (folder / "factor.py").write_text("FACTOR = 0.25\n")
-    requests: list[RunRequest] = []
+    requests: list[RunOptions] = []
     monkeypatch.setattr(suite, "run", lambda request, _: (requests.append(request) or 0, ()))
 
     assert rayproof("run", CASE, "--formula", "sphere=./mine.py:nearest_hit", "--jobs", 1).code == 0
@@ -74,7 +73,7 @@ def test_a_run_finds_it_and_its_workers_render_by_it(
 
 def test_a_file_that_changes_during_a_run_is_an_error_and_its_content_is_in_every_key(folder: Path) -> None:
     about = {"selectors": (), "out": folder, "resume": True, "require": (), "jobs": 1, "timeout": 1.0, "json": None}
-    request = RunRequest(**about, configurations=(NAME,))
+    request = RunOptions(**about, configurations=(NAME,))
     before = demands(request, ()).own
     scene = select([CASE])[0].scene
     task = TracerTask(scene=scene, configuration=NAME, samples=1, own=before)

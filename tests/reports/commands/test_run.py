@@ -4,18 +4,18 @@ from pathlib import Path
 
 import pytest
 
-from rayproof.reports.run.request import RunRequest
+from rayproof.reports.run.options import RunOptions
 from rayproof.reports.subjects import Subject
 from rayproof.reports.subjects.capabilities import Capabilities
 from tests.reports.commands.conftest import Rayproof
 
 
 @pytest.fixture
-def asked(monkeypatch: pytest.MonkeyPatch) -> list[RunRequest]:
+def asked(monkeypatch: pytest.MonkeyPatch) -> list[RunOptions]:
     """Run no suite, but return what would have been asked of it."""
-    requests: list[RunRequest] = []
+    requests: list[RunOptions] = []
 
-    def suite(request: RunRequest, pool: object = None) -> int:
+    def suite(request: RunOptions, pool: object = None) -> int:
         requests.append(request)
         return 1
 
@@ -24,7 +24,7 @@ def asked(monkeypatch: pytest.MonkeyPatch) -> list[RunRequest]:
 
 
 @pytest.mark.process
-def test_the_options_arrive(rayproof: Rayproof, asked: list[RunRequest], tmp_path: Path) -> None:
+def test_the_options_arrive(rayproof: Rayproof, asked: list[RunOptions], tmp_path: Path) -> None:
     ended = rayproof(
         *("run", "primitives", "transforms/*", "--out", tmp_path / "out", "--resume", "--jobs", 3, "--timeout", 7),
         *("--require", "analytic", "--require", "mitsuba_scalar", "--json", tmp_path / "results.json"),
@@ -33,7 +33,7 @@ def test_the_options_arrive(rayproof: Rayproof, asked: list[RunRequest], tmp_pat
 
     assert ended.code == 1
     assert asked == [
-        RunRequest(
+        RunOptions(
             selectors=("primitives", "transforms/*"),
             out=tmp_path / "out",
             resume=True,
@@ -46,7 +46,7 @@ def test_the_options_arrive(rayproof: Rayproof, asked: list[RunRequest], tmp_pat
     ]
 
 
-def test_another_renderer_is_put_under_test(rayproof: Rayproof, asked: list[RunRequest], tmp_path: Path) -> None:
+def test_another_renderer_is_put_under_test(rayproof: Rayproof, asked: list[RunOptions], tmp_path: Path) -> None:
     rayproof(
         *("run", "primitives", "--out", tmp_path / "out", "--subject", "mitsuba_scalar", "--no-cache"),
         *("--require", "radiance, embree", "--require", "analytic"),
@@ -58,7 +58,7 @@ def test_another_renderer_is_put_under_test(rayproof: Rayproof, asked: list[RunR
 
 
 @pytest.mark.process
-def test_a_program_comes_with_what_it_declares(rayproof: Rayproof, asked: list[RunRequest], tmp_path: Path) -> None:
+def test_a_program_comes_with_what_it_declares(rayproof: Rayproof, asked: list[RunOptions], tmp_path: Path) -> None:
     script = tmp_path / "render"
     script.write_text("""#!/bin/sh\necho '{"protocol": 1, "name": "mine", "shapes": ["mesh"]}'\n""")
     script.chmod(0o755)
@@ -74,7 +74,7 @@ def test_a_program_comes_with_what_it_declares(rayproof: Rayproof, asked: list[R
 
 @pytest.mark.process
 def test_the_default_is_the_whole_suite_into_report(
-    rayproof: Rayproof, asked: list[RunRequest], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    rayproof: Rayproof, asked: list[RunOptions], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
 

@@ -8,8 +8,8 @@ from rayproof.reference.analytic import Analytic
 from rayproof.reports.judge.case import judge_case
 from rayproof.reports.results.outcomes import Outcome
 from rayproof.reports.run.messages import ReferenceTask, TracerTask
-from rayproof.reports.run.tasks.reference_task import heard
-from rayproof.reports.run.tasks.trace_task import trace
+from rayproof.reports.run.tracer_task import trace
+from rayproof.reports.run.worker_tasks import heard
 
 SCENES = {
     # Under grazing light, next to its own edge, a cube's next face hides the light from who has triangles instead.

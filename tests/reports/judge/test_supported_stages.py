@@ -13,7 +13,7 @@ from rayproof.reports.judge.case import judge_case
 from rayproof.reports.judge.edge_values import Sides, excused_anyhow
 from rayproof.reports.judge.verdict import Judged, of_what_is_supported
 from rayproof.reports.results.outcomes import Outcome, concerning
-from rayproof.reports.run.record.totals import of
+from rayproof.reports.run.totals import of
 from tests.reports.judge.scenes import CASE, ORACLE, rounded, truth, witness
 
 CANNOT = "It has nothing of the kind."

@@ -2,7 +2,7 @@
 
 import pytest
 
-from rayproof.reports.run.cache_keys import machine
+from rayproof.reports.run.reference_cache import machine
 
 
 @pytest.mark.parametrize("name", ["DRJIT_LIBLLVM_PATH", "RAYPROOF_BACKEND"])

@@ -9,8 +9,7 @@ from typing import Any
 import pytest
 
 from rayproof.cases.families import select
-from rayproof.reports.run.cases_under_way import Terms
-from rayproof.reports.run.demands import Demands
+from rayproof.reports.run.case import Terms
 from rayproof.reports.run.engine import dispatch as module
 from rayproof.reports.run.engine import machine, vetting
 from rayproof.reports.run.engine.batch import Answer, Batch, Limits, packed
@@ -18,7 +17,7 @@ from rayproof.reports.run.engine.cluster import ClusterError, Event, WorkerState
 from rayproof.reports.run.engine.dispatch import Dispatch
 from rayproof.reports.run.engine.facts import Facts
 from rayproof.reports.run.engine.vetting import Vetting
-from rayproof.reports.run.kept_images import EVERY_CASE
+from rayproof.reports.run.options import EVERY_CASE, Demands
 from rayproof.reports.run.plan import PlannedCase
 from rayproof.reports.subjects import THE_TRACER
 

@@ -11,7 +11,7 @@ from contextlib import closing
 import pytest
 
 from rayproof.reports.results.document import save_results
-from rayproof.reports.run.journal import Journal
+from rayproof.reports.run.workload import Journal
 from tests.reports.publish.sample import results_of
 
 

@@ -13,7 +13,7 @@ from rayproof.reports.run import reference_cache
 from rayproof.reports.run.cache_store import Store, encode, usual_folder
 from rayproof.reports.run.messages import ReferenceTask
 from rayproof.reports.run.reference_cache import KeepingOracle, Question, cached
-from rayproof.reports.run.tasks.reference_task import heard
+from rayproof.reports.run.worker_tasks import heard
 from tests.reports.judge.scenes import ORACLE, SCENE, truth
 
 STAGES = tuple(Stage)

@@ -10,9 +10,9 @@ import pytest
 
 from rayproof.cases.families import all_cases
 from rayproof.cases.scene_json import load_scene
+from rayproof.reports.run.case_record import reproduce, write_scene
 from rayproof.reports.run.plan import DEFAULTS
-from rayproof.reports.run.record.reproducing import reproduce, write_scene
-from rayproof.reports.run.scene_case import cases_of_files, place_of
+from rayproof.reports.run.scenes import cases_of_files, place_of
 
 SCENE = {
     "camera": {

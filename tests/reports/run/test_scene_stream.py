@@ -9,7 +9,7 @@ import pytest
 
 from rayproof.cases.scene import SceneError
 from rayproof.cases.scene_json import scene_from_json
-from rayproof.reports.run.scene_stream import SceneStream
+from rayproof.reports.run.scenes import SceneStream
 from tests.reports.commands.conftest import Rayproof
 
 SCENE: dict[str, Any] = {

@@ -13,7 +13,7 @@ from rayproof.cases.case import Case
 from rayproof.cases.families import select
 from rayproof.cases.scene import Mesh, SceneError
 from rayproof.reports.cli import main
-from rayproof.reports.run.size import USUAL_LIMIT, deadline, estimate, refuse_beyond_all
+from rayproof.reports.run.scenes import USUAL_LIMIT, deadline, estimate, refuse_beyond_all
 
 CAMERA = {"eye": [0, 0, 4], "target": [0, 0, 0], "up": [0, 1, 0], "fovy": 40, "near": 1, "far": 9}
 

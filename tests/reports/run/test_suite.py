@@ -7,7 +7,7 @@ import pytest
 
 from rayproof.reports.results.document import load_results
 from rayproof.reports.run import suite
-from rayproof.reports.run.request import RunRequest
+from rayproof.reports.run.options import RunOptions
 
 
 @pytest.mark.process
@@ -21,7 +21,7 @@ def test_results_are_there_before_anybody_waits_for_a_picture(tmp_path: Path, mo
     monkeypatch.setattr(suite, "draw_stills", waiting)
     monkeypatch.setattr(suite, "render_and_judge", lambda *_: ([], True, None))
     suite.run(
-        RunRequest(
+        RunOptions(
             selectors=("primitives/sphere",),
             out=tmp_path,
             resume=False,

@@ -9,7 +9,7 @@ from textwrap import dedent
 
 import pytest
 
-from rayproof.reports.run.tasks.kinds import TRACING
+from rayproof.reports.run.messages import TRACING
 
 pytestmark = pytest.mark.process
 
@@ -23,7 +23,7 @@ def test_subnormal_numbers_are_flushed_after_a_worker_s_task_as_before_it(kind: 
         import drjit as dr
         from drjit.llvm import Float
         from rayproof.reports.run.messages import ReferenceTask, TracerTask
-        from rayproof.reports.run.tasks.handlers import handler
+        from rayproof.reports.run.worker_tasks import handler
         from tests.reports.judge.scenes import SCENE
 
         def facts():

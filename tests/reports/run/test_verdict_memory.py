@@ -11,9 +11,8 @@ from rayproof.reference.analytic import Analytic
 from rayproof.reports.cli import main
 from rayproof.reports.judge.answers import Witness
 from rayproof.reports.processes.pool import Pool
-from rayproof.reports.run import verdict_memory
-from rayproof.reports.run.case_run import flawless
-from rayproof.reports.run.tasks import kinds
+from rayproof.reports.run import messages, verdict_memory
+from rayproof.reports.run.case import flawless
 
 CASE = "inside/sphere"
 OURS = "tracer-float32"
@@ -104,7 +103,7 @@ def test_other_answers_and_runs_without_memory_are_judged_anew(
     ran(tmp_path / "other", *options)
 
     assert "judge" in submitted
-    assert (kinds.RECALLING in submitted) == ("--no-cache" not in options), "without a cache it is not asked"
+    assert (messages.RECALLING in submitted) == ("--no-cache" not in options), "without a cache it is not asked"
 
 
 def test_a_case_whose_references_or_judge_failed_is_not_kept() -> None:

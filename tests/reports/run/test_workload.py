@@ -5,7 +5,7 @@ from typing import Any
 import pytest
 
 from rayproof.reports.processes.pool import Pool
-from rayproof.reports.run.cases_under_way import AT_LEAST, PIXELS, CasesUnderWay, has_room
+from rayproof.reports.run.case import AT_LEAST, PIXELS, CasesUnderWay, has_room
 from rayproof.reports.run.workload import FirstCalls
 from tests.reports.run.workers import obey
 

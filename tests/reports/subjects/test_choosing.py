@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from rayproof.reference import REFERENCES
-from rayproof.reports.run.panel import panel
+from rayproof.reports.run.plan import panel
 from rayproof.reports.subjects import Subject
 from rayproof.reports.subjects.capabilities import Capabilities
 from rayproof.reports.subjects.choosing import chosen

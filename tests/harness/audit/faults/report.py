@@ -6,7 +6,7 @@ from dataclasses import replace
 from typing import Any
 
 from rayproof.reports.results import exr, image_script
-from rayproof.reports.run.record import images
+from rayproof.reports.run import judge_task
 from tests.harness.audit.faults import FAULTS, replaced
 
 
@@ -43,7 +43,7 @@ def another_renderers_file() -> Iterator[None]:
 @contextmanager
 def another_configurations_masks() -> Iterator[None]:
     """Show the last configuration's classes as the first one's."""
-    right = images.masks
+    right = judge_task.masks
 
     def wrong(task: Any, oracle: Any) -> Any:
         found = right(replace(task, candidates=task.candidates[::-1]), oracle)

@@ -9,8 +9,8 @@ from typing import Any
 from rayproof.reports.judge.known_answers import SCENE
 from rayproof.reports.results import outcomes
 from rayproof.reports.results.outcomes import Outcome
-from rayproof.reports.run import cache_keys, cache_store, plan, reference_cache, verdict_memory
-from rayproof.reports.run.journal import Journal
+from rayproof.reports.run import cache_store, plan, reference_cache, verdict_memory
+from rayproof.reports.run.workload import Journal
 from tests.harness.audit.faults import FAULTS, altered, replaced
 from tests.harness.guards.keys import CASE
 
@@ -95,7 +95,7 @@ def code_by_hand() -> Iterator[None]:
 
     A key goes by the code that somebody listed, and not by that of cases and references.
     """
-    right = cache_keys.sources
+    right = reference_cache.sources
 
     def wrong(*, tracer: bool) -> list[Path]:
         return [file for file in right(tracer=tracer) if "reports" in file.parts]

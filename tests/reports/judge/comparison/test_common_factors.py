@@ -13,7 +13,7 @@ from rayproof.reports.judge.common_factors import LEAST_DISTINCT, Bias
 from rayproof.reports.judge.oracle import stages_of
 from rayproof.reports.judge.scene_truth import Terms, ground
 from rayproof.reports.results.outcomes import Outcome
-from rayproof.reports.run.record.common_factors import CommonFactors, wrong
+from rayproof.reports.run.common_factors import CommonFactors, wrong
 from tests.reports.judge.scenes import BALL, CAMERA, CASE, FLOOR, LIGHT, ORACLE, SCENE, candidate, rounded, witness
 
 F = np.float32

@@ -11,7 +11,7 @@ from rayproof.reports.judge.case import judge_case
 from rayproof.reports.judge.checks import Check
 from rayproof.reports.judge.measurement import Kind
 from rayproof.reports.results.outcomes import Outcome
-from rayproof.reports.run.record.shadow_epsilons import shadow_epsilons
+from rayproof.reports.run.tracer_task import shadow_epsilons
 from rayproof.tracer.configuration import Configuration
 from tests.reports.judge.scenes import CASE, ORACLE, rounded, witness
 from tests.reports.judge.tolerance.test_edge_light import case_named, checked, kinds_of, ledger, party, terms, truth_of

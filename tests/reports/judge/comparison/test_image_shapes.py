@@ -10,8 +10,8 @@ from rayproof.reports.judge.answers import Candidate, Witness
 from rayproof.reports.judge.case import adjudication, judge_case
 from rayproof.reports.judge.verdict import Judged
 from rayproof.reports.results.outcomes import Outcome
+from rayproof.reports.run import judge_task
 from rayproof.reports.run.messages import JudgeTask
-from rayproof.reports.run.tasks import judge_task
 from tests.reports.judge.scenes import CASE, ORACLE, candidate, rounded, truth, witness
 
 SPOILT = {

@@ -21,7 +21,7 @@ from rayproof.reports.judge import case, known_defects
 from rayproof.reports.judge.known_defects import CIRCUMSTANCES, KnownFinding, explained, known_findings
 from rayproof.reports.judge.oracle import stages_of
 from rayproof.reports.results.outcomes import Outcome
-from rayproof.reports.run.record import totals
+from rayproof.reports.run import totals
 from rayproof.reports.subjects.pfm import read_pfm
 from tests.reports.judge.scenes import CAMERA, CASE, SCENE, candidate, rounded, truth, verdict, witness
 

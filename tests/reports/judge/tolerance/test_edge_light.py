@@ -19,7 +19,7 @@ from rayproof.reports.judge.measurement import Examined, Kind, most_interval
 from rayproof.reports.judge.oracle import stages_of
 from rayproof.reports.judge.scene_truth import Terms, ground
 from rayproof.reports.results.outcomes import Outcome
-from rayproof.reports.run.scene_case import case_of_file
+from rayproof.reports.run.scenes import case_of_file
 from tests.reports.judge.scenes import CASE, ORACLE, candidate, rounded, witness
 
 EXAMPLES = Path(__file__).parents[4] / "examples"

@@ -13,7 +13,7 @@ from rayproof.reports.judge.common_factors import LEAST_DISTINCT, bias
 from rayproof.reports.judge.oracle import stages_of
 from rayproof.reports.judge.scene_truth import Terms, ground
 from rayproof.reports.results.headline import headline
-from rayproof.reports.run.record.common_factors import common_factors, wrong
+from rayproof.reports.run.common_factors import common_factors, wrong
 from tests.reports.judge.comparison.test_common_factors import FOLDS, ORDERS, float32_program
 from tests.reports.judge.scenes import BALL, CAMERA, FLOOR, ORACLE, candidate, witness
 

@@ -15,9 +15,9 @@ from rayproof.reports.judge.case import judge_case
 from rayproof.reports.results.exr import read_answers
 from rayproof.reports.results.image_script import read_pixels
 from rayproof.reports.results.outcomes import Outcome
-from rayproof.reports.run.kept_images import EVERY_CASE, KeptImages, images_to_keep
+from rayproof.reports.run.judge_task import keep_images, masks
 from rayproof.reports.run.messages import JudgeTask
-from rayproof.reports.run.record.images import keep_images, masks
+from rayproof.reports.run.options import EVERY_CASE, KeptImages, images_to_keep
 
 
 @pytest.fixture(scope="module")

@@ -4,7 +4,7 @@ import numpy as np
 
 from rayproof.cases.stages import Resolution, Stage
 from rayproof.reports.judge.answers import Witness
-from rayproof.reports.run.record.reference_facts import said
+from rayproof.reports.run.case_record import said
 
 
 def test_settings_epsilons_and_coarse_output_are_told() -> None:

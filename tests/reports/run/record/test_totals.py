@@ -3,8 +3,8 @@
 import pytest
 
 from rayproof.reports.results.outcomes import Outcome, exit_code, ledger
-from rayproof.reports.run.record import totals
-from rayproof.reports.run.record.totals import of
+from rayproof.reports.run import totals
+from rayproof.reports.run.totals import of
 
 
 def check(**changed):

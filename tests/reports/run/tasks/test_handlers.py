@@ -9,10 +9,8 @@ import pytest
 
 from rayproof.reports.run import reference_cache
 from rayproof.reports.run.cache_store import Store
-from rayproof.reports.run.messages import RecallTask, ReferenceTask
-from rayproof.reports.run.tasks.handlers import handler
-from rayproof.reports.run.tasks.kinds import RECALLING
-from rayproof.reports.run.tasks.reference_task import heard
+from rayproof.reports.run.messages import RECALLING, RecallTask, ReferenceTask
+from rayproof.reports.run.worker_tasks import handler, heard
 from tests.reports.judge.scenes import ORACLE, SCENE
 
 
@@ -38,9 +36,9 @@ def test_the_tracers_worker_imports_what_a_task_needs_before_there_is_one() -> N
     # In a process of its own: here other tests have imported everything.
     script = """
         import sys
-        from rayproof.reports.run.tasks.kinds import TRACING
+        from rayproof.reports.run.messages import TRACING
         from rayproof.reports.run.messages import TracerTask
-        from rayproof.reports.run.tasks.handlers import handler
+        from rayproof.reports.run.worker_tasks import handler
         from tests.reports.judge.scenes import SCENE
         trace = handler(TRACING)
         before = set(sys.modules)

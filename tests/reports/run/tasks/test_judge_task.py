@@ -9,13 +9,12 @@ import pytest
 from rayproof.reports.judge.known_answers import BrokenJudgeError
 from rayproof.reports.processes.worker import Reply
 from rayproof.reports.results.outcomes import Outcome, exit_code
+from rayproof.reports.run import judge_task
 from rayproof.reports.run.cache_store import usual_store
-from rayproof.reports.run.messages import GuardTask, JudgeTask
-from rayproof.reports.run.record.unjudged import unjudged
-from rayproof.reports.run.tasks import judge_task
-from rayproof.reports.run.tasks.handlers import handler
-from rayproof.reports.run.tasks.kinds import JUDGE
+from rayproof.reports.run.case_record import unjudged
+from rayproof.reports.run.messages import JUDGE, GuardTask, JudgeTask
 from rayproof.reports.run.verdict_memory import passed
+from rayproof.reports.run.worker_tasks import handler
 from rayproof.reports.subjects import THE_TRACER
 from tests.reports.judge.scenes import CASE, candidate, rounded, truth, witness
 

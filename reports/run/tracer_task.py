@@ -1,20 +1,39 @@
-"""The tracer's task: render a scene by one configuration."""
+"""The tracer's task: render a scene by one configuration, and tell how far it moved the feelers' starts."""
 
 from contextlib import nullcontext
 from pathlib import Path
 
+import numpy as np
+
 from rayproof.cases.scene import Scene
-from rayproof.cases.stages import StageImages
+from rayproof.cases.stages import Stage, StageImages
 from rayproof.reports.judge.answers import Candidate
 from rayproof.reports.judge.box_filter import finer
 from rayproof.reports.judge.oracle import stages_of
 from rayproof.reports.run.messages import TracerTask
-from rayproof.reports.run.record.shadow_epsilons import shadow_epsilons
 from rayproof.tracer.configuration import Configuration
 from rayproof.tracer.formulas.own_file import copied
 from rayproof.tracer.kernel.arrays import versions
 from rayproof.tracer.kernel.compiler import one_thread
+from rayproof.tracer.light_path.shadow_stage import shadow_epsilon
 from rayproof.tracer.render import render
+from rayproof.tracer.shapes.primitives import traced
+
+
+def shadow_epsilons(scene: Scene, answers: StageImages, configuration: Configuration) -> np.ndarray:
+    """Return the configuration's shadow epsilon [m], (height, width).
+
+    It goes by the coordinates at hand and by how the shape hit magnifies rounding: a sliver's own face counts, not the
+    worst face of its mesh.
+    """
+    coordinates = np.maximum(np.abs(answers[Stage.POSITION]).max(axis=-1), np.abs(scene.camera.eye).max())
+    spreads = np.ones(coordinates.shape)
+    objects, faces = answers[Stage.OBJECT][..., 0], answers[Stage.OBJECT][..., 1].astype(int)
+    for index, shape in enumerate(scene.shapes):
+        seen = objects == index
+        spreads[seen] = traced(shape).spreads()[faces[seen]]
+    return shadow_epsilon(configuration, scale=coordinates, spread=spreads)
+
 
 SMALL = 2**16  # px of an image that one thread renders no later than several, with half of their processor time
 

@@ -1,18 +1,54 @@
-"""The record of a case that nobody judged, because its judge died or raised: every planned check is an error."""
+"""What a case's record holds beside its verdict: its scene, the command that runs it again, references' settings.
 
+`unjudged` is the record of a case whose judge died or raised: every planned check of it is an error.
+"""
+
+import json
+import shlex
 from collections.abc import Sequence
 from pathlib import Path
 
+import numpy as np
+
 from rayproof.cases.case import Case
+from rayproof.cases.scene_json import PACKED, scene_to_json
+from rayproof.reports.called import called
 from rayproof.reports.judge.answers import Candidate, Witness
 from rayproof.reports.judge.measurement import unexamined
 from rayproof.reports.judge.oracle import stages_of
 from rayproof.reports.processes.worker import Reply
 from rayproof.reports.results.outcomes import Outcome
 from rayproof.reports.results.records import CaseRecord, CheckRecord
-from rayproof.reports.run.record.common_factors import camera_and_lights
-from rayproof.reports.run.record.reproducing import write_scene
-from rayproof.reports.subjects import Subject
+from rayproof.reports.run.common_factors import camera_and_lights
+from rayproof.reports.run.plan import DEFAULTS
+from rayproof.reports.run.scenes import FAMILY, place_of
+from rayproof.reports.subjects import THE_TRACER, Subject
+
+
+def write_scene(folder: Path, case: Case) -> str:
+    """Write the scene as JSON, meshes inline, large ones packed; return its path relative to the results `folder`."""
+    path = Path("scenes", f"{place_of(case.name)}.json")
+    (folder / path).parent.mkdir(parents=True, exist_ok=True)
+    (folder / path).write_text(
+        json.dumps(scene_to_json(case.scene, packed=PACKED), separators=(",", ":")), encoding="utf-8"
+    )
+    return path.as_posix()
+
+
+def reproduce(folder: Path, case: Case, configurations: tuple[str, ...], subject: Subject = THE_TRACER) -> str:
+    """Return the command that runs the case alone, by the same subject and configurations if not the suite's own.
+
+    A user's scene has no name that would find it, only a file.
+    """
+    if not subject.is_tracer:
+        chosen = f" --subject {shlex.quote(subject.title)}"
+    elif configurations[: len(DEFAULTS)] == DEFAULTS:
+        chosen = ""
+    else:
+        chosen = "".join(f" --configuration {shlex.quote(name)}" for name in configurations)
+    if case.family != FAMILY:
+        return f"{called()} run {case.name}{chosen}"
+    return f"{called()} run {shlex.quote(str(folder / 'scenes' / f'{place_of(case.name)}.json'))}{chosen}"
 
 
 def unjudged(
@@ -80,3 +116,22 @@ def unjudged(
         "pixels": None,
         "masks": None,
     }
+
+
+def said(witness: Witness) -> dict[str, str]:
+    """Return name to value with its unit; only what is set or not zero."""
+    told = dict(witness.settings)
+    if witness.ray_epsilon:
+        told["ray epsilon"] = f"{witness.ray_epsilon:.3g} m"
+    if witness.light_epsilon:
+        told["light epsilon"] = f"{witness.light_epsilon:.3g} of a feeler's length"
+    if witness.edge_epsilon:
+        told["edge epsilon"] = f"{witness.edge_epsilon:.3g} m"
+    shadow = np.asarray(witness.shadow_epsilon, dtype=np.float64)
+    known = shadow[np.isfinite(shadow)]
+    if known.size and known.max() > 0:
+        low, high = float(known.min()), float(known.max())
+        told["shadow epsilon"] = f"{high:.3g} m" if low == high else f"{low:.3g} to {high:.3g} m"
+    for stage, resolution in witness.resolutions.items():
+        told[f"resolution of {stage}"] = resolution.because
+    return told

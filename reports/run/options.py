@@ -1,0 +1,124 @@
+"""What a user asks of `rayproof run`, as plain data; whose images are kept; what cases that are resumed must match.
+
+A case that did not pass keeps every renderer's images. Of a case that passed they are there to look at, and the command
+in its record makes them again, so that a run of very many cases need not keep them.
+"""
+
+import hashlib
+import re
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from rayproof.reports.results.outcomes import Outcome
+from rayproof.reports.subjects import THE_TRACER, Subject
+from rayproof.tracer.formulas.own_file import is_own
+
+if TYPE_CHECKING:
+    from rayproof.reports.gate.gating import Demanded
+    from rayproof.reports.run.scenes import SceneStream
+
+MANY = 2000  # cases of a run; of a longer one that passed, a sample is kept unless somebody asks for more
+USUAL_SAMPLE = 0.01
+FAILED, ALL = "failed", "all"
+
+
+@dataclass(frozen=True)
+class KeptImages:
+    """What is kept of cases that passed: the images of a `share` of them, from 0 to 1; all renderers', if `full`."""
+
+    share: float = 1.0
+    full: bool = False  # as EXR files of every renderer, of every case whatever its verdict
+
+    def keeps(self, case: str, outcome: Outcome) -> bool:
+        """Say whether the images of a case of this name and verdict are kept; by a digest of the name it is sampled.
+
+        Which cases are in the sample depends on no other case, on no order, and on no machine.
+        """
+        if self.full or outcome is not Outcome.PASS or self.share >= 1:
+            return True
+        drawn = int.from_bytes(hashlib.sha256(f"images of {case}".encode(errors="replace")).digest()[:8], "big")
+        return drawn < self.share * 2**64
+
+    def __str__(self) -> str:
+        """Return it as --keep-images takes it."""
+        if self.full:
+            return ALL
+        return f"sample:{100 * self.share:g}%" if self.share else FAILED
+
+
+EVERY_CASE = KeptImages()
+
+
+def images_to_keep(text: str | None, *, cases: int) -> KeptImages:
+    """Return what `failed`, `sample:1%` or `all` means; without a text, what is usual for so many cases.
+
+    Raises:
+        ValueError: the text is none of these, or the share is not above 0 and at most 100 %.
+
+    """
+    if text is None:
+        return KeptImages(USUAL_SAMPLE) if cases > MANY else EVERY_CASE
+    if text in (FAILED, ALL):
+        return KeptImages(0.0) if text == FAILED else KeptImages(full=True)
+    found = re.fullmatch(r"sample:([0-9]{1,3}(?:\.[0-9]{1,9})?)%", text)
+    if found is None or not 0 < float(found[1]) <= 100:
+        raise ValueError(f"--keep-images is failed, all, or a share such as sample:1% (to 100 %), got {text}")
+    return KeptImages(float(found[1]) / 100)
+
+
+@dataclass(frozen=True, kw_only=True)
+class RunOptions:
+    """One run. Empty `selectors` mean the default suite, empty `configurations` its default configurations."""
+
+    selectors: tuple[str, ...]  # families, family/case, globs, or scene files
+    out: Path
+    resume: bool
+    require: tuple[str, ...]  # references whose "unsupported" counts as a failure
+    jobs: int  # worker processes at once
+    timeout: float  # s, for one render or one judgement
+    worker_memory: float = float("inf")  # bytes of a worker process
+    configurations: tuple[str, ...]
+    json: Path | None  # where to copy results.json
+    subject: Subject = THE_TRACER  # who is under test
+    cached: bool = True  # take references' renders from the cache
+    history: Path | None = None  # where to keep what was found, for `rayproof report history`
+    demanded: "Demanded | None" = None  # what is known to fail, and how much must be measured
+    diagnose: bool = True  # say which known mistake explains the failures
+    shard: tuple[int, int] | None = None  # the number of a part of the plan, and of how many
+    images: KeptImages = EVERY_CASE  # of which cases they are kept
+    patient: bool = False  # a case whose size is estimated to take longer than `timeout` has longer
+    scenes: "SceneStream | None" = None  # instead of selectors: scenes without number
+
+
+@dataclass(frozen=True, kw_only=True)
+class Demands:
+    """Whom a run puts to the test before whom, and what it keeps."""
+
+    subject: str  # as the user named it
+    identity: tuple[str, ...]  # of a program: its files, and what it says that it can
+    references: tuple[str, ...]  # the panel, in its order
+    require: tuple[str, ...]  # those that must answer
+    images: KeptImages  # of which cases they are kept
+    own: tuple[str, ...]  # the user's own formulas in use, each with the SHA-256 of its file
+
+
+def demands(request: RunOptions, references: tuple[str, ...]) -> Demands:
+    """Return what a run with this panel asks; how it goes about it (processes, time limits, folders) is none of it."""
+    return Demands(
+        subject=request.subject.title,
+        identity=request.subject.identity,
+        references=references,
+        require=tuple(sorted(set(request.require))),
+        images=request.images,
+        own=_own(request.configurations),
+    )
+
+
+def _own(configurations: tuple[str, ...]) -> tuple[str, ...]:
+    if not any(is_own(name) for name in configurations):
+        return ()
+    from rayproof.tracer.configuration import Configuration
+
+    found = {place: digest for name in configurations for place, digest in Configuration.parse(name).own.items()}
+    return tuple(f"{place} {digest}" for place, digest in sorted(found.items()))

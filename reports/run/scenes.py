@@ -1,0 +1,315 @@
+"""Scenes as cases: a user's scene files, streams of any number of scenes, and what a case takes in time and memory.
+
+Of a stream only each scene's name and place stay in memory, so that a run of a hundred thousand scenes takes little
+more than one of a thousand. All are read once before anything starts, so that a wrong scene is reported then.
+The constants of time and memory are measured: docs/performance.md, "What a case takes", has the machine and the errors.
+"""
+
+import hashlib
+import json
+import os
+import re
+import zlib
+from array import array
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from errno import EIO
+from pathlib import Path
+from typing import Any, overload
+
+import psutil
+
+from rayproof.cases.case import Case, covering
+from rayproof.cases.scene import Mesh, Scene, SceneError
+from rayproof.cases.scene_json import LARGEST, load_scene, scene_from_bytes
+from rayproof.reports.results.json_numbers import legible
+from rayproof.reports.subjects import THE_TRACER, Subject
+
+# Seconds of one processor. A renderer's are those of the slowest; the judge's are for one candidate.
+RENDER_A_PIXEL, JUDGE_A_PIXEL = 17e-6, 30e-6
+RENDER_A_PIXEL_AND_LIGHT, JUDGE_A_PIXEL_AND_LIGHT = 35e-6, 16e-6  # more, for each light
+RENDER_A_TRIANGLE, JUDGE_A_TRIANGLE = 25e-6, 40e-6
+USUAL_SHARE = 0.5  # of the slowest renderer's time: what one of the panel takes on average
+# Bytes of one process beside what it takes to begin with: the judge's, which are the most.
+BEGINNING = 300e6
+BYTES_A_PIXEL, BYTES_A_PIXEL_AND_LIGHT, BYTES_A_TRIANGLE = 5000, 400, 700
+BYTES_AN_IMAGE = 330  # a pixel, of the tracer's image alone
+# Bytes of the results folder a pixel and renderer: of a case that passed an eighth.
+KEPT_A_PIXEL, KEPT_A_PIXEL_AND_LIGHT = 90, 4
+
+MOST_PIXELS = 2**22  # of an image that is judged
+USUAL_LIMIT = 120.0  # s, for one render or one judgement
+SLACK = 10.0  # times what is estimated: this machine may be slower, and others busy on it
+LARGE = 2**30  # bytes of a process, from which on one of them runs at a time
+LONGEST = 7 * 86400.0  # s of one processor that a run may be estimated to take
+
+
+@dataclass(frozen=True, kw_only=True)
+class Estimate:
+    """What a case takes."""
+
+    seconds: float  # of one processor, for all that is done
+    longest: float  # s, of the longest render or judgement
+    memory: float  # bytes of the largest process
+    disk: float  # bytes of the results folder, at most
+
+
+def triangles_of(scene: Scene) -> int:
+    """Return how many triangles a scene's meshes have."""
+    return sum(len(shape.faces) for shape in scene.shapes if isinstance(shape, Mesh))
+
+
+def estimate(case: Case, *, candidates: int, references: int) -> Estimate:
+    """Return what it takes to put so many candidates of a subject to a case before so many references."""
+    scene, camera = case.scene, case.scene.camera
+    pixels, lights, triangles = camera.width * camera.height, len(scene.lights), triangles_of(scene)
+    lit = pixels * max(0, lights - 1)  # the first light is in what a pixel takes
+    finer = case.samples**2 if case.samples > 1 else 0
+    render = RENDER_A_PIXEL * pixels * (1 + finer) + RENDER_A_PIXEL_AND_LIGHT * lit + RENDER_A_TRIANGLE * triangles
+    judge = candidates * (JUDGE_A_PIXEL * pixels + JUDGE_A_PIXEL_AND_LIGHT * lit + JUDGE_A_TRIANGLE * triangles)
+    kept = (candidates + references) * (KEPT_A_PIXEL * pixels + KEPT_A_PIXEL_AND_LIGHT * lit)
+    return Estimate(
+        seconds=judge + USUAL_SHARE * render * (candidates + references),
+        longest=max(render, judge),
+        memory=memory_of(scene),
+        disk=kept,
+    )
+
+
+def memory_of(scene: Scene) -> float:
+    """Return about how much memory [bytes] the largest process takes for what is drawn of a scene at once."""
+    pixels = scene.camera.width * scene.camera.height
+    return BEGINNING + pixels * _bytes_a_pixel(scene) + triangles_of(scene) * BYTES_A_TRIANGLE
+
+
+def _bytes_a_pixel(scene: Scene) -> float:
+    return BYTES_A_PIXEL + BYTES_A_PIXEL_AND_LIGHT * max(0, len(scene.lights) - 1)
+
+
+def is_large(scene: Scene) -> bool:
+    """Say whether a scene's renders and judgement are to run one at a time."""
+    return memory_of(scene) > LARGE
+
+
+def deadline(case: Case, *, candidates: int, references: int) -> float:
+    """Return how long [s] one render of a case, or its judgement, may take where nobody says."""
+    takes = estimate(case, candidates=candidates, references=references)
+    return max(USUAL_LIMIT, SLACK * takes.longest)
+
+
+def refuse_beyond_all(case: Case, name: str) -> None:
+    """Raise SceneError if a case is too large to be judged: by its pixels, its memory, or its processor time."""
+    camera = case.scene.camera
+    size = f"{name}: {camera.width} x {camera.height} px"
+    if camera.width * camera.height > MOST_PIXELS:
+        raise SceneError(f"{size} are more than the {MOST_PIXELS} that are judged; make the image smaller")
+    takes = estimate(case, candidates=2, references=5)
+    there = psutil.virtual_memory().total
+    if takes.memory > there:
+        raise SceneError(
+            f"{size} and its meshes take about {takes.memory / 1e9:.0f} GB of memory to judge, and this machine has "
+            f"{there / 1e9:.0f} GB; make the image smaller"
+        )
+    if takes.seconds > LONGEST:
+        raise SceneError(
+            f"{size} take about {takes.seconds / 86400:.0f} days of processor time, and at most "
+            f"{LONGEST / 86400:.0f} are tried; make the image smaller"
+        )
+
+
+def refuse_too_large(scene: Scene, name: str) -> None:
+    """Raise SceneError if this machine has not half of the memory that the tracer's image of a scene takes, at least.
+
+    Half, since the estimate is rough: a scene that might do is tried.
+    """
+    camera, there = scene.camera, psutil.virtual_memory().total
+    takes = camera.width * camera.height * BYTES_AN_IMAGE + triangles_of(scene) * BYTES_A_TRIANGLE
+    if takes > 2 * there:
+        raise SceneError(
+            f"{name}: {camera.width} x {camera.height} px and its meshes take about {takes / 1e9:.0f} GB of memory, "
+            f"and this machine has {there / 1e9:.0f} GB; make the image smaller"
+        )
+
+
+# What a scene that nobody tuned may have: rounding reaches few pixels, but its author owes us no share of them.
+MOST_EDGE = 0.5
+
+
+FAMILY = "file"
+
+
+def place_of(name: str) -> str:
+    """Return where a case's files lie below `scenes`, `images` and `calls` of a results folder: under its name.
+
+    Of scene files there may be any number, so that they are spread over 256 folders by a digest: of a hundred thousand
+    none has more than some 500 entries.
+    """
+    family, _, rest = name.partition("/")
+    if family != FAMILY:
+        return name
+    digest = hashlib.sha256(rest.partition("/rows-")[0].encode(errors="replace")).hexdigest()
+    return f"{family}/{digest[:2]}/{rest}"
+
+
+def cases_of_files(paths: Sequence[Path]) -> tuple[Case, ...]:
+    """Return a case for each scene file, named by its stem; a file named twice is asked once.
+
+    Results are filed by name: files of one stem in several folders are told apart by a number.
+
+    Raises:
+        SceneError, OSError: a file cannot be read.
+
+    """
+    cases: list[Case] = []
+    taken: set[str] = set()
+    for path in {path.resolve(): path for path in paths}.values():
+        # A stem of dots alone would name a folder, this one or the one above.
+        stem = legible(path.stem.strip(".") or "scene")
+        name = next(name for name in (stem, *(f"{stem}-{n}" for n in range(2, len(paths) + 2))) if name not in taken)
+        taken.add(name)
+        cases.append(case_of_file(path, name=name))
+    return tuple(cases)
+
+
+def case_of_file(path: Path, *, name: str | None = None) -> Case:
+    """Return the case that asks about a scene file; raise SceneError or OSError if it cannot be read."""
+    words = f"The scene that {legible(path.name)} describes."
+    return case_of_scene(load_scene(path), name=f"{FAMILY}/{name or legible(path.stem)}", stresses=words)
+
+
+def case_of_scene(scene: Scene, *, name: str, stresses: str) -> Case:
+    """Return the case that asks about a scene that nobody tuned."""
+    return Case(
+        name=name,
+        scene=scene,
+        stresses=stresses,
+        covers=covering(scene),
+        least_interior=0,
+        most_edge=MOST_EDGE,
+        tuned=False,
+    )
+
+
+LINES = ".jsonl"
+A_FOLDER = 1000  # scenes without a name of their own that are named into one folder of the results
+LONGEST_NAME = 200  # characters
+_NAME = re.compile(r"(?!\.+(/|$))[\w+=,@ -][\w.+=,@ -]*(/(?!\.+(/|$))[\w+=,@ .-]+)*", re.ASCII)
+
+
+class SceneStream(Sequence[Case]):
+    """The cases of a folder's scene files, in the order of their names, or of a file's lines.
+
+    A line is a scene as in a scene file, with a `name` beside it, or is named by its number. In a folder a scene is
+    named by its path.
+
+    Raises:
+        SceneError: one is no scene, or two have one name; the file and the line are named.
+        OSError: nothing can be read there.
+
+    """
+
+    def __init__(self, path: Path, subject: Subject = THE_TRACER) -> None:
+        self._path = path
+        self._files: list[str] = []  # in a folder, relative to it
+        self._starts, self._lengths, self._sums = array("Q"), array("Q"), array("L")
+        self._names: list[str] = []
+        self.covers: dict[tuple[str, ...], int] = {}  # what scenes cover: the number of the first one that does
+        taken: dict[str, int] = {}
+        for number, data in enumerate(self._folder() if path.is_dir() else self._lines()):
+            case = self._case(data, number)
+            try:
+                refuse_beyond_all(case, "")
+            except SceneError as error:
+                raise SceneError(f"{self._where(number)}{error}") from None
+            if case.name in taken:
+                first = self._where(taken[case.name])
+                raise SceneError(f"{self._where(number)}: {case.name} is the name of {first} too")
+            self.covers.setdefault(case.covers, number)
+            taken[case.name] = number
+            self._sums.append(zlib.crc32(data))
+            self._names.append(case.name)
+        if not self._names:
+            raise SceneError(f"{path}: there are no scenes in it")
+
+    def __len__(self) -> int:
+        return len(self._names)
+
+    @overload
+    def __getitem__(self, index: int) -> Case: ...
+    @overload
+    def __getitem__(self, index: slice) -> Sequence[Case]: ...
+    def __getitem__(self, index: int | slice) -> Case | Sequence[Case]:
+        if isinstance(index, slice):
+            return [self[number] for number in range(len(self))[index]]
+        number = range(len(self))[index]
+        data = self._read(number)
+        if zlib.crc32(data) != self._sums[number]:
+            raise OSError(EIO, "it changed while it was read", self._where(number))
+        return self._case(data, number)
+
+    def _folder(self) -> Iterator[bytes]:
+        self._files = sorted(path.relative_to(self._path).as_posix() for path in self._path.rglob("*.json"))
+        for number in range(len(self._files)):
+            yield self._read(number)
+
+    def _lines(self) -> Iterator[bytes]:
+        with self._path.open("rb") as file:
+            while line := file.readline(LARGEST + 1):
+                if not line.strip():
+                    continue
+                self._starts.append(file.tell() - len(line))
+                self._lengths.append(len(line))
+                if len(line) > LARGEST:
+                    raise SceneError(f"{self._where(len(self._starts) - 1)}: has more than {LARGEST} bytes")
+                yield line
+
+    def _read(self, number: int) -> bytes:
+        if self._files:
+            path = self._path / self._files[number]
+            if not path.is_file() or path.stat().st_size > LARGEST:
+                raise SceneError(f"{legible(str(path))}: is no file of at most {LARGEST} bytes")
+            return path.read_bytes()
+        with self._path.open("rb") as file:
+            file.seek(self._starts[number])
+            return file.read(self._lengths[number])
+
+    def _where(self, number: int) -> str:
+        if self._files:
+            return legible(os.path.join(self._path, self._files[number]))  # noqa: PTH118  as it is written
+        with self._path.open("rb") as file:  # blank lines count, too
+            before = sum(block.count(b"\n") for block in _blocks(file, self._starts[number]))
+        return f"{legible(str(self._path))}, line {before + 1}"
+
+    def _case(self, data: bytes, number: int) -> Case:
+        name: Any = None
+
+        def named(document: Any) -> Any:
+            nonlocal name
+            if not self._files and isinstance(document, dict) and "name" in document:
+                name = document.pop("name")
+            return document
+
+        try:
+            folder = (self._path / self._files[number]).parent if self._files else self._path.parent
+            scene = scene_from_bytes(data, folder=folder, where="", prepared=named)
+            if self._files:
+                name = self._files[number].removesuffix(".json")
+            elif name is None:
+                name = f"{self._path.stem}/{number // A_FOLDER}/{number % A_FOLDER}"
+            if not isinstance(name, str) or len(name) > LONGEST_NAME or _NAME.fullmatch(name) is None:
+                raise SceneError(
+                    f": name: must be words of letters, digits and ._+=,@- with / between, got {json.dumps(name)[:80]}"
+                )
+        except SceneError as error:
+            raise SceneError(f"{self._where(number)}{_after(str(error))}") from None
+        return case_of_scene(scene, name=f"{FAMILY}/{name}", stresses=f"The scene {name} of {self._path.name}.")
+
+
+def _after(said: str) -> str:
+    return said if said.startswith(":") else f": {said}"
+
+
+def _blocks(file: Any, length: int) -> Iterator[bytes]:
+    while length > 0 and (block := file.read(min(length, 2**20))):
+        length -= len(block)
+        yield block
