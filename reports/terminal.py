@@ -5,7 +5,7 @@ from typing import Any
 from rich.console import Console
 from rich.text import Text
 
-from rayproof.reports.results.json_numbers import legible_lines
+from rayproof.reports.results.files import legible_lines
 
 # Piped output is read by programs or in editors; rich's 80 columns would break names in two.
 PIPED_WIDTH = 200

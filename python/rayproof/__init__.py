@@ -18,9 +18,8 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from rayproof.reports.api.asking import load, oracle, render, select_cases
-    from rayproof.reports.api.comparing import compare
     from rayproof.reports.api.judging import judge
-    from rayproof.reports.api.outcome import view3d
+    from rayproof.reports.api.outcome import compare, view3d
     from rayproof.reports.api.running import run
 
 __all__ = ["compare", "judge", "load", "oracle", "render", "run", "select_cases", "view3d"]

@@ -8,9 +8,7 @@ from typing import Any, Literal
 from rayproof.cases.case import Case
 from rayproof.cases.scene import Scene
 from rayproof.cases.stages import IMAGE_STAGES, Stage
-from rayproof.reports.api.arrays import answers_from
-from rayproof.reports.api.asking import load
-from rayproof.reports.api.limits import limit_of
+from rayproof.reports.api.asking import answers_from, limit_of, load
 from rayproof.reports.api.outcome import Judgement, stage_name, table
 from rayproof.reports.judge.oracle import ORACLE
 from rayproof.reports.run.scenes import case_of_scene

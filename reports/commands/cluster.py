@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from rayproof.reports.commands.usage import UsageError, told_in_one_line
-from rayproof.reports.results.json_numbers import legible
+from rayproof.reports.results.files import legible
 
 if TYPE_CHECKING:
     from rayproof.reports.run.case import Source

@@ -86,7 +86,7 @@ def laws(
     from rayproof.cases.stages import Stage
     from rayproof.reports.commands.run import under_test
     from rayproof.reports.laws.suite import LawsRequest, chosen, document, exit_code, run
-    from rayproof.reports.subjects.surroundings import Surroundings
+    from rayproof.reports.subjects import Surroundings
 
     with told_in_one_line():
         pairs = chosen(selectors, everything=all)

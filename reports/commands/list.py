@@ -165,7 +165,7 @@ def laws() -> list[Row]:
 def mistakes() -> list[Row]:
     """Describe every known mistake: the items that it concerns, the right formulas of these, what the renderer does."""
     from rayproof.reports.diagnosis import MISTAKES
-    from rayproof.reports.results.item_titles import TITLES
+    from rayproof.reports.results.outcomes import TITLES
 
     return [
         {

@@ -13,7 +13,7 @@ from rayproof.reports.commands.lookup import Repeated, configurations, reference
 from rayproof.reports.commands.output import say, shout, show_table, write_json
 from rayproof.reports.commands.run import USUAL_LIMIT, subject_named
 from rayproof.reports.commands.usage import UsageError, told_in_one_line, writable_folder
-from rayproof.reports.results.json_numbers import plain
+from rayproof.reports.results.files import plain
 
 if TYPE_CHECKING:
     from rayproof.cases.scene import Camera
@@ -203,7 +203,7 @@ def keep_call(case: str, folder: Path, *, subject: str, timeout: float, env: tup
     tested = subject_named(subject, env, confine=confine, seconds=timeout)
     from rayproof.reports.run.workers import answered
     from rayproof.reports.subjects import PROGRAM
-    from rayproof.reports.subjects.keeping import TOLD, Keep
+    from rayproof.reports.subjects.calls import TOLD, Keep
 
     if tested.name != PROGRAM:
         raise UsageError(f"--subject: a call is a program's, exec:COMMAND; got {subject!r}")

@@ -89,7 +89,7 @@ def report(
     say(f"report: {folder / 'index.html'}")
     write_one_file(folder, results, asked=single_file)
     if parquet is not None:
-        from rayproof.reports.results.parquet import write_checks
+        from rayproof.reports.results.document import write_checks
 
         count = write_checks(parquet, results)
         say(f"checks: {count} in {parquet} ({parquet.stat().st_size / 1e6:.2f} MB)")
@@ -113,9 +113,8 @@ def draw_cases(folder: Path, results: RunRecord, which: str) -> None:
 
 def look(folder: Path, results: RunRecord, pictures: Path | None, case: str | None, *, figures: bool) -> None:
     """Open a published report in Chromium, to take pictures of it or to time it."""
-    from rayproof.reports.publish.browser.chromium import missing
-    from rayproof.reports.publish.browser.figures import figures as measured
-    from rayproof.reports.publish.browser.screenshots import take_pictures
+    from rayproof.reports.publish.browser import figures as measured
+    from rayproof.reports.publish.browser import missing, take_pictures
 
     with told_in_one_line():
         if case is not None and all(one["name"] != case for one in results["cases"]):
@@ -134,7 +133,7 @@ def write_one_file(folder: Path, results: RunRecord | None = None, *, asked: boo
 
     An earlier one is written anew though nobody `asked`: it would tell of another run.
     """
-    from rayproof.reports.publish.page.single_file import NAME, write_single_file
+    from rayproof.reports.publish.page.page import NAME, write_single_file
     from rayproof.reports.results.document import load_results
 
     if not (asked or (folder / NAME).is_file()):

@@ -10,13 +10,12 @@ from typing import TYPE_CHECKING, Literal
 from rayproof.reports.commands.cluster import engaged, scheduler_at
 from rayproof.reports.commands.lookup import Repeated, configurations, references_named
 from rayproof.reports.commands.usage import UsageError, own, told_in_one_line, writable_folder
-from rayproof.reports.results.json_numbers import legible
+from rayproof.reports.results.files import legible
 from rayproof.reports.run.cache_store import usual_limit
 
 if TYPE_CHECKING:
     from rayproof.reports.gate.gating import Demanded
-    from rayproof.reports.subjects import Subject
-    from rayproof.reports.subjects.surroundings import Surroundings
+    from rayproof.reports.subjects import Subject, Surroundings
 
 TRACER = "tracer"
 USUAL_LIMIT = 120.0  # s, for one render or one judgement
@@ -200,7 +199,7 @@ def run(
         references_named(required)
         from rayproof.reports.run.options import RunOptions, images_to_keep
         from rayproof.reports.run.plan import panel
-        from rayproof.reports.subjects.surroundings import Surroundings
+        from rayproof.reports.subjects import Surroundings
 
         with told_in_one_line():
             chosen = configurations(configuration, formula)
@@ -339,7 +338,7 @@ def subject_named(
     subject: str, env: tuple[str, ...] = (), *, confine: bool = False, seconds: float = USUAL_LIMIT
 ) -> "Subject":
     """Return the subject that is named so, with the usual limits; one line says why it cannot be put under test."""
-    from rayproof.reports.subjects.surroundings import Surroundings
+    from rayproof.reports.subjects import Surroundings
 
     with told_in_one_line():
         surroundings = Surroundings(variables=env, confined=confine)

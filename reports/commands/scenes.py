@@ -50,7 +50,7 @@ def render(
     loaded = scene_named(scene)
     with told_in_one_line():
         writable_folder(image.parent)
-    from rayproof.reports.results.exr import write_answers, write_arrays
+    from rayproof.reports.results.images import write_answers, write_arrays
     from rayproof.tracer.kernel.compiler import choose_packaged_llvm
     from rayproof.tracer.render import render as trace
     from rayproof.tracer.shapes.bounds import beyond

@@ -5,7 +5,7 @@ from contextlib import ExitStack, contextmanager
 from pathlib import Path
 
 from rayproof.reports.ownership import owned
-from rayproof.reports.results.json_numbers import legible
+from rayproof.reports.results.files import legible
 
 _OWNED = ExitStack()  # the folders that this process's command writes
 

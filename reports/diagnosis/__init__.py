@@ -24,7 +24,7 @@ from rayproof.cases.stages import Stage, StageImages
 
 if TYPE_CHECKING:
     from rayproof.reports.diagnosis.fits import Fitting
-    from rayproof.reports.diagnosis.trial import Evidence
+    from rayproof.reports.diagnosis.trials import Evidence
 
 
 @dataclass(frozen=True, kw_only=True)

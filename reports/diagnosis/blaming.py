@@ -14,9 +14,8 @@ from rayproof.cases.scene import Scene
 from rayproof.cases.stages import IMAGE_STAGES, Stage
 from rayproof.reports.diagnosis import MISTAKES, Way
 from rayproof.reports.diagnosis.answering import Unanswerable, changed
-from rayproof.reports.diagnosis.clock import Clock
-from rayproof.reports.diagnosis.hypotheses import bound
-from rayproof.reports.diagnosis.trial import ALLOWED, Evidence
+from rayproof.reports.diagnosis.hypotheses import Clock, bound
+from rayproof.reports.diagnosis.trials import ALLOWED, Evidence
 from rayproof.reports.judge import verdict
 from rayproof.reports.results.outcomes import Outcome
 from rayproof.reports.results.records import CaseRecord

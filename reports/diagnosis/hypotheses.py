@@ -1,5 +1,6 @@
 """Mistakes as hypotheses about one renderer: with their parameters estimated from it, alone and two at a time."""
 
+import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
@@ -9,12 +10,29 @@ import numpy as np
 from rayproof.cases.scene import Scene
 from rayproof.cases.stages import Stage
 from rayproof.reports.diagnosis import MISTAKES, Fit, Given, Way, Wrong
-from rayproof.reports.diagnosis.clock import Clock
-from rayproof.reports.diagnosis.trial import Evidence, trial
+from rayproof.reports.diagnosis.trials import Evidence, trial
 from rayproof.reports.judge.scene_truth import LIGHT
 
 if TYPE_CHECKING:
     from rayproof.reports.diagnosis.fits import Fitting
+
+
+class Clock:
+    """Processor time [s] that is left for looking."""
+
+    def __init__(self, seconds: float) -> None:
+        self._start, self._most = time.process_time(), seconds
+
+    @property
+    def spent(self) -> float:
+        """Return what is spent [s]."""
+        return time.process_time() - self._start
+
+    @property
+    def over(self) -> bool:
+        """Say whether nothing is left."""
+        return self.spent > self._most
+
 
 LEAST_SAMPLES = 30  # pixels that an estimate needs
 SPREAD = 1e-3  # relative: half of the samples lie so near to the estimate, or there is no such parameter

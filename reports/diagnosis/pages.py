@@ -16,7 +16,7 @@ from rayproof.reference.analytic import Analytic
 from rayproof.reports.diagnosis import MISTAKES, Fit, Mistake
 from rayproof.reports.diagnosis.answering import Answered, Unanswerable, answer, changed, right_answer
 from rayproof.reports.diagnosis.hypotheses import bound
-from rayproof.reports.results.item_titles import TITLES
+from rayproof.reports.results.outcomes import TITLES
 
 SPECIFICATION = ROOT / "docs" / "specification.md"
 # Scenes that between them show most mistakes, the richest first.

@@ -11,9 +11,9 @@ import numpy as np
 from rayproof.cases.stages import IMAGE_STAGES, Stage
 from rayproof.reports.diagnosis import Fit, Way
 from rayproof.reports.diagnosis.answering import LIGHT
-from rayproof.reports.diagnosis.clock import Clock
 from rayproof.reports.diagnosis.fits import from_stages
 from rayproof.reports.diagnosis.hypotheses import (
+    Clock,
     Hypothesis,
     bound,
     fits,
@@ -24,7 +24,7 @@ from rayproof.reports.diagnosis.hypotheses import (
     sought,
     together,
 )
-from rayproof.reports.diagnosis.trial_by_stages import NOTHING, Continued, work
+from rayproof.reports.diagnosis.trials import NOTHING, Continued, work
 
 LOOKED_AT = 24  # failing cases that every hypothesis has to explain before it meets the others
 ALIKE = 4  # of these so many are wrong at the same stages

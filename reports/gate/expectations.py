@@ -9,8 +9,7 @@ from fnmatch import fnmatchcase
 from pathlib import Path
 from typing import Any
 
-from rayproof.reports.results.atomic import write_text
-from rayproof.reports.results.json_numbers import as_json
+from rayproof.reports.results.files import as_json, write_text
 from rayproof.reports.results.outcomes import Outcome
 from rayproof.reports.results.records import CheckRecord, RunRecord
 

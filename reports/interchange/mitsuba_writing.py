@@ -18,7 +18,7 @@ from rayproof.cases.scene import Cube, Mesh, Plane, Rgb, Scene, SceneError, Shap
 from rayproof.reference.mitsuba3.scene import disc_to_world, needs_instance, split_scale
 from rayproof.reports.interchange import EXPORTERS
 from rayproof.reports.interchange.mitsuba_scene import PLANE
-from rayproof.reports.results.atomic import replacing, write_text
+from rayproof.reports.results.files import replacing, write_text
 
 HALF = np.diag([0.5, 0.5, 0.5, 1.0])
 PLUGINS = {Sphere: "sphere", Cube: "cube", Square: "rectangle"}

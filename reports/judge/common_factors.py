@@ -16,7 +16,7 @@ from rayproof.reports.judge.answers import dot, length
 from rayproof.reports.judge.limits import Coarseness, Roundoff, continued_light_limit, irradiance_moved
 from rayproof.reports.judge.measurement import jsonable
 from rayproof.reports.judge.scene_truth import Terms, roundoff
-from rayproof.reports.results.ratios import CHANCE, LEAST_DISTINCT, least_share
+from rayproof.reports.results.case_table import CHANCE, LEAST_DISTINCT, least_share
 from rayproof.reports.results.records import BiasRecord, FactorGroupRecord
 
 # Roundings of what all pixels under one light share: flux, 4 pi and their quotient; then albedo and its product with

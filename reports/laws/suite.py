@@ -19,10 +19,9 @@ from rayproof.reports.laws.law_task import LawOrder, LawReport, serve_laws
 from rayproof.reports.processes.pool import Pool
 from rayproof.reports.processes.worker import Reply
 from rayproof.reports.publish import publish_all
-from rayproof.reports.results.atomic import write_text
 from rayproof.reports.results.document import save_results
-from rayproof.reports.results.exr import write_answers
-from rayproof.reports.results.json_numbers import as_json
+from rayproof.reports.results.files import as_json, write_text
+from rayproof.reports.results.images import write_answers
 from rayproof.reports.results.outcomes import Outcome
 from rayproof.reports.results.records import CaseRecord, CheckRecord, MeasurementRecord, RenderRecord
 from rayproof.reports.run import totals

@@ -1,32 +1,181 @@
 """The pool: worker processes by kind, at most `jobs` busy at once, each task with a deadline.
 
+A worker is a new interpreter that imports `rayproof` and nothing of the script that called it: `multiprocessing` would
+run an unguarded script a second time, and refuses to start anything below a process of its own. It ends with its parent,
+however that ends, and is shown as `rayproof-` and its kind in listings of processes. What libraries print in it goes to
+an unnamed file, whose last line is reported where the process fails.
+
 A worker that dies or overruns its deadline costs the task that it had, if it had one; it is replaced when the next task
-of its kind comes. What it left in its folder for temporary files goes with it. The deadline is that of handing over the
-task and of taking back the reply as well: nobody waits for a worker that was stopped in the middle of either.
+of its kind comes. The files that it left in its own temporary folder go with it. The deadline includes handing over the
+task and taking back the reply, so that nobody waits for a worker that was stopped in the middle of either.
 
-Who sleeps takes no processor from anybody: kinds whose programs poll or wait have several workers each, and these come
-on top of the `jobs`. Of some kinds it is known, of others found out from how long their last tasks computed. Where all
-workers of a kind have been at their tasks for long and a processor has nothing to do, the kind gets one worker more.
-
+A sleeping program takes no processor from anybody: kinds whose programs poll or wait have several workers each, and
+these come on top of the `jobs`. Some kinds are known to sleep; of others the processor time of their last tasks shows
+it. Where all workers of a kind have been at their tasks for long and a processor is idle, the kind gets one worker more.
 A large task takes much of the machine's memory, so that one of them runs at a time, and its worker ends with it.
 """
 
 import contextlib
+import importlib
+import os
 import select
+import signal
+import subprocess
+import sys
+import tempfile
 import time
 from collections import deque
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import IO, Any
 
-from rayproof.reports.processes.worker import PREPARE, Reply
-from rayproof.reports.processes.worker_process import WorkerProcess, started
+from rayproof import HOLDER
+from rayproof.reports.processes.scratch import Scratch
+from rayproof.reports.processes.signals import deaf, end_with_parent
+from rayproof.reports.processes.worker import PREPARE, Channel, Reply, channels
+
+START = (
+    "import sys; sys.path.insert(0, sys.argv[1]); "
+    "from rayproof.reports.processes.pool import begin; begin(*map(int, sys.argv[2:]))"
+)
+PARTING = 5.0  # s for a process whose channel has closed, or that was killed, to be gone
+LAST = 1000  # bytes of what it printed in which its last line is looked for
+
+
+@dataclass(frozen=True, kw_only=True)
+class WorkerProcess:
+    """A process that serves one kind of task, and our end of its channel."""
+
+    process: subprocess.Popen[bytes]
+    connection: Channel
+    scratch: Scratch
+    printed: IO[bytes]  # what it printed, be it to standard output or error
+
+    @property
+    def alive(self) -> bool:
+        """Say whether it still runs."""
+        return self.process.poll() is None
+
+    @property
+    def memory(self) -> int:
+        """Return how much of the machine's memory it has [bytes]; 0 where it has gone."""
+        import psutil
+
+        try:
+            return psutil.Process(self.process.pid).memory_info().rss
+        except psutil.Error:
+            return 0
+
+    def how_it_ended(self) -> str:
+        """Return in words how a process ended that closed its channel."""
+        self._wait()
+        code = self.process.returncode
+        if code is None:
+            return "it closed its channel and runs on"
+        if code < 0:
+            try:
+                return f"signal {signal.Signals(-code).name}"
+            except ValueError:
+                return f"signal {-code}"
+        said = self._last_line() if code else ""
+        return f"exit code {code}: {said}" if said else f"exit code {code}"
+
+    def _last_line(self) -> str:
+        self.printed.seek(0, os.SEEK_END)
+        self.printed.seek(max(0, self.printed.tell() - LAST))
+        lines = self.printed.read().decode(errors="replace").split("\n")
+        last = next((line for line in reversed(lines) if line.strip()), "")
+        return "".join(letter for letter in last.strip() if letter.isprintable())
+
+    def end(self) -> None:
+        """End it with all that it started: a program under test does not outlive the run that called it."""
+        self.connection.close()
+        if self.alive:
+            from rayproof.reports.processes.signals import end_below
+
+            end_below(self.process.pid)
+        self.process.kill()
+
+    def clean_up(self) -> None:
+        """Wait until it is gone, though not for what a killed process may still wait for, and remove what it left."""
+        self._wait()
+        self.printed.close()
+        self.scratch.remove()
+
+    def _wait(self) -> None:
+        with contextlib.suppress(subprocess.TimeoutExpired):
+            self.process.wait(timeout=PARTING)
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Beginning:
+    """What a new process is told first of all."""
+
+    module: str  # in which the function is that serves
+    function: str
+    kind: str
+    folder: str  # for temporary files
+    path: tuple[str, ...]  # where modules are looked for
+
+
+def started(kind: str, target: Callable[[str, Any], None], within: Path | None = None) -> WorkerProcess:
+    """Return a new process in which `target`, a function at the top of its module, serves tasks of `kind`.
+
+    Its folder for temporary files is made in `within`, or where this process has its own.
+    """
+    scratch = Scratch(within)
+    try:
+        ours, theirs = channels()
+        printed = tempfile.TemporaryFile(dir=scratch.folder)  # noqa: SIM115  closed by `clean_up`
+        with deaf():
+            process = subprocess.Popen(
+                [sys.executable, "-c", START, str(HOLDER), str(theirs.fileno()), str(os.getpid())],
+                stdin=subprocess.DEVNULL,
+                stdout=printed,
+                stderr=printed,
+                pass_fds=[theirs.fileno()],
+            )
+        theirs.close()
+        ours.post(
+            _Beginning(
+                module=target.__module__,
+                function=target.__qualname__,
+                kind=kind,
+                folder=str(scratch.folder),
+                path=tuple(entry or str(Path.cwd()) for entry in sys.path),
+            )
+        )
+    except BaseException:
+        scratch.remove()
+        raise
+    return WorkerProcess(process=process, connection=ours, scratch=scratch, printed=printed)
+
+
+def begin(descriptor: int, parent: int) -> None:
+    """Serve as a worker over a channel's end: what a new process does, first and last.
+
+    Its temporary files are made in a folder that the parent removes: one that is killed cannot remove them itself.
+    """
+    end_with_parent(parent)
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    if hasattr(signal, "pthread_sigmask"):
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})  # what it starts may hear it
+    connection = Channel.of(descriptor)
+    try:
+        told: _Beginning = connection.recv()
+    except EOFError:  # the parent gave up meanwhile
+        return
+    sys.path[:] = told.path
+    tempfile.tempdir = told.folder
+    end_with_parent(parent, f"rayproof-{told.kind}")
+    getattr(importlib.import_module(told.module), told.function)(told.kind, connection)
+
 
 GLANCE = 1.0  # s, the longest wait at a time
 # A kind is found to sleep if its last tasks, so many and of so many seconds together, computed for no more than this
 # part of them. It is small, so that who computes is no sleeper on a machine where eight others want each processor.
-LAST, LONG_ENOUGH, SLEEPING = 3, 0.3, 1 / 8
+LAST_TASKS, LONG_ENOUGH, SLEEPING = 3, 0.3, 1 / 8
 SLEEPERS = 6  # workers of a kind that sleeps; each costs memory, and its imports
 # A worker is replaced after so many tasks, or once it has grown by so many bytes since its first ones, which is seen
 # each time that it has done a few.
@@ -88,7 +237,7 @@ class Pool:
         self.memory = float("inf")  # bytes that a worker may have; may be said later
         self.relief = float("inf")  # s after which a kind gets one worker more; may be said later
         # Kind -> s that its last tasks took, and computed.
-        self._last: dict[str, deque[tuple[float, float]]] = {kind: deque(maxlen=LAST) for kind in may_sleep}
+        self._last: dict[str, deque[tuple[float, float]]] = {kind: deque(maxlen=LAST_TASKS) for kind in may_sleep}
         self._urgent: deque[_Waiting] = deque()
         self._waiting: deque[_Waiting] = deque()
 
@@ -244,7 +393,7 @@ class Pool:
             return True
         last = self._last.get(kind, ())
         seconds, computed = sum(took for took, _ in last), sum(took for _, took in last)
-        return len(last) == LAST and seconds >= LONG_ENOUGH and computed <= SLEEPING * seconds
+        return len(last) == LAST_TASKS and seconds >= LONG_ENOUGH and computed <= SLEEPING * seconds
 
     def _spawn(self, place: tuple[str, int]) -> _Worker:
         self._workers[place] = worker = _Worker(process=started(place[0], self._target, self._folder))

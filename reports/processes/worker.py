@@ -1,19 +1,115 @@
-"""A worker process: serves one renderer, or the judge, and answers one task after another.
+"""A worker process: it serves one renderer, or the judge, and answers one task after another over a channel.
 
-JIT compilers abort, Mitsuba's variant is global state and a stranger's renderer may do anything, so each renderer
-has a process of its own. A task that raises is answered with the exception's line; a process that dies is noticed by
-the pool, which replaces it.
+A channel carries pickled messages over a pair of sockets, one end of which never waits. A worker waits for its tasks and
+for room to answer. The pool must not: a worker that is stopped takes nothing and gives half a message, and whoever waits
+for it waits for ever. So the pool posts what there is room for, takes what is there, and keeps the rest until `poll`
+reports that there is more.
 """
 
 import contextlib
 import os
+import pickle
+import socket
+import struct
 import time
 import traceback
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any
 
-from rayproof.reports.processes.channel import Channel
+LENGTH = struct.Struct("<Q")  # in front of each message
+AT_ONCE = getattr(socket, "MSG_DONTWAIT", 0)
+
+
+class Channel:
+    """One end; the descriptor of the other one may be given to a process that is being started."""
+
+    def __init__(self, end: socket.socket) -> None:
+        self._end = end
+        self._unsent = memoryview(b"")
+        self._head = bytearray(LENGTH.size)
+        self._body: bytearray | None = None  # once its length is known
+        self._filled = 0  # bytes of head or body
+
+    @classmethod
+    def of(cls, descriptor: int) -> "Channel":
+        """Return the end that a process was started with; whatever this process starts does not inherit it."""
+        os.set_inheritable(descriptor, False)
+        return cls(socket.socket(fileno=descriptor))
+
+    def fileno(self) -> int:
+        """Return the descriptor to wait for."""
+        return self._end.fileno()
+
+    def close(self) -> None:
+        """Close this end."""
+        self._end.close()
+
+    def send(self, message: Any) -> None:
+        """Send a message, however long that takes; raise OSError if the other end has closed."""
+        self._end.sendall(_packed(message))
+
+    def recv(self) -> Any:
+        """Wait for a message; raise EOFError if the other end has closed."""
+        self._take(0)
+        return self._message()
+
+    def post(self, message: Any) -> None:
+        """Send as much of a message as there is room for now; raise OSError if the other end has closed."""
+        self._unsent = memoryview(bytes(self._unsent) + _packed(message) if self._unsent else _packed(message))
+        self.flush()
+
+    @property
+    def unsent(self) -> bool:
+        """Say whether a part of what was posted waits for room."""
+        return bool(self._unsent)
+
+    def flush(self) -> None:
+        """Send as much of what was posted as there is room for now; raise OSError if the other end has closed."""
+        while self._unsent:
+            try:
+                self._unsent = self._unsent[self._end.send(self._unsent, AT_ONCE) :]
+            except BlockingIOError:
+                return
+
+    def receive(self) -> tuple[bool, Any]:
+        """Return whether a whole message has come, and the message; raise EOFError if the other end has closed."""
+        try:
+            self._take(AT_ONCE)
+        except BlockingIOError:
+            return False, None
+        return True, self._message()
+
+    def _take(self, flags: int) -> None:
+        """Read until a message is whole."""
+        if self._body is None:
+            self._fill(self._head, flags)
+            self._body, self._filled = bytearray(LENGTH.unpack(self._head)[0]), 0
+        self._fill(self._body, flags)
+
+    def _fill(self, buffer: bytearray, flags: int) -> None:
+        view = memoryview(buffer)
+        while self._filled < len(buffer):
+            count = self._end.recv_into(view[self._filled :], 0, flags)
+            if count == 0:
+                raise EOFError
+            self._filled += count
+
+    def _message(self) -> Any:
+        body, self._body, self._filled = self._body, None, 0
+        return pickle.loads(body or b"")
+
+
+def channels() -> tuple[Channel, Channel]:
+    """Return the two ends of a new channel."""
+    ours, theirs = socket.socketpair()
+    return Channel(ours), Channel(theirs)
+
+
+def _packed(message: Any) -> bytes:
+    packed = pickle.dumps(message, protocol=5)
+    return LENGTH.pack(len(packed)) + packed
+
 
 PREPARE = None  # instead of a task: import what the first one will need; nothing is answered
 

@@ -2,7 +2,7 @@
 
 To add a publisher: a function `(folder, results) -> list[Path]` in a new file, and a line in the table. It
 reads `results` (see docs/results.md) and what lies below `folder`, writes below `folder` only, each file through
-`reports.results.atomic`, and returns what it wrote. Names, paths and messages in `results` are hostile input. What
+`reports.results.files`, and returns what it wrote. Names, paths and messages in `results` are hostile input. What
 `reports.results.headline.shouts` returns stands on the first line of everything written.
 """
 

@@ -4,10 +4,9 @@ from collections.abc import Mapping, Sequence
 from typing import cast
 
 from rayproof.cases.stages import Stage
-from rayproof.reports.results.case_table import Cases, briefs, named
-from rayproof.reports.results.json_numbers import legible
+from rayproof.reports.results.case_table import Cases, briefs, named, worst_ratio
+from rayproof.reports.results.files import legible
 from rayproof.reports.results.outcomes import Outcome
-from rayproof.reports.results.ratios import worst_ratio
 from rayproof.reports.results.records import CaseRecord, HistoryRecord, RunRecord, WorseRecord
 
 AS_WELL = ". The same pixels"  # how a cause's sentence goes on with what fits as well

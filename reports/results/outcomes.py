@@ -1,4 +1,4 @@
-"""The eight outcomes of a check, their order, and the ledger that must add up."""
+"""The eight outcomes of a check, their order, the counts that must add up, and the specification's items in a few words."""
 
 from collections import Counter
 from collections.abc import Iterable
@@ -64,3 +64,37 @@ def concerning(outcomes: Iterable[Outcome], *, tracer: bool) -> list[Outcome]:
     found = list(outcomes)
     supported = [outcome for outcome in found if outcome is not Outcome.UNSUPPORTED]
     return found if tracer or not any(outcome in (Outcome.PASS, Outcome.WARN) for outcome in supported) else supported
+
+
+TITLES: dict[str, str] = {
+    "CAM-1": "view basis and view matrix",
+    "CAM-2": "perspective projection matrix",
+    "CAM-3": "pixel to normalised device coordinates",
+    "CAM-4": "ray by the reference point",
+    "CAM-5": "ray by the inverse matrices",
+    "XF-1": "ray into object space",
+    "XF-2": "hit point and normal back to world space",
+    "HIT-1": "sphere, quadratic",
+    "HIT-2": "clipping",
+    "HIT-3": "cube, slabs",
+    "HIT-4": "plane",
+    "HIT-5": "triangle, barycentric areas",
+    "HIT-6": "triangle, Möller-Trumbore",
+    "HIT-7": "square in its local space",
+    "HIT-8": "square by half-width and half-height",
+    "HIT-9": "nearest hit over all geometry",
+    "NRM-1": "sphere's local normal",
+    "NRM-2": "cube's local normal",
+    "NRM-3": "world normal by the inverse transpose",
+    "LIT-1": "one light feeler per light",
+    "LIT-2": "against acne: ignore the last object hit",
+    "LIT-3": "against acne: a minimum t",
+    "LIT-4": "against acne: doubles",
+    "LIT-5": "against acne: offset along the normal",
+    "RAD-1": "irradiance of a point light",
+    "RAD-2": "Lambert's law",
+    "RAD-3": "the lecture's simplified point light",
+    "RAD-4": "radiant exitance and radiance",
+    "RAD-5": "radiance is invariant along a ray",
+    "IMG-1": "how the image is stored",
+}

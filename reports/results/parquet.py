@@ -12,8 +12,7 @@ from pathlib import Path
 import pyarrow as pa
 from pyarrow import parquet
 
-from rayproof.reports.results.atomic import replacing
-from rayproof.reports.results.json_numbers import encodable
+from rayproof.reports.results.files import encodable, replacing
 from rayproof.reports.results.records import CaseRecord, MeasurementRecord, RunRecord
 
 ROWS = 2**16  # of a row group

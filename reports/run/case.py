@@ -36,8 +36,8 @@ from rayproof.reports.run.plan import PlannedCase
 from rayproof.reports.run.scenes import deadline, is_large, place_of
 from rayproof.reports.run.verdict_memory import Memory
 from rayproof.reports.subjects import PROGRAM, THE_TRACER, TRACER, Subject
-from rayproof.reports.subjects.keeping import FOLDER as CALLS
-from rayproof.reports.subjects.keeping import Keep
+from rayproof.reports.subjects.calls import FOLDER as CALLS
+from rayproof.reports.subjects.calls import Keep
 
 AGAIN = ", again"  # after a candidate's name: its second answer
 

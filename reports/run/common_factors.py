@@ -14,9 +14,9 @@ from statistics import median
 
 from rayproof.cases.scene import Scene
 from rayproof.cases.stages import Stage
-from rayproof.reports.results.json_numbers import at_worst
+from rayproof.reports.results.case_table import LEAST_DISTINCT, least_share
+from rayproof.reports.results.files import at_worst
 from rayproof.reports.results.outcomes import Outcome
-from rayproof.reports.results.ratios import LEAST_DISTINCT, least_share
 from rayproof.reports.results.records import CaseRecord, CommonFactorRecord, LeaningRecord, WideLimitsRecord
 
 

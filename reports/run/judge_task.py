@@ -16,9 +16,8 @@ from rayproof.reports.judge.repeated import repeated
 from rayproof.reports.judge.scene_truth import Ground, Terms
 from rayproof.reports.judge.sentinels import stand_guard
 from rayproof.reports.judge.verdict import Judged, of_what_is_supported
-from rayproof.reports.results.exr import write_answers
 from rayproof.reports.results.float_codec import pack
-from rayproof.reports.results.image_script import write_pixels
+from rayproof.reports.results.images import write_answers, write_pixels
 from rayproof.reports.results.outcomes import Outcome
 from rayproof.reports.results.records import CaseRecord, MasksRecord
 from rayproof.reports.run.cache_store import usual_store

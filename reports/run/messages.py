@@ -8,7 +8,7 @@ from rayproof.cases.scene import Scene
 from rayproof.reports.judge.answers import Candidate, Witness
 from rayproof.reports.run.options import EVERY_CASE, KeptImages
 from rayproof.reports.subjects import THE_TRACER, Subject
-from rayproof.reports.subjects.keeping import Keep
+from rayproof.reports.subjects.calls import Keep
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -16,9 +16,8 @@ from rayproof.reports.run.options import Demands
 from rayproof.reports.run.reference_cache import Key, code, machine
 from rayproof.reports.run.scenes import SceneStream
 from rayproof.reports.subjects import THE_TRACER, Subject
-from rayproof.reports.subjects.capabilities import Capabilities
 from rayproof.reports.subjects.choosing import reason_missing
-from rayproof.reports.subjects.request import rebuilt
+from rayproof.reports.subjects.protocol import Capabilities, rebuilt
 
 GEOMETRY = IMAGE_STAGES[: IMAGE_STAGES.index(Stage.IRRADIANCE)]
 OF_SHAPES = {"HIT-3", "HIT-7", "HIT-8", "NRM-2", "NRM-3", "XF-1", "XF-2"}  # which triangles in their place do not cover

@@ -22,7 +22,7 @@ import psutil
 from rayproof.cases.case import Case, covering
 from rayproof.cases.scene import Mesh, Scene, SceneError
 from rayproof.cases.scene_json import LARGEST, load_scene, scene_from_bytes
-from rayproof.reports.results.json_numbers import legible
+from rayproof.reports.results.files import legible
 from rayproof.reports.subjects import THE_TRACER, Subject
 
 # Seconds of one processor. A renderer's are those of the slowest; the judge's are for one candidate.

@@ -16,8 +16,8 @@ from typing import Any
 
 from rayproof.reports.results.case_table import NAME, Cases, CaseTable, DamagedTableError
 from rayproof.reports.results.document import ResultsError, load_results
+from rayproof.reports.results.files import legible
 from rayproof.reports.results.images import inside
-from rayproof.reports.results.json_numbers import legible
 from rayproof.reports.results.records import MOST_SHARDS, CaseRecord, RunRecord, ShardRecord
 from rayproof.reports.run import totals
 from rayproof.reports.run.options import RunOptions, demands
@@ -25,7 +25,7 @@ from rayproof.reports.run.plan import PlannedCase
 from rayproof.reports.run.reference_cache import code, digest, exact
 from rayproof.reports.run.scenes import FAMILY, place_of
 from rayproof.reports.run.totals import come_to, uncountable
-from rayproof.reports.subjects.keeping import FOLDER as CALLS
+from rayproof.reports.subjects.calls import FOLDER as CALLS
 
 FILES = ("scenes", "images", "pictures", CALLS)
 ALIKE = ("code", "plan", "subject", "demands", "of")

@@ -15,14 +15,13 @@ from rayproof.cases.case import Case
 from rayproof.cases.families import all_cases, select
 from rayproof.reports.processes.pool import Pool
 from rayproof.reports.publish.scene3d.stills import draw_stills, drawn_usually, remove_stale
-from rayproof.reports.results.atomic import remove_drafts
 from rayproof.reports.results.case_table import NAME as JOURNAL
 from rayproof.reports.results.case_table import amend, amending, briefs, named
 from rayproof.reports.results.document import save_early, save_results, write_results
+from rayproof.reports.results.files import legible, remove_drafts
 from rayproof.reports.results.headline import causes, examined_line, no_say, of_the_whole, worse_by_cause
 from rayproof.reports.results.headline import worst_first as worst_cases_first
 from rayproof.reports.results.images import keeps_images
-from rayproof.reports.results.json_numbers import legible
 from rayproof.reports.results.outcomes import Outcome, concerning, exit_code
 from rayproof.reports.results.records import CaseRecord, RunRecord
 from rayproof.reports.run import totals
@@ -38,8 +37,8 @@ from rayproof.reports.run.verdict_memory import passed
 from rayproof.reports.run.workers import RELIEF, sleeping
 from rayproof.reports.run.workers import workers as pool_of
 from rayproof.reports.run.workload import EARLIER, render_and_judge
-from rayproof.reports.subjects.keeping import FOLDER as CALLS
-from rayproof.reports.subjects.keeping import TOLD
+from rayproof.reports.subjects.calls import FOLDER as CALLS
+from rayproof.reports.subjects.calls import TOLD
 from rayproof.reports.terminal import console as terminal
 from rayproof.tracer.kernel.compiler import choose_packaged_llvm
 

@@ -12,8 +12,8 @@ from rayproof.cases.case import ITEMS
 from rayproof.cases.stages import Stage
 from rayproof.reports.judge.known_defects import known_findings
 from rayproof.reports.judge.measurement import Examined
+from rayproof.reports.results.files import at_worst, legible
 from rayproof.reports.results.images import keeps_images
-from rayproof.reports.results.json_numbers import at_worst, legible
 from rayproof.reports.results.outcomes import MEASURED, Outcome, concerning, ledger, worst
 from rayproof.reports.results.records import (
     CaseRecord,

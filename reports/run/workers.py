@@ -9,13 +9,12 @@ from pathlib import Path
 
 from rayproof.cases.scene import Scene
 from rayproof.reports.judge.answers import Candidate
-from rayproof.reports.processes.channel import Channel
 from rayproof.reports.processes.pool import Pool
-from rayproof.reports.processes.worker import Reply, serve
+from rayproof.reports.processes.worker import Channel, Reply, serve
 from rayproof.reports.run.messages import JUDGE, TRACING, UNDER_TEST, QuestionTask, SubjectTask
 from rayproof.reports.subjects import PROGRAM, Subject
-from rayproof.reports.subjects.capabilities import Capabilities
-from rayproof.reports.subjects.keeping import Keep
+from rayproof.reports.subjects.calls import Keep
+from rayproof.reports.subjects.protocol import Capabilities
 
 
 def serve_run(kind: str, connection: Channel) -> None:

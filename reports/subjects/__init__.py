@@ -1,13 +1,124 @@
-"""Who is under test: the tracer, any reference of the panel, or a stranger's program behind a command line.
+"""The renderer under test: the tracer, any reference of the panel, or a user's program behind a command line.
 
 The tracer is put to the test by its configurations. Every other subject is one candidate under its own name, judged by
-the references that share no code with it; what it says it cannot do is `unsupported`.
+the references that share no code with it; what it declares that it cannot do is `unsupported`. Of this user's
+environment a program gets some variables and, when it is confined, some folders.
 """
 
+import fnmatch
+import json
+import os
+import subprocess
+import sys
+import tempfile
+from collections.abc import Sequence
 from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING
 
-from rayproof.reports.subjects.capabilities import Capabilities
-from rayproof.reports.subjects.surroundings import Surroundings
+import platformdirs
+
+from rayproof.reports.subjects.protocol import Capabilities
+
+if TYPE_CHECKING:
+    from rayproof.reports.subjects.isolate import Order
+
+ISOLATE = str(Path(__file__).with_name("isolate.py"))
+# What a program needs to start, to find its libraries and devices, and to write numbers as everybody does.
+KEPT = (
+    "PATH", "HOME", "TMPDIR", "LANG", "LC_*", "LD_*", "PYTHON*", "VIRTUAL_ENV", "CONDA_*", "CUDA_*", "*_THREADS",
+    "SYSTEMROOT", "TEMP", "TMP", "DYLD_*",
+)  # fmt: skip
+# Where other programs of the user keep files, sockets and secrets.
+HIDDEN = ("/root", "/home", "/tmp", "/var/tmp", "/run", "/dev/shm", "/mnt", "/media")
+MOST_HOPS = 16  # of links
+
+
+@dataclass(frozen=True, kw_only=True)
+class Surroundings:
+    """What a program gets beyond the usual: more variables by name; and whether it is confined."""
+
+    variables: tuple[str, ...] = ()
+    confined: bool = False
+
+    def environment(self) -> dict[str, str]:
+        """Return the variables that a program gets, and their values."""
+        return {
+            name: value
+            for name, value in os.environ.items()
+            if name in self.variables or any(fnmatch.fnmatchcase(name, pattern) for pattern in KEPT)
+        }
+
+    @property
+    def withheld(self) -> int:
+        """Return how many variables a program does not get."""
+        return len(os.environ) - len(self.environment())
+
+    def wrapped(self, arguments: Sequence[str], folder: Path) -> list[str]:
+        """Return the command that runs a program in its folder, shut off if it is confined."""
+        if not self.confined:
+            return list(arguments)
+        order: Order = {
+            "folder": str(folder.resolve()),
+            "hidden": _hidden(),
+            "shown": _shown(arguments),
+            "secret": _secret(),
+        }
+        return [sys.executable, "-I", "-S", ISOLATE, json.dumps(order), *arguments]
+
+
+def reason_unconfined() -> str | None:
+    """Return why this platform cannot confine a program, in a sentence, or None."""
+    if sys.platform != "linux":
+        return f"programs are confined by Linux's namespaces, which {sys.platform} lacks"
+    with tempfile.TemporaryDirectory(prefix="rayproof-") as folder:
+        trial = Surroundings(confined=True).wrapped([sys.executable, "-I", "-S", "-c", ""], Path(folder))
+        ended = subprocess.run(trial, capture_output=True, text=True, timeout=60, check=False)
+    return None if ended.returncode == 0 else ended.stderr.strip() or f"exit code {ended.returncode}"
+
+
+def _hidden() -> list[str]:
+    return [*HIDDEN, str(Path.home()), tempfile.gettempdir()]
+
+
+def _secret() -> list[str]:
+    """Return the folder with rayproof's cache."""
+    return [str(Path(os.environ.get("RAYPROOF_CACHE") or platformdirs.user_cache_dir("rayproof")).absolute())]
+
+
+def _shown(arguments: Sequence[str]) -> list[str]:
+    """Return what of the hidden folders a program cannot do without: itself, the files that it names, their folders."""
+    closed = [Path(path).resolve() for path in (*_hidden(), *_secret())]
+    shown: dict[str, None] = {}
+    for path in (Path(sys.prefix), Path(sys.base_prefix), *filter(_lies, map(Path, arguments))):
+        for at in _hops(path.absolute()):
+            # With what is installed beside `bin`; never a folder that all the rest lies in, too.
+            around = [at] if at.is_dir() else [at.parent.parent, at.parent, at][at.parent.name != "bin" :]
+            nearest = next((near for near in around if near.is_file() or _apart(near.resolve(), closed)), None)
+            if nearest is not None:
+                shown[str(nearest)] = None
+    return list(shown)
+
+
+def _hops(path: Path) -> list[Path]:
+    """Return a path, what it links to and so on, and where all that really lies."""
+    hops = [path]
+    while hops[-1].is_symlink() and len(hops) < MOST_HOPS:
+        hops.append(hops[-1].parent / hops[-1].readlink())
+    return [*hops, path.resolve()]
+
+
+def _lies(path: Path) -> bool:
+    try:
+        return path.is_absolute() and path.exists()
+    except (OSError, ValueError):
+        return False
+
+
+def _apart(path: Path, closed: Sequence[Path]) -> bool:
+    """Say whether a folder neither is nor holds one of those that stay closed."""
+    return not any(place.is_relative_to(path) for place in closed)
+
 
 TRACER = "tracer"
 PROGRAM = "exec"  # the name of a stranger's program in checks, images and the report

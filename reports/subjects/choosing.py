@@ -9,9 +9,8 @@ from dataclasses import replace
 from pathlib import Path
 
 from rayproof.reports.judge.oracle import ORACLE
-from rayproof.reports.subjects import PROGRAM, Subject
-from rayproof.reports.subjects.capabilities import Capabilities
-from rayproof.reports.subjects.surroundings import Surroundings, reason_unconfined
+from rayproof.reports.subjects import PROGRAM, Subject, Surroundings, reason_unconfined
+from rayproof.reports.subjects.protocol import Capabilities
 
 PREFIX = f"{PROGRAM}:"
 OUTPUTS = ("{output}", "{output.pfm}")

@@ -21,7 +21,7 @@ from rayproof.reports.results.outcomes import Outcome
 from rayproof.reports.run.plan import within_reach
 from rayproof.reports.subjects import PROGRAM, Subject
 from rayproof.reports.subjects.program import ask_capabilities, candidate
-from rayproof.reports.subjects.request import hand_over
+from rayproof.reports.subjects.protocol import hand_over
 
 RENDERERS = Path(__file__).parents[2] / "examples" / "renderers"
 STARTERS = Path(__file__).parents[2] / "reports" / "subjects" / "starters"

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import pytest
 
 from rayproof.reports.publish import publish_all
-from rayproof.reports.publish.browser.chromium import chromium, missing
+from rayproof.reports.publish.browser import chromium, missing
 from tests.reports.commands.conftest import rayproof as rayproof
 from tests.reports.publish.everything import make_everything
 from tests.reports.publish.modules import loaded

@@ -14,8 +14,8 @@ from rayproof.reports.cli import main
 from rayproof.reports.commands.output import say, show_table
 from rayproof.reports.publish import publish_all
 from rayproof.reports.results.document import save_results
-from rayproof.reports.results.image_script import handed_over
-from rayproof.reports.results.json_numbers import legible, legible_json
+from rayproof.reports.results.files import legible, legible_json
+from rayproof.reports.results.images import handed_over
 from rayproof.reports.run.progress import CaseProgress, worst_first
 from rayproof.reports.run.scenes import cases_of_files
 from rayproof.reports.subjects.calls import call

@@ -17,8 +17,7 @@ from rayproof.cases.scene import Rgb, Scene, Shape
 from rayproof.cases.stages import Stage
 from rayproof.reports.diagnosis import MISTAKES, Given, Mistake, Way, Wrong
 from rayproof.reports.diagnosis.fits import CLOSE, LEAST_SAMPLES, MOST_OUTSIDE, Fitting, one_value, spelled, sum_of
-from rayproof.reports.diagnosis.mistakes.colour import srgb
-from rayproof.reports.diagnosis.mistakes.light import Lights, Share, Strength, lit_by_one
+from rayproof.reports.diagnosis.mistakes.light import Lights, Share, Strength, lit_by_one, srgb
 from rayproof.reports.diagnosis.mistakes.shadows import no_horizon
 
 MOST_GAP = 0.005  # relative: between two entries of a table so far apart a smooth curve is straight within CLOSE

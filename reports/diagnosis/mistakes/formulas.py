@@ -6,8 +6,8 @@ wrong formula declares where it is registered: `says`.
 """
 
 from rayproof.reports.diagnosis import MISTAKES, Mistake, Way
+from rayproof.reports.diagnosis.mistakes.normals import FORWARD, MOVED, PARALLELOGRAMS, RENORMALISED, UNIT_A
 from rayproof.reports.diagnosis.mistakes.shapes import LARGER_ROOTS
-from rayproof.reports.diagnosis.object_space import FORWARD, MOVED, PARALLELOGRAMS, RENORMALISED, UNIT_A
 from rayproof.tracer.formulas import FORMULAS, Formula
 
 # Those that other programs make too, by what these call them; the rest goes by the name of its formula.

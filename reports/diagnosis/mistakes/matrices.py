@@ -12,8 +12,14 @@ import numpy as np
 from rayproof.cases.scene import Shape
 from rayproof.cases.stages import Stage
 from rayproof.reports.diagnosis import MISTAKES, Given, Mistake, Way, Wrong
-from rayproof.reports.diagnosis.mistakes.normals import Normals, around, blocked_by_its_own_face, outward_normals
-from rayproof.reports.diagnosis.object_space import IntoObject, way_by
+from rayproof.reports.diagnosis.mistakes.normals import (
+    IntoObject,
+    Normals,
+    around,
+    blocked_by_its_own_face,
+    outward_normals,
+    way_by,
+)
 from rayproof.reports.judge.answers import dot, length
 
 MATRICES: Mapping[str, Callable[[np.ndarray], np.ndarray]] = {

@@ -15,10 +15,9 @@ import numpy as np
 from rayproof.cases.scene import Camera
 from rayproof.cases.stages import Stage
 from rayproof.reports.diagnosis import MISTAKES, Mistake, Way
-from rayproof.reports.diagnosis.fits import CLOSE, EXPONENTS, Fitting, rounded
+from rayproof.reports.diagnosis.fits import CLOSE, EXPONENTS, Fitting, Sampled, rounded
 from rayproof.reports.diagnosis.mistakes.camera import Pinhole, Rays, pinhole_of
-from rayproof.reports.diagnosis.samples import Sampled
-from rayproof.reports.diagnosis.trial_by_stages import work
+from rayproof.reports.diagnosis.trials import work
 
 ACROSS, DOWN = 0, 1  # the image's two directions
 Variable = Callable[[Camera, int], float]

@@ -1,25 +1,149 @@
-"""One case as scripts: its record of results.json, and its pixels, each loaded when it is looked at."""
+"""One case as scripts that the page loads when it is opened: its record, its pixels, and the page of its 3-D view.
 
+A browser runs what it loads from a folder, and the folder may be anybody's. So of a script that a results folder brought
+along only its JSON is kept, checked to be what the page expects and put between words that rayproof writes itself. The
+page of the 3-D views has a policy of its own: its script and style by hash, the vendored viewer, and nothing else.
+Cases are written on every processor where there are many, since compressing images takes most of the time.
+"""
+
+import base64
+import hashlib
+import html
 import json
+import math
+import os
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from concurrent.futures import ProcessPoolExecutor
+from contextlib import contextmanager
+from importlib.resources import files
+from itertools import islice
+from multiprocessing import get_context
 from pathlib import Path
-from typing import Any, TypedDict
+from typing import Any, TypedDict, TypeVar
 
 import numpy as np
 
 from rayproof.cases.scene_json import pack, unpack
-from rayproof.cases.stages import Stage, exr_channels
+from rayproof.cases.stages import IMAGE_STAGES, Stage, exr_channels
 from rayproof.reports.judge.edge_classes import NAMES
-from rayproof.reports.publish.page.cleaning import clean_pixels
-from rayproof.reports.publish.scene3d.parts import look
+from rayproof.reports.publish.scene3d.parts import look, thinned
 from rayproof.reports.publish.scene3d.stills import compared, picture_path
-from rayproof.reports.publish.scene3d.surfaces import thinned
-from rayproof.reports.results.atomic import write_text
+from rayproof.reports.results.case_table import briefs
 from rayproof.reports.results.compact import compact_case
-from rayproof.reports.results.float_codec import pack_json
-from rayproof.reports.results.image_script import script, write_pixels
-from rayproof.reports.results.images import inside, keeps_images, kept_images
+from rayproof.reports.results.files import write_text
+from rayproof.reports.results.float_codec import inflated, pack_json
+from rayproof.reports.results.images import handed_over, inside, keeps_images, kept_images, script, write_pixels
 from rayproof.reports.results.outcomes import Outcome
-from rayproof.reports.results.records import CaseRecord
+from rayproof.reports.results.records import CaseRecord, RunRecord
+
+FEW = 16  # cases with images to compress that one process writes sooner than another one starts
+AT_ONCE = 32  # cases in memory
+
+Answer = TypeVar("Answer")
+Job = tuple[Any, ...]
+Write = Callable[[Callable[..., Answer], Iterable[Job]], Iterator[Answer]]
+
+
+@contextmanager
+def writers(heavy: int) -> Iterator[Write]:
+    """Give a function that yields what `write` returns for the arguments in each of some jobs, in their order.
+
+    `heavy` of all jobs have images to compress. No more than `AT_ONCE` are taken from the jobs before they are done.
+    """
+    workers = min(os.cpu_count() or 1, heavy // FEW)
+    if workers < 2:
+        yield lambda write, jobs: (write(*job) for job in jobs)
+        return
+    with ProcessPoolExecutor(workers, mp_context=get_context("spawn")) as pool:
+
+        def answers(write: Callable[..., Answer], jobs: Iterable[Job]) -> Iterator[Answer]:
+            waiting = iter(jobs)
+            while some := list(islice(waiting, AT_ONCE)):
+                yield from pool.map(write, *zip(*some, strict=True), chunksize=4)
+
+        yield answers
+
+
+def all_of(write: Callable[..., Answer], jobs: Sequence[Job], *, heavy: int) -> list[Answer]:
+    """Return what `write` returns for the arguments in each of `jobs`, in order; so many of them are `heavy`."""
+    with writers(heavy) as written:
+        return list(written(write, jobs))
+
+
+LARGEST = 2**30  # bytes of a script
+KINDS = {"data": str, "by": str, "curved": bool, "height": int, "width": int, "channels": int}  # of an image's members
+MOST_CHANNELS = 1000
+
+
+def clean_pixels(folder: Path, name: str) -> str | None:
+    """Write a case's images anew where they are not as `write_pixels` writes; return why they are none, or None.
+
+    What is none must not be named to the page, which would run it.
+    """
+    return _cleaned(folder, name, _images)
+
+
+def _cleaned(folder: Path, name: str, checked: Any) -> str | None:
+    if not name.endswith(".js") or not inside(folder, name):
+        return f"{name} is no script of the results folder"
+    path = folder / name
+    try:
+        if path.stat().st_size > LARGEST:
+            raise ValueError(f"it has more than {LARGEST} bytes")
+        text = path.read_text(encoding="utf-8")
+        again = script(name, checked(json.loads(handed_over(text))))
+    except (OSError, ValueError, IndexError, RecursionError) as error:
+        return f"{name} holds no data of a report: {' '.join(str(error).split())}"
+    if again != text:
+        write_text(path, again)
+    return None
+
+
+def _images(content: Any) -> Any:
+    """Return what a script of pixels hands over, checked; raise ValueError with the place of what is wrong."""
+    if not isinstance(content, dict) or set(content) != {"base", "renderers"}:
+        raise ValueError("it must be an object of base and renderers")
+    renderers = content["renderers"]
+    if not isinstance(renderers, dict) or not (content["base"] is None or isinstance(content["base"], str)):
+        raise ValueError("base must be a name or null, renderers an object")
+    for renderer, stages in renderers.items():
+        if not isinstance(stages, dict) or not set(stages) <= {stage.value for stage in IMAGE_STAGES}:
+            raise ValueError(f"renderers.{renderer} must be an object of stages")
+        for stage, image in stages.items():
+            _check_image(image, f"renderers.{renderer}.{stage}")
+    return content
+
+
+def _check_image(image: Any, where: str) -> None:
+    if not isinstance(image, dict):
+        raise ValueError(f"{where} must be an object")
+    for key, kind in KINDS.items():
+        value = image.get(key)
+        if not isinstance(value, kind) or (kind is int and not _is_count(value)):
+            raise ValueError(f"{where}.{key} must be of type {kind.__name__}, got {type(value).__name__}")
+    if image["channels"] > MOST_CHANNELS or not all(
+        map(_is_numbers, (image[key] for key in set(image) - {*KINDS, "of"}))
+    ):
+        raise ValueError(f"{where} must hold numbers beside {', '.join(KINDS)}")
+    if image.get("of", Stage.RAY) not in set(Stage):
+        raise ValueError(f"{where}.of must be a stage")
+    try:
+        inflated(image["data"], 4 * image["height"] * image["width"] * image["channels"])
+    except ValueError as error:
+        raise ValueError(f"{where}.data: {error}") from None
+
+
+def _is_count(value: Any) -> bool:
+    return type(value) is int and value >= 1
+
+
+def _is_numbers(value: Any) -> bool:
+    """Say whether a value is a number or a structure of numbers: what predictions are made from."""
+    if isinstance(value, dict):
+        return all(map(_is_numbers, value.values()))
+    if isinstance(value, list):
+        return all(map(_is_numbers, value))
+    return value is None or (isinstance(value, int | float) and math.isfinite(value)) or value in ("inf", "-inf", "nan")
 
 
 def write_case_data(folder: Path, path: Path, case: CaseRecord) -> list[Path]:
@@ -130,3 +254,66 @@ def _short(channel: str) -> str:
     """Return the last part of a channel's name, or the first where the last says nothing."""
     first, _, last = channel.rpartition(".")
     return first if last == "V" else last
+
+
+# In the order in which they build on each other: the report's own, then the viewer's.
+SHARED, SCRIPTS = ("elements", "colors"), ("view3d",)
+LIBRARY = "vtk-viewer.js"
+
+
+def publish(folder: Path, results: RunRecord) -> list[Path]:
+    """Write viewer/index.html and the library, where the scene of any case is kept."""
+    if not any(has_view(folder, case) for case in briefs(results["cases"])):
+        return []
+    return [
+        write_text(folder / "viewer" / "index.html", page()),
+        write_text(folder / "viewer" / LIBRARY, vendored(LIBRARY)),
+    ]
+
+
+def page() -> str:
+    """Return the page, which expects the library beside itself."""
+    return _page(f'<script src="{LIBRARY}"></script>', "'self' file:")
+
+
+def page_in_one() -> str:
+    """Return the page with the library in it, for a frame of a report that is a single file.
+
+    Such a frame is under the report's policy, too, which must name `digests_in_one`.
+    """
+    library = vendored(LIBRARY)
+    return _page(f"<script>{library}</script>", f"'{_digest(library)}'")
+
+
+def digests_in_one() -> tuple[list[str], list[str]]:
+    """Return the hashes of the scripts and of the styles of `page_in_one`, as a policy names them."""
+    return [_digest(vendored(LIBRARY)), _digest(viewer_script())], [_digest(_text("scene3d", "viewer", "style.css"))]
+
+
+def _page(library: str, sources: str) -> str:
+    script, style = viewer_script(), _text("scene3d", "viewer", "style.css")
+    policy = (
+        f"default-src 'none'; script-src {sources} '{_digest(script)}'; style-src '{_digest(style)}'; "
+        "img-src data: blob:; base-uri 'none'; form-action 'none'"
+    )
+    template = _text("scene3d", "viewer", "page.html")
+    return template.format(policy=html.escape(policy), style=style, library=library, script=script)
+
+
+def viewer_script() -> str:
+    """Return the page's own script."""
+    shared = (_text("page", "html", f"{name}.js") for name in SHARED)
+    return "\n".join([*shared, *(_text("scene3d", "viewer", f"{name}.js") for name in SCRIPTS)])
+
+
+def vendored(name: str) -> str:
+    """Return a vendored library's text."""
+    return _text("vendor", name)
+
+
+def _digest(text: str) -> str:
+    return "sha256-" + base64.b64encode(hashlib.sha256(text.encode()).digest()).decode()
+
+
+def _text(*path: str) -> str:
+    return files("rayproof.reports.publish").joinpath(*path).read_text(encoding="utf-8")

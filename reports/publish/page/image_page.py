@@ -15,10 +15,9 @@ import OpenEXR
 from PIL import Image, UnidentifiedImageError
 
 from rayproof.reports.publish.page.page import digest, policy
-from rayproof.reports.results.atomic import write_text
-from rayproof.reports.results.float_codec import encode
-from rayproof.reports.results.image_script import inert
-from rayproof.reports.results.prediction import Prediction
+from rayproof.reports.results.files import write_text
+from rayproof.reports.results.float_codec import Prediction, encode
+from rayproof.reports.results.images import inert
 
 # In the order in which they build on each other; the same files as the report's, and the page's own.
 SCRIPTS = (

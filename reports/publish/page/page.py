@@ -1,8 +1,12 @@
-"""index.html: the report to open from disk. Totals and coverage inline; each case's pixels in a script of its own.
+"""index.html, the report to open from disk, and report.html, the same in one file.
 
 Browsers refuse fetch() and module scripts on file://, so the page's scripts are inlined in order and a case's data is
 a script that the page adds when the case is opened. The content-security policy names the inlined script and style by
 hash: no request leaves the folder, and markup smuggled in by a scene's name could not run even if it got through.
+
+In report.html the files beside index.html stand as elements that no browser runs or shows, and are inflated when they
+are opened. Its policy names every script by its hash and allows neither the network nor the disk. It holds the 3-D viewer
+once, and each open view is a frame of its own.
 """
 
 import base64
@@ -17,20 +21,34 @@ from typing import Any, NotRequired
 
 import msgspec
 
-from rayproof.reports.publish.page.case_data import write_case_data
-from rayproof.reports.publish.page.formula_comparison import Contest, contest
-from rayproof.reports.publish.page.front_data import SHARD, Front, FrontData, data_file, rows_file
-from rayproof.reports.publish.page.history import HistoryFront, history_front
-from rayproof.reports.publish.page.panel_data import findings
-from rayproof.reports.publish.page.plots import pages
-from rayproof.reports.publish.page.run_comparison import ComparisonFront, comparison_front
-from rayproof.reports.publish.parallel import writers
+from rayproof.reports.publish.page.case_data import (
+    digests_in_one,
+    has_view,
+    page_in_one,
+    picture_of,
+    thumbnail_of,
+    vendored,
+    write_case_data,
+    writers,
+)
+from rayproof.reports.publish.page.comparisons import DATA as HISTORY
+from rayproof.reports.publish.page.comparisons import (
+    ComparisonFront,
+    Contest,
+    HistoryFront,
+    comparison_front,
+    contest,
+    history_front,
+)
+from rayproof.reports.publish.page.front import SHARD, Front, FrontData, data_file, findings, rows_file
+from rayproof.reports.publish.page.plots import FOLDER, LIBRARY, pages
+from rayproof.reports.publish.page.plots import pages as plots
 from rayproof.reports.publish.scene3d.parts import look
-from rayproof.reports.results.atomic import write_text
 from rayproof.reports.results.case_table import briefs
-from rayproof.reports.results.float_codec import pack_json
+from rayproof.reports.results.files import replacing, write_text
+from rayproof.reports.results.float_codec import pack_json, pack_text
 from rayproof.reports.results.headline import headline, shouts, worst_first
-from rayproof.reports.results.image_script import inert, script
+from rayproof.reports.results.images import handed_over, inert, inside, script
 from rayproof.reports.results.records import CaseRecord, FindingRecord, RunRecord
 
 # In the order in which they build on each other.
@@ -200,3 +218,62 @@ def _quoted(digests: Sequence[str]) -> str:
 
 def _asset(name: str) -> str:
     return files("rayproof.reports.publish.page").joinpath("html", name).read_text(encoding="utf-8")
+
+
+NAME = "report.html"
+
+
+def write_single_file(folder: Path, results: RunRecord) -> Path:
+    """Write `folder`/report.html from what `publish_all` wrote into `folder`, and return its path."""
+    scripts, styles = digests_in_one()
+    # Drawings by `rayproof tradeoff` and their page are files beside; the page of plots has all of their points.
+    ordered, front = worst_first(results["cases"]), Front(folder, results)
+    for number, case in enumerate(ordered, start=1):
+        front.add(case)
+        if front.long and (number % SHARD == 0 or number == len(ordered)):
+            front.handed_over(number)  # they are in a script, too
+    data: PageData = {**page_data(folder, results, front), "alone": True, "tradeoff": []}
+    head, tail = page_parts(results, data, alone=True, digests=([*scripts, digest(vendored(LIBRARY))], styles))
+    path = folder / NAME
+    with replacing(path) as draft, draft.open("w", encoding="utf-8", errors="replace", newline="\n") as file:
+        file.write(head)
+        for element in _elements(folder, ordered, long=front.long):
+            file.write(element)
+        file.write(tail)
+    return path
+
+
+def _elements(folder: Path, ordered: Sequence[CaseRecord], *, long: bool) -> Iterator[str]:
+    viewed = False
+    for number, case in enumerate(briefs(ordered), start=1):
+        if long and number % SHARD == 1:
+            yield from _script(folder, rows_file(number))
+        record, kept = data_file(number, long=long), case.get("pixels")
+        written = record.replace(".js", ".pixels.js")
+        for name in (record, kept if isinstance(kept, str) and inside(folder, kept) else written):
+            yield from _script(folder, name)
+        viewed = viewed or has_view(folder, case)
+        for picture in filter(None, (picture_of(folder, case), thumbnail_of(folder, case))):
+            content = base64.b64encode((folder / picture).read_bytes()).decode("ascii")
+            yield _element(picture, content, 'type="text/plain" data-type="image/png"')
+    for name in (*plots(folder).values(), HISTORY):
+        yield from _script(folder, name)
+    if plots(folder):
+        yield _deflated(f"{FOLDER}/{LIBRARY}", vendored(LIBRARY))
+    if viewed:
+        yield _deflated("viewer/index.html", page_in_one())
+
+
+def _script(folder: Path, name: str) -> Iterator[str]:
+    """Yield what a script that `reports.results.images.script` made hands over, where there is such a file."""
+    if inside(folder, name):
+        content = handed_over((folder / name).read_text(encoding="utf-8"))
+        yield _element(name, content, 'type="application/json"')
+
+
+def _deflated(name: str, text: str) -> str:
+    return _element(name, pack_text(text), 'type="text/plain"')
+
+
+def _element(name: str, content: str, attributes: str) -> str:
+    return f'<script {attributes} data-path="{html.escape(name)}">{content}</script>\n'

@@ -10,11 +10,10 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypedDict, TypeGuard
 
-from rayproof.reports.publish.page.viewer_page import vendored
-from rayproof.reports.results.atomic import write_text
+from rayproof.reports.publish.page.case_data import vendored
+from rayproof.reports.results.files import number, write_text
 from rayproof.reports.results.float_codec import pack_json
-from rayproof.reports.results.image_script import script
-from rayproof.reports.results.json_numbers import number
+from rayproof.reports.results.images import script
 from rayproof.reports.results.records import RunRecord
 from rayproof.reports.studies.stability.records import LadderAbout
 

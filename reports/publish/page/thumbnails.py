@@ -8,13 +8,11 @@ from pathlib import Path
 import numpy as np
 
 from rayproof.cases.stages import IMAGE_STAGES, Stage
-from rayproof.reports.results.atomic import replacing
-from rayproof.reports.results.case_table import amend, briefs, named
+from rayproof.reports.results.case_table import amend, briefs, named, ratio_of
+from rayproof.reports.results.files import at_worst, number, replacing
 from rayproof.reports.results.headline import BAD, blame, cause_of, worst_first
 from rayproof.reports.results.images import kept_images
-from rayproof.reports.results.json_numbers import at_worst, number
 from rayproof.reports.results.outcomes import Outcome
-from rayproof.reports.results.ratios import ratio_of
 from rayproof.reports.results.records import CaseRecord, CheckRecord, RunRecord
 
 MOST = 12

@@ -15,11 +15,10 @@ import numpy as np
 from rayproof.cases.scene import Camera
 from rayproof.cases.scene_json import load_scene
 from rayproof.cases.stages import FACTS, Stage
-from rayproof.reports.processes.parent_death import end_with_parent
-from rayproof.reports.publish.scene3d.parts import Part, View, basis, look, view_of
+from rayproof.reports.processes.signals import end_with_parent
+from rayproof.reports.publish.scene3d.parts import Part, View, ball, basis, look, view_of
 from rayproof.reports.publish.scene3d.stills import DIGEST, compared, drawing_environment, why_not
-from rayproof.reports.publish.scene3d.surfaces import ball
-from rayproof.reports.results.atomic import replacing
+from rayproof.reports.results.files import replacing
 from rayproof.reports.results.images import kept_images
 from rayproof.reports.results.records import CaseRecord
 

@@ -15,8 +15,8 @@ from dataclasses import replace
 from multiprocessing.util import Finalize
 from pathlib import PurePath
 
-from rayproof.reports.processes.parent_death import end_with_parent
 from rayproof.reports.processes.scratch import Scratch, sweep
+from rayproof.reports.processes.signals import end_with_parent
 from rayproof.reports.results.records import CaseRecord
 from rayproof.reports.run.cache_store import usual_store
 from rayproof.reports.run.case import CasesUnderWay, Source, Terms

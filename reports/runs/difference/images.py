@@ -9,12 +9,10 @@ from typing import cast
 import numpy as np
 
 from rayproof.cases.stages import Stage
-from rayproof.reports.publish.page.case_data import picture_of, scene_of
-from rayproof.reports.publish.parallel import all_of
-from rayproof.reports.results.atomic import write_text
+from rayproof.reports.publish.page.case_data import all_of, picture_of, scene_of
 from rayproof.reports.results.document import save_results
-from rayproof.reports.results.image_script import BASE, Renders, renamed, write_pixels
-from rayproof.reports.results.images import inside, kept_images
+from rayproof.reports.results.files import write_text
+from rayproof.reports.results.images import BASE, Renders, inside, kept_images, renamed, write_pixels
 from rayproof.reports.results.records import (
     CaseRecord,
     ComparedRecord,

@@ -7,11 +7,10 @@ from typing import Any
 
 import numpy as np
 
-from rayproof.reports.results.case_table import briefs, by_name
+from rayproof.reports.results.case_table import briefs, by_name, ratio_of
 from rayproof.reports.results.document import LISTED, load_results
-from rayproof.reports.results.json_numbers import at_worst, number
+from rayproof.reports.results.files import at_worst, number
 from rayproof.reports.results.outcomes import Outcome
-from rayproof.reports.results.ratios import ratio_of
 from rayproof.reports.results.records import (
     CaseRecord,
     CheckRecord,

@@ -20,7 +20,7 @@ from typing import Any
 import numpy as np
 
 from rayproof.reports.called import called
-from rayproof.reports.results.json_numbers import at_worst, encodable
+from rayproof.reports.results.files import at_worst, encodable
 from rayproof.reports.results.records import CaseRecord, RunRecord
 
 APPLICATION = 0x52415950  # "RAYP" in SQLite's header: says that the file is ours
@@ -128,7 +128,7 @@ def append(path: Path, results: RunRecord, revision: str) -> int:
 
 
 def storable(*values: Any) -> tuple[Any, ...]:
-    """Return values as SQLite takes them: of an undecodable file name what reports.results.atomic makes of it."""
+    """Return values as SQLite takes them: of an undecodable file name what reports.results.files makes of it."""
     return tuple(encodable(one) if isinstance(one, str) else one for one in values)
 
 

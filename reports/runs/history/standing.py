@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-from rayproof.reports.results.json_numbers import at_worst
+from rayproof.reports.results.files import at_worst
 from rayproof.reports.results.outcomes import Outcome
 from rayproof.reports.results.records import RunRecord, SeriesRecord, WorseRecord
 from rayproof.reports.runs.history.database import (

@@ -16,7 +16,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import AutoLocator, NullLocator, StrMethodFormatter
 
 from rayproof.cases.ladders import Ladder
-from rayproof.reports.results.json_numbers import plain
+from rayproof.reports.results.files import plain
 from rayproof.reports.studies.stability.document import about
 from rayproof.reports.studies.stability.records import ClimbRecord, LadderRecord, RungRecord
 

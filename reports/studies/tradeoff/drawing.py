@@ -17,8 +17,7 @@ import matplotlib as mpl
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, NullFormatter, StrMethodFormatter
 
-from rayproof.reports.results.atomic import write_text
-from rayproof.reports.results.json_numbers import plain
+from rayproof.reports.results.files import plain, write_text
 from rayproof.reports.studies.tradeoff.points import DiagramRecord, PointRecord, TradeoffRecord
 
 MARKERS = {"float32": "o", "float64": "s"}

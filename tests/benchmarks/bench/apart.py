@@ -10,9 +10,8 @@ from dataclasses import dataclass
 from typing import Any
 
 from rayproof.cases.benchmark_scenes import chosen
-from rayproof.reports.processes.channel import Channel
 from rayproof.reports.processes.pool import Pool
-from rayproof.reports.processes.worker import Reply, serve
+from rayproof.reports.processes.worker import Channel, Reply, serve
 from rayproof.tracer.configuration import Configuration
 from tests.benchmarks.bench import CONTENDERS
 from tests.benchmarks.bench.contenders.ours import ask_about

@@ -16,7 +16,7 @@ from tempfile import TemporaryDirectory
 from typing import Any, TypedDict
 
 from rayproof.reports.publish import publish_all
-from rayproof.reports.publish.page.front_data import SHARD
+from rayproof.reports.publish.page.front import SHARD
 from rayproof.reports.results.document import load_results, save_results
 from rayproof.reports.run import totals
 from rayproof.reports.run.totals import come_to

@@ -31,9 +31,9 @@ from rayproof.reference.analytic import Analytic
 from rayproof.reports.diagnosis.answering import Answered
 from rayproof.reports.diagnosis.diagnosing import LARGEST, faces
 from rayproof.reports.diagnosis.search import search
-from rayproof.reports.diagnosis.trial import Evidence, undecided
-from rayproof.reports.results.exr import read_answers
-from rayproof.reports.subjects.request import hand_over
+from rayproof.reports.diagnosis.trials import Evidence, undecided
+from rayproof.reports.results.images import read_answers
+from rayproof.reports.subjects.protocol import hand_over
 from rayproof.tracer.kernel.compiler import choose_packaged_llvm
 
 SOURCE = ROOT / "examples" / "renderers" / "mistaken.cpp"

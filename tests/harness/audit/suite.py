@@ -15,7 +15,7 @@ from rayproof.cases.families import all_cases, select
 from rayproof.reports.judge.oracle import ORACLE
 from rayproof.reports.processes.pool import Pool
 from rayproof.reports.processes.worker import Reply
-from rayproof.reports.results.atomic import write_text
+from rayproof.reports.results.files import write_text
 from rayproof.reports.results.outcomes import Outcome
 from rayproof.reports.run.plan import plan
 from rayproof.reports.terminal import console as terminal

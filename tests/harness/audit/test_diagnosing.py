@@ -11,10 +11,10 @@ from rayproof.cases.stages import Stage
 from rayproof.reference.analytic import Analytic
 from rayproof.reports.diagnosis import MISTAKES, stage_by_stage
 from rayproof.reports.diagnosis import search as searching
-from rayproof.reports.diagnosis.damage import damages
 from rayproof.reports.diagnosis.hypotheses import Hypothesis
-from rayproof.reports.diagnosis.mistakes.acne import scattered
-from rayproof.reports.diagnosis.trial import Evidence, trial
+from rayproof.reports.diagnosis.mistakes.shadows import scattered
+from rayproof.reports.diagnosis.search import damages
+from rayproof.reports.diagnosis.trials import Evidence, trial
 from tests.harness.audit import diagnosing
 
 CASES = (

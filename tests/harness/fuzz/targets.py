@@ -163,8 +163,8 @@ def image() -> Target:
     """Return images of programs under test: OpenEXR and PFM."""
     import tempfile
 
-    from rayproof.reports.results.exr import write_answers
-    from rayproof.reports.subjects.image_reading import take_back
+    from rayproof.reports.results.images import write_answers
+    from rayproof.reports.subjects.program import take_back
 
     pixels = np.linspace(0, 1, 36).reshape(3, 4, 3)
     with tempfile.TemporaryDirectory() as folder:
@@ -180,7 +180,7 @@ def image() -> Target:
 
 def capabilities() -> Target:
     """Return a program's answer to --capabilities."""
-    from rayproof.reports.subjects.capabilities import capabilities_from
+    from rayproof.reports.subjects.protocol import capabilities_from
 
     whole = {
         "protocol": 1,

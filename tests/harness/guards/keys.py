@@ -259,7 +259,7 @@ def _guard_code() -> None:
         "cases/scene.py",
         "reference/analytic/light.py",
         "reports/judge/findings.json",
-        "reports/results/json_numbers.py",
+        "reports/results/files.py",
         "tracer/render.py",
     ):
         if file not in covered:

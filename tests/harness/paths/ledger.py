@@ -11,7 +11,7 @@ from typing import TypedDict
 from rayproof.cases.case import Case
 from rayproof.cases.scene import Scene
 from rayproof.cases.stages import IMAGE_STAGES
-from rayproof.reports.results.json_numbers import number
+from rayproof.reports.results.files import number
 from rayproof.tracer.configuration import Configuration
 from rayproof.tracer.kernel.arrays import backend
 from rayproof.tracer.plan import plan

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import psutil
 
-from rayproof.reports.processes.process_tree import descendants
+from rayproof.reports.processes.signals import descendants
 
 ENDING = ("SIGKILL", "SIGSEGV", "SIGABRT", "SIGTERM", "SIGINT")
 STOP, PAUSE, MEMORY = "SIGSTOP", "SIGSTOP and SIGCONT", "memory"

@@ -14,7 +14,7 @@ from pathlib import Path
 
 import psutil
 
-from rayproof.reports.processes.process_tree import end_below
+from rayproof.reports.processes.signals import end_below
 from rayproof.reports.run.engine.cluster import LOCAL, written_credentials
 
 STARTING = 60.0  # s within which a scheduler says where it is

@@ -15,7 +15,7 @@ import psutil
 
 from rayproof import HOLDER
 from rayproof.cases.scene_json import save_scene
-from rayproof.reports.processes.process_tree import adopt_orphans, descendants
+from rayproof.reports.processes.signals import adopt_orphans, descendants
 from rayproof.reports.results.compact import expand
 from rayproof.reports.results.records import CaseRecord, RunRecord
 from rayproof.reports.run import cache_store

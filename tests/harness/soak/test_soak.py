@@ -32,7 +32,7 @@ CASE = {"name": "a", "verdict": "pass", "checks": []}
         ("rayproof-draw", "", "draw"),
         ("rayproof-exec", "", "caller"),
         ("python", "python -I -S /x/confine.py 1 2 3 /y/program", "keeper"),
-        ("python", "python -c import sys; from rayproof.reports.processes.worker_process import begin", "starting"),
+        ("python", "python -c import sys; from rayproof.reports.processes.pool import begin", "starting"),
         ("program", "/bin/sh /y/program scene", "program"),
         ("sleep", "sleep 600", "child"),
         ("python", "python -c from rayproof.cases.mesh_sandbox import serve", None),

@@ -16,8 +16,7 @@ from rayproof.cases.random_scenes import FAMILY, counted
 from rayproof.reports.judge.oracle import ORACLE
 from rayproof.reports.processes.pool import Pool
 from rayproof.reports.processes.worker import Reply
-from rayproof.reports.results.atomic import write_text
-from rayproof.reports.results.json_numbers import as_json
+from rayproof.reports.results.files import as_json, write_text
 from rayproof.reports.results.outcomes import Outcome
 from rayproof.reports.run.plan import DEFAULTS, panel
 from rayproof.reports.subjects import Subject

@@ -18,7 +18,7 @@ import pytest
 import rayproof
 from rayproof.cases.scene import Scene
 from rayproof.cases.stages import Stage
-from rayproof.reports.api.arrays import answers_from
+from rayproof.reports.api.asking import answers_from
 from rayproof.reports.api.outcome import Run
 
 SCENE = rayproof.load("primitives/sphere")

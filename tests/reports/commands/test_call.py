@@ -10,7 +10,7 @@ from rayproof.cases.families import select
 from rayproof.cases.stages import Stage
 from rayproof.reference.analytic import Analytic
 from rayproof.reports.judge.oracle import stages_of
-from rayproof.reports.results.exr import write_answers
+from rayproof.reports.results.images import write_answers
 from tests.reports.commands.conftest import Rayproof
 
 

@@ -9,7 +9,7 @@ import OpenEXR
 from rayproof.cases.families import select
 from rayproof.cases.scene_json import save_scene
 from rayproof.cases.stages import Stage
-from rayproof.reports.results.exr import read_answers
+from rayproof.reports.results.images import read_answers
 from rayproof.tracer.configuration import Configuration
 from rayproof.tracer.formulas import FORMULAS
 from rayproof.tracer.render import render

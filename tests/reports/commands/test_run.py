@@ -6,7 +6,7 @@ import pytest
 
 from rayproof.reports.run.options import RunOptions
 from rayproof.reports.subjects import Subject
-from rayproof.reports.subjects.capabilities import Capabilities
+from rayproof.reports.subjects.protocol import Capabilities
 from tests.reports.commands.conftest import Rayproof
 
 

@@ -8,10 +8,9 @@ import pytest
 from rayproof.cases.families import all_cases, select
 from rayproof.reference.analytic import Analytic
 from rayproof.reports.diagnosis.blaming import Blamed, by_stages, narrowed, put
-from rayproof.reports.diagnosis.diagnosing import narrow
-from rayproof.reports.diagnosis.saying import entries
+from rayproof.reports.diagnosis.diagnosing import entries, narrow
 from rayproof.reports.diagnosis.search import search
-from rayproof.reports.diagnosis.trial import Evidence
+from rayproof.reports.diagnosis.trials import Evidence
 from rayproof.reports.judge.answers import Witness
 from rayproof.reports.judge.case import judge_case
 from rayproof.reports.judge.oracle import stages_of

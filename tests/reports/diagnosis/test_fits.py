@@ -13,10 +13,10 @@ from rayproof.reference.analytic import Analytic
 from rayproof.reports.diagnosis import MISTAKES, Given, Way
 from rayproof.reports.diagnosis.fits import Fitting, from_images, rounded, sum_of
 from rayproof.reports.diagnosis.mistakes.light import Lights, Share
-from rayproof.reports.diagnosis.mistakes.nearest_hits import Counting
 from rayproof.reports.diagnosis.mistakes.pinhole_fit import Free, Law, laws_of, through
+from rayproof.reports.diagnosis.mistakes.shapes import Counting
 from rayproof.reports.diagnosis.search import search
-from rayproof.reports.diagnosis.trial import Evidence
+from rayproof.reports.diagnosis.trials import Evidence
 
 ORACLE = Analytic()
 CASES = {case.name: case.scene for case in select(["primitives/sphere", "primitives/plane", "inside/sphere"])}

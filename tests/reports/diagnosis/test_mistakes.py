@@ -14,7 +14,7 @@ from rayproof.reports.diagnosis import MISTAKES
 from rayproof.reports.diagnosis import search as searching
 from rayproof.reports.diagnosis.hypotheses import LEAST_SAMPLES, Hypothesis, bound, estimated, middle
 from rayproof.reports.diagnosis.search import search
-from rayproof.reports.diagnosis.trial import Evidence, trial
+from rayproof.reports.diagnosis.trials import Evidence, trial
 
 ORACLE = Analytic()
 CASES = {

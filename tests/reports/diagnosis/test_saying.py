@@ -3,9 +3,8 @@
 from typing import Any
 
 from rayproof.reports.diagnosis import MISTAKES
-from rayproof.reports.diagnosis.diagnosing import _changing
+from rayproof.reports.diagnosis.diagnosing import _changing, entries, of_images_that_change
 from rayproof.reports.diagnosis.hypotheses import Hypothesis
-from rayproof.reports.diagnosis.saying import entries, of_images_that_change
 from rayproof.reports.diagnosis.search import Found, Searched
 from rayproof.reports.results.headline import cause_of, causes, headline
 

@@ -10,8 +10,8 @@ from rayproof.cases.case import ITEMS
 from rayproof.cases.stages import IMAGE_STAGES, Stage
 from rayproof.reports.judge.edge_classes import SHADOW, SILHOUETTE, TERMINATOR
 from rayproof.reports.results.document import SCHEMA, save_results
-from rayproof.reports.results.exr import write_answers
 from rayproof.reports.results.float_codec import pack
+from rayproof.reports.results.images import write_answers
 from rayproof.reports.results.outcomes import Outcome
 
 HOSTILE = "evil/<script>alert(1)</script><img src=x onerror=alert(2)>\"'&|`*@everyone\u202e"

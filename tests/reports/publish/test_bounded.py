@@ -7,8 +7,7 @@ import pytest
 
 from rayproof.cases.families import select
 from rayproof.cases.scene import PointLight
-from rayproof.reports.publish.scene3d.parts import look, view_of
-from rayproof.reports.publish.scene3d.surfaces import ball, thinned
+from rayproof.reports.publish.scene3d.parts import ball, look, thinned, view_of
 
 
 def test_of_a_thousand_lights_some_are_drawn_the_first_and_the_last_among_them() -> None:

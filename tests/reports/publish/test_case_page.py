@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from rayproof.cases.stages import Stage, exr_channels
-from rayproof.reports.results.exr import read_answers
-from rayproof.reports.results.json_numbers import legible
+from rayproof.reports.results.files import legible
+from rayproof.reports.results.images import read_answers
 from tests.reports.publish.sample import HOSTILE
 
 pytestmark = pytest.mark.browser

@@ -4,8 +4,8 @@ from typing import Any
 
 import pytest
 
-from rayproof.reports.publish.formats.summary import publish as publish_summary
 from rayproof.reports.publish.page.page import publish
+from rayproof.reports.publish.summaries import publish_summary
 from rayproof.reports.results.headline import examined_line, headline, no_say
 from rayproof.reports.results.outcomes import Outcome
 from tests.reports.publish.sample import make_folder

@@ -3,11 +3,11 @@
 import pytest
 
 from rayproof.reports.publish import publish_all
-from rayproof.reports.publish.page import front_data
+from rayproof.reports.publish.page import front
 from rayproof.reports.publish.page import page as page_module
 from rayproof.reports.publish.page.page import publish
 from rayproof.reports.results.document import save_results
-from rayproof.reports.results.json_numbers import legible
+from rayproof.reports.results.files import legible
 from tests.reports.publish.sample import HOSTILE, make_folder, results_of
 from tests.reports.publish.visits import Visit
 
@@ -209,7 +209,7 @@ def test_a_page_without_data_says_so(visit):
 
 
 def test_a_long_list_is_columns_in_the_page_and_rows_in_scripts(browser, tmp_path, monkeypatch):
-    monkeypatch.setattr(front_data, "SHARD", 32)
+    monkeypatch.setattr(front, "SHARD", 32)
     monkeypatch.setattr(page_module, "SHARD", 32)
     results = make_folder(tmp_path, extra_cases=120)
     publish(tmp_path, results)

@@ -8,9 +8,9 @@ from typing import Any
 import pytest
 
 from rayproof.reports.publish import publish_all
-from rayproof.reports.publish.page.history import DATA, history_front, history_of, publish
+from rayproof.reports.publish.page.comparisons import DATA, history_front, history_of, publish
 from rayproof.reports.results.document import save_results
-from rayproof.reports.results.json_numbers import legible
+from rayproof.reports.results.files import legible
 from tests.reports.publish.sample import HOSTILE, make_folder
 from tests.reports.publish.visits import Visit
 

@@ -10,8 +10,8 @@ from skimage.metrics import structural_similarity
 
 from rayproof.reports.judge.metrics import METRICS
 from rayproof.reports.results.compact import compact_case
-from rayproof.reports.results.image_script import read_pixels, write_pixels
-from rayproof.reports.results.json_numbers import as_json
+from rayproof.reports.results.files import as_json
+from rayproof.reports.results.images import read_pixels, write_pixels
 from tests.reports.publish.modules import REVIVE, image
 from tests.reports.publish.sample import SCENE, answers
 

@@ -18,11 +18,10 @@ from rayproof.cases.scene import Cube, Mesh, Plane, PointLight, Scene, Sphere, S
 from rayproof.cases.scene_json import load_scene, scene_from_json, scene_to_json, unpack
 from rayproof.cases.stages import Stage
 from rayproof.reports.publish import publish_all
+from rayproof.reports.publish.page.case_data import SCRIPTS, digests_in_one, page, page_in_one, vendored
 from rayproof.reports.publish.page.case_data import view_of as shown_of
-from rayproof.reports.publish.page.viewer_page import SCRIPTS, digests_in_one, page, page_in_one, vendored
 from rayproof.reports.publish.scene3d import stills
-from rayproof.reports.publish.scene3d.parts import chosen_hits, look, shares_of, view_of
-from rayproof.reports.publish.scene3d.surfaces import ball
+from rayproof.reports.publish.scene3d.parts import ball, chosen_hits, look, shares_of, view_of
 from rayproof.reports.results.document import save_results
 from tests.reports.publish.modules import REVIVE, image
 from tests.reports.publish.sample import SCENE, answers, make_folder

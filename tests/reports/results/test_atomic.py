@@ -2,7 +2,7 @@
 
 import pytest
 
-from rayproof.reports.results.atomic import remove_drafts, replacing, write_text
+from rayproof.reports.results.files import remove_drafts, replacing, write_text
 
 
 def test_a_writer_that_fails_leaves_the_old_file_and_nothing_else(tmp_path):

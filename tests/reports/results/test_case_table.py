@@ -6,12 +6,11 @@ from xml.etree import ElementTree
 
 import pytest
 
-from rayproof.reports.publish import PUBLISHERS, publish_all
-from rayproof.reports.publish.formats import ctrf, junit
+from rayproof.reports.publish import PUBLISHERS, publish_all, test_reports
 from rayproof.reports.results import case_table, document
 from rayproof.reports.results.case_table import NAME, Cases, CaseTable, amend, named
 from rayproof.reports.results.document import ResultsError, load_results, save_results, write_results
-from rayproof.reports.results.json_numbers import plain
+from rayproof.reports.results.files import plain
 
 
 @pytest.fixture(params=["all in memory", "none in memory"])
@@ -65,8 +64,8 @@ def test_what_is_found_out_later_lies_over_the_record(stored):
 
 
 def test_of_a_long_run_what_did_not_pass_is_listed_and_the_rest_counted(stored, monkeypatch):
-    monkeypatch.setattr(junit, "MOST_LISTED", 8)
-    monkeypatch.setattr(ctrf, "MOST_LISTED", 8)
+    monkeypatch.setattr(test_reports, "MOST_LISTED", 8)
+    monkeypatch.setattr(test_reports, "MOST_LISTED", 8)
     results = load_results(stored)
 
     for name in ("junit", "ctrf"):

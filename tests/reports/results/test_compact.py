@@ -7,7 +7,7 @@ from jsonschema import Draft202012Validator
 
 from rayproof.reports.results.compact import COUNTS, KINDS, TABLE, compact, expand
 from rayproof.reports.results.document import load_results, save_results
-from rayproof.reports.results.json_numbers import plain
+from rayproof.reports.results.files import plain
 from rayproof.reports.results.records import schema
 
 MEASURED = {"worst_ratio": 0.5, "worst_inside": 0.5, "worst_error": 1e-7, "limit": 2e-7, "ulp": 1.5, "pixel": [3, 1]}

@@ -7,7 +7,7 @@ import math
 import pytest
 
 from rayproof.reports.results.document import ResultsError, load_results, save_results
-from rayproof.reports.results.json_numbers import plain
+from rayproof.reports.results.files import plain
 from rayproof.reports.results.records import problem
 from tests.reports.publish.sample import results_of
 

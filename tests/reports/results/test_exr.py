@@ -5,7 +5,7 @@ import OpenEXR
 import pytest
 
 from rayproof.cases.stages import IMAGE_STAGES, Stage, exr_channels
-from rayproof.reports.results.exr import read_answers, write_answers
+from rayproof.reports.results.images import read_answers, write_answers
 from tests.reports.publish.sample import answers
 
 

@@ -5,8 +5,8 @@ from typing import Any
 
 import pytest
 
+from rayproof.reports.results.case_table import worst_ratio
 from rayproof.reports.results.headline import worse_by_cause
-from rayproof.reports.results.ratios import worst_ratio
 
 MEASURED = {"worst_ratio": 0.25}
 

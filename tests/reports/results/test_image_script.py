@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 from rayproof.cases.stages import Stage
-from rayproof.reports.results.image_script import inert, read_pixels, write_pixels
-from rayproof.reports.results.images import kept_images
+from rayproof.reports.results.images import inert, kept_images, read_pixels, write_pixels
 from tests.reports.publish.sample import SCENE, answers
 
 

@@ -6,7 +6,7 @@ import math
 import numpy as np
 import pytest
 
-from rayproof.reports.results.json_numbers import as_json, at_worst, number, plain
+from rayproof.reports.results.files import as_json, at_worst, number, plain
 
 ODD = {"a": [math.inf, -math.inf, math.nan, 1.5, (2,)], "b": {3: np.float64("inf")}, "c": "inf"}
 

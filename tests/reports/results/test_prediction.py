@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from rayproof.cases.stages import Stage
-from rayproof.reports.results.prediction import (
+from rayproof.reports.results.float_codec import (
     along,
     factors,
     intensities,

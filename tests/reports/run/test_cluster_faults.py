@@ -16,7 +16,7 @@ from typing import Any
 import psutil
 import pytest
 
-from rayproof.reports.processes.process_tree import descendants
+from rayproof.reports.processes.signals import descendants
 from rayproof.reports.results.case_table import NAME as JOURNAL
 from tests.harness.soak.disturbing import ENGINE_WORKER, processes
 from tests.harness.soak.scenarios import CANNOT_MOUNT, NARROW

@@ -11,8 +11,7 @@ import psutil
 import pytest
 
 from rayproof.reports.processes.pool import Pool
-from rayproof.reports.processes.process_tree import descendants
-from rayproof.reports.processes.signals import Stopping
+from rayproof.reports.processes.signals import Stopping, descendants
 
 pytestmark = pytest.mark.process
 

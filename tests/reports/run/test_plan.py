@@ -9,7 +9,7 @@ from rayproof.cases.families import all_cases, select
 from rayproof.cases.scene import SHADINGS
 from rayproof.reports.judge.scene_truth import LIGHT
 from rayproof.reports.run.plan import ALTERNATIVES, alternatives, plan, with_one_twice, within_reach
-from rayproof.reports.subjects.capabilities import Capabilities
+from rayproof.reports.subjects.protocol import Capabilities
 
 
 def test_every_item_is_covered_by_a_case_with_a_configuration_whose_formulas_cover_it():

@@ -19,7 +19,7 @@ from typing import Any
 import psutil
 import pytest
 
-from rayproof.reports.processes.process_tree import end_below
+from rayproof.reports.processes.signals import end_below
 from rayproof.reports.run.engine.cluster import Place, checked, reached
 from tests.reports.commands.conftest import Rayproof
 from tests.reports.commands.test_own_formula import MINE

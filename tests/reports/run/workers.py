@@ -8,8 +8,7 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 
-from rayproof.reports.processes.channel import LENGTH, Channel
-from rayproof.reports.processes.worker import PREPARE, Reply, serve
+from rayproof.reports.processes.worker import LENGTH, PREPARE, Channel, Reply, serve
 
 
 def obey(kind: str, connection: Channel) -> None:

@@ -3,8 +3,8 @@
 import pytest
 
 from rayproof.cases.stages import Stage
-from rayproof.reports.subjects.capabilities import Capabilities, capabilities_from
 from rayproof.reports.subjects.program import ask_capabilities
+from rayproof.reports.subjects.protocol import Capabilities, capabilities_from
 from tests.reports.subjects.conftest import SCENE, Writing
 
 

@@ -8,8 +8,8 @@ import pytest
 from rayproof.reference import REFERENCES
 from rayproof.reports.run.plan import panel
 from rayproof.reports.subjects import Subject
-from rayproof.reports.subjects.capabilities import Capabilities
 from rayproof.reports.subjects.choosing import chosen
+from rayproof.reports.subjects.protocol import Capabilities
 
 
 def nothing(subject: Subject) -> Capabilities:

@@ -4,7 +4,7 @@ import numpy as np
 import OpenEXR
 
 from rayproof.cases.stages import Stage
-from rayproof.reports.subjects.image_reading import take_back
+from rayproof.reports.subjects.program import take_back
 from tests.reports.judge.scenes import SCENE
 
 

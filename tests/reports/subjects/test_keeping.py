@@ -6,9 +6,9 @@ from pathlib import Path
 
 import pytest
 
-from rayproof.reports.subjects.keeping import TOLD, Keep
+from rayproof.reports.subjects.calls import TOLD, Keep
 from rayproof.reports.subjects.program import candidate
-from rayproof.reports.subjects.request import hand_over
+from rayproof.reports.subjects.protocol import hand_over
 from tests.reports.subjects.conftest import SCENE, Writing
 
 pytestmark = pytest.mark.process

@@ -11,10 +11,10 @@ from pathlib import Path
 import pytest
 
 from rayproof.cases.stages import Stage
+from rayproof.reports.subjects import Surroundings, reason_unconfined
 from rayproof.reports.subjects.calls import Ended, call
 from rayproof.reports.subjects.choosing import chosen
 from rayproof.reports.subjects.program import candidate
-from rayproof.reports.subjects.surroundings import Surroundings, reason_unconfined
 from tests.reports.subjects.conftest import SCENE, Writing
 
 REPORT = "import json, os; print(json.dumps(dict(os.environ)))"

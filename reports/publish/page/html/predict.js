@@ -1,4 +1,4 @@
-// What an image's floats are foretold to be: reports/results/prediction.py in JavaScript, rounding for rounding.
+// What an image's floats are foretold to be: reports/results/float_codec.py in JavaScript, rounding for rounding.
 (function (rayproof) {
   "use strict";
 

@@ -1,4 +1,4 @@
-// The specification's shapes as surfaces of polygons in world space: what reports/publish/scene3d/surfaces.py makes,
+// The specification's shapes as surfaces of polygons in world space: what reports/publish/scene3d/parts.py makes,
 // of the same numbers. Vectors are arrays of three, matrices arrays of rows.
 (function (rayproof) {
   "use strict";

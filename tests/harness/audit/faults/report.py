@@ -5,7 +5,7 @@ from contextlib import contextmanager
 from dataclasses import replace
 from typing import Any
 
-from rayproof.reports.results import exr, image_script
+from rayproof.reports.results import images
 from rayproof.reports.run import judge_task
 from tests.harness.audit.faults import FAULTS, replaced
 
@@ -15,7 +15,7 @@ from tests.harness.audit.faults import FAULTS, replaced
 @contextmanager
 def another_renderers_image() -> Iterator[None]:
     """Write each renderer's images under the next one's name."""
-    right = image_script.write_pixels
+    right = images.write_pixels
 
     def wrong(path: Any, name: str, renders: Any, camera: Any) -> Any:
         names = list(renders)
@@ -29,7 +29,7 @@ def another_renderers_image() -> Iterator[None]:
 @contextmanager
 def another_renderers_file() -> Iterator[None]:
     """Write the first renderer's images into every file."""
-    right, first = exr.write_answers, []
+    right, first = images.write_answers, []
 
     def wrong(path: Any, answers: Any, **about: Any) -> Any:
         first.append(answers)

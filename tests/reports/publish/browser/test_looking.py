@@ -10,9 +10,8 @@ import pytest
 from PIL import Image
 
 from rayproof.reports.cli import main
-from rayproof.reports.publish.browser import chromium
-from rayproof.reports.publish.browser.figures import sizes
-from rayproof.reports.publish.browser.screenshots import MOST_BYTES
+from rayproof.reports.publish import browser
+from rayproof.reports.publish.browser import MOST_BYTES, sizes
 from tests.reports.publish.sample import make_folder
 
 
@@ -26,7 +25,7 @@ def run(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.mark.browser
 def test_pictures_are_small_and_figures_are_numbers(run: Path, tmp_path: Path) -> None:
-    if (why := chromium.missing()) is not None:
+    if (why := browser.missing()) is not None:
         pytest.skip(why)
 
     # In a process of its own: the browser of the other tests has a driver in this one, and two do not go together.
@@ -80,7 +79,7 @@ def test_what_cannot_be_looked_at_is_one_line_and_2(
     monkeypatch: pytest.MonkeyPatch,
     capsys: pytest.CaptureFixture[str],
 ) -> None:
-    monkeypatch.setattr(chromium, "NAMES", ("no-such-browser",))
+    monkeypatch.setattr(browser, "NAMES", ("no-such-browser",))
 
     given = [text.format(run=run, out=tmp_path) for text in arguments]
 

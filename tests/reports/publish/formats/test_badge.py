@@ -5,7 +5,7 @@ from xml.etree import ElementTree
 
 import pytest
 
-from rayproof.reports.publish.formats.badge import publish
+from rayproof.reports.publish.summaries import publish_badge as publish
 from tests.reports.publish.sample import make_folder, results_of
 
 

@@ -2,7 +2,7 @@
 
 from xml.etree import ElementTree
 
-from rayproof.reports.results.json_numbers import legible
+from rayproof.reports.results.files import legible
 from tests.reports.publish.sample import HOSTILE
 
 

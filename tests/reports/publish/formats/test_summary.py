@@ -2,7 +2,8 @@
 
 import copy
 
-from rayproof.reports.publish.formats.summary import escaped, publish
+from rayproof.reports.publish.summaries import escaped
+from rayproof.reports.publish.summaries import publish_summary as publish
 from tests.reports.publish.sample import HOSTILE, results_of
 
 

@@ -9,10 +9,10 @@ from pathlib import Path
 import pytest
 
 from rayproof.reports.cli import main
-from rayproof.reports.publish.page.cleaning import clean_pixels
+from rayproof.reports.publish.page.case_data import clean_pixels
 from rayproof.reports.results.document import save_results
 from rayproof.reports.results.float_codec import inflated, pack
-from rayproof.reports.results.image_script import handed_over, read_pixels, script, write_pixels
+from rayproof.reports.results.images import handed_over, read_pixels, script, write_pixels
 from tests.reports.publish.sample import SCENE, answers, make_folder
 
 ATTACK = "alert(document.cookie)"

@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from rayproof.reports.publish import publish_all
-from rayproof.reports.publish.page.formula_comparison import NAME, contest
+from rayproof.reports.publish.page.comparisons import NAME, contest
 from rayproof.reports.results.document import save_results
 from tests.reports.publish.sample import make_folder
 from tests.reports.publish.visits import Visit

@@ -15,7 +15,7 @@ from rayproof.reports.publish.page.case_data import write_case_data
 from rayproof.reports.publish.page.image_page import SCRIPTS as OF_IMAGES
 from rayproof.reports.publish.page.page import SCRIPTS, publish, script_safe
 from rayproof.reports.results.document import save_results
-from rayproof.reports.results.item_titles import TITLES
+from rayproof.reports.results.outcomes import TITLES
 from tests.reports.publish.sample import make_folder
 
 

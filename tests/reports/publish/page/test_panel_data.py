@@ -1,6 +1,6 @@
 """What references say in many cases is said once, counted; findings come from the run, else from the checkout."""
 
-from rayproof.reports.publish.page.panel_data import Said, findings
+from rayproof.reports.publish.page.front import Said, findings
 
 
 def panel(cases):

@@ -14,9 +14,9 @@ from PIL import Image
 
 from rayproof.cases.stages import Stage
 from rayproof.reports.publish import publish_all
-from rayproof.reports.publish.page.single_file import write_single_file
+from rayproof.reports.publish.page.page import write_single_file
 from rayproof.reports.results.document import save_results
-from rayproof.reports.results.exr import read_answers
+from rayproof.reports.results.images import read_answers
 from tests.reports.publish.page.test_plots import CLIMB, leave
 from tests.reports.publish.sample import make_folder
 from tests.reports.publish.visits import Visit

@@ -8,7 +8,7 @@ from matplotlib.image import imread
 
 from rayproof.cases.stages import Stage
 from rayproof.reports.publish.page.thumbnails import BROKEN, GAP, draw_thumbnails
-from rayproof.reports.results.exr import write_answers
+from rayproof.reports.results.images import write_answers
 from tests.reports.publish.sample import make_folder
 
 
@@ -68,8 +68,8 @@ def test_of_checks_alike_the_one_with_the_worst_error_is_drawn_and_nan_is_the_wo
 
 
 def test_summary_and_junit_point_to_them(tmp_path: Path) -> None:
-    from rayproof.reports.publish.formats.junit import publish as junit
-    from rayproof.reports.publish.formats.summary import publish as summary
+    from rayproof.reports.publish.summaries import publish_summary as summary
+    from rayproof.reports.publish.test_reports import publish as junit
 
     results = make_folder(tmp_path)
 

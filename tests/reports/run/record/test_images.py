@@ -12,8 +12,7 @@ from rayproof.cases.stages import Stage
 from rayproof.reference.analytic import Analytic
 from rayproof.reports.judge.answers import Candidate, Witness
 from rayproof.reports.judge.case import judge_case
-from rayproof.reports.results.exr import read_answers
-from rayproof.reports.results.image_script import read_pixels
+from rayproof.reports.results.images import read_answers, read_pixels
 from rayproof.reports.results.outcomes import Outcome
 from rayproof.reports.run.judge_task import keep_images, masks
 from rayproof.reports.run.messages import JudgeTask

@@ -10,12 +10,10 @@ import pytest
 
 from rayproof.cases.stages import Stage
 from rayproof.reports.publish import publish_all
-from rayproof.reports.publish.page.run_comparison import comparison_front
+from rayproof.reports.publish.page.comparisons import comparison_front
 from rayproof.reports.results.case_table import CaseTable
 from rayproof.reports.results.document import load_results, save_results
-from rayproof.reports.results.exr import read_answers, write_answers
-from rayproof.reports.results.image_script import read_pixels, write_pixels
-from rayproof.reports.results.images import kept_images
+from rayproof.reports.results.images import kept_images, read_answers, read_pixels, write_answers, write_pixels
 from rayproof.reports.results.records import CaseRecord
 from rayproof.reports.runs.difference import runs as difference
 from rayproof.reports.runs.difference.images import write_both, write_folder

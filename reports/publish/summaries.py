@@ -1,6 +1,10 @@
-"""summary.md for CI step summaries: shouts, verdict, totals, what failed with small pictures, coverage; never 1 MB.
+"""What a CI service shows of a run: annotations.txt, badge.svg and summary.md.
 
-GitHub refuses a whole step summary of more than 1024 kB, so rows are left out, and counted, before that.
+* annotations.txt holds GitHub's workflow commands for the worst ten cases: GitHub shows ten errors a step. Source: GitHub
+  Actions, "Workflow commands", with its escapes of %, line ends and, in properties, of colon and comma.
+* badge.svg shows the verdict, flat, without fonts or requests of its own.
+* summary.md has warnings, verdict, totals, failures with small pictures, and coverage. GitHub refuses a step summary of
+  more than 1024 kB, so rows are left out, and counted, before that.
 """
 
 import html
@@ -8,12 +12,13 @@ import re
 from pathlib import Path
 from urllib.parse import quote
 
-from rayproof.reports.results.atomic import write_text
-from rayproof.reports.results.case_table import briefs
+from rayproof.reports.results.case_table import briefs, worst_ratio
 from rayproof.reports.results.document import whole
+from rayproof.reports.results.files import legible, number, write_text
 from rayproof.reports.results.headline import (
     BAD,
     blame,
+    cause_of,
     causes,
     examined_line,
     headline,
@@ -22,26 +27,115 @@ from rayproof.reports.results.headline import (
     shouts,
     worst_first,
 )
-from rayproof.reports.results.json_numbers import legible, number
 from rayproof.reports.results.outcomes import LEDGER, Outcome
-from rayproof.reports.results.ratios import worst_ratio
 from rayproof.reports.results.records import CaseRecord, RunRecord
+
+MOST = 10
+_LONGEST = 1000  # characters of one message
+_ESCAPES = {"%": "%25", "\r": "%0D", "\n": "%0A"}
+_IN_PROPERTIES = {":": "%3A", ",": "%2C"}
+
+
+def message(text: object) -> str:
+    """Return `text` as a workflow command's message: one line, in which nothing begins a second command."""
+    line = legible(text)[:_LONGEST]
+    return "".join(_ESCAPES.get(character, character) for character in line)
+
+
+def prop(text: object) -> str:
+    """Return `text` as a property's value."""
+    return "".join(_IN_PROPERTIES.get(character, character) for character in message(text))
+
+
+def publish(folder: Path, results: RunRecord) -> list[Path]:
+    """Write annotations.txt; of a run that passed, one notice."""
+    lines = [f"::error title=rayproof::{message(line)}" for line in shouts(results)]
+    told = results.get("gate")
+    expected = set(told["cases"] if told else ())  # what a gate let through annotates nothing
+    bad = 0
+    for case in briefs(worst_first(results["cases"])):
+        if Outcome(case["verdict"]) not in BAD:
+            break  # the rest is better
+        if case["name"] in expected:
+            continue
+        bad += 1
+        if bad > MOST:
+            continue
+        ratio = worst_ratio(case)
+        size = "" if ratio is None else f" (error / limit {ratio:.3g})"
+        what = cause_of(results, case) or blame(case)
+        said = ": ".join(filter(None, [f"{case['verdict']}{size}", what, str(case.get("reason") or "")]))
+        lines.append(f"::error title={prop('rayproof ' + case['name'])}::{message(said)}")
+    left = f" The worst {MOST} of {bad} are annotated." if bad > MOST else ""
+    level = "error" if bad or (told and told["red"]) else "notice"
+    lines.append(f"::{level} title=rayproof::{message(headline(results) + left)}")
+    return [write_text(folder / "annotations.txt", "\n".join(lines) + "\n")]
+
+
+LABEL = "rayproof"
+CHARACTER = 7.0  # px that a character of 11 px Verdana takes on average
+# Told apart without colour too: by their words.
+COLORS = {
+    Outcome.PASS: "#2a7f3f",
+    Outcome.WARN: "#7a6a00",
+    Outcome.UNDECIDED: "#5a5a5a",
+    Outcome.UNSUPPORTED: "#5a5a5a",
+    Outcome.MISSING: "#a34700",
+    Outcome.REFERENCE_SUSPECT: "#a34700",
+    Outcome.ERROR: "#a34700",
+    Outcome.FAIL: "#b3261e",
+}
+
+_BADGE = """<svg xmlns="http://www.w3.org/2000/svg" width="{width:g}" height="20" role="img" aria-label="{title}">
+<title>{title}</title>
+<rect width="{left:g}" height="20" fill="#444"/><rect x="{left:g}" width="{right:g}" height="20" fill="{color}"/>
+<g fill="#fff" text-anchor="middle" font-family="Verdana,DejaVu Sans,sans-serif" font-size="11">
+<text x="{label_x:g}" y="14">{label}</text><text x="{said_x:g}" y="14">{said}</text>
+</g>
+</svg>
+"""
+
+
+def publish_badge(folder: Path, results: RunRecord) -> list[Path]:
+    """Write badge.svg."""
+    summary = results["summary"]
+    verdict = Outcome(results.get("verdict", Outcome.MISSING))
+    good = summary[Outcome.PASS.value] + summary[Outcome.WARN.value]
+    said, color = f"{good} of {summary['planned']} pass", COLORS[verdict]
+    if verdict not in (Outcome.PASS, Outcome.WARN):
+        said = f"{verdict.value.replace('_', ' ')}: {said}"
+    if shouts(results):
+        said, color = "not a verdict", COLORS[Outcome.ERROR]
+    left, right = (CHARACTER * len(text) + 10 for text in (LABEL, said))
+    svg = _BADGE.format(
+        width=left + right,
+        left=left,
+        right=right,
+        color=color,
+        label=LABEL,
+        said=html.escape(said),
+        label_x=left / 2,
+        said_x=left + right / 2,
+        title=html.escape(f"{LABEL}: {said}"),
+    )
+    return [write_text(folder / "badge.svg", svg)]
+
 
 MOST_BYTES = 900_000
 MOST_OF_A_GATE = 50  # lines of a kind
-_LONGEST = 240  # characters of any one text; a hostile name must not push the rest out
+_LONGEST_TEXT = 240  # characters of any one text; a hostile name must not push the rest out
 LONGEST_CAUSE = 1200  # characters of a cause with all that fits as well
 _MARKUP = re.compile(r"([\\`*_{}\[\]()#+!|~@:])")
 
 
-def escaped(text: object, *, longest: int = _LONGEST) -> str:
+def escaped(text: object, *, longest: int = _LONGEST_TEXT) -> str:
     """Return `text` as inert Markdown on one line, shortened."""
     line = " ".join(legible(text).split())
     short = line if len(line) <= longest else line[: longest - 1] + "…"
     return _MARKUP.sub(r"\\\1", html.escape(short, quote=False))
 
 
-def publish(folder: Path, results: RunRecord) -> list[Path]:
+def publish_summary(folder: Path, results: RunRecord) -> list[Path]:
     """Write summary.md."""
     head = [f"**{escaped(line)}**\n" for line in shouts(results)]
     head += [f"# rayproof: {escaped(headline(results))}\n", *_totals(results)]

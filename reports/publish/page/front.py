@@ -1,14 +1,18 @@
-"""What the front page shows of a run: its totals, coverage, times, and a row of the matrix for each case."""
+"""What the front page shows of a run: totals, coverage, times, a row for each case, and what its references declare."""
 
 import base64
 import math
+import re
 import zlib
+from collections.abc import Mapping
 from pathlib import Path
-from typing import NotRequired, TypedDict
+from typing import Any, NotRequired, TypedDict
 
 from rayproof.cases.stages import FACTS, Stage
+from rayproof.reports.judge.known_defects import known_findings
 from rayproof.reports.publish.page.case_data import picture_of, thumbnail_of
-from rayproof.reports.publish.page.panel_data import Said, SaidOfItself
+from rayproof.reports.results.case_table import worst_of, worst_ratio
+from rayproof.reports.results.files import as_json, legible_json, number
 from rayproof.reports.results.float_codec import pack_text
 from rayproof.reports.results.headline import (
     KINDS,
@@ -21,21 +25,101 @@ from rayproof.reports.results.headline import (
     no_say,
     shouts,
 )
-from rayproof.reports.results.item_titles import TITLES
-from rayproof.reports.results.json_numbers import as_json, legible_json, number
-from rayproof.reports.results.outcomes import LEDGER, Outcome
+from rayproof.reports.results.outcomes import LEDGER, TITLES, Outcome
 from rayproof.reports.results.outcomes import worst as worst_outcome
-from rayproof.reports.results.ratios import worst_of, worst_ratio
 from rayproof.reports.results.records import (
     CaseRecord,
     CheckRecord,
     CommonFactorRecord,
     CoverageRecord,
+    FindingRecord,
     LedgerRecord,
     ReferenceRecord,
     ReviewRecord,
     RunRecord,
 )
+
+_NUMBER = re.compile(r"[\d.]+(e[-+]?\d+)?")
+MOST = 40  # sentences of a reference: more are in the cases
+FEW = 4  # values of a setting
+MOST_VALUES = 1000  # that are counted
+
+
+class SaidOfItself(TypedDict):
+    """What a reference says of itself: all values of its settings, and its sentences with how often they were said."""
+
+    settings: dict[str, list[str]]
+    notes: list[tuple[str, int]]
+    unsupported: list[tuple[str, int]]
+
+
+class Said:
+    """What the references of a run say of themselves, taken up case by case."""
+
+    def __init__(self) -> None:
+        # By reference and, with the numbers left out, sentence: the first one, and how often it was said.
+        self._notes: dict[str, dict[str, tuple[str, int]]] = {}
+        self._refusals: dict[str, dict[str, tuple[str, int]]] = {}
+        self._settings: dict[str, dict[str, dict[str, None]]] = {}
+
+    def add(self, case: CaseRecord) -> None:
+        """Take up another case."""
+        for key, word, found in (("notes", "note", self._notes), ("unsupported", "why", self._refusals)):
+            for entry in _mappings(case.get(key)):
+                sentence, sentences = str(entry.get(word)), found.setdefault(str(entry.get("reference")), {})
+                first, count = sentences.get(alike := _NUMBER.sub("#", sentence), (sentence, 0))
+                sentences[alike] = first, count + 1
+        for name, used in _items(case.get("settings")):
+            for key, value in _items(used):
+                values = self._settings.setdefault(name, {}).setdefault(key, {})
+                if len(values) < MOST_VALUES:
+                    values[str(value)] = None
+
+    @property
+    def panel(self) -> dict[str, SaidOfItself]:
+        """Return per reference its `settings` (name to all values), `notes` and `unsupported` with their counts."""
+        return {
+            name: {
+                "settings": {key: _few(list(values)) for key, values in self._settings.get(name, {}).items()},
+                "notes": _most(self._notes.get(name, {})),
+                "unsupported": _most(self._refusals.get(name, {})),
+            }
+            for name in sorted({*self._notes, *self._refusals, *self._settings})
+        }
+
+
+def findings(results: RunRecord) -> list[FindingRecord]:
+    """Return the findings that the run was judged with: its own where it recorded them, else those checked in."""
+    recorded = results.get("findings")
+    if isinstance(recorded, list):
+        return [_without_checks(entry) for entry in recorded if isinstance(entry, Mapping)]
+    return [entry.as_json() for entry in known_findings()]
+
+
+def _without_checks(finding: FindingRecord) -> FindingRecord:
+    left = finding.copy()
+    left.pop("met", None)
+    return left
+
+
+def _most(sentences: Mapping[str, tuple[str, int]]) -> list[tuple[str, int]]:
+    """Return the sentences that were said most often, of those that differ in numbers alone the first."""
+    return sorted(sentences.values(), key=lambda entry: -entry[1])[:MOST]
+
+
+def _few(values: list[str]) -> list[str]:
+    """Return the first values, and how many more there are: an epsilon may differ from case to case."""
+    more = " or" if len(values) == MOST_VALUES else ""
+    return values if len(values) <= FEW else [*values[: FEW - 1], f"{len(values) - FEW + 1}{more} more, by case"]
+
+
+def _mappings(value: Any) -> list[Mapping[str, Any]]:
+    return [entry for entry in value if isinstance(entry, Mapping)] if isinstance(value, list) else []
+
+
+def _items(value: Any) -> list[tuple[str, Any]]:
+    return [(str(key), item) for key, item in value.items()] if isinstance(value, Mapping) else []
+
 
 # A renderer's word on a case: worst verdict, checks that have it, all checks, worst ratio, refusals.
 Cell = tuple[str, int, int, float | None, int]

@@ -1,0 +1,232 @@
+"""What the page shows beside a run: its history, the comparison of two runs, and the comparison of two formulas."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TypedDict, TypeGuard
+
+from rayproof.reports.results.files import write_text
+from rayproof.reports.results.float_codec import pack_json
+from rayproof.reports.results.images import script
+from rayproof.reports.results.records import (
+    ComparedCheckRecord,
+    ComparedRunRecord,
+    ComparisonRowRecord,
+    HistoryRecord,
+    Number,
+    RunRecord,
+    WorseRecord,
+)
+
+if TYPE_CHECKING:
+    from rayproof.reports.studies.compare.records import FamilyRecord, FormulaComparison
+    from rayproof.reports.studies.compare.statistics import Interval
+
+DATA = "history/series.js"
+
+
+class HistoryFront(TypedDict):
+    """What the page holds of the history from the beginning: all but the series, which are in a script."""
+
+    file: str | None
+    run: int | None
+    worse: list[WorseRecord]
+    data: str
+
+
+def publish(folder: Path, results: RunRecord) -> list[Path]:
+    """Write history/series.js: points and steps of every case; nothing where the run keeps no history."""
+    path = folder / DATA
+    if (history := history_of(results)) is None:
+        path.unlink(missing_ok=True)
+        return []
+    return [write_text(path, script(DATA, pack_json(history["cases"])))]
+
+
+def history_front(results: RunRecord) -> HistoryFront | None:
+    """Return what the page holds of the history from the beginning, or None without one."""
+    if (history := history_of(results)) is None:
+        return None
+    return {"file": history.get("file"), "run": history.get("run"), "worse": history["worse"], "data": DATA}
+
+
+def history_of(results: RunRecord) -> HistoryRecord | None:
+    """Return a run's history if it has one in the shape that docs/report.md tells; None otherwise."""
+    history = results.get("history")
+    if not isinstance(history, Mapping):
+        return None
+    cases, worse = history.get("cases"), history.get("worse")
+    if not isinstance(cases, Mapping) or not isinstance(worse, list) or not all(map(_drawn, cases.values())):
+        return None
+    return {**history, "worse": [entry for entry in worse if isinstance(entry, Mapping)]}
+
+
+def _drawn(series: Any) -> bool:
+    """Return whether a case's points and steps are lists of the lengths that the page draws."""
+    return isinstance(series, Mapping) and all(
+        isinstance(rows := series.get(key), list) and all(isinstance(row, list) and len(row) == length for row in rows)
+        for key, length in (("points", 5), ("error_steps", 2), ("time_steps", 2))
+    )
+
+
+class ComparisonFrontRow(TypedDict):
+    """What became of a case."""
+
+    case: str
+    before: str | None
+    after: str | None
+    stage: str | None
+    worst: ComparedCheckRecord | None
+    pixels: int | None
+    seconds: list[Number | None]
+    stands_out: int | None
+
+
+class ComparisonFront(TypedDict):
+    """What the page shows of two runs."""
+
+    base: ComparedRunRecord
+    candidate: ComparedRunRecord
+    renderers: dict[str, str]
+    appeared: list[list[str]]
+    vanished: list[list[str]]
+    sentence: str | None
+    rows: list[ComparisonFrontRow]
+
+
+def comparison_front(results: RunRecord) -> ComparisonFront | None:
+    """Return what the page shows of the comparison, or None where there is none in the shape of docs/report.md."""
+    found = results.get("comparison")
+    if not isinstance(found, Mapping):
+        return None
+    base, candidate, renderers, rows = (found.get(key) for key in ("base", "candidate", "renderers", "rows"))
+    if not all(isinstance(item, Mapping) for item in (base, candidate, renderers)) or not isinstance(rows, list):
+        return None
+    if not all(map(_is_row, rows)) or not all(_is_listed(found.get(key)) for key in ("appeared", "vanished")):
+        return None
+    return {
+        "base": found["base"],
+        "candidate": found["candidate"],
+        "renderers": found["renderers"],
+        "appeared": found["appeared"],
+        "vanished": found["vanished"],
+        "sentence": found.get("sentence"),
+        "rows": [_row(row) for row in found["rows"]],
+    }
+
+
+def _row(row: ComparisonRowRecord) -> ComparisonFrontRow:
+    """Return of a case's row what the page shows."""
+    return {
+        "case": row.get("case"),
+        "before": row.get("before"),
+        "after": row.get("after"),
+        "stage": row.get("stage"),
+        "worst": row.get("worst"),
+        "pixels": row.get("pixels"),
+        "seconds": row["seconds"],
+        "stands_out": row.get("stands_out"),
+    }
+
+
+def _is_row(row: Any) -> bool:
+    if not isinstance(row, Mapping):
+        return False
+    worst, seconds = row.get("worst"), row.get("seconds")
+    sides = [None, None] if not isinstance(worst, Mapping) else [worst.get("before"), worst.get("after")]
+    return (
+        isinstance(seconds, list) and len(seconds) == 3 and (worst is None or all(isinstance(s, list) for s in sides))
+    )
+
+
+def _is_listed(value: Any) -> bool:
+    return isinstance(value, list) and all(isinstance(entry, list) and len(entry) == 2 for entry in value)
+
+
+NAME = "comparison.json"
+
+
+class ContestFamily(TypedDict):
+    """A family of cases."""
+
+    family: str
+    stress: bool
+    outcome: str
+    scenes: int
+    pixels: int
+    digits_gained: float | None
+    digits_interval: Interval | None
+    time_ratio: float
+    time_interval: Interval
+    nanoseconds_per_ray: tuple[float, float]
+    wrong: list[float]  # pixels of the base, of the candidate, and p; empty where nobody says
+
+
+class Contest(TypedDict):
+    """What the page shows."""
+
+    base: str
+    candidate: str
+    verdict: str
+    outcome: str
+    repetitions: int
+    stages: list[str]
+    faults: list[str]
+    control: str
+    families: list[ContestFamily]
+
+
+def contest(folder: Path) -> Contest | None:
+    """Return what the page shows of a comparison of two formulas, or None without one that can be read."""
+    try:
+        found = json.loads((folder / NAME).read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        return None
+    if not _is_comparison(found):
+        return None
+    control, families = found.get("control"), [_family(one) for one in found["families"] if _is_family(one)]
+    # Two runs have no control, and a report of their own: `rayproof report A B`.
+    if not isinstance(control, dict) or not families:
+        return None
+    return {
+        "base": found.get("base"),
+        "candidate": found.get("candidate"),
+        "verdict": found.get("verdict"),
+        "outcome": found.get("outcome"),
+        "repetitions": found.get("repetitions"),
+        "stages": found.get("stages"),
+        "faults": found.get("faults"),
+        "control": control.get("verdict"),
+        "families": families,
+    }
+
+
+def _is_comparison(found: Any) -> TypeGuard[FormulaComparison]:
+    """Return whether a file's content is a comparison; its parts are looked at one by one."""
+    return isinstance(found, dict) and isinstance(found.get("families"), list)
+
+
+def _is_family(one: Any) -> bool:
+    return isinstance(one, dict) and all(
+        one.get(key) is None or (isinstance(one[key], list) and len(one[key]) == 2)
+        for key in ("digits_interval", "time_interval", "nanoseconds_per_ray")
+    )
+
+
+def _family(one: FamilyRecord) -> ContestFamily:
+    wrong = one.get("wrong")
+    return {
+        "family": one.get("family"),
+        "stress": one.get("stress"),
+        "outcome": one.get("outcome"),
+        "scenes": one.get("scenes"),
+        "pixels": one.get("pixels"),
+        "digits_gained": one.get("digits_gained"),
+        "digits_interval": one.get("digits_interval"),
+        "time_ratio": one.get("time_ratio"),
+        "time_interval": one.get("time_interval"),
+        "nanoseconds_per_ray": one.get("nanoseconds_per_ray"),
+        "wrong": [wrong.get("base"), wrong.get("candidate"), wrong.get("p")] if isinstance(wrong, dict) else [],
+    }
