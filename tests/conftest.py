@@ -40,7 +40,7 @@ LONGEST = (
     "reports/run/test_cluster_faults.py",
     "reports/run/test_scheduler.py",
     "reports/processes/test_pool.py",
-    "reports/testing/test_timed_frames.py",
+    "reports/api/test_timed_frames.py",
     "reports/publish/test_accessibility.py",
     "examples/test_notebooks.py",
     "reports/studies/stability/test_targets.py",

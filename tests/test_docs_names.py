@@ -104,7 +104,7 @@ def known_options() -> frozenset[str]:
         for argument in program(command).assemble_argument_collection(parse_docstring=False):
             options.update(argument.names)
     elsewhere = [*(CHECKOUT / ".ci").iterdir(), *(CHECKOUT / "tests").rglob("*.py"), *CHECKOUT.glob("examples/**/*.*")]
-    elsewhere += [CHECKOUT / "launcher.py", CHECKOUT / "action.yml", *CHECKOUT.glob("reports/testing/*.py")]
+    elsewhere += [CHECKOUT / "launcher.py", CHECKOUT / "action.yml", *CHECKOUT.glob("reports/api/*.py")]
     for file in elsewhere:
         if file.is_file() and file.suffix not in (".png", ".ply"):
             options.update(re.findall(r"--[a-z][\w-]+", file.read_text(errors="ignore")))

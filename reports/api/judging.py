@@ -35,7 +35,7 @@ def judge(
         TypeError, ValueError: an answer is no array, has another shape than its stage, or nothing can be judged.
 
     """
-    from rayproof.reports.testing.conformance import Conformance
+    from rayproof.reports.api.conformance import Conformance
 
     case = _case(scene)
     given = answers_from(answers, case.scene, (Stage.RADIANCE,))

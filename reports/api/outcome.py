@@ -358,7 +358,7 @@ def compare(
     if all(runs):
         if cases:
             raise ValueError("two finished runs are compared on what they hold; `cases` cannot add to it")
-        from rayproof.reports.runs.difference.runs import compare_runs
+        from rayproof.reports.history.run_difference import compare_runs
 
         return _comparison(compare_runs(*folders))
     if any(runs):

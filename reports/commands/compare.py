@@ -57,7 +57,7 @@ def compare(
     if runs:
         if selectors:
             raise UsageError("two finished runs are compared on what they hold; selectors cannot add to it")
-        from rayproof.reports.runs.difference.runs import compare_runs
+        from rayproof.reports.history.run_difference import compare_runs
 
         with told_in_one_line():
             result = compare_runs(runs[0], runs[1])

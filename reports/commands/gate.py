@@ -54,7 +54,7 @@ def gate(
         Also write what came of it to this file.
 
     """
-    from rayproof.reports.gate.expectations import load_expectations, save_expectations
+    from rayproof.reports.history.expectations import load_expectations, save_expectations
     from rayproof.reports.results.document import load_results
 
     if what != "accept" and (reason is not None or expires is not None or issue is not None or when):
@@ -66,7 +66,7 @@ def gate(
         known = () if what == "accept" and not file.exists() else load_expectations(file)
     suite = f"rayproof {results.get('rayproof', '')}".strip()
     if what == "check":
-        from rayproof.reports.gate.gating import SHUTTING, Demanded, held, load_base
+        from rayproof.reports.history.gating import SHUTTING, Demanded, held, load_base
 
         with told_in_one_line():
             base = None if against is None else load_base(against)
@@ -79,7 +79,7 @@ def gate(
         write_json(json, found.record())
         return SHUT if found.red else 0
     if what == "prune":
-        from rayproof.reports.gate.gating import pruned
+        from rayproof.reports.history.gating import pruned
 
         kept, done = pruned(results, known)
         _written(lambda: save_expectations(file, kept, suite))
@@ -90,7 +90,7 @@ def gate(
         return 0
     if reason is None or not reason.strip():
         raise UsageError("accept needs --reason: why these checks are known to fail")
-    from rayproof.reports.gate.gating import accepted
+    from rayproof.reports.history.gating import accepted
 
     with told_in_one_line():
         if expires is not None:

@@ -8,8 +8,8 @@ from rayproof.reports.commands.output import say, show_table, write_json
 from rayproof.reports.commands.usage import UsageError, told_in_one_line
 
 if TYPE_CHECKING:
+    from rayproof.reports.history.database import Series, Step
     from rayproof.reports.results.records import WorseRecord
-    from rayproof.reports.runs.history.database import Series, Step
 
 USUAL = "rayproof-history.sqlite"
 VARIABLE = "RAYPROOF_HISTORY"
@@ -85,8 +85,7 @@ def history(*selectors: str, history: Path | None = None, subject: str = "tracer
     """
     from fnmatch import fnmatchcase
 
-    from rayproof.reports.runs.history.database import opened, read_series, storable
-    from rayproof.reports.runs.history.standing import worse
+    from rayproof.reports.history.database import opened, read_series, storable, worse
 
     path = history or Path(os.environ.get(VARIABLE, USUAL))
     with told_in_one_line(), opened(path) as connection:

@@ -89,7 +89,7 @@ def report(
     say(f"report: {folder / 'index.html'}")
     write_one_file(folder, results, asked=single_file)
     if parquet is not None:
-        from rayproof.reports.results.document import write_checks
+        from rayproof.reports.results.parquet import write_checks
 
         count = write_checks(parquet, results)
         say(f"checks: {count} in {parquet} ({parquet.stat().st_size / 1e6:.2f} MB)")
@@ -144,9 +144,9 @@ def write_one_file(folder: Path, results: RunRecord | None = None, *, asked: boo
 
 def report_between(before: Path, after: Path, out: Path | None, *, single_file: bool, json: Path | None) -> int:
     """Say what changed between two runs, and publish a folder that shows it."""
+    from rayproof.reports.history.run_difference import comparison, moved, names_of, sentence
     from rayproof.reports.publish import publish_all
     from rayproof.reports.results.document import load_results
-    from rayproof.reports.runs.difference.runs import comparison, moved, names_of, sentence
 
     if single_file and out is None:
         raise UsageError("--single-file needs --out, the folder for the report of both runs")
@@ -161,7 +161,7 @@ def report_between(before: Path, after: Path, out: Path | None, *, single_file: 
             writable_folder(json.parent)
     shout(record["faults"])
     if out is not None:
-        from rayproof.reports.runs.difference.images import write_folder
+        from rayproof.reports.history.image_difference import write_folder
 
         write_folder(out, (before, after), runs, record)
         publish_all(out)

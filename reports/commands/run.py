@@ -14,7 +14,7 @@ from rayproof.reports.results.files import legible
 from rayproof.reports.run.cache_store import usual_limit
 
 if TYPE_CHECKING:
-    from rayproof.reports.gate.gating import Demanded
+    from rayproof.reports.history.gating import Demanded
     from rayproof.reports.subjects import Subject, Surroundings
 
 TRACER = "tracer"
@@ -242,7 +242,7 @@ def run(
             if not dry_run:
                 own(out)
             if history is not None and not dry_run:
-                from rayproof.reports.runs.history.database import opened
+                from rayproof.reports.history.database import opened
 
                 writable_folder(history.parent)
                 with opened(history, create=True):
@@ -279,8 +279,8 @@ def gate_demands(expect: Path | None, against: Path | None, least_coverage: floa
     """
     if expect is None and against is None and least_coverage is None:
         return None
-    from rayproof.reports.gate.expectations import load_expectations
-    from rayproof.reports.gate.gating import Demanded, load_base
+    from rayproof.reports.history.expectations import load_expectations
+    from rayproof.reports.history.gating import Demanded, load_base
 
     return Demanded(
         expected=None if expect is None else (str(expect), load_expectations(expect)),

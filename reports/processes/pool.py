@@ -1,9 +1,9 @@
 """The pool: worker processes by kind, at most `jobs` busy at once, each task with a deadline.
 
 A worker is a new interpreter that imports `rayproof` and nothing of the script that called it: `multiprocessing` would
-run an unguarded script a second time, and refuses to start anything below a process of its own. It ends with its parent,
-however that ends, and is shown as `rayproof-` and its kind in listings of processes. What libraries print in it goes to
-an unnamed file, whose last line is reported where the process fails.
+run an unguarded script a second time, and refuses to start anything below a process of its own. It ends with its
+parent, however that ends, and is shown as `rayproof-` and its kind in listings of processes. What libraries print in it
+goes to an unnamed file, whose last line is reported where the process fails.
 
 A worker that dies or overruns its deadline costs the task that it had, if it had one; it is replaced when the next task
 of its kind comes. The files that it left in its own temporary folder go with it. The deadline includes handing over the
@@ -11,8 +11,8 @@ task and taking back the reply, so that nobody waits for a worker that was stopp
 
 A sleeping program takes no processor from anybody: kinds whose programs poll or wait have several workers each, and
 these come on top of the `jobs`. Some kinds are known to sleep; of others the processor time of their last tasks shows
-it. Where all workers of a kind have been at their tasks for long and a processor is idle, the kind gets one worker more.
-A large task takes much of the machine's memory, so that one of them runs at a time, and its worker ends with it.
+it. Where all workers of a kind have been at their tasks for long and a processor is idle, the kind gets one worker
+more. A large task takes much of the machine's memory, so that one of them runs at a time, and its worker ends with it.
 """
 
 import contextlib

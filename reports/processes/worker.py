@@ -1,9 +1,9 @@
 """A worker process: it serves one renderer, or the judge, and answers one task after another over a channel.
 
-A channel carries pickled messages over a pair of sockets, one end of which never waits. A worker waits for its tasks and
-for room to answer. The pool must not: a worker that is stopped takes nothing and gives half a message, and whoever waits
-for it waits for ever. So the pool posts what there is room for, takes what is there, and keeps the rest until `poll`
-reports that there is more.
+A channel carries pickled messages over a pair of sockets, one end of which never waits. A worker waits for its tasks
+and for room to answer. The pool must not: a worker that is stopped takes nothing and gives half a message, and whoever
+waits for it waits for ever. So the pool posts what there is room for, takes what is there, and keeps the rest until
+`poll` reports that there is more.
 """
 
 import contextlib

@@ -1,7 +1,7 @@
 """What a CI service shows of a run: annotations.txt, badge.svg and summary.md.
 
-* annotations.txt holds GitHub's workflow commands for the worst ten cases: GitHub shows ten errors a step. Source: GitHub
-  Actions, "Workflow commands", with its escapes of %, line ends and, in properties, of colon and comma.
+* annotations.txt holds GitHub's workflow commands for the worst ten cases: GitHub shows ten errors a step. Source:
+  GitHub Actions, "Workflow commands", with its escapes of %, line ends and, in properties, of colon and comma.
 * badge.svg shows the verdict, flat, without fonts or requests of its own.
 * summary.md has warnings, verdict, totals, failures with small pictures, and coverage. GitHub refuses a step summary of
   more than 1024 kB, so rows are left out, and counted, before that.

@@ -1,9 +1,9 @@
 """The images that a results folder keeps of a case: OpenEXR files, or one script where the case passed.
 
 An EXR file is one multichannel float32 file for each render, its channels named by the specification (Academy Software
-Foundation, `OpenEXR.File`). A script has every bit of every float, stored against the renderer that the others should be
-close to. Browsers refuse fetch() on file://, so it is a call with JSON in it: the first line is the call, the second the
-JSON.
+Foundation, `OpenEXR.File`). A script has every bit of every float, stored against the renderer that the others should
+be close to. Browsers refuse fetch() on file://, so it is a call with JSON in it: the first line is the call, the second
+the JSON.
 """
 
 import json

@@ -1,4 +1,4 @@
-"""The eight outcomes of a check, their order, the counts that must add up, and the specification's items in a few words."""
+"""The eight outcomes of a check, their order, the counts that must add up, and the specification's items in words."""
 
 from collections import Counter
 from collections.abc import Iterable

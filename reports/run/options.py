@@ -15,7 +15,7 @@ from rayproof.reports.subjects import THE_TRACER, Subject
 from rayproof.tracer.formulas.own_file import is_own
 
 if TYPE_CHECKING:
-    from rayproof.reports.gate.gating import Demanded
+    from rayproof.reports.history.gating import Demanded
     from rayproof.reports.run.scenes import SceneStream
 
 MANY = 2000  # cases of a run; of a longer one that passed, a sample is kept unless somebody asks for more

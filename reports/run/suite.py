@@ -13,6 +13,7 @@ from rich.console import Console
 
 from rayproof.cases.case import Case
 from rayproof.cases.families import all_cases, select
+from rayproof.reports.console import console as terminal
 from rayproof.reports.processes.pool import Pool
 from rayproof.reports.publish.scene3d.stills import draw_stills, drawn_usually, remove_stale
 from rayproof.reports.results.case_table import NAME as JOURNAL
@@ -39,7 +40,6 @@ from rayproof.reports.run.workers import workers as pool_of
 from rayproof.reports.run.workload import EARLIER, render_and_judge
 from rayproof.reports.subjects.calls import FOLDER as CALLS
 from rayproof.reports.subjects.calls import TOLD
-from rayproof.reports.terminal import console as terminal
 from rayproof.tracer.kernel.compiler import choose_packaged_llvm
 
 if TYPE_CHECKING:
@@ -140,7 +140,7 @@ def conclude(request: RunOptions, results: RunRecord, why: str | None, console: 
     """Hold a run against what is demanded, keep it in its history, publish it; `why` says why pictures are left out."""
     demanded = request.demanded
     if demanded is not None:
-        from rayproof.reports.gate.gating import held
+        from rayproof.reports.history.gating import held
 
         # Before the run is in its history: it may be held against what that held so far.
         results["gate"] = held(results, demanded).record()
@@ -168,8 +168,7 @@ def _remember(request: RunOptions, results: RunRecord, console: Console) -> list
     """Keep the run in its history, if it has one, and return what became worse; a failure costs no result."""
     if request.history is None:
         return []
-    from rayproof.reports.runs.history.database import HistoryError
-    from rayproof.reports.runs.history.standing import keep
+    from rayproof.reports.history.database import HistoryError, keep
 
     try:
         keep(request.history, results)
@@ -337,7 +336,7 @@ def _publish(request: RunOptions, results: RunRecord, why: str | None, console: 
         console.print(f"{before} cases were answered as before, to the last bit, and not judged again", soft_wrap=True)
     if "gate" in results:
         told = results["gate"]
-        from rayproof.reports.gate.gating import SHUTTING
+        from rayproof.reports.history.gating import SHUTTING
 
         for key in SHUTTING:
             for sentence in told[key][:MOST_OF_A_GATE]:

@@ -1,4 +1,4 @@
-"""What a program under test declares in answer to `--capabilities`, and the scene as it gets it; docs/protocol.md has both.
+"""What a program under test declares in answer to `--capabilities`, and the scene that it gets; see docs/protocol.md.
 
 The scene is JSON of the published schema, with meshes as OBJ files beside it.
 """

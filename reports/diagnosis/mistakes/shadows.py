@@ -1,8 +1,8 @@
 """Mistakes of shadows, LIT-1 to LIT-5, shadow acne among them.
 
-Roundings decide which points of a surface shadow themselves, so acne predicts no pixel. It is recognised by its look: of
-the points that one light lights, some are dark for no other reason, scattered among right ones. A wrong shadow of another
-kind darkens whole regions, whose pixels have few right neighbours; a wrong factor or colour leaves some light.
+Roundings decide which points of a surface shadow themselves, so acne predicts no pixel. It is recognised by its look:
+of the points that one light lights, some are dark for no other reason, scattered among right ones. A wrong shadow of
+another kind darkens whole regions, whose pixels have few right neighbours; a wrong factor or colour leaves some light.
 """
 
 from collections.abc import Callable

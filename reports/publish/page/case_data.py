@@ -1,9 +1,10 @@
 """One case as scripts that the page loads when it is opened: its record, its pixels, and the page of its 3-D view.
 
-A browser runs what it loads from a folder, and the folder may be anybody's. So of a script that a results folder brought
-along only its JSON is kept, checked to be what the page expects and put between words that rayproof writes itself. The
-page of the 3-D views has a policy of its own: its script and style by hash, the vendored viewer, and nothing else.
-Cases are written on every processor where there are many, since compressing images takes most of the time.
+A browser runs what it loads from a folder, and the folder may be anybody's. So of a script that a results folder
+brought along only its JSON is kept, checked to be what the page expects and put between words that rayproof writes
+itself. The page of the 3-D views has a policy of its own: its script and style by hash, the vendored viewer, and
+nothing else. Cases are written on every processor where there are many, since compressing images takes most of the
+time.
 """
 
 import base64

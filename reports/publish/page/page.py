@@ -1,12 +1,12 @@
 """index.html, the report to open from disk, and report.html, the same in one file.
 
-Browsers refuse fetch() and module scripts on file://, so the page's scripts are inlined in order and a case's data is
-a script that the page adds when the case is opened. The content-security policy names the inlined script and style by
+Browsers refuse fetch() and module scripts on file://, so the page's scripts are inlined in order and a case's data is a
+script that the page adds when the case is opened. The content-security policy names the inlined script and style by
 hash: no request leaves the folder, and markup smuggled in by a scene's name could not run even if it got through.
 
 In report.html the files beside index.html stand as elements that no browser runs or shows, and are inflated when they
-are opened. Its policy names every script by its hash and allows neither the network nor the disk. It holds the 3-D viewer
-once, and each open view is a frame of its own.
+are opened. Its policy names every script by its hash and allows neither the network nor the disk. It holds the 3-D
+viewer once, and each open view is a frame of its own.
 """
 
 import base64

@@ -442,8 +442,7 @@ def history() -> Target:
     """Return a history file, shown."""
     import tempfile
 
-    from rayproof.reports.runs.history.database import HistoryError, append, opened, read_series
-    from rayproof.reports.runs.history.standing import worse
+    from rayproof.reports.history.database import HistoryError, append, opened, read_series, worse
 
     with tempfile.TemporaryDirectory() as folder:
         append(Path(folder, "h"), _results(), "r1")

@@ -7,6 +7,7 @@ import pytest
 
 from rayproof.cases.families import all_cases, select
 from rayproof.reference.analytic import Analytic
+from rayproof.reports.api.conformance import Conformance
 from rayproof.reports.diagnosis.blaming import Blamed, by_stages, narrowed, put
 from rayproof.reports.diagnosis.diagnosing import entries, narrow
 from rayproof.reports.diagnosis.search import search
@@ -18,7 +19,6 @@ from rayproof.reports.judge.verdict import of_what_is_supported
 from rayproof.reports.results.outcomes import Outcome
 from rayproof.reports.subjects import PROGRAM, Subject
 from rayproof.reports.subjects.program import candidate
-from rayproof.reports.testing.conformance import Conformance
 from rayproof.tracer.configuration import Configuration
 from tests.harness.audit import diagnosing
 from tests.harness.audit.planted import candidates, tracer_faults

@@ -7,7 +7,7 @@ from importlib.resources import files
 
 import pytest
 
-from rayproof.reports.publish.vendoring import VENDOR, checksums, vtk_viewer
+from tests.harness.vendoring import VENDOR, checksums, vtk_viewer
 
 NOTES = (VENDOR / "VENDOR.md").read_text(encoding="utf-8")
 

@@ -4,9 +4,9 @@ from typing import Any
 
 import pytest
 
-from rayproof.reports.gate.expectations import Expectation
-from rayproof.reports.gate.gating import Base, Demanded, coverage, held, standing
-from tests.reports.gate.test_gating import ENTRY, TODAY, check, run
+from rayproof.reports.history.expectations import Expectation
+from rayproof.reports.history.gating import Base, Demanded, coverage, held, standing
+from tests.reports.history.test_gating import ENTRY, TODAY, check, run
 
 LEDGER = {"planned": 4, "pass": 2, "warn": 0, "fail": 1, "unsupported": 1}
 

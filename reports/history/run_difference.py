@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from rayproof.reports.history.database import LOUD, NORMAL, WORSE_TIME
 from rayproof.reports.results.case_table import briefs, by_name, ratio_of
 from rayproof.reports.results.document import LISTED, load_results
 from rayproof.reports.results.files import at_worst, number
@@ -21,8 +22,6 @@ from rayproof.reports.results.records import (
     RenderRecord,
     RunRecord,
 )
-from rayproof.reports.runs.history.database import NORMAL, WORSE_TIME
-from rayproof.reports.runs.history.standing import LOUD
 from rayproof.reports.studies.compare.findings import BETTER, LEAST_DIGITS, NOTHING, TRADE, WORSE
 from rayproof.reports.studies.compare.records import CaseMove, FamilyMove, RunComparison
 from rayproof.reports.studies.compare.statistics import LEVEL, REPLICATES, percentile_interval

@@ -5,7 +5,7 @@ from typing import Any
 
 import pytest
 
-from rayproof.reports.runs.difference.runs import compared, decades, ours, paired, times
+from rayproof.reports.history.run_difference import compared, decades, ours, paired, times
 
 
 def check(stage: str, ratio: Any, verdict: str = "pass", configuration: str = "float32") -> dict[str, Any]:

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 if TYPE_CHECKING:
-    from rayproof.reports.testing.conformance import Conformance
+    from rayproof.reports.api.conformance import Conformance
 
 MARKER = "rayproof"
 FIXTURE = "conformance"
@@ -59,7 +59,7 @@ def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
 @pytest.fixture
 def conformance(request: pytest.FixtureRequest) -> "Conformance":
     """Judge an answer to one conformance case: `conformance.scene` asks, `conformance.check(...)` judges."""
-    from rayproof.reports.testing.conformance import Conformance
+    from rayproof.reports.api.conformance import Conformance
 
     marker: Any = request.node.get_closest_marker(MARKER)
     try:

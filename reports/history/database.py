@@ -1,7 +1,9 @@
-"""The results database: one SQLite file, a row a run, and for each of its cases verdict, worst errors and times.
+"""The history of a project's runs: one SQLite file, a row for each run, its cases' verdicts, worst errors and times.
 
 Of each case and stage the worst error over its limit is kept, over all configurations and references, with the check
-that it comes from. Runs are appended whole or not at all.
+that it comes from. Runs are appended whole or not at all, under the commit that the CI service or git names. A series
+of measurements is searched for steps, that is changes for good: change points in its logarithm, by absolute deviations.
+The last run is compared with those before it, and what became worse is said in sentences.
 """
 
 import json
@@ -19,9 +21,10 @@ from typing import Any
 
 import numpy as np
 
-from rayproof.reports.called import called
+from rayproof.reports.console import called
 from rayproof.reports.results.files import at_worst, encodable
-from rayproof.reports.results.records import CaseRecord, RunRecord
+from rayproof.reports.results.outcomes import Outcome
+from rayproof.reports.results.records import CaseRecord, RunRecord, SeriesRecord, WorseRecord
 
 APPLICATION = 0x52415950  # "RAYP" in SQLite's header: says that the file is ours
 VERSION = 1
@@ -166,9 +169,6 @@ def _errors(run: int, case: CaseRecord) -> Iterator[tuple[int, str, str, float, 
         yield run, case["name"], stage, ratio, error if error is None or math.isfinite(error) else None, place
 
 
-# Which commit a run belongs to: the CI service's word for it, or git's in the current folder.
-
-
 CI_VARIABLES = ("GITHUB_SHA", "CI_COMMIT_SHA", "GIT_COMMIT", "BUILD_SOURCEVERSION")  # GitHub, GitLab, Jenkins, Azure
 SECONDS = 10.0
 
@@ -193,15 +193,6 @@ def _git(*arguments: str) -> str:
     except (OSError, subprocess.TimeoutExpired):
         return ""
     return done.stdout.strip() if done.returncode == 0 else ""
-
-
-# Where a series of measurements changes for good: change points in its logarithm, by absolute deviations.
-#
-# Source: Killick, Fearnhead and Eckley, "Optimal Detection of Changepoints With a Linear Computational Cost" (2012),
-# by `ruptures` (Truong, Oudre and Vayatis 2020). The cost is the sum of absolute deviations from a segment's median,
-# so that one slow run is no step (Fearnhead and Rigaill, "Changepoint Detection in the Presence of Outliers", 2019);
-# the penalty is that of Schwarz' criterion for it, 2 sigma log n. Sigma is estimated from the first differences,
-# which a step disturbs once and noise always.
 
 
 NORMAL = 1.4826  # standard deviations in a median absolute deviation of normal noise
@@ -263,9 +254,6 @@ def steps(series: Sequence[float], *, least: float) -> list[Step]:
         for at, before, after in zip(ends[:-1], levels[:-1], levels[1:], strict=True)
         if abs(after - before) >= np.log(least)
     ]
-
-
-# What a history holds of each case: its worst error and its run time, run by run, with the steps in both.
 
 
 LEAST_RATIO = 1e-6  # errors over their limit smaller than this are all the same: nothing
@@ -346,3 +334,89 @@ def _series(name: str, points: list[Point]) -> Series:
 def _placed(found: list[Step], indices: list[int]) -> tuple[Step, ...]:
     """Return steps by the index of the point at which each came, not by that of the values that were looked at."""
     return tuple(Step(at=indices[step.at], before=step.before, after=step.after) for step in found)
+
+
+LOUD = 4.0  # standard deviations; of 151 cases one in a hundred runs is flagged by chance
+
+
+def worse(series: Sequence[Series], run: int) -> list[WorseRecord]:
+    """Return what is worse in `run` than before: `case`, `what` (verdict, error or time), `sentence`, `factor`."""
+    found = []
+    for one in series:
+        if one.points[-1].run == run and len(one.points) > 1:
+            found += [entry for entry in (_verdict(one), _error(one), _time(one)) if entry is not None]
+    return sorted(found, key=lambda entry: -at_worst(entry["factor"]))
+
+
+def _entry(one: Series, what: str, factor: float, sentence: str) -> WorseRecord:
+    return {"case": one.name, "what": what, "factor": factor, "sentence": f"{one.name}: {sentence}"}
+
+
+def _since(point: Point) -> str:
+    return f"run {point.run}{f' ({point.revision[:10]})' if point.revision else ''}"
+
+
+def _verdict(one: Series) -> WorseRecord | None:
+    order = list(Outcome)
+    before, now = one.points[-2], one.points[-1]
+    if order.index(Outcome(now.verdict)) <= order.index(Outcome(before.verdict)):
+        return None
+    return _entry(one, "verdict", float("inf"), f"{now.verdict}, was {before.verdict} in {_since(before)}")
+
+
+def _error(one: Series) -> WorseRecord | None:
+    before, now = one.points[-2], one.points[-1]
+    # Below a hundredth of the limit an error is nobody's business.
+    if now.ratio is None or before.ratio is None or now.ratio < 0.01 or not now.ratio > WORSE_ERROR * before.ratio:
+        return None
+    factor = now.ratio / before.ratio if before.ratio else float("inf")
+    said = (
+        f"worst error / limit {now.ratio:.3g} at {now.stage} ({now.place}), was {before.ratio:.3g} in {_since(before)}"
+    )
+    return _entry(one, "error", factor, said)
+
+
+def _time(one: Series) -> WorseRecord | None:
+    now = one.points[-1]
+    earlier = [point.seconds for point in one.points[:-1] if point.machine == now.machine and point.seconds > 0]
+    if one.time_steps:  # only what came after the last step is the level of today
+        start = one.time_steps[-1].at
+        earlier = [p.seconds for p in one.points[start:-1] if p.machine == now.machine and p.seconds > 0] or earlier
+    if len(earlier) < FEWEST or not now.seconds > 0:
+        return None
+    logarithms = np.log(earlier)
+    level = float(np.median(logarithms))
+    noise = NORMAL * float(np.median(np.abs(logarithms - level)))
+    excess = float(np.log(now.seconds)) - level
+    if excess <= max(LOUD * noise, np.log(WORSE_TIME)):
+        return None
+    said = f"{now.seconds:.3g} s, median of {len(earlier)} runs before {np.exp(level):.3g} s"
+    return _entry(one, "time", float(np.exp(excess)), said)
+
+
+SHOWN = 50  # runs of each case that a report draws
+
+
+def keep(path: Path, results: RunRecord) -> list[str]:
+    """Append `results` to the history `path`, put `history` into them, and return what became worse, in sentences.
+
+    Raises:
+        HistoryError: the file cannot be used.
+
+    """
+    run = append(path, results, revision())
+    with opened(path) as connection:
+        series = read_series(connection, str(results.get("subject", "tracer")))
+    found = worse(series, run)
+    results["history"] = {"file": path.name, "run": run, "worse": found, "cases": {s.name: drawn(s) for s in series}}
+    return [entry["sentence"] for entry in found]
+
+
+def drawn(series: Series) -> SeriesRecord:
+    """Return what a report draws of a case: its last points and the steps among them, by run."""
+    points = series.points[-SHOWN:]
+    return {
+        "points": [(p.run, p.revision[:10], p.verdict, p.ratio, p.seconds) for p in points],
+        "error_steps": [(series.points[step.at].run, step.factor) for step in series.error_steps],
+        "time_steps": [(series.points[step.at].run, step.factor) for step in series.time_steps],
+    }

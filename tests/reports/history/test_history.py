@@ -9,8 +9,7 @@ from typing import Any
 import pytest
 
 from rayproof.reports.cli import main
-from rayproof.reports.runs.history.database import HistoryError, append, opened, read_series
-from rayproof.reports.runs.history.standing import worse
+from rayproof.reports.history.database import HistoryError, append, opened, read_series, worse
 
 
 def results(ratio: float | str = 0.2, seconds: float = 0.1, verdict: str = "pass") -> dict[str, Any]:
@@ -120,9 +119,9 @@ def test_a_worse_run_says_so(runs: list[dict[str, Any]], what: list[str], tmp_pa
 
 def test_times_of_another_machine_do_not_count(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     path = tmp_path / "h.sqlite"
-    monkeypatch.setattr("rayproof.reports.runs.history.database.machine", lambda: "a fast one")
+    monkeypatch.setattr("rayproof.reports.history.database.machine", lambda: "a fast one")
     kept(path, [results(seconds=0.1)] * 6)
-    monkeypatch.setattr("rayproof.reports.runs.history.database.machine", lambda: "a slow one")
+    monkeypatch.setattr("rayproof.reports.history.database.machine", lambda: "a slow one")
 
     series = kept(path, [results(seconds=0.9)])
 
@@ -174,7 +173,7 @@ def test_a_history_is_made_whole_or_not_at_all(tmp_path: Path, monkeypatch: pyte
             return super().execute(statement, *values)
 
     monkeypatch.setattr(
-        "rayproof.reports.runs.history.database.sqlite3.connect",
+        "rayproof.reports.history.database.sqlite3.connect",
         lambda *given, **named: connect(*given, factory=Watched, **named),
     )
 

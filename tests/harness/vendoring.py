@@ -1,4 +1,4 @@
-"""The JavaScript libraries beside the report's own scripts, made anew: `python -m rayproof.reports.publish.vendoring`.
+"""The JavaScript libraries beside the report's own scripts, made anew: `python -m tests.harness.vendoring`.
 
 `vtk-viewer.js` is the viewer of the installed trame-vtk without what a report must not do: ask for icons on the web,
 read addresses, wait for dropped files, talk to the console. `plotly-basic.min.js` is that of the npm package. Both
@@ -14,7 +14,9 @@ import tempfile
 from importlib.resources import files
 from pathlib import Path
 
-VENDOR = Path(__file__).with_name("vendor")
+from rayproof import ROOT
+
+VENDOR = ROOT / "reports" / "publish" / "vendor"
 PLOTLY = "plotly.js-basic-dist-min@4.1.1"
 MODULE = re.compile(r'<script type="module">(.*)</script>', re.DOTALL)
 # (what it is, pattern, replacement); each must be found exactly once, or the viewer is not the one that was looked at.

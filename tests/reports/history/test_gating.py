@@ -6,8 +6,8 @@ from typing import Any
 
 import pytest
 
-from rayproof.reports.gate.expectations import Expectation, load_expectations, save_expectations
-from rayproof.reports.gate.gating import Gate, accepted, gate, pruned
+from rayproof.reports.history.expectations import Expectation, load_expectations, save_expectations
+from rayproof.reports.history.gating import Gate, accepted, gate, pruned
 
 ENTRY = Expectation(
     case="shadows/one",

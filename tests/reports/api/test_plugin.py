@@ -135,7 +135,7 @@ def test_a_formula_in_four_lines_passes(said: Callable[[str], Said]) -> None:
 
 def test_a_file_s_formula_runs_in_the_configuration_that_is_asked_for(tmp_path: Path) -> None:
     from rayproof.cases.families import select
-    from rayproof.reports.testing.conformance import Conformance
+    from rayproof.reports.api.conformance import Conformance
 
     (tmp_path / "mine.py").write_text(MINE)
     (case,) = select(["primitives/sphere"])

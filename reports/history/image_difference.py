@@ -9,6 +9,7 @@ from typing import cast
 import numpy as np
 
 from rayproof.cases.stages import Stage
+from rayproof.reports.history.run_difference import moved, ours, sentence
 from rayproof.reports.publish.page.case_data import all_of, picture_of, scene_of
 from rayproof.reports.results.document import save_results
 from rayproof.reports.results.files import write_text
@@ -21,7 +22,6 @@ from rayproof.reports.results.records import (
     RenderRecord,
     RunRecord,
 )
-from rayproof.reports.runs.difference.runs import moved, ours, sentence
 
 Case = CaseRecord
 
@@ -126,7 +126,7 @@ def write_folder(
 ) -> Results:
     """Fill `out` with the later run's results and both runs' images, complete `record`, and return those results.
 
-    `record` is `reports.runs.difference.runs.comparison` of `runs`; it gets the pixels that differ, and its sentence.
+    `record` is `reports.history.run_difference.comparison` of `runs`; it gets the pixels that differ, and its sentence.
     """
     before, after = runs
     label = record["base"]["name"]

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from rayproof.reports.runs.history.database import changes, steps
+from rayproof.reports.history.database import changes, steps
 
 
 def test_two_unequal_values_of_equal_code_are_a_step() -> None:

@@ -9,15 +9,15 @@ import numpy as np
 import pytest
 
 from rayproof.cases.stages import Stage
+from rayproof.reports.history import run_difference as difference
+from rayproof.reports.history.image_difference import write_both, write_folder
+from rayproof.reports.history.run_difference import comparison, moved, names_of, sentence
 from rayproof.reports.publish import publish_all
 from rayproof.reports.publish.page.comparisons import comparison_front
 from rayproof.reports.results.case_table import CaseTable
 from rayproof.reports.results.document import load_results, save_results
 from rayproof.reports.results.images import kept_images, read_answers, read_pixels, write_answers, write_pixels
 from rayproof.reports.results.records import CaseRecord
-from rayproof.reports.runs.difference import runs as difference
-from rayproof.reports.runs.difference.images import write_both, write_folder
-from rayproof.reports.runs.difference.runs import comparison, moved, names_of, sentence
 from tests.reports.publish.sample import answers, make_folder
 from tests.reports.publish.visits import Visit
 

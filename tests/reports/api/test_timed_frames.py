@@ -6,7 +6,7 @@ import pytest
 
 from rayproof.cases.case import Case
 from rayproof.cases.families import select
-from rayproof.reports.testing.conformance import Conformance
+from rayproof.reports.api.conformance import Conformance
 from rayproof.tracer.configuration import Configuration
 from rayproof.tracer.frames import Frames
 

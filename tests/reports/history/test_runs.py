@@ -6,8 +6,8 @@ from typing import Any
 
 import pytest
 
+from rayproof.reports.history.run_difference import compare_runs, comparison
 from rayproof.reports.results.document import save_results
-from rayproof.reports.runs.difference.runs import compare_runs, comparison
 from tests.reports.commands.conftest import Rayproof
 from tests.reports.publish.sample import make_folder
 
