@@ -1,7 +1,7 @@
 """results.json without what repeats: what checks of a case have in common stands there once.
 
 Tens of thousands of checks share a few hundred derivations, most pass with every pixel held strictly, and a third of a
-measurement is counts of what never was. `publish/page/html/expand.js` undoes in the page what `expand` undoes here.
+measurement is counts of what never was. `publish/page/html/records.js` undoes in the page what `expand` undoes here.
 """
 
 from collections.abc import Iterator, Mapping
@@ -65,7 +65,7 @@ def compact(record: CaseRecord, places: dict[str, int]) -> WrittenCaseRecord:
 
 
 def compact_case(record: Mapping[str, Any]) -> dict[str, Any]:
-    """Return a case's record the same way, with a table of its own; html/expand.js is the inverse."""
+    """Return a case's record the same way, with a table of its own; html/records.js is the inverse."""
     places: dict[str, int] = {}
     return {"checks": [], **compact(cast("CaseRecord", record), places), TABLE: list(places)}
 

@@ -2,8 +2,8 @@
 
 What is stored is the difference of bits to a prediction from what the reader has already, zigzag-coded, and where that
 is smaller its second difference along the rows: smooth images are near a parabola. Channel by channel, in byte planes
-from the highest byte down, deflated and in base64; `DecompressionStream` undoes the deflating and html/decode.js the
-rest. Each prediction is float32, computed by IEEE operations that Python and JavaScript round alike (html/predict.js is
+from the highest byte down, deflated and in base64; `DecompressionStream` undoes the deflating and html/floats.js the
+rest. Each prediction is float32, computed by IEEE operations that Python and JavaScript round alike (html/floats.js is
 the same code for browsers), so that adding the stored difference gives back every bit. Where a prediction is not finite
 it is 0: a NaN made by arithmetic has no bits of its own that both would agree on.
 """

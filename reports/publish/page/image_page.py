@@ -21,8 +21,8 @@ from rayproof.reports.results.images import inert
 
 # In the order in which they build on each other; the same files as the report's, and the page's own.
 SCRIPTS = (
-    "elements", "address", "predict", "decode", "colors", "paint", "metrics", "pane", "viewer", "stage_view",
-    "read_images", "images",
+    "elements", "address", "floats", "paint", "metrics", "pane", "viewer", "stage_view",
+    "images",
 )  # fmt: skip
 STYLES = ("style", "viewer", "images")
 LARGEST = 2**26  # pixels of an image, as `reports.run.scenes` allows of a scene's

@@ -53,7 +53,7 @@ from rayproof.reports.results.records import CaseRecord, FindingRecord, RunRecor
 
 # In the order in which they build on each other.
 SCRIPTS = (
-    "elements", "address", "predict", "decode", "inlined", "expand", "load", "colors", "paint", "metrics", "front",
+    "elements", "address", "floats", "records", "paint", "metrics", "front",
     "plot", "stability", "checks", "history", "cases", "pane", "viewer", "stage_view", "scene",
     "case", "start",
 )  # fmt: skip
