@@ -14,13 +14,14 @@ from rayproof.cases.scene_json import load_scene
 from rayproof.cases.stages import Stage
 from rayproof.reports.api.asking import image_stages
 from rayproof.reports.publish.page.thumbnails import picture
+from rayproof.reports.results.case_records import CaseRecord
 from rayproof.reports.results.case_table import briefs, named
 from rayproof.reports.results.document import load_results
 from rayproof.reports.results.files import legible
 from rayproof.reports.results.headline import of_the_whole, worst_first
 from rayproof.reports.results.images import kept_images
 from rayproof.reports.results.outcomes import MEASURED, Outcome
-from rayproof.reports.results.records import CaseRecord, RunRecord
+from rayproof.reports.results.records import RunRecord
 from rayproof.tracer.kernel.compiler import choose_packaged_llvm
 
 if TYPE_CHECKING:

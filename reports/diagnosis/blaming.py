@@ -17,8 +17,8 @@ from rayproof.reports.diagnosis.answering import Unanswerable, changed
 from rayproof.reports.diagnosis.hypotheses import Clock, bound
 from rayproof.reports.diagnosis.trials import ALLOWED, Evidence
 from rayproof.reports.judge import verdict
+from rayproof.reports.results.case_records import CaseRecord
 from rayproof.reports.results.outcomes import Outcome
-from rayproof.reports.results.records import CaseRecord
 
 PASSING = 4  # passing cases that are asked, those of the most shapes, lights and matrices
 LEAST_PARAMETER = 0.01  # relative: an exponent or a factor that is off by less would be called a rounding

@@ -17,11 +17,12 @@ from rayproof.reports.diagnosis.blaming import Blamed, guilty, narrowed, put
 from rayproof.reports.diagnosis.hypotheses import Clock
 from rayproof.reports.diagnosis.search import Found, Searched, search, spread
 from rayproof.reports.diagnosis.trials import Evidence, differ, trial, undecided
+from rayproof.reports.results.case_records import CaseRecord, RepeatedRecord
 from rayproof.reports.results.files import at_worst
 from rayproof.reports.results.float_codec import inflated
 from rayproof.reports.results.images import inside, kept_images
 from rayproof.reports.results.outcomes import TITLES, Outcome
-from rayproof.reports.results.records import AlternativeRecord, CaseRecord, CauseRecord, RepeatedRecord, RunRecord
+from rayproof.reports.results.records import AlternativeRecord, CauseRecord, RunRecord
 
 FEW = 4  # items that are told by name
 CHANGING = "changes_from_call_to_call"  # no hypothesis: its pixels cannot be foretold

@@ -22,9 +22,10 @@ from typing import Any
 import numpy as np
 
 from rayproof.reports.console import called
+from rayproof.reports.results.case_records import CaseRecord
 from rayproof.reports.results.files import at_worst, encodable
 from rayproof.reports.results.outcomes import Outcome
-from rayproof.reports.results.records import CaseRecord, RunRecord, SeriesRecord, WorseRecord
+from rayproof.reports.results.records import RunRecord, SeriesRecord, WorseRecord
 
 APPLICATION = 0x52415950  # "RAYP" in SQLite's header: says that the file is ours
 VERSION = 1

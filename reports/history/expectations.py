@@ -9,9 +9,10 @@ from fnmatch import fnmatchcase
 from pathlib import Path
 from typing import Any
 
+from rayproof.reports.results.case_records import CheckRecord
 from rayproof.reports.results.files import as_json, write_text
 from rayproof.reports.results.outcomes import Outcome
-from rayproof.reports.results.records import CheckRecord, RunRecord
+from rayproof.reports.results.records import RunRecord
 
 SCHEMA = 1
 # A crash, or a check of which nothing came, is no known failure: it shows nothing.

@@ -12,10 +12,11 @@ from typing import Any, cast
 from rayproof.reports.history.database import WORSE_ERROR, append, opened, read_series, revision, worse
 from rayproof.reports.history.expectations import EXPECTABLE, Expectation
 from rayproof.reports.history.run_difference import LEAST_RATIO, ORDER, compared, paired
+from rayproof.reports.results.case_records import CaseRecord, CheckRecord
 from rayproof.reports.results.document import load_results
 from rayproof.reports.results.headline import blamed_items, of_the_whole
 from rayproof.reports.results.outcomes import MEASURED, Outcome
-from rayproof.reports.results.records import CaseRecord, CheckRecord, GateRecord, RunRecord
+from rayproof.reports.results.records import GateRecord, RunRecord
 
 GOOD = (Outcome.PASS, Outcome.WARN, Outcome.UNDECIDED, Outcome.UNSUPPORTED)
 SHOW_NOTHING = (Outcome.ERROR, Outcome.MISSING)

@@ -11,17 +11,11 @@ import numpy as np
 from rayproof.cases.stages import Stage
 from rayproof.reports.history.run_difference import moved, ours, sentence
 from rayproof.reports.publish.page.case_data import all_of, picture_of, scene_of
+from rayproof.reports.results.case_records import CaseRecord, ComparedRecord, RenderRecord
 from rayproof.reports.results.document import save_results
 from rayproof.reports.results.files import write_text
 from rayproof.reports.results.images import BASE, Renders, inside, kept_images, renamed, write_pixels
-from rayproof.reports.results.records import (
-    CaseRecord,
-    ComparedRecord,
-    ComparisonRecord,
-    ComparisonRowRecord,
-    RenderRecord,
-    RunRecord,
-)
+from rayproof.reports.results.records import ComparisonRecord, ComparisonRowRecord, RunRecord
 
 Case = CaseRecord
 

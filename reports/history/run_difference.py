@@ -8,20 +8,12 @@ from typing import Any
 import numpy as np
 
 from rayproof.reports.history.database import LOUD, NORMAL, WORSE_TIME
+from rayproof.reports.results.case_records import CaseRecord, CheckRecord, ComparedCheckRecord, RenderRecord
 from rayproof.reports.results.case_table import briefs, by_name, ratio_of
 from rayproof.reports.results.document import LISTED, load_results
 from rayproof.reports.results.files import at_worst, number
 from rayproof.reports.results.outcomes import Outcome
-from rayproof.reports.results.records import (
-    CaseRecord,
-    CheckRecord,
-    ComparedCheckRecord,
-    ComparedRunRecord,
-    ComparisonRecord,
-    ComparisonRowRecord,
-    RenderRecord,
-    RunRecord,
-)
+from rayproof.reports.results.records import ComparedRunRecord, ComparisonRecord, ComparisonRowRecord, RunRecord
 from rayproof.reports.studies.compare.findings import BETTER, LEAST_DIGITS, NOTHING, TRADE, WORSE
 from rayproof.reports.studies.compare.records import CaseMove, FamilyMove, RunComparison
 from rayproof.reports.studies.compare.statistics import LEVEL, REPLICATES, percentile_interval

@@ -37,8 +37,8 @@ from rayproof.reports.judge.panel import (
 )
 from rayproof.reports.judge.scene_truth import Ground, Terms, ground
 from rayproof.reports.judge.verdict import Judged, sum_up
+from rayproof.reports.results.case_records import AdjudicationRecord, ExpectationRecord
 from rayproof.reports.results.outcomes import Outcome
-from rayproof.reports.results.records import AdjudicationRecord, ExpectationRecord
 
 
 def judge_case(

@@ -27,8 +27,8 @@ from rayproof.reports.judge.measurement import (
 from rayproof.reports.judge.metrics import METRICS
 from rayproof.reports.judge.oracle import ORACLE
 from rayproof.reports.judge.scene_truth import LIGHT
+from rayproof.reports.results.case_records import BiasRecord, CheckRecord, EvidenceRecord, MeasurementRecord
 from rayproof.reports.results.outcomes import Outcome
-from rayproof.reports.results.records import BiasRecord, CheckRecord, EvidenceRecord, MeasurementRecord
 
 # The stage whose images people look at: its informative metrics, before the oracle, are worth their time.
 INFORMED = Stage.RADIANCE

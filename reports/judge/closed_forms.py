@@ -19,8 +19,8 @@ from rayproof.reports.judge.answers import Candidate, largest
 from rayproof.reports.judge.limits import Roundoff
 from rayproof.reports.judge.measurement import jsonable
 from rayproof.reports.judge.scene_truth import Terms
+from rayproof.reports.results.case_records import ExpectationRecord
 from rayproof.reports.results.outcomes import Outcome
-from rayproof.reports.results.records import ExpectationRecord
 
 
 def closed_forms(case: Case, candidate: Candidate, terms: Terms) -> list[ExpectationRecord]:

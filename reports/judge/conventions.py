@@ -18,7 +18,7 @@ from rayproof.reports.judge.comparison import Bench
 from rayproof.reports.judge.measurement import jsonable
 from rayproof.reports.judge.oracle import FullOracle, stages_of
 from rayproof.reports.judge.scene_truth import ground
-from rayproof.reports.results.records import ConventionRecord
+from rayproof.reports.results.case_records import ConventionRecord
 
 CLIPS = {
     "depth": "clips at the near and far planes",

@@ -11,7 +11,7 @@ import numpy as np
 from rayproof.cases.scene import Camera
 from rayproof.cases.stages import Stage
 from rayproof.reports.judge.answers import all_of, any_of, crossed, dot, largest, length
-from rayproof.reports.results.records import MeasurementRecord
+from rayproof.reports.results.case_records import MeasurementRecord
 
 # A limit above this share of the value holds a pixel to so little that it is counted apart.
 WIDE = 0.01

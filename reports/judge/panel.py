@@ -16,8 +16,8 @@ from rayproof.reports.judge.limits import WHOLE
 from rayproof.reports.judge.measurement import jsonable, ratios
 from rayproof.reports.judge.oracle import ORACLE
 from rayproof.reports.judge.scene_truth import Ground
+from rayproof.reports.results.case_records import AdjudicationRecord
 from rayproof.reports.results.outcomes import Outcome
-from rayproof.reports.results.records import AdjudicationRecord
 
 SUBJECT = "the one under test"
 

@@ -14,8 +14,8 @@ import numpy as np
 from rayproof.cases.stages import IMAGE_STAGES, Stage, StageImages
 from rayproof.reports.judge.answers import Candidate, as_witness
 from rayproof.reports.judge.measurement import jsonable
+from rayproof.reports.results.case_records import RepeatedRecord
 from rayproof.reports.results.outcomes import Outcome
-from rayproof.reports.results.records import RepeatedRecord
 
 if TYPE_CHECKING:
     from rayproof.reports.judge.scene_truth import Ground

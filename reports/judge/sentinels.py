@@ -30,8 +30,8 @@ from rayproof.reports.judge.known_answers import (
 )
 from rayproof.reports.judge.oracle import FullOracle, stages_of
 from rayproof.reports.judge.verdict import Judged
+from rayproof.reports.results.case_records import AdjudicationRecord, Number
 from rayproof.reports.results.outcomes import Outcome
-from rayproof.reports.results.records import AdjudicationRecord, Number
 
 PIXEL, HEIGHT = 0.125, 4.0  # m: a pixel's side on the square, and the eye's height above it
 SIDE = 0.875  # m; its half is an odd number of half pixels, so that the border meets pixel centres

@@ -10,8 +10,8 @@ from rayproof.reports.judge.answers import Candidate
 from rayproof.reports.judge.checks import Check, accounted
 from rayproof.reports.judge.panel import Matrix
 from rayproof.reports.judge.scene_truth import Ground
+from rayproof.reports.results.case_records import ExpectationRecord
 from rayproof.reports.results.outcomes import Outcome, worst
-from rayproof.reports.results.records import ExpectationRecord
 
 
 @dataclass(frozen=True, kw_only=True)

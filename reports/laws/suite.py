@@ -19,11 +19,11 @@ from rayproof.reports.laws.law_task import LawOrder, LawReport, serve_laws
 from rayproof.reports.processes.pool import Pool
 from rayproof.reports.processes.worker import Reply
 from rayproof.reports.publish import publish_all
+from rayproof.reports.results.case_records import CaseRecord, CheckRecord, MeasurementRecord, RenderRecord
 from rayproof.reports.results.document import save_results
 from rayproof.reports.results.files import as_json, write_text
 from rayproof.reports.results.images import write_answers
 from rayproof.reports.results.outcomes import Outcome
-from rayproof.reports.results.records import CaseRecord, CheckRecord, MeasurementRecord, RenderRecord
 from rayproof.reports.run import totals
 from rayproof.reports.run.case_record import write_scene
 from rayproof.reports.subjects import Subject

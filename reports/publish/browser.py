@@ -16,9 +16,10 @@ from urllib.parse import urlencode
 from rayproof.reports.publish.page.case_data import has_view
 from rayproof.reports.publish.page.front import SHARD, data_file
 from rayproof.reports.publish.page.page import NAME, write_single_file
+from rayproof.reports.results.case_records import CaseRecord
 from rayproof.reports.results.files import replacing
 from rayproof.reports.results.headline import worst_first
-from rayproof.reports.results.records import CaseRecord, RunRecord
+from rayproof.reports.results.records import RunRecord
 
 NAMES = ("chromium", "chromium-browser", "google-chrome")
 

@@ -12,6 +12,7 @@ import re
 from pathlib import Path
 from urllib.parse import quote
 
+from rayproof.reports.results.case_records import CaseRecord
 from rayproof.reports.results.case_table import briefs, worst_ratio
 from rayproof.reports.results.document import whole
 from rayproof.reports.results.files import legible, number, write_text
@@ -28,7 +29,7 @@ from rayproof.reports.results.headline import (
     worst_first,
 )
 from rayproof.reports.results.outcomes import LEDGER, Outcome
-from rayproof.reports.results.records import CaseRecord, RunRecord
+from rayproof.reports.results.records import RunRecord
 
 MOST = 10
 _LONGEST = 1000  # characters of one message

@@ -13,11 +13,12 @@ from pathlib import Path
 from typing import Any, NotRequired, TextIO, TypedDict
 from xml.etree import ElementTree
 
+from rayproof.reports.results.case_records import CaseRecord
 from rayproof.reports.results.case_table import briefs, by_family, named, worst_ratio
 from rayproof.reports.results.files import as_json, legible, legible_json, legible_lines, replacing
 from rayproof.reports.results.headline import blame, cause_of, headline, shouts
 from rayproof.reports.results.outcomes import Outcome
-from rayproof.reports.results.records import CaseRecord, RunRecord
+from rayproof.reports.results.records import RunRecord
 
 _ILLEGAL = re.compile("[^\t\n\r\u0020-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 MOST_LISTED = 10_000  # cases; of a longer run those are listed that did not pass

@@ -19,10 +19,11 @@ from weakref import finalize
 
 import msgspec
 
+from rayproof.reports.results.case_records import CaseRecord, CheckRecord
 from rayproof.reports.results.compact import TABLE, compact_case, expand
 from rayproof.reports.results.files import as_json, at_worst, number
 from rayproof.reports.results.outcomes import MEASURED, Outcome
-from rayproof.reports.results.records import CaseRecord, CheckRecord, RunRecord, problem_of_case
+from rayproof.reports.results.records import RunRecord, problem_of_case
 
 # Of these a check may have come to nothing; the camera's have no measurement though they were made.
 UNMEASURED = frozenset(Outcome) - MEASURED

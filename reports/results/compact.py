@@ -7,8 +7,7 @@ measurement is counts of what never was. `publish/page/html/records.js` undoes i
 from collections.abc import Iterator, Mapping
 from typing import Any, Literal, cast
 
-from rayproof.reports.results.outcomes import Outcome
-from rayproof.reports.results.records import (
+from rayproof.reports.results.case_records import (
     AdjudicationRecord,
     CaseRecord,
     CheckFacts,
@@ -16,10 +15,11 @@ from rayproof.reports.results.records import (
     CheckRecord,
     MeasurementRecord,
     RenderRecord,
-    RunRecord,
     WrittenCaseRecord,
     WrittenCheckRecord,
 )
+from rayproof.reports.results.outcomes import Outcome
+from rayproof.reports.results.records import RunRecord
 
 TABLE = "derivations"
 MEASUREMENTS: tuple[Literal["end_to_end", "continued"], ...] = ("end_to_end", "continued")

@@ -10,12 +10,13 @@ from pathlib import Path
 from tempfile import TemporaryFile
 from typing import Any, cast
 
+from rayproof.reports.results.case_records import CaseRecord
 from rayproof.reports.results.case_table import NAME as TABLE_NAME
 from rayproof.reports.results.case_table import Cases, CaseTable, DamagedTableError
 from rayproof.reports.results.compact import TABLE, compact, expand
 from rayproof.reports.results.files import as_json, replacing
 from rayproof.reports.results.outcomes import Outcome
-from rayproof.reports.results.records import SCHEMA, CaseRecord, RunRecord, problem
+from rayproof.reports.results.records import SCHEMA, RunRecord, problem
 
 IN_A_TABLE = 3  # the schema of what results.sqlite has beside its cases
 NAME = "results.json"

@@ -4,10 +4,11 @@ from collections.abc import Mapping, Sequence
 from typing import cast
 
 from rayproof.cases.stages import Stage
+from rayproof.reports.results.case_records import CaseRecord
 from rayproof.reports.results.case_table import Cases, briefs, named, worst_ratio
 from rayproof.reports.results.files import legible
 from rayproof.reports.results.outcomes import Outcome
-from rayproof.reports.results.records import CaseRecord, HistoryRecord, RunRecord, WorseRecord
+from rayproof.reports.results.records import HistoryRecord, RunRecord, WorseRecord
 
 AS_WELL = ". The same pixels"  # how a cause's sentence goes on with what fits as well
 THE_USUAL = "tracer"  # the subject that goes without saying

@@ -16,9 +16,9 @@ import numpy as np
 import OpenEXR
 
 from rayproof.cases.stages import IMAGE_STAGES, Stage, StageImages, exr_channels
+from rayproof.reports.results.case_records import CaseRecord
 from rayproof.reports.results.files import as_json, legible_json, replacing, write_text
 from rayproof.reports.results.float_codec import Factors, decode, encode, intensities, pinhole, predicted, predictions
-from rayproof.reports.results.records import CaseRecord
 
 _VISIBILITY = re.compile(r"visibility\.\d+")
 

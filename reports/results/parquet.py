@@ -12,8 +12,9 @@ from pathlib import Path
 import pyarrow as pa
 from pyarrow import parquet
 
+from rayproof.reports.results.case_records import CaseRecord, MeasurementRecord
 from rayproof.reports.results.files import encodable, replacing
-from rayproof.reports.results.records import CaseRecord, MeasurementRecord, RunRecord
+from rayproof.reports.results.records import RunRecord
 
 ROWS = 2**16  # of a row group
 _WORD = pa.dictionary(pa.int32(), pa.string())

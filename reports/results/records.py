@@ -13,19 +13,22 @@ from typing import Annotated, Any, Literal, NotRequired, Required, TypedDict
 import msgspec
 from msgspec import Meta
 
+from rayproof.reports.results.case_records import (
+    CaseRecord,
+    ComparedCheckRecord,
+    Count,
+    LeaningRecord,
+    Number,
+    Seconds,
+    Verdict,
+    WrittenCaseRecord,
+)
 from rayproof.reports.results.outcomes import Outcome
 
-MOST_SECONDS = 1e12  # s that a run may have taken; thousandths of it are still numbers of 64 bits
-
-Number = float | Literal["inf", "-inf", "nan"]  # JSON has no other numbers
 MOST_SHARDS = 10_000
 SCHEMA = 4  # the schema of a results.json in which what checks of a case have in common stands once
-Count = Annotated[int, Meta(ge=0)]
-Name = Annotated[str, Meta(min_length=1)]
-Seconds = Annotated[float, Meta(ge=-MOST_SECONDS, le=MOST_SECONDS)]
-Verdict = Annotated[str, Meta(pattern=f"^({'|'.join(Outcome)})$")]
 
-# "pass" and "with" are words of Python's, so that these two are written as tables.
+# "pass" is a word of Python's, so that this one is written as a table.
 LedgerRecord = TypedDict(
     "LedgerRecord",
     {
@@ -40,191 +43,6 @@ LedgerRecord = TypedDict(
         "fail": Count,
     },
 )
-EvidenceRecord = TypedDict("EvidenceRecord", {"with": dict[str, str], "against": dict[str, str]}, total=False)
-
-
-class ExaminedRecord(TypedDict):
-    """What became of the pixels that checks looked at; `pixels` is the sum of the rest."""
-
-    pixels: Count
-    strict: Count
-    wide: Count
-    side: Count
-    interval: Count
-    epsilon: Count
-    wrong: Count
-    unexamined: Count
-
-
-class MeasurementRecord(TypedDict, total=False):
-    """One comparison of a stage's image with another's."""
-
-    worst_ratio: Number | None
-    worst_inside: Number | None
-    worst_error: Number | None
-    limit: Number | None
-    pixel: list[int] | None
-    ours: list[Number]
-    theirs: list[Number]
-    interior: int
-    over_inside: int
-    edge: int
-    differ_at_edge: int
-    wrong_at_edge: int
-    in_window: int
-    differ_in_window: int
-    hit_miss: int
-    nan: int
-    inf: int
-    flagged: int
-    ulp: Number | None
-    relative_mse: Number | None
-    ssim: Number | None
-    psnr: Number | None
-    nrmse: Number | None
-    range: list[Number] | None
-
-
-class FactorGroupRecord(TypedDict, total=False):
-    """The factors of the pixels of one shape under the same lights, a number for each channel, null where not lit."""
-
-    shape: int
-    lights: list[int]
-    fitted: int
-    wide: bool
-    pixels: int
-    off: list[Number | None]
-    sees: list[Number | None]
-
-
-class LeaningRecord(TypedDict):
-    """How many pixels have wide limits, and how many are off to either side by more than pixels share."""
-
-    pixels: Count
-    above: Count
-    below: Count
-
-
-class BiasRecord(TypedDict, total=False):
-    """The factors that many pixels share."""
-
-    ratio: Number
-    sees: Number
-    common: Number | None
-    allowance: Number
-    groups: list[FactorGroupRecord]
-    wide: LeaningRecord
-    continued: Any  # a `BiasRecord` again, given the candidate's own previous stages
-
-
-class CheckFacts(TypedDict, total=False):
-    """What one stage of one renderer under test came to before one reference."""
-
-    stopped: bool
-    configuration: str
-    reference: str
-    stage: str
-    ratio: Number
-    reason: str | None
-    evidence: EvidenceRecord | None  # witness to the stage at which it sides with, or against, who is under test
-    finding: str | None
-    end_to_end: MeasurementRecord | None
-    continued: MeasurementRecord | None
-    examined: dict[str, Count] | None
-    bias: BiasRecord | None
-    because: str | int
-
-
-class CheckRecord(CheckFacts, total=False):
-    """The same with its verdict."""
-
-    verdict: Required[Verdict]
-
-
-class WrittenCheckRecord(CheckFacts, total=False):
-    """A check as results.json has it: without what `results.compact` puts back when it is read."""
-
-    verdict: Verdict  # left out where it is `pass`
-
-
-class RenderRecord(TypedDict, total=False):
-    """One renderer's images of a case."""
-
-    renderer: str
-    configuration: str | None
-    image: str | None
-    error: str | None
-    cached: bool
-    seconds: Seconds
-
-
-class UnsupportedRecord(TypedDict, total=False):
-    """What a renderer could not answer."""
-
-    reference: str | None
-    stage: str | None
-    why: str | None
-
-
-class NoteRecord(TypedDict, total=False):
-    """Where a reference answers a slightly different question."""
-
-    reference: str | None
-    note: str
-
-
-class ExpectationRecord(TypedDict, total=False):
-    """A closed form of the case, held against one configuration's image."""
-
-    because: str
-    stage: str
-    verdict: str
-    measured: Any
-    expected: Any
-    limit: Any
-    ratio: Number
-    configuration: str
-
-
-class ConventionRecord(TypedDict, total=False):
-    """A convention that who stands alone may follow instead, and how many of its pixels that explains."""
-
-    what: str
-    explains: bool
-    ratio: Number | None
-    differing: int | None
-    interior: int
-
-
-class AdjudicationRecord(TypedDict, total=False):
-    """One stage's answers of everybody against everybody."""
-
-    baseline: str
-    renderers: list[str]
-    ratio: list[list[Number | None]]
-    differing: list[list[int | None]]
-    alone: str | None
-    why: str
-    conventions: list[ConventionRecord]
-
-
-class ComparedCheckRecord(TypedDict):
-    """A check of two runs: verdict and worst error over limit before and after, null where it was not made."""
-
-    configuration: str
-    reference: str
-    stage: str
-    before: list[Any] | None
-    after: list[Any] | None
-    factor: Number | None  # by how much the ratio grew
-
-
-class ComparedRecord(TypedDict):
-    """A case as an earlier run had it, in the report of two runs."""
-
-    before: str
-    pixels: int | None
-    checks: list[ComparedCheckRecord]
 
 
 class ComparisonRowRecord(TypedDict, total=False):
@@ -266,96 +84,6 @@ class ComparisonRecord(TypedDict, total=False):
     rows: list[ComparisonRowRecord]
     renderers: dict[str, str]
     sentence: str
-
-
-class MasksRecord(TypedDict, total=False):
-    """Which pixels may differ, for one configuration before the oracle: a byte a pixel, deflated, in base64."""
-
-    configuration: str
-    height: int
-    width: int
-    data: str
-
-
-class RepeatedRecord(TypedDict, total=False):
-    """What came of rendering a case once more: whether one configuration's answer was the same to the last bit."""
-
-    configuration: str
-    stage: str | None
-    pixel: list[int] | None
-    differing: int
-    beyond: Number  # the largest difference over what two right renderers may differ by
-    verdict: Verdict
-    sentence: str
-
-
-class CheckGroupRecord(TypedDict):
-    """The checks of one renderer under test before one reference, as results.json has them: a check a stage."""
-
-    configuration: str
-    reference: str
-    stages: dict[str, WrittenCheckRecord]
-
-
-class CaseFacts(TypedDict, total=False):
-    """One case: who rendered it, and its verdict."""
-
-    name: Required[Name]
-    family: Required[Name]
-    verdict: Required[Verdict]
-    stage: str | None
-    item: str | None
-    blamed_items: list[str]
-    excluded: dict[str, str]
-    cause: list[str]
-    reason: str | None
-    trace: str | None
-    stresses: str | None
-    covers: list[str]
-    compared: ComparedRecord | None
-    planned: int
-    reproduce: str | None
-    call: str | None
-    scene: str | None
-    picture: str | None
-    thumbnail: str | None
-    pixels: str | None
-    masks: MasksRecord | None
-    width: int
-    height: int
-    lights: int
-    camera_and_lights: str
-    shapes: list[str]
-    settings: dict[str, dict[str, str]]
-    renders: list[RenderRecord]
-    ran: dict[str, list[str]]
-    unsupported: list[UnsupportedRecord]
-    abstained: dict[str, str]
-    stopped: list[str]
-    notes: list[NoteRecord]
-    expectations: list[ExpectationRecord]
-    adjudication: dict[str, AdjudicationRecord] | None
-    repeated: list[RepeatedRecord]
-    versions: dict[str, str]
-    remembered: bool
-    worker: str
-    attempts: Count
-    key: str
-    seconds: Seconds
-    judge_seconds: Seconds
-
-
-class CaseRecord(CaseFacts, total=False):
-    """A case with everything that was checked."""
-
-    checks: list[CheckRecord]
-
-
-class WrittenCaseRecord(CaseFacts, total=False):
-    """A case as results.json has it: what its checks have in common stands there once."""
-
-    checks: list[CheckGroupRecord]
-    because: dict[str, dict[str, int]]  # reference -> stage -> place of the limit's derivation, unless a check has one
 
 
 class ReferenceRecord(TypedDict, total=False):

@@ -16,8 +16,8 @@ from rayproof.reports.judge.answers import Candidate, Witness
 from rayproof.reports.judge.repeated import repeated
 from rayproof.reports.processes.pool import Pool
 from rayproof.reports.processes.worker import Reply
+from rayproof.reports.results.case_records import CaseRecord, RepeatedRecord
 from rayproof.reports.results.outcomes import Outcome
-from rayproof.reports.results.records import CaseRecord, RepeatedRecord
 from rayproof.reports.run.cache_store import Store
 from rayproof.reports.run.case_record import unjudged
 from rayproof.reports.run.messages import (

@@ -17,8 +17,8 @@ from rayproof.reports.judge.answers import Candidate, Witness
 from rayproof.reports.judge.measurement import unexamined
 from rayproof.reports.judge.oracle import stages_of
 from rayproof.reports.processes.worker import Reply
+from rayproof.reports.results.case_records import CaseRecord, CheckRecord
 from rayproof.reports.results.outcomes import Outcome
-from rayproof.reports.results.records import CaseRecord, CheckRecord
 from rayproof.reports.run.common_factors import camera_and_lights
 from rayproof.reports.run.plan import DEFAULTS
 from rayproof.reports.run.scenes import FAMILY, place_of

@@ -14,10 +14,11 @@ from statistics import median
 
 from rayproof.cases.scene import Scene
 from rayproof.cases.stages import Stage
+from rayproof.reports.results.case_records import CaseRecord, LeaningRecord
 from rayproof.reports.results.case_table import LEAST_DISTINCT, least_share
 from rayproof.reports.results.files import at_worst
 from rayproof.reports.results.outcomes import Outcome
-from rayproof.reports.results.records import CaseRecord, CommonFactorRecord, LeaningRecord, WideLimitsRecord
+from rayproof.reports.results.records import CommonFactorRecord, WideLimitsRecord
 
 
 def camera_and_lights(scene: Scene) -> str:

@@ -16,10 +16,10 @@ from rayproof.reports.judge.repeated import repeated
 from rayproof.reports.judge.scene_truth import Ground, Terms
 from rayproof.reports.judge.sentinels import stand_guard
 from rayproof.reports.judge.verdict import Judged, of_what_is_supported
+from rayproof.reports.results.case_records import CaseRecord, MasksRecord
 from rayproof.reports.results.float_codec import pack
 from rayproof.reports.results.images import write_answers, write_pixels
 from rayproof.reports.results.outcomes import Outcome
-from rayproof.reports.results.records import CaseRecord, MasksRecord
 from rayproof.reports.run.cache_store import usual_store
 from rayproof.reports.run.case_record import said, write_scene
 from rayproof.reports.run.common_factors import camera_and_lights

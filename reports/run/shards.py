@@ -14,11 +14,12 @@ from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
+from rayproof.reports.results.case_records import CaseRecord
 from rayproof.reports.results.case_table import NAME, Cases, CaseTable, DamagedTableError
 from rayproof.reports.results.document import ResultsError, load_results
 from rayproof.reports.results.files import legible
 from rayproof.reports.results.images import inside
-from rayproof.reports.results.records import MOST_SHARDS, CaseRecord, RunRecord, ShardRecord
+from rayproof.reports.results.records import MOST_SHARDS, RunRecord, ShardRecord
 from rayproof.reports.run import totals
 from rayproof.reports.run.options import RunOptions, demands
 from rayproof.reports.run.plan import PlannedCase

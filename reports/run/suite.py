@@ -16,6 +16,7 @@ from rayproof.cases.families import all_cases, select
 from rayproof.reports.console import console as terminal
 from rayproof.reports.processes.pool import Pool
 from rayproof.reports.publish.scene3d.stills import draw_stills, drawn_usually, remove_stale
+from rayproof.reports.results.case_records import CaseRecord
 from rayproof.reports.results.case_table import NAME as JOURNAL
 from rayproof.reports.results.case_table import amend, amending, briefs, named
 from rayproof.reports.results.document import save_early, save_results, write_results
@@ -24,7 +25,7 @@ from rayproof.reports.results.headline import causes, examined_line, no_say, of_
 from rayproof.reports.results.headline import worst_first as worst_cases_first
 from rayproof.reports.results.images import keeps_images
 from rayproof.reports.results.outcomes import Outcome, concerning, exit_code
-from rayproof.reports.results.records import CaseRecord, RunRecord
+from rayproof.reports.results.records import RunRecord
 from rayproof.reports.run import totals
 from rayproof.reports.run.cache_store import usual_store
 from rayproof.reports.run.messages import JUDGE, GuardTask

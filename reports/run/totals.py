@@ -12,19 +12,11 @@ from rayproof.cases.case import ITEMS
 from rayproof.cases.stages import Stage
 from rayproof.reports.judge.known_defects import known_findings
 from rayproof.reports.judge.measurement import Examined
+from rayproof.reports.results.case_records import CaseRecord, CheckRecord, Number
 from rayproof.reports.results.files import at_worst, legible
 from rayproof.reports.results.images import keeps_images
 from rayproof.reports.results.outcomes import MEASURED, Outcome, concerning, ledger, worst
-from rayproof.reports.results.records import (
-    CaseRecord,
-    CheckRecord,
-    CoverageRecord,
-    FindingRecord,
-    LedgerRecord,
-    Number,
-    ReviewRecord,
-    RunRecord,
-)
+from rayproof.reports.results.records import CoverageRecord, FindingRecord, LedgerRecord, ReviewRecord, RunRecord
 from rayproof.reports.run.common_factors import CommonFactors, wrong
 from rayproof.reports.run.plan import Panel, PlannedCase, configurations_of
 from rayproof.reports.subjects import Subject

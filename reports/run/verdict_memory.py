@@ -18,7 +18,7 @@ import numpy as np
 
 from rayproof.cases.case import Case
 from rayproof.reports.judge.answers import Candidate
-from rayproof.reports.results.records import CaseRecord
+from rayproof.reports.results.case_records import CaseRecord
 from rayproof.reports.run.cache_store import About, DamagedEntryError, Entry, Store
 from rayproof.reports.run.options import Demands
 from rayproof.reports.run.reference_cache import Key, code, machine

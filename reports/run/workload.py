@@ -19,11 +19,11 @@ from rich.console import Console
 
 from rayproof.reports.console import called
 from rayproof.reports.processes.pool import Pool
+from rayproof.reports.results.case_records import CaseRecord
 from rayproof.reports.results.case_table import NAME, Cases, CaseTable, DamagedTableError
 from rayproof.reports.results.document import ResultsError, load_results
 from rayproof.reports.results.files import replacing
 from rayproof.reports.results.outcomes import Outcome
-from rayproof.reports.results.records import CaseRecord
 from rayproof.reports.run.cache_store import Store
 from rayproof.reports.run.case import CasesUnderWay, Terms
 from rayproof.reports.run.case_record import reproduce

@@ -29,13 +29,14 @@ from rayproof.cases.stages import IMAGE_STAGES, Stage, exr_channels
 from rayproof.reports.judge.edge_classes import NAMES
 from rayproof.reports.publish.scene3d.parts import look, thinned
 from rayproof.reports.publish.scene3d.stills import compared, picture_path
+from rayproof.reports.results.case_records import CaseRecord
 from rayproof.reports.results.case_table import briefs
 from rayproof.reports.results.compact import compact_case
 from rayproof.reports.results.files import write_text
 from rayproof.reports.results.float_codec import inflated, pack_json
 from rayproof.reports.results.images import handed_over, inside, keeps_images, kept_images, script, write_pixels
 from rayproof.reports.results.outcomes import Outcome
-from rayproof.reports.results.records import CaseRecord, RunRecord
+from rayproof.reports.results.records import RunRecord
 
 FEW = 16  # cases with images to compress that one process writes sooner than another one starts
 AT_ONCE = 32  # cases in memory

@@ -7,15 +7,14 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypedDict, TypeGuard
 
+from rayproof.reports.results.case_records import ComparedCheckRecord, Number
 from rayproof.reports.results.files import write_text
 from rayproof.reports.results.float_codec import pack_json
 from rayproof.reports.results.images import script
 from rayproof.reports.results.records import (
-    ComparedCheckRecord,
     ComparedRunRecord,
     ComparisonRowRecord,
     HistoryRecord,
-    Number,
     RunRecord,
     WorseRecord,
 )

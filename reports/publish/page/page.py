@@ -44,12 +44,13 @@ from rayproof.reports.publish.page.front import SHARD, Front, FrontData, data_fi
 from rayproof.reports.publish.page.plots import FOLDER, LIBRARY, pages
 from rayproof.reports.publish.page.plots import pages as plots
 from rayproof.reports.publish.scene3d.parts import look
+from rayproof.reports.results.case_records import CaseRecord
 from rayproof.reports.results.case_table import briefs
 from rayproof.reports.results.files import replacing, write_text
 from rayproof.reports.results.float_codec import pack_json, pack_text
 from rayproof.reports.results.headline import headline, shouts, worst_first
 from rayproof.reports.results.images import handed_over, inert, inside, script
-from rayproof.reports.results.records import CaseRecord, FindingRecord, RunRecord
+from rayproof.reports.results.records import FindingRecord, RunRecord
 
 # In the order in which they build on each other.
 SCRIPTS = (

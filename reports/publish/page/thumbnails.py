@@ -8,12 +8,13 @@ from pathlib import Path
 import numpy as np
 
 from rayproof.cases.stages import IMAGE_STAGES, Stage
+from rayproof.reports.results.case_records import CaseRecord, CheckRecord
 from rayproof.reports.results.case_table import amend, briefs, named, ratio_of
 from rayproof.reports.results.files import at_worst, number, replacing
 from rayproof.reports.results.headline import BAD, blame, cause_of, worst_first
 from rayproof.reports.results.images import kept_images
 from rayproof.reports.results.outcomes import Outcome
-from rayproof.reports.results.records import CaseRecord, CheckRecord, RunRecord
+from rayproof.reports.results.records import RunRecord
 
 MOST = 12
 TRIED = 4 * MOST  # of one cause: some kept no images

@@ -18,9 +18,9 @@ from rayproof.cases.stages import FACTS, Stage
 from rayproof.reports.processes.signals import end_with_parent
 from rayproof.reports.publish.scene3d.parts import Part, View, ball, basis, look, view_of
 from rayproof.reports.publish.scene3d.stills import DIGEST, compared, drawing_environment, why_not
+from rayproof.reports.results.case_records import CaseRecord
 from rayproof.reports.results.files import replacing
 from rayproof.reports.results.images import kept_images
-from rayproof.reports.results.records import CaseRecord
 
 COLOURS = 160  # of a still's palette
 BAR = {

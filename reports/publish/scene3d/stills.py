@@ -21,11 +21,11 @@ from pathlib import Path, PurePosixPath
 from typing import Any
 
 from rayproof import HOLDER
+from rayproof.reports.results.case_records import CaseRecord
 from rayproof.reports.results.case_table import amend, amending, briefs, named
 from rayproof.reports.results.headline import worst_first
 from rayproof.reports.results.images import inside
 from rayproof.reports.results.outcomes import Outcome
-from rayproof.reports.results.records import CaseRecord
 
 WORST = 12  # cases that are drawn whatever their verdicts
 MOST = 100  # failing cases of a run that are drawn unasked; a still takes a fifth of a second

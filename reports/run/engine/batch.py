@@ -10,7 +10,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-from rayproof.reports.results.records import CaseRecord
+from rayproof.reports.results.case_records import CaseRecord
 from rayproof.reports.run.case import Terms
 from rayproof.reports.run.plan import PlannedCase
 from rayproof.reports.run.scenes import place_of

@@ -17,7 +17,8 @@ from pathlib import Path
 
 from rayproof.reports.judge.answers import Candidate
 from rayproof.reports.processes.worker import Reply
-from rayproof.reports.results.records import CaseRecord, EngineRecord
+from rayproof.reports.results.case_records import CaseRecord
+from rayproof.reports.results.records import EngineRecord
 from rayproof.reports.run.case import Terms
 from rayproof.reports.run.case_record import unjudged
 from rayproof.reports.run.engine import machine

@@ -17,7 +17,7 @@ from pathlib import PurePath
 
 from rayproof.reports.processes.scratch import Scratch, sweep
 from rayproof.reports.processes.signals import end_with_parent
-from rayproof.reports.results.records import CaseRecord
+from rayproof.reports.results.case_records import CaseRecord
 from rayproof.reports.run.cache_store import usual_store
 from rayproof.reports.run.case import CasesUnderWay, Source, Terms
 from rayproof.reports.run.engine.batch import Answer, Batch, Finished, packed, write

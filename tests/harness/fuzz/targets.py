@@ -13,8 +13,9 @@ import numpy as np
 from rayproof.cases.scene import Camera, PointLight, Scene, SceneError, Sphere
 from rayproof.cases.scene_json import load_scene, scene_to_json
 from rayproof.cases.stages import Stage
+from rayproof.reports.results.case_records import CaseRecord
 from rayproof.reports.results.outcomes import LEDGER
-from rayproof.reports.results.records import CaseRecord, RunRecord
+from rayproof.reports.results.records import RunRecord
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -3,7 +3,7 @@
 import tempfile
 from pathlib import Path
 
-from rayproof.reports.results.records import CaseRecord
+from rayproof.reports.results.case_records import CaseRecord
 from rayproof.reports.run.workload import Journal
 from tests.harness.guards import BrokenHarnessError
 

@@ -3,7 +3,7 @@
 import tempfile
 from pathlib import Path
 
-from rayproof.reports.results.records import CaseRecord
+from rayproof.reports.results.case_records import CaseRecord
 from rayproof.reports.run import verdict_memory
 from rayproof.reports.run.cache_store import Store
 from tests.harness.guards import BrokenHarnessError

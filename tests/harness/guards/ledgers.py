@@ -2,8 +2,8 @@
 
 from collections.abc import Mapping
 
+from rayproof.reports.results.case_records import CaseRecord
 from rayproof.reports.results.outcomes import Outcome, exit_code, worst
-from rayproof.reports.results.records import CaseRecord
 from rayproof.reports.run import totals
 from tests.harness.guards import BrokenHarnessError
 

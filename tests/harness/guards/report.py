@@ -19,9 +19,9 @@ from rayproof.reports.judge.known_answers import CASE
 from rayproof.reports.judge.oracle import ORACLE, stages_of
 from rayproof.reports.judge.scene_truth import Ground, ground
 from rayproof.reports.publish.page.case_data import write_case_data
+from rayproof.reports.results.case_records import CaseRecord
 from rayproof.reports.results.images import handed_over, read_pixels
 from rayproof.reports.results.outcomes import Outcome
-from rayproof.reports.results.records import CaseRecord
 from rayproof.reports.run.judge_task import keep_images, masks
 from rayproof.reports.run.messages import JudgeTask
 from tests.harness.guards import BrokenHarnessError

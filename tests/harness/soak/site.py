@@ -16,8 +16,9 @@ import psutil
 from rayproof import HOLDER
 from rayproof.cases.scene_json import save_scene
 from rayproof.reports.processes.signals import adopt_orphans, descendants
+from rayproof.reports.results.case_records import CaseRecord
 from rayproof.reports.results.compact import expand
-from rayproof.reports.results.records import CaseRecord, RunRecord
+from rayproof.reports.results.records import RunRecord
 from rayproof.reports.run import cache_store
 from rayproof.reports.run.engine.vetting import LIFETIME
 from tests.benchmarks.growth.scenes import small_scenes

@@ -26,8 +26,8 @@ from rayproof.reports.judge.measurement import Measurement, jsonable, ratios
 from rayproof.reports.judge.oracle import ORACLE, FullOracle, stages_of
 from rayproof.reports.judge.scene_truth import Ground, ground
 from rayproof.reports.judge.verdict import Judged
+from rayproof.reports.results.case_records import Number
 from rayproof.reports.results.outcomes import Outcome, worst
-from rayproof.reports.results.records import Number
 from tests.harness.verdicts.judged_values import CERTIFIED, Held, Pixel, certified_answers
 from tests.harness.verdicts.perturbed import CORNERS, perturbed
 

@@ -14,10 +14,10 @@ from rayproof.reports.history.image_difference import write_both, write_folder
 from rayproof.reports.history.run_difference import comparison, moved, names_of, sentence
 from rayproof.reports.publish import publish_all
 from rayproof.reports.publish.page.comparisons import comparison_front
+from rayproof.reports.results.case_records import CaseRecord
 from rayproof.reports.results.case_table import CaseTable
 from rayproof.reports.results.document import load_results, save_results
 from rayproof.reports.results.images import kept_images, read_answers, read_pixels, write_answers, write_pixels
-from rayproof.reports.results.records import CaseRecord
 from tests.reports.publish.sample import answers, make_folder
 from tests.reports.publish.visits import Visit
 

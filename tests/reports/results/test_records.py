@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from rayproof.reports.results import records
+from rayproof.reports.results import case_records, records
 
 PAGE = (Path(__file__).parents[3] / "docs" / "results.md").read_text(encoding="utf-8")
 
@@ -23,16 +23,16 @@ def documented(heading: str) -> set[str]:
     [
         ("## results.json", records.RunRecord),
         ("### Diagnosis", records.CauseRecord),
-        ("### A case", records.CaseRecord),
-        ("### A case's `adjudication`", records.AdjudicationRecord),
-        ("### A check", records.CheckRecord),
-        ("### What was examined", records.ExaminedRecord),
-        ("### A check's `bias`", records.BiasRecord),
-        ("### A measurement", records.MeasurementRecord),
+        ("### A case", case_records.CaseRecord),
+        ("### A case's `adjudication`", case_records.AdjudicationRecord),
+        ("### A check", case_records.CheckRecord),
+        ("### What was examined", case_records.ExaminedRecord),
+        ("### A check's `bias`", case_records.BiasRecord),
+        ("### A measurement", case_records.MeasurementRecord),
     ],
 )
 def test_the_page_on_results_names_the_keys_of_the_classes(heading: str, record: Any) -> None:
     # `pixels` of what was examined is explained above its table, as the sum of the rest.
-    above = {"pixels"} if record is records.ExaminedRecord else set()
+    above = {"pixels"} if record is case_records.ExaminedRecord else set()
 
     assert documented(heading) | above == set(record.__annotations__)
