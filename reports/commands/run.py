@@ -5,7 +5,9 @@ import os
 import sys
 from contextlib import ExitStack, nullcontext
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
+
+from cyclopts import Group, Parameter
 
 from rayproof.reports.commands.cluster import engaged, scheduler_at
 from rayproof.reports.commands.lookup import Repeated, configurations, references_named
@@ -17,6 +19,11 @@ if TYPE_CHECKING:
     from rayproof.reports.history.gating import Demanded
     from rayproof.reports.subjects import Subject, Surroundings
 
+# The headings of `run --help`, in their order.
+SELECTION, SUBJECT, LIMITS, OUTPUT, GATE, CLUSTER = (
+    Parameter(group=Group(heading, sort_key=place))
+    for place, heading in enumerate(("Selection", "Subject", "Limits", "Output", "Gate", "Cluster"))
+)
 TRACER = "tracer"
 USUAL_LIMIT = 120.0  # s, for one render or one judgement
 MOST_DRAWN = 10_000  # random scenes, all of which are held in memory
@@ -25,35 +32,35 @@ MOST_MEMORY = 2.0**33  # GiB; a process's limits are numbers of 63 bits
 
 def run(
     *selectors: str,
-    out: Path = Path("report"),
-    resume: bool = False,
-    shard: str | None = None,
-    merge: bool = False,
-    require: Repeated = (),
-    jobs: int | None = None,
-    timeout: float | None = None,
-    worker_memory: float | None = None,
-    configuration: Repeated = (),
-    formula: Repeated = (),
-    subject: str = "tracer",
-    memory: float = 8.0,
-    env: Repeated = (),
-    confine: bool = False,
-    diagnose: Literal["auto", "off"] = "auto",
-    cache: bool = True,
-    keep_images: str | None = None,
-    single_file: bool = False,
-    dry_run: bool = False,
-    history: Path | None = None,
-    expect: Path | None = None,
-    against: Path | None = None,
-    least_coverage: float | None = None,
-    json: Path | None = None,
-    count: int | None = None,
-    seed: int | None = None,
-    scenes: Path | None = None,
-    scheduler: str | None = None,
-    tls: Path | None = None,
+    out: Annotated[Path, OUTPUT] = Path("report"),
+    resume: Annotated[bool, SELECTION] = False,
+    shard: Annotated[str | None, SELECTION] = None,
+    merge: Annotated[bool, SELECTION] = False,
+    require: Annotated[Repeated, SUBJECT] = (),
+    jobs: Annotated[int | None, LIMITS] = None,
+    timeout: Annotated[float | None, LIMITS] = None,
+    worker_memory: Annotated[float | None, LIMITS] = None,
+    configuration: Annotated[Repeated, SUBJECT] = (),
+    formula: Annotated[Repeated, SUBJECT] = (),
+    subject: Annotated[str, SUBJECT] = "tracer",
+    memory: Annotated[float, LIMITS] = 8.0,
+    env: Annotated[Repeated, SUBJECT] = (),
+    confine: Annotated[bool, SUBJECT] = False,
+    diagnose: Annotated[Literal["auto", "off"], OUTPUT] = "auto",
+    cache: Annotated[bool, LIMITS] = True,
+    keep_images: Annotated[str | None, OUTPUT] = None,
+    single_file: Annotated[bool, OUTPUT] = False,
+    dry_run: Annotated[bool, SELECTION] = False,
+    history: Annotated[Path | None, OUTPUT] = None,
+    expect: Annotated[Path | None, GATE] = None,
+    against: Annotated[Path | None, GATE] = None,
+    least_coverage: Annotated[float | None, GATE] = None,
+    json: Annotated[Path | None, OUTPUT] = None,
+    count: Annotated[int | None, SELECTION] = None,
+    seed: Annotated[int | None, SELECTION] = None,
+    scenes: Annotated[Path | None, SELECTION] = None,
+    scheduler: Annotated[str | None, CLUSTER] = None,
+    tls: Annotated[Path | None, CLUSTER] = None,
 ) -> int:
     """Judge the tracer or another renderer on cases or scene files; write a report.
 
