@@ -8,7 +8,7 @@ import sys
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from rayproof.reports.console import called, remember
+from rayproof.reports.called import called, remember
 from rayproof.reports.processes.signals import Stopping
 
 if TYPE_CHECKING:

@@ -25,11 +25,11 @@ def merge(
     """
     if not folders:
         raise UsageError("name the folders of the parts: rayproof run --merge DIR... --out ALL")
-    from rayproof.reports.console import console as terminal
     from rayproof.reports.results.headline import THE_USUAL
     from rayproof.reports.run import suite
     from rayproof.reports.run.options import RunOptions
     from rayproof.reports.run.shards import load_shards, merge
+    from rayproof.reports.terminal import console as terminal
 
     with told_in_one_line():
         if out.resolve() in {folder.resolve() for folder in folders}:

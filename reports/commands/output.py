@@ -7,8 +7,8 @@ from typing import Any
 from rich.table import Table
 
 from rayproof.reports.commands.usage import told_in_one_line
-from rayproof.reports.console import PIPED_WIDTH, console
 from rayproof.reports.results.files import as_json, legible
+from rayproof.reports.terminal import PIPED_WIDTH, console
 
 ROOM = 34  # columns of a page that a column of a table may need before its names break in two
 

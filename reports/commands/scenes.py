@@ -6,10 +6,10 @@ from typing import Annotated, Literal
 
 from cyclopts import Parameter
 
+from rayproof.reports.called import called
 from rayproof.reports.commands.lookup import Repeated, configurations, scene_named, stages_named
 from rayproof.reports.commands.output import say, shout, warning
 from rayproof.reports.commands.usage import UsageError, told_in_one_line, writable_folder
-from rayproof.reports.console import called
 
 
 def render(

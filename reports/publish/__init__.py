@@ -18,15 +18,15 @@ PUBLISHERS: Table[Publisher] = Table(
     "publisher",
     package="rayproof.reports.publish",
     entries={
-        "annotations": Entry("formats.annotations:publish"),
-        "badge": Entry("formats.badge:publish"),
-        "ctrf": Entry("formats.ctrf:publish"),
-        "history": Entry("page.history:publish"),
+        "annotations": Entry("summaries:publish_annotations"),
+        "badge": Entry("summaries:publish_badge"),
+        "ctrf": Entry("test_reports:publish_ctrf"),
+        "history": Entry("page.comparisons:publish"),
         "html": Entry("page.page:publish"),
-        "junit": Entry("formats.junit:publish"),
+        "junit": Entry("test_reports:publish_junit"),
         "plots": Entry("page.plots:publish"),
-        "summary": Entry("formats.summary:publish"),
-        "viewer": Entry("page.viewer_page:publish"),
+        "summary": Entry("summaries:publish_summary"),
+        "viewer": Entry("page.case_data:publish_viewer"),
     },
 )
 

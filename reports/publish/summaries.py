@@ -48,7 +48,7 @@ def prop(text: object) -> str:
     return "".join(_IN_PROPERTIES.get(character, character) for character in message(text))
 
 
-def publish(folder: Path, results: RunRecord) -> list[Path]:
+def publish_annotations(folder: Path, results: RunRecord) -> list[Path]:
     """Write annotations.txt; of a run that passed, one notice."""
     lines = [f"::error title=rayproof::{message(line)}" for line in shouts(results)]
     told = results.get("gate")

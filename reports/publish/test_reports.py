@@ -37,7 +37,7 @@ def legal(text: object) -> str:
     return _ILLEGAL.sub("", legible_lines(text))
 
 
-def publish(folder: Path, results: RunRecord) -> list[Path]:
+def publish_junit(folder: Path, results: RunRecord) -> list[Path]:
     """Write junit.xml."""
     # Shouted where both a reader and a parser meet it first: the root's name, on the line of the declaration.
     cases, expected = results["cases"], frozenset(results.get("gate", {}).get("cases", ()))

@@ -12,7 +12,7 @@ import numpy as np
 
 from rayproof.cases.case import Case
 from rayproof.cases.scene_json import PACKED, scene_to_json
-from rayproof.reports.console import called
+from rayproof.reports.called import called
 from rayproof.reports.judge.answers import Candidate, Witness
 from rayproof.reports.judge.measurement import unexamined
 from rayproof.reports.judge.oracle import stages_of

@@ -13,7 +13,6 @@ from rich.console import Console
 
 from rayproof.cases.case import Case
 from rayproof.cases.families import all_cases, select
-from rayproof.reports.console import console as terminal
 from rayproof.reports.processes.pool import Pool
 from rayproof.reports.publish.scene3d.stills import draw_stills, drawn_usually, remove_stale
 from rayproof.reports.results.case_records import CaseRecord
@@ -41,6 +40,7 @@ from rayproof.reports.run.workers import workers as pool_of
 from rayproof.reports.run.workload import EARLIER, render_and_judge
 from rayproof.reports.subjects.calls import FOLDER as CALLS
 from rayproof.reports.subjects.calls import TOLD
+from rayproof.reports.terminal import console as terminal
 from rayproof.tracer.kernel.compiler import choose_packaged_llvm
 
 if TYPE_CHECKING:

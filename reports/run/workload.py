@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING
 
 from rich.console import Console
 
-from rayproof.reports.console import called
+from rayproof.reports.called import called
 from rayproof.reports.processes.pool import Pool
 from rayproof.reports.results.case_records import CaseRecord
 from rayproof.reports.results.case_table import NAME, Cases, CaseTable, DamagedTableError

@@ -12,7 +12,6 @@ import pytest
 
 from rayproof.reports.cli import main
 from rayproof.reports.commands.output import say, show_table
-from rayproof.reports.console import console
 from rayproof.reports.publish import publish_all
 from rayproof.reports.results.document import save_results
 from rayproof.reports.results.files import legible, legible_json
@@ -20,6 +19,7 @@ from rayproof.reports.results.images import handed_over
 from rayproof.reports.run.progress import CaseProgress, worst_first
 from rayproof.reports.run.scenes import cases_of_files
 from rayproof.reports.subjects.calls import call
+from rayproof.reports.terminal import console
 from tests.reports.publish.sample import make_folder
 
 NAME = "ok\n::error title=a::b\r\n::add-mask::c\x1b[31m\x9b1m\u202etxt.exe\u2066 [bold]x[/bold] :warning: \u2028."

@@ -259,11 +259,11 @@ def _short(channel: str) -> str:
 
 
 # In the order in which they build on each other: the report's own, then the viewer's.
-SHARED, SCRIPTS = ("elements", "colors"), ("view3d",)
+SHARED, SCRIPTS = ("elements", "paint"), ("view3d",)
 LIBRARY = "vtk-viewer.js"
 
 
-def publish(folder: Path, results: RunRecord) -> list[Path]:
+def publish_viewer(folder: Path, results: RunRecord) -> list[Path]:
     """Write viewer/index.html and the library, where the scene of any case is kept."""
     if not any(has_view(folder, case) for case in briefs(results["cases"])):
         return []

@@ -8,8 +8,8 @@ from rich.table import Table
 from rich.text import Text
 
 from rayproof.cases.stages import Stage
-from rayproof.reports.console import console as terminal
 from rayproof.reports.results.outcomes import Outcome
+from rayproof.reports.terminal import console as terminal
 from tests.harness.audit.orders import REFERENCES, GradedReport, LiarReport, Sighting
 from tests.harness.audit.planted import PlantedFault
 from tests.harness.audit.records import (

@@ -12,13 +12,13 @@ from rich.console import Console
 
 from rayproof.cases.case import Case
 from rayproof.cases.families import all_cases, select
-from rayproof.reports.console import console as terminal
 from rayproof.reports.judge.oracle import ORACLE
 from rayproof.reports.processes.pool import Pool
 from rayproof.reports.processes.worker import Reply
 from rayproof.reports.results.files import write_text
 from rayproof.reports.results.outcomes import Outcome
 from rayproof.reports.run.plan import plan
+from rayproof.reports.terminal import console as terminal
 from rayproof.tracer.kernel.compiler import choose_packaged_llvm
 from tests.harness.audit import findings
 from tests.harness.audit.faults_against_laws import before_the_laws, told

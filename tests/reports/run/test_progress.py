@@ -5,9 +5,9 @@ from typing import Any
 
 import pytest
 
-from rayproof.reports.console import Page
 from rayproof.reports.run import progress
 from rayproof.reports.run.progress import CaseProgress, highest, worst_first
+from rayproof.reports.terminal import Page
 
 
 def record(name: str, verdict: str, *ratios: float | str | None) -> dict[str, Any]:
