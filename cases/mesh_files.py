@@ -10,7 +10,7 @@ import json
 import os
 import stat
 import struct
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path, PurePosixPath, PureWindowsPath
 
 import numpy as np
@@ -19,6 +19,7 @@ from rayproof.cases.mesh_sandbox import BYTES_A_BYTE, FREE_BYTES, Budget, Foreig
 from rayproof.cases.scene import SceneError, shown
 
 LARGEST = 256 * 2**20  # bytes of a mesh file
+LET_IN = "another one is let in by --allow-folder"
 # What trimesh may take, beside its own code: a text file of 2 million triangles needs a third of it.
 SECONDS, BYTES_A_SECOND = 6.0, 2**20
 MEMORY, MEMORY_A_BYTE = 512 * 2**20, 40  # bytes
@@ -59,6 +60,31 @@ def path_within(
     if facts.st_size > largest:
         raise SceneError(f"{what} must have at most {largest} bytes, got {facts.st_size} bytes in {shown(name)}")
     return path
+
+
+def is_plain(name: str) -> bool:
+    """Say whether a name can be looked up at all: long and unprintable ones cannot."""
+    return name.isprintable() and len(name) < 1000 and all(len(part) < 250 for part in Path(name).parts)
+
+
+def located(name: str, folders: Sequence[Path], roots: Sequence[Path], what: str) -> tuple[Path, str]:
+    """Return a folder and a name in it for the file `name`, looked for in `folders`.
+
+    A name with `..` in it may lead into one of the `roots` and nowhere else. Whether the file is there, and may be
+    opened, is left to `path_within`.
+
+    Raises:
+        SceneError: it leads elsewhere; the message begins with `what`.
+
+    """
+    beside = next((folder for folder in folders if is_plain(name) and (folder / name).is_file()), folders[0])
+    if ".." not in Path(name).parts or not is_plain(name):
+        return beside, name
+    path = (beside / name).resolve()
+    for root in roots:
+        if path.is_relative_to(root.resolve()):
+            return root, path.relative_to(root.resolve()).as_posix()
+    raise SceneError(f"{what} must be a relative path inside the scene's folder, got {shown(name)}; {LET_IN}")
 
 
 def content_of(path: Path, *, largest: int) -> bytes:

@@ -37,7 +37,7 @@ def import_mesh(path: Path, options: ImportOptions) -> Imported:
     try:
         budget = Budget()
         vertices, faces = read_mesh(path.name, path.parent, budget)
-        mesh = Mesh(albedo=ALBEDO, two_sided=True, vertices=vertices, faces=faces)
+        mesh = Mesh(albedo=ALBEDO, two_sided=True, vertices=vertices, faces=faces, file=str(path.resolve()))
     except SceneError as error:
         raise SceneError(f"{path}: {error}") from None
     up = options.up or "z"

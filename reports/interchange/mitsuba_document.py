@@ -15,37 +15,16 @@ from xml.parsers import expat
 
 import numpy as np
 
-from rayproof.cases.mesh_files import content_of, path_within
+from rayproof.cases.mesh_files import LET_IN, content_of, is_plain, located, path_within
 from rayproof.cases.mesh_sandbox import BYTES_A_BYTE, FREE_BYTES, Budget, ForeignError, Parser, ask
 from rayproof.cases.scene import SceneError, shown
 
 LARGEST = 256 * 2**20  # bytes of a file
 DEEPEST_INCLUDE = 8
-LET_IN = "another one is let in by --allow-folder"
 _PARAMETER = re.compile(r"\$(\w+)")
 _SOURCE = re.compile(r"\[\w+\.cpp:\d+\] ")  # where in Mitsuba's code a message comes from
 # Elements of Nori's scenes (W. Jakob, https://wjakob.github.io/nori) that no scene of Mitsuba has.
 NORI = ("camera", "mesh")
-
-
-def located(name: str, folders: Sequence[Path], roots: Sequence[Path], what: str) -> tuple[Path, str]:
-    """Return a folder and a name in it for the file `name`, looked for in `folders`.
-
-    A name with `..` in it may lead into one of the `roots` and nowhere else. Whether the file is there, and may be
-    opened, is left to `path_within`.
-
-    Raises:
-        SceneError: it leads elsewhere; the message begins with `what`.
-
-    """
-    beside = next((folder for folder in folders if _plain(name) and (folder / name).is_file()), folders[0])
-    if ".." not in Path(name).parts or not _plain(name):
-        return beside, name
-    path = (beside / name).resolve()
-    for root in roots:
-        if path.is_relative_to(root.resolve()):
-            return root, path.relative_to(root.resolve()).as_posix()
-    raise SceneError(f"{what} must be a relative path inside the scene's folder, got {shown(name)}; {LET_IN}")
 
 
 def scan(
@@ -119,7 +98,7 @@ class _Scan:
             self.file(self._found(name, place, [beside, *self.searched, self._folder]), name, level + 1)
         elif tag == "spectrum" and "filename" in attributes:  # which Mitsuba's parser opens in one of these
             name = self._filled(attributes["filename"])
-            having = [where for where in (*self.searched, self._folder) if _plain(name) and (where / name).is_file()]
+            having = [where for where in (*self.searched, self._folder) if is_plain(name) and (where / name).is_file()]
             for folder in having or [self._folder]:
                 path = self._found(name, place, [folder])
                 self._budget.count_file(path, path.stat().st_size)
@@ -134,7 +113,7 @@ class _Scan:
         return path_within(name, within, what=what, largest=LARGEST, beside=beside)
 
     def _inside(self, name: str, place: str) -> Path:
-        where = (self._folder / name).resolve() if _plain(name) else Path("/")
+        where = (self._folder / name).resolve() if is_plain(name) else Path("/")
         if not any(_lies_in(where, one) for one in (self._folder, *self._allowed)):
             raise SceneError(f"{place}: value must be a folder inside the scene's own, got {shown(name)}; {LET_IN}")
         return where
@@ -151,11 +130,6 @@ class _Scan:
 
 def _lies_in(where: Path, folder: Path) -> bool:
     return where.resolve().is_relative_to(folder.resolve())
-
-
-def _plain(name: str) -> bool:
-    """Say whether a name can be looked up at all: long and unprintable ones cannot."""
-    return name.isprintable() and len(name) < 1000 and all(len(part) < 250 for part in Path(name).parts)
 
 
 # Mitsuba's parser, in double precision. It runs in the sandbox (`cases/mesh_sandbox.py`), and nothing is loaded.

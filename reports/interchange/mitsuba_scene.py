@@ -13,12 +13,12 @@ from typing import TypedDict
 import numpy as np
 import trimesh
 
-from rayproof.cases.mesh_files import read_mesh
+from rayproof.cases.mesh_files import located, read_mesh
 from rayproof.cases.scene import Camera, Cube, Mesh, Plane, PointLight, Rgb, Scene, SceneError, Shape, Sphere, Square
 from rayproof.reports.interchange import IMPORTERS, Imported, ImportOptions, Size
 from rayproof.reports.interchange.framing import camera_for, light_for, matrix, vector
 from rayproof.reports.interchange.meshes import has_normals
-from rayproof.reports.interchange.mitsuba_document import Element, Spectrum, located, read_tree
+from rayproof.reports.interchange.mitsuba_document import Element, Spectrum, read_tree
 
 PLANE = "infinite-plane"  # how the id of a disk begins that stands for a plane
 
