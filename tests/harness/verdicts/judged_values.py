@@ -137,7 +137,8 @@ class Held:
 
         A value within the limit of the certified one is right whatever else holds. A tie that stays one in scenes
         within rounding is nobody's fault and left out. Who is accused has the benefit of all these scenes; `strictly`,
-        for who passed, they count only where rounding changes a decision: elsewhere the limit holds.
+        for who passed, they count only where rounding, or what the party declares as far as rounding needs it, changes
+        a decision: elsewhere the limit holds.
         """
         if not pixels or not self.stages:
             return {}
@@ -223,6 +224,8 @@ class Held:
         """Return where (n,) no trial changes what is seen, what lights it, or jumps to another side's value."""
         decisions = [one for one in (Stage.OBJECT, Stage.VISIBILITY) if one in near.samples and (one in LIT[stage])]
         same = [(near.samples[one] == near.samples[one][0]).all(axis=(0, 2)) for one in decisions]
+        if Stage.VISIBILITY in decisions:
+            same.append(~self._felt_otherwise(near.samples[Stage.VISIBILITY][0], rows, columns))
         values = near.samples[stage]
         with np.errstate(invalid="ignore"):
             span = np.nan_to_num(values.max(axis=0) - values.min(axis=0), nan=0.0).max(axis=1, initial=0.0)
@@ -255,14 +258,15 @@ class Held:
         return _among(value, theirs, same, bound)
 
     def _feels(self, ours: dict[Stage, np.ndarray], value: np.ndarray, rows: np.ndarray, columns: np.ndarray):
-        """Return which lights (n, lights) are seen or not, as the party says, from about the hit that it names.
+        """Return which lights (n, lights) are seen or not, as `value` says, from about the hit that the party names.
 
         That hit is off its surface by rounding, to either side, and feelers start above it by what the party declares,
         as far as rounding needs it.
         No scene within rounding shows that: its hits are on their surfaces.
         """
+        found = np.zeros(value.shape, dtype=bool)
         if not {Stage.OBJECT, Stage.POSITION, Stage.NORMAL} <= set(ours):
-            return np.zeros(value.shape, dtype=bool)
+            return found
         lifted = self.terms.limits.lifted[rows, columns]
         needed = needed_shadow(
             self.ground.conditioning,
@@ -271,12 +275,19 @@ class Held:
             Roundoff(self.party.precision),
         )
         above = np.minimum(self.party.shadow_epsilon, ALLOWED * needed)
-        found = np.zeros(value.shape, dtype=bool)
         for height in (-lifted, 0 * lifted, lifted, lifted + above[rows, columns]):
             for side in (1.0, -1.0):
                 start = ours[Stage.POSITION] + side * height[:, np.newaxis] * ours[Stage.NORMAL]
                 found |= continued(self.ground.scene, Stage.VISIBILITY, ours | {Stage.POSITION: start}) == value
         return found
+
+    def _felt_otherwise(self, seen: np.ndarray, rows: np.ndarray, columns: np.ndarray) -> np.ndarray:
+        """Return where (n,) the party's feelers see what it says, and not the lights that are `seen` (n, lights)."""
+        assert self.party.answers is not None
+        ours = {name: np.asarray(self.party.answers[name])[rows, columns] for name in self.stages}
+        if Stage.VISIBILITY not in ours:
+            return np.zeros(len(rows), dtype=bool)
+        return any_of((ours[Stage.VISIBILITY] != seen) & self._feels(ours, ours[Stage.VISIBILITY], rows, columns))
 
     def _follows(
         self,

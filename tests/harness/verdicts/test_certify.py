@@ -232,3 +232,17 @@ def test_a_light_that_nothing_makes_undecided_is_wrong_if_it_is_not_seen() -> No
     pixel = (int(column), int(row))
 
     assert Stage.VISIBILITY in found.of(replace(candidate(answers), name="dark")).wrong([pixel], strictly=True)[pixel]
+
+
+@pytest.mark.parametrize(("declared", "right"), [(0.011, True), (0.0, False)])
+def test_feelers_that_start_above_a_hit_as_declared_decide_what_no_scene_within_rounding_does(
+    declared: float, *, right: bool
+) -> None:
+    found, (column, row) = inquest("random/42011/316"), (28, 22)
+    answers = {stage: np.array(image) for stage, image in found.base.truth.items()}
+    answers[Stage.VISIBILITY][row, column, 2] = 1.0
+    ours = replace(candidate(answers), shadow_epsilon=declared)
+
+    wrong = found.of(ours).wrong([(column, row)], strictly=True)
+
+    assert (Stage.VISIBILITY not in wrong.get((column, row), ())) == right
