@@ -64,8 +64,10 @@ def import_lecture_scene(path: Path, options: ImportOptions) -> Imported:
         raise SceneError(f"{where}: frames must be an array of at least one frame, got []")
     if len(frames) > 1:
         drop(f"{len(frames) - 1} of {len(frames)} frames; the first one counts")
-    scene = _members(frames[0], ["scene", "frameNumber"], drop)["scene"]
-    members = _members(scene, ["camera", LENS, "primitives", "lights", "materials"], drop)
+    frame = _members(frames[0], ["scene", "frameNumber"], drop)
+    if "scene" not in frame:
+        frames[0].refuse('lacks the key "scene"')
+    members = _members(frame["scene"], ["camera", LENS, "primitives", "lights", "materials"], drop)
     materials = dict(_materials(members, drop))
     primitives = list(members["primitives"].items()) if "primitives" in members else []
     budget.spend("shapes", len(primitives), by=where)
@@ -127,7 +129,7 @@ def _shapes(
         called = _named(field, "shape")
         members = _members(field, ["shape", "name", "material", "transform", "filename"], drop, of=called)
         if "shape" not in members:
-            field.refuse("lacks the key 'shape'")
+            field.refuse('lacks the key "shape"')
         kind = members["shape"].text()
         if kind not in SHAPES and kind != "Mesh":
             drop(f"{called}: the shape {shown(kind)[1:-1]}")
