@@ -2,10 +2,12 @@
 
 import struct
 from collections.abc import Callable
+from time import process_time
 
 import numpy as np
 import pytest
 
+from rayproof.cases.mesh_files import SECONDS
 from rayproof.cases.mesh_sandbox import mesh_parser
 from rayproof.cases.polygon_files import mesh_of
 
@@ -57,6 +59,22 @@ def test_a_window_stays_open() -> None:
 
     np.testing.assert_allclose(area(vertices, triangles), [0, 0, 8])
     assert not np.all(np.array(sides) > 0, axis=0).any()
+
+
+def test_a_polygon_of_thousands_of_corners_is_cut_within_the_sandbox_s_time() -> None:
+    k = np.arange(1000)
+    low, high = np.where(k % 2, 9.5, -0.5), np.where(k % 2, 10.0, 0.5)
+    corners = np.concatenate([np.stack([k, high, 0 * k], axis=1), np.stack([k, low, 0 * k], axis=1)[::-1]])
+    text = (
+        "".join(f"v {x!r} {y!r} {z!r}\n" for x, y, z in corners.tolist()) + f"f {' '.join(map(str, range(1, 2001)))}\n"
+    )
+    begun = process_time()
+
+    vertices, triangles, _ = mesh_of("obj", text.encode())
+
+    assert process_time() - begun < SECONDS  # 0.5 s; with every corner looked at again for each cut 29 s
+    fan = np.array([[0, n, n + 1] for n in range(1, 1999)])
+    np.testing.assert_allclose(area(vertices, triangles), area(corners, fan))
 
 
 def test_line_ends_comments_tabs_and_continued_lines() -> None:
