@@ -8,6 +8,7 @@ Khronos, glTF 2.0 specification (2021), sections 3.6 and 4.4; Wavefront, Advance
 
 import json
 import os
+import re
 import stat
 import struct
 from collections.abc import Callable, Sequence
@@ -112,13 +113,23 @@ def _claim(what: str, claimed: int, present: int) -> str:
 
 
 def _is_text_stl(content: bytes) -> bool:
+    if len(content) >= STL_HEADER:  # some binary files begin with "solid", too
+        (count,) = struct.unpack_from("<I", content, STL_HEADER - 4)
+        if len(content) == STL_HEADER + STL_TRIANGLE * count:
+            return False
     return content[:512].lstrip().lower().startswith(b"solid") and b"facet" in content[:4096].lower()
 
 
 def stl_problem(content: bytes) -> str | None:
-    """Return what is wrong with an STL file's header, or None; a text file claims nothing."""
+    """Return what is wrong with an STL file's header, or with the number of a text file's lines; or None."""
     if _is_text_stl(content):
-        return None
+        facets, vertices, ends = (
+            len(re.findall(rb"^\s*" + word + rb"\b", content, re.MULTILINE | re.IGNORECASE))
+            for word in (b"facet", b"vertex", b"endsolid")
+        )
+        if vertices != 3 * facets:
+            return f"has {vertices} vertices in {facets} facets of three: it ends early, or holds polygons"
+        return None if ends else f"ends early: no endsolid follows its {facets} facets"
     if len(content) < STL_HEADER:
         return "is no STL file: it is shorter than the header"
     (count,) = struct.unpack_from("<I", content, STL_HEADER - 4)
@@ -209,6 +220,8 @@ def _parsed(path: Path, name: str, budget: Budget) -> tuple[np.ndarray, np.ndarr
     except OSError as error:
         raise SceneError(f"file cannot be read: {error.strerror}: {shown(name)}") from None
     budget.count_file(path, len(content))
+    if suffix == ".stl" and _is_text_stl(content):
+        content = content.replace(b"\r\n", b"\n").replace(b"\r", b"\n")
     problem = CLAIMS[suffix](content) if suffix in CLAIMS else None
     if problem:
         raise SceneError(f"file {problem}: {shown(name)}")
