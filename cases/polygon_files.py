@@ -46,6 +46,7 @@ def read_obj(content: bytes) -> Polygons:
     """Return the vertices and faces of an OBJ file, negative indices counted back from the vertices so far."""
     if b"\0" in content:
         raise ValueError("is no OBJ file: it holds zero bytes")
+    content = content.removeprefix(b"\xef\xbb\xbf")  # a mark of UTF-8, which would hide the first statement
     if b"\r" in content:
         content = content.replace(b"\r\n", b"\n").replace(b"\r", b"\n")
     vertices: list[float] = []
@@ -146,6 +147,8 @@ def read_ply(content: bytes) -> Polygons:
             _add_rows(polygons, element, columns)
         else:
             polygons.others[f"elements {element.name!r}"] += element.count
+    if rest := len(content) - start if layout else len(lines):
+        polygons.notes.append(f"{rest} {'bytes' if layout else 'lines'} after its last element")
     return polygons
 
 

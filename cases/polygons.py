@@ -24,6 +24,7 @@ class Polygons:
     places: list[int] = field(default_factory=list)  # line or row of each polygon
     place: str = "line"  # what `places` counts
     others: Counter[str] = field(default_factory=Counter)  # what the file holds beside polygons, in plural
+    notes: list[str] = field(default_factory=list)  # what else to report of the file
 
     def add(self, corners: Sequence[int], place: int) -> None:
         """Add a polygon."""
@@ -71,7 +72,7 @@ def triangles_of(polygons: Polygons) -> tuple[np.ndarray, list[str]]:
         pieces.append(fans.reshape(-1, 3))
         order.append(np.repeat(rows, size - 2))
     triangles = np.concatenate(pieces)[np.argsort(np.concatenate(order), kind="stable")]
-    notes = []
+    notes = list(polygons.notes)
     if not enough.all():
         at = polygons.places[int(np.flatnonzero(~enough)[0])]
         notes.append(f"{int((~enough).sum())} faces of fewer than three corners, the first in {polygons.place} {at}")

@@ -35,6 +35,12 @@ def test_negative_indices_count_back_from_the_vertices_so_far() -> None:
         assert faces("obj", block.format(0, slots) + block.format(1, slots)) == [[0, 1, 2], [3, 4, 5]]
 
 
+def test_a_mark_of_utf_8_hides_no_vertex() -> None:
+    vertices, triangles, _ = mesh_of("obj", b"\xef\xbb\xbfv 5 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
+
+    assert (vertices[0].tolist(), triangles.tolist()) == ([5, 0, 0], [[0, 1, 2]])
+
+
 def test_every_face_line_is_read_by_itself() -> None:
     assert len(faces("obj", CORNER_L + "f 1//1 2//1 3//1\nf 1 2 3 4 5 6\nf 1/2 2/2 3/3\n")) == 1 + 4 + 1
 
@@ -145,6 +151,17 @@ def test_a_binary_ply_file_mixes_triangles_and_quads() -> None:
 def test_what_is_broken_is_refused_with_its_numbers(kind: str, content: str | bytes, message: str) -> None:
     with pytest.raises(ValueError, match=message):
         faces(kind, content)
+
+
+def test_what_follows_the_last_element_of_a_ply_file_is_reported() -> None:
+    text = (HEADER + FACES_OF.format(1) + SQUARE + "3 0 1 2\n3 0 2 3\n").encode()
+    head = (HEADER.replace("ascii", "binary_little_endian") + FACES_OF.format(1)).encode()
+    binary = head + struct.pack("<12fB3i", *map(float, SQUARE.split()), 3, 0, 1, 2) + b"after"
+
+    assert [mesh_of("ply", content)[2] for content in (text, binary)] == [
+        ["1 lines after its last element"],
+        ["5 bytes after its last element"],
+    ]
 
 
 def test_a_long_word_costs_no_more_than_itself() -> None:
