@@ -23,7 +23,7 @@ LARGEST = 256 * 2**20  # bytes of a file
 DEEPEST_INCLUDE = 8
 _PARAMETER = re.compile(r"\$(\w+)")
 _SOURCE = re.compile(r"\[\w+\.cpp:\d+\] ")  # where in Mitsuba's code a message comes from
-# Elements of Nori's scenes (W. Jakob, https://wjakob.github.io/nori) that no scene of Mitsuba has.
+# Elements of Nori's scenes (W. Jakob, https://wjakob.github.io/nori), which have no version; Mitsuba's do.
 NORI = ("camera", "mesh")
 
 
@@ -48,6 +48,7 @@ class _Scan:
     def __init__(self, folder: Path, budget: Budget, allowed: tuple[Path, ...], parameters: Mapping[str, str]) -> None:
         self._folder, self._budget, self._allowed = folder, budget, allowed
         self._values = dict(parameters)  # so far; the first value counts
+        self._versioned = False
         self.searched: list[Path] = []  # where `path` elements say that files lie
 
     def file(self, path: Path, name: str, level: int) -> None:
@@ -102,7 +103,9 @@ class _Scan:
             for folder in having or [self._folder]:
                 path = self._found(name, place, [folder])
                 self._budget.count_file(path, path.stat().st_size)
-        elif tag in NORI:
+        elif tag == "scene" and level == 0:
+            self._versioned = "version" in attributes
+        elif tag in NORI and not self._versioned:
             raise SceneError(f"{place}: a scene of Nori, which is not read; Mitsuba 3 XML is (docs/exchange.md)")
 
     def _found(self, name: str, place: str, folders: Sequence[Path]) -> Path:

@@ -485,6 +485,8 @@ def test_a_scene_of_nori_is_recognised(tmp_path: Path) -> None:
 
     with pytest.raises(SceneError, match=r"nori\.xml.*line 1.*a scene of Nori"):
         import_scene(tmp_path / "nori.xml")
+    with pytest.raises(SceneError, match="unsupported XML element: <camera>"):  # Mitsuba before 0.4
+        read(tmp_path, '<camera type="perspective"/>')
 
 
 @pytest.mark.parametrize("version", ["0.4.0", "0.6.0", "2.1.0", "3.5.0"])
