@@ -4,6 +4,7 @@ Before Mitsuba reads it, what the file asks for is counted: elements, nesting, i
 `include`, `path` and `default` are followed, which decide how much is read. The rest is Mitsuba's to understand.
 """
 
+import contextlib
 import json
 import re
 from bisect import bisect_right
@@ -139,6 +140,8 @@ def _lies_in(where: Path, folder: Path) -> bool:
 
 
 NEWLINE = ord("\n")
+SAMPLED = ("regular", "irregular", "blackbody")  # elements that are spectra
+COLOURS = "colours of the spectrum"  # a property that they get here
 
 
 @final
@@ -246,12 +249,16 @@ class _Lines:
 
 def _element(node: Any, place: str) -> StoredElement:
     properties = node.props
+    stored = {name: _value(properties[name]) for name in properties.keys()}  # noqa: SIM118 - iterates over nothing
+    if properties.plugin_name() in SAMPLED:
+        with contextlib.suppress(KeyError, TypeError, ValueError, RuntimeError):  # then it is a texture like any other
+            stored[COLOURS] = _of_plugin(properties.plugin_name(), stored)
     return {
         "kind": str(node.type).rpartition(".")[2],
         "plugin": properties.plugin_name(),
         "id": properties.id(),
         "place": place,
-        "properties": {name: _value(properties[name]) for name in properties.keys()},  # noqa: SIM118 - iterates over nothing
+        "properties": stored,
     }
 
 
@@ -274,12 +281,32 @@ def _value(value: Any) -> Stored:
 
 def _colours(spectrum: Any) -> StoredSpectrum:
     """Return a spectrum's colours, integrated as Mitsuba's modes for RGB do (its `bounded` and `d65`)."""
-    import mitsuba as mi
-
     levels = [float(level) for level in spectrum.values]
     if spectrum.is_uniform():
         return {"spectrum": levels[0], "reflectance": [], "emission": []}
-    waves = [float(wave) for wave in spectrum.wavelengths]
+    return _integrated([float(wave) for wave in spectrum.wavelengths], levels)
+
+
+def _of_plugin(plugin: str, properties: dict[str, Stored]) -> StoredSpectrum:
+    """Return the colours of one of `SAMPLED`: samples at wavelengths [nm], or Planck's law [W/(m^2 sr nm)]."""
+    if plugin == "blackbody":
+        waves = np.arange(360.0, 831.0, 5.0)
+        hotness = 1.438776877e7 / (waves * float(properties["temperature"]))  # type: ignore[arg-type]  hc / (lambda k T)
+        return _integrated(waves.tolist(), (1.191042972e20 / waves**5 / np.expm1(hotness)).tolist())
+    levels = _listed(properties["values"])
+    if plugin == "irregular":
+        return _integrated(_listed(properties["wavelengths"]), levels)
+    first, last = (float(properties[f"wavelength_{end}"]) for end in ("min", "max"))  # type: ignore[arg-type]
+    return _integrated(np.linspace(first, last, len(levels)).tolist(), levels)
+
+
+def _listed(value: Stored) -> list[float]:
+    return [float(word) for word in str(value).replace(",", " ").strip("[]").split()]
+
+
+def _integrated(waves: list[float], levels: list[float]) -> StoredSpectrum:
+    import mitsuba as mi
+
     reflectance, emission = (mi.spectrum_list_to_srgb(waves, levels, of, of) for of in (True, False))
     return {"spectrum": None, "reflectance": [*map(float, reflectance)], "emission": [*map(float, emission)]}
 

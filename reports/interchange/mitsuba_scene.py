@@ -18,7 +18,7 @@ from rayproof.cases.scene import Camera, Cube, Mesh, Plane, PointLight, Rgb, Sce
 from rayproof.reports.interchange import IMPORTERS, Imported, ImportOptions, Size
 from rayproof.reports.interchange.framing import camera_for, light_for, matrix, vector
 from rayproof.reports.interchange.meshes import has_normals
-from rayproof.reports.interchange.mitsuba_document import Element, Spectrum, read_tree
+from rayproof.reports.interchange.mitsuba_document import COLOURS, Element, Spectrum, read_tree
 
 PLANE = "infinite-plane"  # how the id of a disk begins that stands for a plane
 
@@ -42,11 +42,10 @@ def lights_of(scene: Element, drop: Callable[[str], None]) -> Iterator[PointLigh
             drop(f"{emitter.place}: the {emitter.plugin} light")
             continue
         position = emitter.three("position", (0.0, 0.0, 0.0)) if emitter.has("position") else emitter.matrix()[:3, 3]
-        if any(name == "intensity" for name, _ in emitter.children()):
+        intensity = colour(emitter, "intensity", light=True)
+        if intensity is None:
             drop(f"{emitter.place}: the light's texture; its intensity is 1")
             intensity = (1.0, 1.0, 1.0)
-        else:
-            intensity = rgb(emitter, "intensity", light=True)
         try:
             yield PointLight(position=vector(position), flux=vector(4 * pi * np.asarray(intensity)))
         except SceneError as error:
@@ -337,15 +336,30 @@ def _albedo(material: Element, drop: Callable[[str], None], depth: int) -> tuple
 def _reflectance(material: Element, name: str, drop: Callable[[str], None]) -> Rgb:
     if not material.has(name):
         return GREY
-    texture = next((child for known, child in material.children() if known == name), None)
-    if texture is not None:
+    albedo = colour(material, name)
+    if albedo is None:
+        texture = next(child for known, child in material.children() if known == name)
         drop(f"{texture.place}: the texture; the albedo is 0.5")
-        return GREY
-    return rgb(material, name)
+    return albedo or GREY
 
 
-def rgb(element: Element, name: str, *, light: bool = False) -> Rgb:
-    """Return a colour property as linear sRGB, as Mitsuba's modes for RGB do: 1 where the file does not say."""
+def colour(element: Element, name: str, *, light: bool = False) -> Rgb | None:
+    """Return a colour as linear sRGB, as Mitsuba's modes for RGB do; 1 where none is given, None of a texture."""
+    child = next((child for known, child in element.children() if known == name), None)
+    if child is None:
+        return _rgb(element, name, light=light)
+    if child.plugin in ("d65", "uniform"):  # which these modes take for a level of grey
+        return vector(np.full(3, child.number("scale" if child.plugin == "d65" else "value", 1.0)))
+    if child.plugin == "srgb":
+        return vector(child.three("color", (1.0, 1.0, 1.0)))
+    if not child.has(COLOURS):
+        return None
+    for known in child.properties:
+        child.has(known)
+    return _rgb(child, COLOURS, light=light)
+
+
+def _rgb(element: Element, name: str, *, light: bool) -> Rgb:
     value = element.get(name, None)
     if not isinstance(value, Spectrum):
         return vector(element.three(name, (1.0, 1.0, 1.0)))

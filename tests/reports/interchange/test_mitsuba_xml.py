@@ -422,6 +422,43 @@ def test_spectra_become_the_colours_that_mitsuba_integrates(tmp_path: Path) -> N
         assert any(np.allclose(ours, value, rtol=1e-5) for value in colours), (ours, colours)
 
 
+SPECTRA = {
+    '<spectrum type="irregular" name="{}"><string name="wavelengths" value="400, 500, 700"/>'
+    '<string name="values" value="0.2, 0.1, 0.9"/></spectrum>': (
+        '<spectrum name="{}" value="400:0.2, 500:0.1, 700:0.9"/>'
+    ),
+    '<spectrum type="regular" name="{}"><float name="wavelength_min" value="400"/><float name="wavelength_max"'
+    ' value="600"/><string name="values" value="0.2, 0.1, 0.9"/></spectrum>': (
+        '<spectrum name="{}" value="400:0.2, 500:0.1, 600:0.9"/>'
+    ),
+    '<spectrum type="d65" name="{}"><float name="scale" value="0.3"/></spectrum>': '<rgb name="{}" value="0.3"/>',
+    '<spectrum type="uniform" name="{}"><float name="value" value="0.3"/></spectrum>': '<rgb name="{}" value="0.3"/>',
+}
+
+
+@pytest.mark.parametrize("element", SPECTRA)
+def test_a_spectrum_that_is_an_element_has_the_colour_of_the_same_property(element: str, tmp_path: Path) -> None:
+    read_both = []
+    for spectrum in (element, SPECTRA[element]):
+        light = LIGHT.replace('<rgb name="intensity" value="2, 3, 4"/>', spectrum.format("intensity"))
+        read_both.append(read(tmp_path, SENSOR + light + DIFFUSE.format(spectrum.format("reflectance"))))
+
+    assert read_both[0].scene == read_both[1].scene
+    assert read_both[0].dropped == ()
+
+
+def test_a_black_body_has_the_colour_of_its_temperature(tmp_path: Path) -> None:
+    # x and y of the black body of 2856 K, which is the illuminant A (CIE 015:2018), by the matrix of IEC 61966-2-1.
+    body = '<spectrum type="blackbody" name="intensity"><float name="temperature" value="2856"/></spectrum>'
+    light = LIGHT.replace('<rgb name="intensity" value="2, 3, 4"/>', body)
+
+    (lamp,) = read(tmp_path, SENSOR + light + BALL).scene.lights
+
+    to_xyz = [[0.4124, 0.3576, 0.1805], [0.2126, 0.7152, 0.0722], [0.0193, 0.1192, 0.9505]]
+    x, y, z = np.array(to_xyz) @ lamp.flux
+    np.testing.assert_allclose([x / (x + y + z), y / (x + y + z)], [0.4476, 0.4074], atol=0.002)
+
+
 # Parameters, names and other programs' files
 
 
