@@ -27,8 +27,8 @@ GROUPS: dict[str, tuple[str, dict[str, tuple[str, str]]]] = {
         'run primitives shadows --subject "exec:./mine {scene} {output}"',
         {
             "run": (f"{_IN}.run:run", "Judge the tracer or another renderer on cases or scene files; write a report."),
-            "laws": (f"{_IN}.laws:laws", "Hold a renderer against itself, by laws that need no reference."),
-            "gate": (f"{_IN}.gate:gate", "Accept what fails as known, shrink such a file, hold a run against it."),
+            "laws": (f"{_IN}.laws:laws", "Test a renderer against itself, by laws that need no reference."),
+            "gate": (f"{_IN}.gate:gate", "Keep a file of known failures, and check a run against it."),
         },
     ),
     "look": (
@@ -155,7 +155,7 @@ def _overview() -> int:
         lines += [f"  {name:<{wide}}  {help_line}" for name, (_, help_line) in commands.items()]
         lines += [""]
     about, codes = HELP.strip().split("\n\n")
-    end = f"{called()} COMMAND --help shows what a command takes, {called()} list terms TERM what a word means.\n"
+    end = f"{called()} COMMAND --help shows a command's options; {called()} list terms TERM explains a word.\n"
     try:
         sys.stdout.write("\n".join([f"Usage: {called()} COMMAND", "", about, "", *lines, codes, end]))
         sys.stdout.flush()
