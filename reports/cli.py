@@ -41,6 +41,7 @@ GROUPS: dict[str, tuple[str, dict[str, tuple[str, str]]]] = {
             ),
             "show": (f"{_IN}.show:show", "Show one case: its scene, its requirements, how to reproduce it."),
             "probe": (f"{_IN}.probe:probe", "Show one pixel, every stage, as each renderer answers it."),
+            "shrink": (f"{_IN}.shrink:shrink", "Find the smallest scene that fails as a case does; write an issue."),
         },
     ),
     "study": (
