@@ -13,7 +13,7 @@ from rayproof.cases.stages import Stage, StageImages
 from rayproof.reports.judge.answers import Candidate, Witness, any_of, largest, length
 from rayproof.reports.judge.conditioning import Conditioning, Unrounded, condition
 from rayproof.reports.judge.edge_classes import Classes, classify, farther, unlit
-from rayproof.reports.judge.edge_values import Edges, Lights, widest_near
+from rayproof.reports.judge.edge_values import Edges, Lights, limit_near
 from rayproof.reports.judge.limits import (
     Coarseness,
     Limits,
@@ -326,13 +326,19 @@ class Terms:
         limit = self.limits.end_to_end[stage]
         return largest(limit) if limit.ndim == 3 else limit
 
-    def lights(self, stage: Stage, rows: np.ndarray, columns: np.ndarray, values: np.ndarray) -> Lights:
-        """Return what is known of the lights at some pixels, where the candidate has `values` (pixels, 3) of light."""
+    def lights(
+        self, stage: Stage, rows: np.ndarray, columns: np.ndarray, values: np.ndarray, objects: np.ndarray
+    ) -> Lights:
+        """Return what is known of the lights at some pixels, where the candidate has `values` (pixels, 3) of light.
+
+        `objects` (pixels, samples) are the shapes that may be seen there.
+        """
         classes, scene, truth = self.classes, self.scene, self.truth
         outline = classes.outline[rows, columns][:, np.newaxis]
-        relative = self.limits.relative
-        # At an outline another surface may be seen, whose error is met nearby: the largest holds.
-        widest = self.ground.once(("relative", self.rounding), lambda: self._widest(relative))
+        relative = np.zeros((*objects.shape, len(scene.lights)))
+        for index in np.unique(objects):
+            near = self.ground.once(("relative", self.rounding, index), lambda index=index: self._relative(index))
+            relative = np.where((objects == index)[..., np.newaxis], near[rows, columns][:, np.newaxis], relative)
         r = [length(np.asarray(light.position) - truth[Stage.POSITION][rows, columns]) for light in scene.lights]
         apart = np.stack(r, axis=-1)
         other = np.where(self.twins, self.ground.edges.gap, 0.0)[rows, columns][:, np.newaxis]
@@ -345,7 +351,7 @@ class Terms:
             decided=(truth[Stage.VISIBILITY][rows, columns] > 0) & ~free,
             free=free,
             close=close & self.conditioning.hit[rows, columns][:, np.newaxis],
-            relative=np.where(outline, widest[rows, columns], relative[rows, columns]) + shifted,
+            relative=relative + shifted[:, np.newaxis],
             rounding=sum(g(AFTER_IRRADIANCE) for g in self._roundoffs),
             step=steps[0] + steps[1],
         )
@@ -358,10 +364,10 @@ class Terms:
             return np.zeros_like(classes.outline)
         return (edges.gap <= classes.depth) & ~(edges.silhouette <= classes.reach)
 
-    def _widest(self, relative: np.ndarray) -> np.ndarray:
-        """Return each light's largest relative error within two pixels, of what hits (height, width, lights)."""
-        seen = np.where(self.conditioning.hit[..., np.newaxis], relative, 0.0)
-        return np.stack([widest_near(seen[..., index]) for index in range(seen.shape[-1])], axis=-1)
+    def _relative(self, index: float) -> np.ndarray:
+        """Return each light's relative error on a shape (height, width, lights), wherever that is seen."""
+        seen = np.where(self.conditioning.hit[..., np.newaxis], self.limits.relative, 0.0)
+        return limit_near(self.truth[Stage.OBJECT][..., 0], seen, index)
 
     def continued(self, stage: Stage, value: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return limit and edge pixels of a stage held against `value`, continued from the candidate's own stages."""
