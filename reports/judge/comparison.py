@@ -44,7 +44,7 @@ class Bench:
     def _ends(self, where: np.ndarray) -> Sides:
         """Return the same at some of the pixels (height, width), and where around them what is seen changes."""
         seen = self.ground.author(self.candidate, Stage.OBJECT)
-        key = "ends", self.terms.rounding, self.terms.edge_epsilon, seen, where.tobytes()
+        key = "ends", self.terms.rounding, self.terms.blurred, seen, where.tobytes()
         reach = np.where(self.terms.twins, 0.0, self.terms.classes.reach)
         return self.ground.once(
             key, lambda: with_ends(self._sides, self.ground.oracle, self.ground.scene, where, reach)
@@ -57,7 +57,7 @@ class Bench:
         scene, truth, oracle, classes = self.ground.scene, self.ground.truth, self.ground.oracle, self.terms.classes
         twins = self.terms.twins
         # Outlines do not depend on the shadows' epsilons.
-        key = self.terms.rounding, self.terms.edge_epsilon
+        key = self.terms.rounding, self.terms.blurred
         around = self.ground.once(
             ("sides", *key),
             # Where no outline is near, what is seen is what the centre shows, or what lies where that does.

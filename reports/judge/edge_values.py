@@ -10,7 +10,7 @@ import numpy as np
 
 from rayproof.cases.scene import Plane, Scene
 from rayproof.cases.stages import Stage, StageImages
-from rayproof.reports.judge.answers import all_of, any_of, dot, largest, length
+from rayproof.reports.judge.answers import all_of, any_of, dot, largest, length, limit_near
 
 
 class LightEnd(Protocol):
@@ -192,34 +192,6 @@ def with_what_is_behind(
             moved = np.where(image[:, :1] >= index, [[1.0, 0.0]], 0.0) if stage is Stage.OBJECT else 0.0
             answers[stage][here[kept], -1] = (image + moved)[kept]
     return replace(around, answers=answers)
-
-
-def widest_near(image: np.ndarray) -> np.ndarray:
-    """Return each pixel's largest value within two pixels, (height, width)."""
-    return _widest_of_five(_widest_of_five(image, axis=0), axis=1)
-
-
-def _widest_of_five(image: np.ndarray, *, axis: int) -> np.ndarray:
-    """Return each pixel's largest value within two pixels along one axis."""
-    length = image.shape[axis]
-    padded = np.take(image, np.clip(np.arange(-2, length + 2), 0, length - 1), axis=axis)
-    near = [padded[first : first + length] if axis == 0 else padded[:, first : first + length] for first in range(5)]
-    found = near[0]
-    for other in near[1:]:
-        found = np.maximum(found, other)
-    return found
-
-
-def limit_near(objects: np.ndarray, image: np.ndarray, index: float) -> np.ndarray:
-    """Return what limit `image` (height, width, ...) holds a shape to in every pixel.
-
-    Where `objects` (height, width) says another, which has another limit, the least that the shape has within two
-    pixels: nearer to its outline a limit grows by what moves the outline, which the samples around a pixel show.
-    Where nothing of it is nearby, the largest of anything.
-    """
-    same = (objects == index).reshape(*objects.shape, *(1,) * (image.ndim - 2))
-    least = -widest_near(-np.where(same, image, np.inf))
-    return np.where(same, image, np.where(np.isfinite(least), least, widest_near(image)))
 
 
 def excused(

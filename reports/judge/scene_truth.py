@@ -10,10 +10,10 @@ import numpy as np
 
 from rayproof.cases.scene import Scene
 from rayproof.cases.stages import Stage, StageImages
-from rayproof.reports.judge.answers import Candidate, Witness, any_of, largest, length
+from rayproof.reports.judge.answers import Candidate, Witness, any_of, largest, length, limit_near
 from rayproof.reports.judge.conditioning import Conditioning, Unrounded, condition
 from rayproof.reports.judge.edge_classes import Classes, classify, farther, unlit
-from rayproof.reports.judge.edge_values import Edges, Lights, limit_near
+from rayproof.reports.judge.edge_values import Edges, Lights
 from rayproof.reports.judge.limits import (
     Coarseness,
     Limits,
@@ -121,9 +121,9 @@ class Ground:
             ),
         )
 
-    def outlined(self, classes: Classes, edge_epsilon: float) -> Classes:
+    def outlined(self, classes: Classes, edge_epsilon: float, tie_epsilon: float) -> Classes:
         """Return the classes for parties whose outlines may lie so much [m] farther out."""
-        return farther(classes, self.edges, self.conditioning, edge_epsilon)
+        return farther(classes, self.edges, self.conditioning, edge_epsilon, tie_epsilon)
 
     def classes(
         self, limits: Limits, g: Roundoff, shadow_epsilon: float | np.ndarray, light_epsilon: float = 0.0, *, key: tuple
@@ -216,7 +216,7 @@ class Terms:
     def rules(self) -> tuple:
         """Return what limits and classes depend on beside the ground."""
         epsilon = np.asarray(self.candidate.shadow_epsilon + self.witness.shadow_epsilon, dtype=np.float64)
-        near = self.candidate.ray_epsilon, self.witness.ray_epsilon, self._light_epsilon, self.edge_epsilon
+        near = self.candidate.ray_epsilon, self.witness.ray_epsilon, self._light_epsilon, self.blurred
         return self.rounding, epsilon.tobytes(), near, self.candidate.chained
 
     @cached_property
@@ -278,9 +278,10 @@ class Terms:
         return self.candidate.light_epsilon + self.witness.light_epsilon
 
     @property
-    def edge_epsilon(self) -> float:
-        """Return how far [m] beyond an edge the two together may take points for inside."""
-        return self.candidate.edge_epsilon + self.witness.edge_epsilon
+    def blurred(self) -> tuple[float, float]:
+        """Return how far [m] beyond an edge the two together may take points for inside, and surfaces for one."""
+        candidate, witness = self.candidate, self.witness
+        return candidate.edge_epsilon + witness.edge_epsilon, candidate.tie_epsilon + witness.tie_epsilon
 
     def _classes(self, shadow_epsilon: float | np.ndarray, *, blind: bool = True) -> Classes:
         """Return the classes for one epsilon; kept on the ground, since many parties round and step alike.
@@ -289,11 +290,11 @@ class Terms:
         """
         g, light_epsilon = max(self._roundoffs, key=lambda each: each(1)), self._light_epsilon if blind else 0.0
         found = self.ground.classes(self.limits, g, shadow_epsilon, light_epsilon, key=self.rounding)
-        if not self.edge_epsilon:
+        if not any(self.blurred):
             return found
         epsilon = np.asarray(shadow_epsilon, dtype=np.float64).tobytes()
-        key = "farther", self.rounding, epsilon, light_epsilon, self.edge_epsilon
-        return self.ground.once(key, lambda: self.ground.outlined(found, self.edge_epsilon))
+        key = "farther", self.rounding, epsilon, light_epsilon, self.blurred
+        return self.ground.once(key, lambda: self.ground.outlined(found, *self.blurred))
 
     @cached_property
     def window(self) -> np.ndarray:
@@ -303,7 +304,7 @@ class Terms:
         if self.scene.lights and (np.any(epsilon > 0) or self._light_epsilon > 0):
             unlit = self.classes.undecided & ~self._classes(0.0, blind=False).undecided
         outline = self.classes.outline
-        if self.edge_epsilon:
+        if any(self.blurred):
             plain = replace(self, candidate=_sharp(self.candidate), witness=_sharp(self.witness)).classes.outline
             unlit = (unlit | outline) & ~plain
             return self.near | unlit
@@ -414,9 +415,10 @@ class Terms:
 def roundoff(party: Candidate | Witness) -> Roundoff:
     """Return a party's rounding: derived for the tracer and the oracle, calibrated for other references."""
     known = calibration(party.name)
-    return Roundoff(party.precision, scale=known.factor, baked=known.baked_normals, placed=known.placed_corners)
+    flags = {"baked": known.baked_normals, "placed": known.placed_corners, "local": known.local_hits}
+    return Roundoff(party.precision, scale=known.factor, **flags)
 
 
 def _sharp(party: Party) -> Party:
     """Return a party whose outlines are where they are."""
-    return replace(party, edge_epsilon=0.0)
+    return replace(party, edge_epsilon=0.0, tie_epsilon=0.0)

@@ -5,15 +5,15 @@ from functools import cached_property
 
 import numpy as np
 
+from rayproof.cases.placement import world_triangles
 from rayproof.cases.rounding import UNIT_ROUNDOFF
 from rayproof.cases.scene import Mesh, Plane, Scene, Shape, Sphere, Triangle
 from rayproof.cases.stages import IMAGE_STAGES, Stage, StageImages
 from rayproof.reference.certified import Certified
 from rayproof.reference.certified.stages import continued
 from rayproof.reports.judge.admissible import ALLOWED, needed_shadow
-from rayproof.reports.judge.answers import Candidate, Witness, all_of, any_of, largest
+from rayproof.reports.judge.answers import Candidate, Witness, all_of, any_of, largest, widest_near
 from rayproof.reports.judge.comparison import GEOMETRY
-from rayproof.reports.judge.edge_values import widest_near
 from rayproof.reports.judge.limits import Roundoff, calibration
 from rayproof.reports.judge.measurement import ratios
 from rayproof.reports.judge.scene_truth import LIGHT, Ground, Terms
@@ -213,11 +213,25 @@ class Held:
         if Stage.VISIBILITY not in self.stages:
             return np.zeros(len(pixels), dtype=bool)
         columns, rows = pixels.T
-        found = np.zeros(len(pixels), dtype=bool)
+        found = self._between_horizons(rows, columns)
         for near in horizons(self.ground.scene):
             seen = CERTIFIED.at(near, (Stage.OBJECT, Stage.VISIBILITY), pixels + 0.5, exactly=False)
             same = all_of(seen[Stage.OBJECT] == self.truth[Stage.OBJECT][rows, columns])
             found |= same & any_of(seen[Stage.VISIBILITY] != self.truth[Stage.VISIBILITY][rows, columns])
+        return found
+
+    def _between_horizons(self, rows: np.ndarray, columns: np.ndarray) -> np.ndarray:
+        """Return which pixels (n,) show a triangle of whose normal and baked plane a light is on two sides."""
+        scene, truth = self.ground.scene, self.truth
+        found = np.zeros(len(rows), dtype=bool)
+        for pixel, (index, face) in enumerate(truth[Stage.OBJECT][rows, columns]):
+            shape = scene.shapes[int(index)] if index >= 0 else None
+            if isinstance(shape, Triangle | Mesh):
+                corners = world_triangles(shape)[int(face)].astype(np.float64)
+                plane, normal = np.cross(*np.diff(corners, axis=0)), truth[Stage.NORMAL][rows[pixel], columns[pixel]]
+                ways = np.array([light.position for light in scene.lights])
+                ways = ways - truth[Stage.POSITION][rows[pixel], columns[pixel]]
+                found[pixel] = bool(((ways @ plane > 0) != (ways @ (normal * np.sign(plane @ normal)) > 0)).any())
         return found
 
     def _steady(self, stage: Stage, near: Nearby, rows: np.ndarray, columns: np.ndarray) -> np.ndarray:

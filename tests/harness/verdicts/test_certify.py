@@ -209,6 +209,7 @@ def test_an_answer_that_few_scenes_within_rounding_have_is_right() -> None:
 @pytest.mark.parametrize(("name", "precision", "pixel", "seen", "lit"), [
     ("random/1/147", "float64", (12, 13), 2.0, (1.0, 0.0)),  # in the plane of a triangle that is baked far away
     ("random/2/314", "float32", (24, 16), 4.0, (1.0,)),  # on one of two surfaces that coincide, the light behind them
+    ("random/42011/221", "float64", (32, 22), 1.0, (0.0,) * 10),  # above a triangle's normal's horizon, below its plane
     ("random/1/334", "float32", (9, 0), 1.0, (0.0,)),  # of shapes that rounding moves by their own size
 ])  # fmt: skip
 def test_what_rounding_alone_may_show_is_not_called_wrong(name, precision, pixel, seen, lit) -> None:

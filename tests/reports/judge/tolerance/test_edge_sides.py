@@ -8,6 +8,7 @@ import pytest
 
 from rayproof.cases.scene import Scene, Sphere, Square
 from rayproof.cases.stages import Stage, StageImages
+from rayproof.reports.judge.answers import as_candidate
 from rayproof.reports.judge.comparison import Bench
 from rayproof.reports.judge.edge_values import Sides, excused, sides, with_ends
 from rayproof.reports.judge.measurement import Kind
@@ -168,3 +169,17 @@ def test_where_two_surfaces_coincide_light_is_known_as_well_as_how_deep_they_lie
     assert terms.twins[pixel]
     assert kind(0.5) != Kind.WRONG
     assert kind(30.0) == Kind.WRONG
+
+
+@pytest.mark.parametrize(("epsilon", "kind"), [(0.01, Kind.EPSILON), (0.0, Kind.WRONG)])
+def test_surfaces_nearer_to_each_other_than_a_reference_declares_are_one_to_it(epsilon: float, kind: Kind) -> None:
+    """Two hits whose distances differ by less than 1e-6 of its units are a tie to rtrace, which names either."""
+    terms, pixel = layered(0.005), (1, 1)
+    answers = dict(terms.witness.answers)
+    answers[Stage.OBJECT] = np.where(answers[Stage.OBJECT] == (1.0, 0.0), (2.0, 0.0), answers[Stage.OBJECT])
+    second = replace(terms.witness, name="second", answers=answers, tie_epsilon=epsilon)
+
+    found = Bench(ground=terms.ground, candidate=as_candidate(second), witness=terms.witness).end_to_end(Stage.OBJECT)
+
+    assert terms.truth[Stage.OBJECT][pixel][0] == 1
+    assert found.kinds[pixel] == kind
