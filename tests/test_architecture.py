@@ -96,7 +96,7 @@ def test_the_house_stays_within_its_ceilings() -> None:
     scripts = [file for file in (CHECKOUT / "reports" / "publish").rglob("*.js") if "vendor" not in file.parts]
 
     assert len(product) <= 428
-    assert sum(lines) <= 75_351
+    assert sum(lines) <= 75_389
     assert lines[len(lines) // 2] >= 120
     assert sum(length > 500 for length in lines) <= 1  # reports/results/records.py
     assert len(scripts) <= 25

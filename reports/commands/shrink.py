@@ -26,6 +26,7 @@ def shrink(
     *,
     out: Path,
     subject: str = TRACER,
+    configuration: str = "float32",
     formula: Repeated = (),
     stage: str | None = None,
     tries: int = USUAL,
@@ -47,8 +48,10 @@ def shrink(
         Folder for scene.json, pixel.json, pixel.md, picture.png and issue.md.
     subject
         Who fails, instead of the tracer: a reference by name, or "exec:COMMAND {scene} {output}".
+    configuration
+        The tracer's configuration, such as float64/triangle=woop.
     formula
-        A formula for the tracer, such as triangle=signed_areas, or a function of one's own as
+        A formula for it, such as triangle=signed_areas, or a function of one's own as
         sphere=./mine.py:nearest_hit. Repeatable.
     stage
         The stage that is to fail, such as distance. Default: the first that does.
@@ -62,11 +65,11 @@ def shrink(
         raise UsageError(f"--tries must be at least 1, got {tries}")
     if seconds is not None and not seconds > 0:
         raise UsageError(f"--seconds must be positive, got {seconds}")
-    if formula and subject != TRACER:
-        raise UsageError("--formula is the tracer's, and --subject names another renderer")
+    if (formula or configuration != "float32") and subject != TRACER:
+        raise UsageError("--configuration and --formula are the tracer's, and --subject names another renderer")
     scene = scene_named(case)
     at = _stage(stage)
-    (chosen,) = configurations(["float32"], formula)
+    (chosen,) = configurations([configuration], formula)
     with told_in_one_line():
         writable_folder(out)
         own(out)
@@ -89,7 +92,7 @@ def shrink(
     except NothingFailsError as nothing:
         raise UsageError(f"{case}: {nothing}") from None
     say(f"{case}: {in_words(scene)}; after {found.tries} renders: {in_words(found.scene)}")
-    words = ["--configuration=float32", *(f"--formula={one}" for one in formula)]
+    words = [f"--configuration={configuration}", *(f"--formula={one}" for one in formula)]
     words = words if tested.is_tracer else ["--subject", subject]
     report = Report(
         scene=found.scene,
@@ -102,7 +105,10 @@ def shrink(
         say(f"interrupted: {out} has the smallest scene so far, which all references together have not judged")
         return INTERRUPTED
     confirmed, sentence = judged_by_all(
-        out / "scene.json", subject=None if tested.is_tracer else subject, formulas=formula
+        out / "scene.json",
+        subject=None if tested.is_tracer else subject,
+        configuration=configuration,
+        formulas=formula,
     )
     replace(report, panel=sentence).write_issue(out)
     for line in (out / "issue.md").read_text(encoding="utf-8").splitlines():

@@ -116,14 +116,16 @@ class Report:
         return f", where scene.json is `{text}`" if len(text) <= SHORT else ""
 
 
-def judged_by_all(scene_file: Path, *, subject: str | None, formulas: Sequence[str]) -> tuple[bool, str]:
+def judged_by_all(
+    scene_file: Path, *, subject: str | None, configuration: str, formulas: Sequence[str]
+) -> tuple[bool, str]:
     """Return whether all references together blame the subject in a scene file, and the sentence that says so.
 
     They are asked in a run of its own: some of them may end their process.
     """
     from rayproof.reports.api.running import run
 
-    configurations = [] if subject else ["float32"]
+    configurations = [] if subject else [configuration]
     found = run([scene_file], subject, configurations=configurations, formulas=formulas, diagnose=False, quiet=True)
     case = found.case(found.names[0])
     asked = {check["reference"] for check in case.checks if check["verdict"] not in ("unsupported", "undecided")}

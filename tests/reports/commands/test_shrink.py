@@ -1,6 +1,7 @@
 """`rayproof shrink` from the command line: its files, its exit codes, and a public bug report in ten lines."""
 
 import json
+import shlex
 from pathlib import Path
 
 import pytest
@@ -9,6 +10,9 @@ from PIL import Image
 from rayproof import ROOT
 from rayproof.cases.scene import Sphere
 from rayproof.cases.scene_json import load_scene
+from rayproof.reports.publish.page.case_data import small_of
+from rayproof.reports.results.case_table import named
+from rayproof.reports.results.document import load_results
 from tests.reports.commands.conftest import Rayproof
 
 
@@ -53,7 +57,7 @@ def test_what_cannot_be_shrunk_ends_in_one_line(rayproof: Rayproof, tmp_path: Pa
         (["primitives/sphere", "--stage", "colour"], "no stage is called 'colour'"),
         (["primitives/sphere", "--tries", "0"], "--tries must be at least 1"),
         (["primitives/sphere", "--seconds", "0"], "--seconds must be positive"),
-        (["primitives/sphere", "--subject", "embree", "--formula", "sphere/textbook"], "--formula is the tracer's"),
+        (["primitives/sphere", "--subject", "embree", "--formula", "sphere/textbook"], "--formula are the tracer's"),
     ):
         ended = rayproof("shrink", *words, "--out", tmp_path / "small")
         assert ended.code == 2
@@ -80,3 +84,23 @@ def test_ctrl_c_leaves_the_smallest_scene_so_far(
     assert "interrupted" in ended.out
     assert len(load_scene(tmp_path / "scene.json").shapes) == 1
     assert "All references" not in (tmp_path / "issue.md").read_text()
+
+
+@pytest.mark.references
+@pytest.mark.process
+def test_a_run_prints_the_command_and_the_case_s_page_shows_what_it_left(rayproof: Rayproof, tmp_path: Path) -> None:
+    ran = rayproof("run", "primitives/sphere", "--configuration=float32/sphere=fault_far_root", "--out", tmp_path)
+    (line,) = [line for line in ran.out.splitlines() if line.startswith("the smallest scene that fails")]
+    program, *words = shlex.split(line.partition(": ")[2])
+    case = named(load_results(tmp_path)["cases"], "primitives/sphere")
+    assert case is not None
+    before = small_of(tmp_path, case)
+
+    ended = rayproof(*words, "--tries", 30)
+
+    assert Path(program).name == "rayproof"
+    assert ended.code == 0, ended.error
+    assert before is None
+    assert small_of(tmp_path, case) == "small/primitives/sphere"
+    assert len(load_scene(tmp_path / "small/primitives/sphere/scene.json").shapes) == 1
+    assert small_of(tmp_path, {**case, "scene": "scenes/../../elsewhere.json"}) is None
