@@ -14,7 +14,7 @@ from rayproof.reference.certified.stages import continued
 from rayproof.reports.judge.admissible import ALLOWED, needed_shadow
 from rayproof.reports.judge.answers import Candidate, Witness, all_of, any_of, largest, widest_near
 from rayproof.reports.judge.comparison import GEOMETRY
-from rayproof.reports.judge.limits import Roundoff, calibration
+from rayproof.reports.judge.limits import Roundoff, calibration, continued_light_limit
 from rayproof.reports.judge.measurement import ratios
 from rayproof.reports.judge.scene_truth import LIGHT, Ground, Terms
 from tests.harness.verdicts.perturbed import horizons, perturbed
@@ -318,8 +318,13 @@ class Held:
         if not elsewhere.any() or not set(GEOMETRY) <= set(self.stages):
             return np.zeros(len(rows), dtype=bool)
         expected = continued(self.ground.scene, stage, ours)
-        slack = 2 * bound + 64 * UNIT_ROUNDOFF[self.party.precision] * np.abs(expected)
-        with np.errstate(invalid="ignore"):
+        # From a given position and normal light is known as well as the way to each light is.
+        given = {name: image[:, np.newaxis] for name, image in ours.items()}
+        arriving, g = continued(self.ground.scene, Stage.IRRADIANCE, ours), Roundoff(self.party.precision)
+        known = continued_light_limit(self.ground.scene, Stage.IRRADIANCE, given, arriving, g)[:, 0]
+        with np.errstate(divide="ignore", invalid="ignore"):
+            share = np.where(arriving > 0, known / arriving, 0.0) + 64 * UNIT_ROUNDOFF[self.party.precision]
+            slack = 2 * bound + share * np.abs(expected)
             close = (np.abs(value - expected) <= slack) | (value == expected)
         return elsewhere & all_of(close)
 

@@ -18,9 +18,11 @@ from rayproof.reports.judge.oracle import stages_of
 from rayproof.reports.judge.scene_truth import ground
 from rayproof.reports.judge.verdict import Judged
 from rayproof.reports.results.outcomes import Outcome
+from rayproof.reports.subjects import THE_TRACER
 from tests.harness.audit.faults import FAULTS, altered
 from tests.harness.verdicts.certify import Certified, Inquest, certify, steady
 from tests.harness.verdicts.perturbed import perturbed
+from tests.harness.verdicts.trials import answers_of
 
 ORACLE = Analytic()
 (FULL,) = select(["random_scenes/seed_2"])
@@ -247,3 +249,13 @@ def test_feelers_that_start_above_a_hit_as_declared_decide_what_no_scene_within_
     wrong = found.of(ours).wrong([(column, row)], strictly=True)
 
     assert (Stage.VISIBILITY not in wrong.get((column, row), ())) == right
+
+
+def test_light_follows_from_a_position_only_as_well_as_the_way_to_the_light_is_known() -> None:
+    # Lights 8 mm away, 760 m from the origin: float32 knows the way to half a percent.
+    found, (column, row) = inquest("random/51201/38"), (3, 29)
+    (ours,), _ = answers_of(found.case, THE_TRACER, ("float32",))
+    assert ours.answers is not None
+    assert ours.answers[Stage.VISIBILITY][row, column, 0] != found.base.truth[Stage.VISIBILITY][row, column, 0]
+
+    assert found.of(ours).wrong([(column, row)], strictly=True) == {}
