@@ -14,6 +14,7 @@ from rich.console import Console
 
 from rayproof.cases.case import Case
 from rayproof.cases.families import all_cases, select
+from rayproof.reports.interchange.framing import DARK
 from rayproof.reports.processes.pool import Pool
 from rayproof.reports.publish.scene3d.stills import draw_stills, drawn_usually, remove_stale
 from rayproof.reports.results.atomic import remove_drafts
@@ -121,6 +122,9 @@ def run(request: RunRequest, workers: "Pool | Dispatch | None" = None) -> int:
     find_out(request, results, console, tracer=subject.is_tracer, whole=not interrupted)
     results["seconds"] = round(time.perf_counter() - start, 3)
     conclude(request, results, why, console)
+    if found.dark:
+        more = f" (and of {len(found.dark) - 1} others)" if len(found.dark) > 1 else ""
+        console.print(legible(f"{found.dark[0]}{more}: {DARK}"), style="yellow", soft_wrap=True, markup=False)
     if store is not None and (left_out := store.left_out):
         full = f"the cache is full, at {store.limit / 2**30:.3g} GiB: {left_out / 2**30:.3g} GiB found no room"
         console.print(f"{full}; RAYPROOF_CACHE_LIMIT gives it more", soft_wrap=True)

@@ -2,10 +2,13 @@
 
 from functools import cache
 
+from rayproof.cases.stages import Stage
 from rayproof.reference import REFERENCES
 from rayproof.reference.analytic import Analytic
+from rayproof.reports.interchange.framing import DARK
 from rayproof.reports.judge.answers import Witness
 from rayproof.reports.judge.case import adjudication, judge_case
+from rayproof.reports.judge.oracle import ORACLE
 from rayproof.reports.judge.repeated import repeated
 from rayproof.reports.judge.sentinels import stand_guard
 from rayproof.reports.judge.verdict import Judged, of_what_is_supported
@@ -18,6 +21,7 @@ from rayproof.reports.run.record.images import keep_images, masks
 from rayproof.reports.run.record.reference_facts import said
 from rayproof.reports.run.record.reproducing import write_scene
 from rayproof.reports.run.reference_cache import KeepingOracle
+from rayproof.reports.run.scene_case import FAMILY
 from rayproof.reports.run.verdict_memory import ask_once
 
 _ORACLE = Analytic()
@@ -72,6 +76,9 @@ def _record(task: JudgeTask, judged: Judged, scene: str, images: dict[str, str])
     notes = [(task.subject.name, note) for note in task.notes] + [
         (w.name, note) for w in task.witnesses for note in (*w.notes, *w.mishaps)
     ]
+    if case.family == FAMILY and judged.ground is not None:  # a user's scene: those of the suite are dark on purpose
+        radiance = judged.ground.truth.get(Stage.RADIANCE)
+        notes += [(ORACLE, DARK)] if radiance is not None and not (radiance > 0).any() else []
     return {
         "name": case.name,
         "family": case.family,

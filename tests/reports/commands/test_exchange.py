@@ -130,6 +130,23 @@ def test_an_import_of_which_no_pixel_is_lit_says_so(rayproof: Rayproof, tmp_path
     assert (ended.code, "note: no pixel of it is lit" in ended.out) == (0, True)
 
 
+def test_a_run_of_scenes_of_which_no_pixel_is_lit_says_so(rayproof: Rayproof, tmp_path: Path) -> None:
+    camera = {"eye": [0, 0, 9], "target": [0, 0, 0], "up": [0, 1, 0], "fovy": 20, "width": 8, "height": 6}
+    scene = {"camera": camera | {"near": 1, "far": 20}, "shapes": [{"type": "sphere", "albedo": [1, 1, 1]}]}
+    for name, z in (("dark", -9), ("lit", 9)):
+        light = {"position": [0, 0, z], "flux": [9, 9, 9]}
+        (tmp_path / f"{name}.json").write_text(json.dumps(scene | {"lights": [light]}))
+
+    files = (tmp_path / "dark.json", tmp_path / "lit.json")
+    ended = rayproof("run", *files, "--jobs", "1", "--out", tmp_path / "out", "--json", tmp_path / "results.json")
+
+    assert ended.code == 0
+    assert "file/dark: no pixel of it is lit" in ended.out
+    cases = {case["name"]: case for case in json.loads((tmp_path / "results.json").read_text())["cases"]}
+    said = {name: [note["note"] for note in case["notes"] if "lit" in note["note"]] for name, case in cases.items()}
+    assert [len(said[name]) for name in ("file/dark", "file/lit")] == [1, 0]
+
+
 def test_a_scene_of_the_lecture_is_imported_and_run_names_the_command(rayproof: Rayproof, tmp_path: Path) -> None:
     camera = {"target": [0, 0, 0], "eye": [0, 0, 9], "worldUp": [0, 1, 0], "width": 8, "height": 6}
     scene = {"camera": camera, "primitives": [{"shape": "Sphere"}], "lights": [{"type": "PointLight"}]}
