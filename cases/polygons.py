@@ -142,8 +142,8 @@ def cut_by_ears(points: np.ndarray, place: str) -> np.ndarray:
                 ears[at] = _is_ear(flat, left, (before[at], at, after[at]))
             if not ears.any():
                 raise ValueError(f"{place}: the polygon crosses itself or touches itself in a way that has no inside")
-        found = np.flatnonzero(ears)
-        ear = int(found[np.searchsorted(found, start) % len(found)])
+        cuttable = np.flatnonzero(ears)
+        ear = int(cuttable[np.searchsorted(cuttable, start) % len(cuttable)])
         first, start = int(before[ear]), int(after[ear])
         triangles.append((first, ear, start))
         left[ear] = ears[ear] = False

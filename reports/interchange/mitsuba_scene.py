@@ -317,15 +317,15 @@ def _albedo(material: Element, drop: Callable[[str], None], depth: int) -> tuple
         albedo, two_sided = _albedo(inner[0], drop, depth + 1) if inner else (GREY, False)
         return albedo, two_sided or material.plugin == "twosided"
     if material.plugin == "blendbsdf" and len(inner) == 2:
-        (first, one), (second, other) = (_albedo(child, drop, depth + 1) for child in inner)
+        (first, first_both), (second, second_both) = (_albedo(child, drop, depth + 1) for child in inner)
         weight = 0.5
         if any(name == "weight" for name, _ in material.children()):
             drop(f"{material.place}: the texture of the blend's weight, which is 0.5 everywhere")
         else:
             weight = material.number("weight", 0.5)
-        if one != other:
+        if first_both != second_both:
             drop(f"{material.place}: that one of the two blended materials is seen from both sides; the blend is")
-        return vector((1 - weight) * np.array(first) + weight * np.array(second)), one or other
+        return vector((1 - weight) * np.array(first) + weight * np.array(second)), first_both or second_both
     if material.plugin == "diffuse":
         return _reflectance(material, "reflectance", drop), False
     name = next((name for name in ("diffuse_reflectance", "base_color", "reflectance") if material.has(name)), None)
