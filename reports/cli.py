@@ -49,6 +49,10 @@ GROUPS: dict[str, tuple[str, dict[str, tuple[str, str]]]] = {
         {
             "compare": (f"{_IN}.compare:compare", "Compare two formulas, configurations or runs: errors and time."),
             "stability": (f"{_IN}.stability:stability", "Measure formulas on ladders of ill-conditioned inputs."),
+            "vectors": (
+                f"{_IN}.vectors:vectors",
+                "Write test vectors of ray formulas for any language; judge answers to them.",
+            ),
             "tradeoff": (f"{_IN}.tradeoff:tradeoff", "Draw error against run time: formulas, precisions, samples."),
         },
     ),
