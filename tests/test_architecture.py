@@ -95,8 +95,8 @@ def test_the_house_stays_within_its_ceilings() -> None:
     lines = sorted(len(file.read_text(encoding="utf-8").splitlines()) for file in product)
     scripts = [file for file in (CHECKOUT / "reports" / "publish").rglob("*.js") if "vendor" not in file.parts]
 
-    assert len(product) <= 428
-    assert sum(lines) <= 75_389
+    assert len(product) <= 438
+    assert sum(lines) <= 77_611
     assert lines[len(lines) // 2] >= 120
     assert sum(length > 500 for length in lines) <= 1  # reports/results/records.py
     assert len(scripts) <= 25
