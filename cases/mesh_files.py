@@ -8,9 +8,10 @@ Khronos, glTF 2.0 specification (2021), sections 3.6 and 4.4; Wavefront, Advance
 
 import json
 import os
+import re
 import stat
 import struct
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path, PurePosixPath, PureWindowsPath
 
 import numpy as np
@@ -19,6 +20,7 @@ from rayproof.cases.mesh_sandbox import BYTES_A_BYTE, FREE_BYTES, Budget, Foreig
 from rayproof.cases.scene import SceneError, shown
 
 LARGEST = 256 * 2**20  # bytes of a mesh file
+LET_IN = "another one is let in by --allow-folder"
 # What trimesh may take, beside its own code: a text file of 2 million triangles needs a third of it.
 SECONDS, BYTES_A_SECOND = 6.0, 2**20
 MEMORY, MEMORY_A_BYTE = 512 * 2**20, 40  # bytes
@@ -61,6 +63,31 @@ def path_within(
     return path
 
 
+def is_plain(name: str) -> bool:
+    """Say whether a name can be looked up at all: long and unprintable ones cannot."""
+    return name.isprintable() and len(name) < 1000 and all(len(part) < 250 for part in Path(name).parts)
+
+
+def located(name: str, folders: Sequence[Path], roots: Sequence[Path], what: str) -> tuple[Path, str]:
+    """Return a folder and a name in it for the file `name`, looked for in `folders`.
+
+    A name with `..` in it may lead into one of the `roots` and nowhere else. Whether the file is there, and may be
+    opened, is left to `path_within`.
+
+    Raises:
+        SceneError: it leads elsewhere; the message begins with `what`.
+
+    """
+    beside = next((folder for folder in folders if is_plain(name) and (folder / name).is_file()), folders[0])
+    if ".." not in Path(name).parts or not is_plain(name):
+        return beside, name
+    path = (beside / name).resolve()
+    for root in roots:
+        if path.is_relative_to(root.resolve()):
+            return root, path.relative_to(root.resolve()).as_posix()
+    raise SceneError(f"{what} must be a relative path inside the scene's folder, got {shown(name)}; {LET_IN}")
+
+
 def content_of(path: Path, *, largest: int) -> bytes:
     """Return a regular file's bytes; what became of the path since it was looked at is refused, never waited for.
 
@@ -86,13 +113,23 @@ def _claim(what: str, claimed: int, present: int) -> str:
 
 
 def _is_text_stl(content: bytes) -> bool:
+    if len(content) >= STL_HEADER:  # some binary files begin with "solid", too
+        (count,) = struct.unpack_from("<I", content, STL_HEADER - 4)
+        if len(content) == STL_HEADER + STL_TRIANGLE * count:
+            return False
     return content[:512].lstrip().lower().startswith(b"solid") and b"facet" in content[:4096].lower()
 
 
 def stl_problem(content: bytes) -> str | None:
-    """Return what is wrong with an STL file's header, or None; a text file claims nothing."""
+    """Return what is wrong with an STL file's header, or with the number of a text file's lines; or None."""
     if _is_text_stl(content):
-        return None
+        facets, vertices, ends = (
+            len(re.findall(rb"^\s*" + word + rb"\b", content, re.MULTILINE | re.IGNORECASE))
+            for word in (b"facet", b"vertex", b"endsolid")
+        )
+        if vertices != 3 * facets:
+            return f"has {vertices} vertices in {facets} facets of three: it ends early, or holds polygons"
+        return None if ends else f"ends early: no endsolid follows its {facets} facets"
     if len(content) < STL_HEADER:
         return "is no STL file: it is shorter than the header"
     (count,) = struct.unpack_from("<I", content, STL_HEADER - 4)
@@ -183,6 +220,8 @@ def _parsed(path: Path, name: str, budget: Budget) -> tuple[np.ndarray, np.ndarr
     except OSError as error:
         raise SceneError(f"file cannot be read: {error.strerror}: {shown(name)}") from None
     budget.count_file(path, len(content))
+    if suffix == ".stl" and _is_text_stl(content):
+        content = content.replace(b"\r\n", b"\n").replace(b"\r", b"\n")
     problem = CLAIMS[suffix](content) if suffix in CLAIMS else None
     if problem:
         raise SceneError(f"file {problem}: {shown(name)}")

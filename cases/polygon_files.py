@@ -46,6 +46,7 @@ def read_obj(content: bytes) -> Polygons:
     """Return the vertices and faces of an OBJ file, negative indices counted back from the vertices so far."""
     if b"\0" in content:
         raise ValueError("is no OBJ file: it holds zero bytes")
+    content = content.removeprefix(b"\xef\xbb\xbf")  # a mark of UTF-8, which would hide the first statement
     if b"\r" in content:
         content = content.replace(b"\r\n", b"\n").replace(b"\r", b"\n")
     vertices: list[float] = []
@@ -81,7 +82,7 @@ def _add_face(polygons: Polygons, words: Sequence[bytes], count: int, line: int)
             index = int(text)
         except ValueError:
             index = 0
-        if index == 0 or b"_" in text:
+        if not 0 < abs(index) < 2**31 or b"_" in text:
             raise ValueError(f"line {line}: a face names vertices by numbers from 1 or back from -1, got {_text(word)}")
         if index < -count:
             raise ValueError(f"line {line}: a face counts back {-index} vertices, where {count} are before it")
@@ -146,6 +147,8 @@ def read_ply(content: bytes) -> Polygons:
             _add_rows(polygons, element, columns)
         else:
             polygons.others[f"elements {element.name!r}"] += element.count
+    if rest := len(content) - start if layout else len(lines):
+        polygons.notes.append(f"{rest} {'bytes' if layout else 'lines'} after its last element")
     return polygons
 
 
@@ -206,7 +209,7 @@ def _text_columns(element: Element, rows: list[bytes]) -> Row:
         for prop in element.properties:
             length = 1
             if prop.length:
-                length = int(words[at]) if at < len(words) and words[at].isdigit() else -1
+                length = int(words[at]) if at < len(words) and words[at][:20].isdigit() and len(words[at]) < 20 else -1
                 at += 1
                 lengths[prop.name].append(length)
             if not 0 <= length <= len(words) - at:
@@ -222,7 +225,7 @@ def _text_columns(element: Element, rows: list[bytes]) -> Row:
 
 def _numbers(words: list[bytes], what: str) -> np.ndarray:
     try:
-        return np.array(words, dtype="S").astype(np.float64) if words else np.empty(0)
+        return np.fromiter(map(float, words), np.float64, len(words))  # an array of words has the longest one's width
     except ValueError:
         raise ValueError(f"{what}: holds something that is no number") from None
 
@@ -247,7 +250,8 @@ def _binary_columns(element: Element, content: bytes, start: int, order: str) ->
         table = _table(element, [0] * len(lists), order)
         rows = np.frombuffer(content, table, element.count, start)
         columns = {prop.name: rows[f"{place}"] for place, prop in enumerate(element.properties) if not prop.length}
-        return columns | {f"{prop.name}#": np.empty(0, np.int64) for prop in lists}, start + rows.nbytes
+        nothing = np.empty(0, np.int64)
+        return columns | {name: nothing for prop in lists for name in (prop.name, f"{prop.name}#")}, start + rows.nbytes
     # Most files have lists of one length; these are one table.
     counts = _lengths(element, content, start, order)
     table = _table(element, counts, order)

@@ -24,6 +24,7 @@ class Polygons:
     places: list[int] = field(default_factory=list)  # line or row of each polygon
     place: str = "line"  # what `places` counts
     others: Counter[str] = field(default_factory=Counter)  # what the file holds beside polygons, in plural
+    notes: list[str] = field(default_factory=list)  # what else to report of the file
 
     def add(self, corners: Sequence[int], place: int) -> None:
         """Add a polygon."""
@@ -71,7 +72,7 @@ def triangles_of(polygons: Polygons) -> tuple[np.ndarray, list[str]]:
         pieces.append(fans.reshape(-1, 3))
         order.append(np.repeat(rows, size - 2))
     triangles = np.concatenate(pieces)[np.argsort(np.concatenate(order), kind="stable")]
-    notes = []
+    notes = list(polygons.notes)
     if not enough.all():
         at = polygons.places[int(np.flatnonzero(~enough)[0])]
         notes.append(f"{int((~enough).sum())} faces of fewer than three corners, the first in {polygons.place} {at}")
@@ -130,23 +131,32 @@ def cut_by_ears(points: np.ndarray, place: str) -> np.ndarray:
             return fan  # all corners in one line: nothing is seen of it
         raise ValueError(f"{place}: the polygon crosses itself: its parts cancel to an area of 0")
     _refuse_crossing(flat, place)
-    left = np.arange(len(points))
+    corners = np.arange(len(points))
+    before, after = np.roll(corners, 1), np.roll(corners, -1)
+    left, ears = np.ones(len(points), dtype=bool), np.zeros(len(points), dtype=bool)
+    triangles: list[tuple[int, int, int]] = []
     start = 0
-    ears: list[tuple[int, int, int]] = []
-    while len(left) > 3:
-        turn = [*range(start, len(left)), *range(start)]
-        ear = next((at for at in turn if _is_ear(flat, left, at)), None)
-        if ear is None:
-            raise ValueError(f"{place}: the polygon crosses itself or touches itself in a way that has no inside")
-        ears.append((int(left[ear - 1]), int(left[ear]), int(left[(ear + 1) % len(left)])))
-        left, start = np.delete(left, ear), ear % (len(left) - 1)
-    return np.array([*ears, tuple(left.tolist())], dtype=np.int64)
+    while len(triangles) < len(points) - 3:
+        if not ears.any():  # at first, and where it touches itself: elsewhere a cut changes its neighbours alone
+            for at in np.flatnonzero(left).tolist():
+                ears[at] = _is_ear(flat, left, (before[at], at, after[at]))
+            if not ears.any():
+                raise ValueError(f"{place}: the polygon crosses itself or touches itself in a way that has no inside")
+        cuttable = np.flatnonzero(ears)
+        ear = int(cuttable[np.searchsorted(cuttable, start) % len(cuttable)])
+        first, start = int(before[ear]), int(after[ear])
+        triangles.append((first, ear, start))
+        left[ear] = ears[ear] = False
+        after[first], before[start] = start, first
+        for at in (first, start):
+            ears[at] = _is_ear(flat, left, (before[at], at, after[at]))
+    first, second, third = np.flatnonzero(left).tolist()
+    return np.array([*triangles, (first, second, third)], dtype=np.int64)
 
 
-def _is_ear(flat: np.ndarray, left: np.ndarray, at: int) -> bool:
-    """Return whether the corner `at` of the polygon that is left can be cut off."""
-    before, corner, after = left[at - 1], left[at], left[(at + 1) % len(left)]
-    a, b, c = flat[before], flat[corner], flat[after]
+def _is_ear(flat: np.ndarray, left: np.ndarray, corners: tuple[int, int, int]) -> bool:
+    """Return whether the second of three corners in a row can be cut off; `left` says which corners there are."""
+    a, b, c = (flat[corner] for corner in corners)
     turn = _orientation(a, b, c)
     if turn == 0:
         return True  # no area: it can go, whatever lies on it

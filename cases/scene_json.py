@@ -222,35 +222,41 @@ def scene_from_bytes(
         SceneError: anything is wrong with it, in one line that begins with `where`.
 
     """
+    return scene_from_json(prepared(document_from_bytes(data, where=where)), folder=folder, where=where)
+
+
+def document_from_bytes(data: bytes, *, where: str) -> Any:
+    """Return what a JSON text holds; raise SceneError that begins with `where` if it holds nothing."""
     try:
         text = data.decode("utf-8")
     except UnicodeDecodeError as error:
         raise SceneError(f"{where}: is not UTF-8: {error.reason} at byte {error.start}") from None
     try:
-        document = json.loads(text, object_pairs_hook=object_from)
+        return json.loads(text, object_pairs_hook=object_from)
     except json.JSONDecodeError as error:
         raise SceneError(f"{where}: is not JSON: {error.msg} at line {error.lineno}, column {error.colno}") from None
     except RecursionError:
         raise SceneError(f"{where}: is nested too deeply") from None
     except ValueError as error:  # a whole number of more than 4300 digits
         raise SceneError(f"{where}: is not JSON that can be read: {str(error).partition(';')[0]}") from None
-    return scene_from_json(prepared(document), folder=folder, where=where)
 
 
-def save_scene(scene: Scene, path: str | Path) -> None:
-    """Write `scene` as JSON; meshes are written inline, so that the file stands alone."""
-    Path(path).write_text(json.dumps(scene_to_json(scene), indent=1) + "\n", encoding="utf-8")
+def save_scene(scene: Scene, path: str | Path, *, packed: int | None = None, named: bool = False) -> None:
+    """Write `scene` as JSON, its meshes as `scene_to_json` does: by default inline, so that the file stands alone."""
+    document = scene_to_json(scene, packed=packed, named=named)
+    Path(path).write_text(json.dumps(document, indent=1) + "\n", encoding="utf-8")
 
 
-def scene_to_json(scene: Scene, *, packed: int | None = None) -> dict[str, Any]:
+def scene_to_json(scene: Scene, *, packed: int | None = None, named: bool = False) -> dict[str, Any]:
     """Return the JSON document of `scene`; reading it back gives an equal scene, to the last bit.
 
-    Meshes of `packed` faces or more are packed: short, for rayproof to read.
+    Meshes of `packed` faces or more are packed: short, for rayproof to read. If `named`, those that came from a file
+    are the name of that file.
     """
     camera, lights = scene.camera, scene.lights
     return {
         "camera": {field.name: _plain(getattr(camera, field.name)) for field in fields(camera)},
-        "shapes": [_shape_to_json(shape, packed) for shape in scene.shapes],
+        "shapes": [_shape_to_json(shape, packed, named=named) for shape in scene.shapes],
         "lights": [{"position": _plain(light.position), "flux": _plain(light.flux)} for light in lights],
         "shading": scene.shading,
         "clip": scene.clip,
@@ -285,14 +291,17 @@ def unpack(text: str, kind: str) -> np.ndarray:
     return np.frombuffer(content, kind).reshape(-1, 3)
 
 
-def _shape_to_json(shape: Shape, packed: int | None) -> dict[str, Any]:
+def _shape_to_json(shape: Shape, packed: int | None, *, named: bool) -> dict[str, Any]:
     members: dict[str, Any] = {"type": NAMES[type(shape)]}
     for field in fields(shape):
         value = getattr(shape, field.name)
         is_default = (field.name == "to_world" and value == IDENTITY) or (field.name == "two_sided" and not value)
         if field.name != "file" and not is_default:
             members[field.name] = _plain(value)
-    if isinstance(shape, Mesh) and packed is not None and len(shape.faces) >= packed:
+    if isinstance(shape, Mesh) and named and shape.file is not None:
+        members["file"] = shape.file
+        del members["vertices"], members["faces"]
+    elif isinstance(shape, Mesh) and packed is not None and len(shape.faces) >= packed:
         members |= {"vertices": pack(shape.vertices), "faces": pack(shape.faces)}
     return members
 
@@ -304,6 +313,8 @@ def scene_from_json(document: Any, folder: Path | None, where: str) -> Scene:
         SceneError: the document is no valid scene; one line that begins with `where`.
 
     """
+    if is_lecture_scene(document):
+        raise SceneError(f"{where}: is a scene of the lecture (CIS 561); `rayproof import` makes a scene file of it")
     members = Field(value=document, path="", where=where).members(
         ("camera", "shapes"), ("lights", "shading", "clip", "$schema")
     )
@@ -318,6 +329,11 @@ def scene_from_json(document: Any, folder: Path | None, where: str) -> Scene:
         shading=members["shading"].choice(SHADINGS) if "shading" in members else "inverse_square",
         clip=members["clip"].choice(CLIPS) if "clip" in members else "depth",
     )
+
+
+def is_lecture_scene(document: Any) -> bool:
+    """Return whether a JSON document is a scene as the lecture's course, CIS 561, writes them."""
+    return isinstance(document, dict) and "frames" in document and "shapes" not in document
 
 
 def _built(field: Field, kind: Callable[..., Any], **values: Any) -> Any:

@@ -17,5 +17,6 @@ def on_files(files: Files, config: Any) -> Files:
 
 
 def on_page_markdown(markdown: str, **_: Any) -> str:
-    """Name what a link out of the folder leads to: it is in the repository, and not on the site."""
+    """Link to the terms, and name what other links out of the folder lead to: it is not on the site."""
+    markdown = markdown.replace("](../reports/terms.md", "](terms.md")
     return LEAVING.sub(r"\1 (`\2` in the repository)", markdown)

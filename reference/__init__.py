@@ -17,6 +17,7 @@ Beyond the protocol a class may have, each looked up by name:
     epsilon_in(scene, answers)   the same, where it depends on more of the scene than was seen
     ray_epsilon                  m: hits nearer to a ray's origin than this are not seen
     edge_epsilon(scene)          m: so far beyond a flat shape's edge points may count as inside
+    tie_epsilon(scene)           m: of surfaces no farther apart along a ray than this it names either
     light_epsilon                of a feeler's length: blockers nearer to the light than this are not seen
 """
 

@@ -27,8 +27,8 @@ GROUPS: dict[str, tuple[str, dict[str, tuple[str, str]]]] = {
         'run primitives shadows --subject "exec:./mine {scene} {output}"',
         {
             "run": (f"{_IN}.run:run", "Judge the tracer or another renderer on cases or scene files; write a report."),
-            "laws": (f"{_IN}.laws:laws", "Hold a renderer against itself, by laws that need no reference."),
-            "gate": (f"{_IN}.gate:gate", "Accept what fails as known, shrink such a file, hold a run against it."),
+            "laws": (f"{_IN}.laws:laws", "Test a renderer against itself, by laws that need no reference."),
+            "gate": (f"{_IN}.gate:gate", "Keep a file of known failures, and check a run against it."),
         },
     ),
     "look": (
@@ -41,6 +41,7 @@ GROUPS: dict[str, tuple[str, dict[str, tuple[str, str]]]] = {
             ),
             "show": (f"{_IN}.show:show", "Show one case: its scene, its requirements, how to reproduce it."),
             "probe": (f"{_IN}.probe:probe", "Show one pixel, every stage, as each renderer answers it."),
+            "shrink": (f"{_IN}.shrink:shrink", "Find the smallest scene that fails as a case does; write an issue."),
         },
     ),
     "study": (
@@ -48,6 +49,10 @@ GROUPS: dict[str, tuple[str, dict[str, tuple[str, str]]]] = {
         {
             "compare": (f"{_IN}.compare:compare", "Compare two formulas, configurations or runs: errors and time."),
             "stability": (f"{_IN}.stability:stability", "Measure formulas on ladders of ill-conditioned inputs."),
+            "vectors": (
+                f"{_IN}.vectors:vectors",
+                "Write test vectors of ray formulas for any language; judge answers to them.",
+            ),
             "tradeoff": (f"{_IN}.tradeoff:tradeoff", "Draw error against run time: formulas, precisions, samples."),
         },
     ),
@@ -155,7 +160,7 @@ def _overview() -> int:
         lines += [f"  {name:<{wide}}  {help_line}" for name, (_, help_line) in commands.items()]
         lines += [""]
     about, codes = HELP.strip().split("\n\n")
-    end = f"{called()} COMMAND --help shows what a command takes, {called()} list terms TERM what a word means.\n"
+    end = f"{called()} COMMAND --help shows a command's options; {called()} list terms TERM explains a word.\n"
     try:
         sys.stdout.write("\n".join([f"Usage: {called()} COMMAND", "", about, "", *lines, codes, end]))
         sys.stdout.flush()

@@ -57,6 +57,24 @@ def test_the_tutorial_s_commands_run(tmp_path: Path, monkeypatch: pytest.MonkeyP
 
 
 @pytest.mark.process
+@pytest.mark.timeout(600)  # 25 s of one idle processor
+def test_the_readme_s_commands_run_in_order_as_they_stand(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    # What follows the two commands at the top, in a folder that has of a checkout what the lines name.
+    (tmp_path / "examples").symlink_to(CHECKOUT / "examples")
+    (tmp_path / ".venv").symlink_to(sys.prefix)
+    monkeypatch.chdir(tmp_path)
+    lines = re.findall(r"^    \./rayproof (.*)$", (CHECKOUT / "README.md").read_text(), re.MULTILINE)
+
+    run = [line for line in lines if not line.startswith("compare ")]  # which the tests of that command run
+    codes = {line: main(shlex.split(line.removesuffix(" || true"))) for line in run}
+
+    assert len(run) >= 8
+    assert {code for line, code in codes.items() if not line.endswith(" || true")} == {0}
+    assert {code for line, code in codes.items() if line.endswith(" || true")} == {1}  # there is something to accept
+    assert '"reason": "Mitsuba draws sheared spheres wrong."' in (tmp_path / "known.json").read_text()
+
+
+@pytest.mark.process
 def test_the_site_builds_in_strict_mode_and_fails_on_a_lost_page(tmp_path: Path) -> None:
     pytest.importorskip("mkdocs", reason="mkdocs is not installed; ./rayproof test installs it")
 

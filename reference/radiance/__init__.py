@@ -133,6 +133,12 @@ class Radiance:
 
         return FTINY * extent(scene)
 
+    def tie_epsilon(self, scene: Scene) -> float:
+        """Return how far [m] apart along a ray hits are that it takes for one: FTINY (rt/raytrace.c, `rayreject`)."""
+        from rayproof.reference.radiance.scene import FTINY, scale
+
+        return FTINY / scale(scene)
+
     def notes(self, scene: Scene) -> list[str]:
         """Return in sentences where rtrace's answer is to another question than the one asked."""
         from rayproof.reference.radiance.scene import LIGHT_RADIUS, reach, scale

@@ -33,18 +33,18 @@ def cache(
 ) -> int:
     """List, verify or clear what earlier runs kept: references' renders, verdicts.
 
-    The renderer under test renders in every run; a verdict is taken up only for answers equal to the last bit. A run
-    reads an entry only if its checksum holds, from a folder that only this user can write.
+    The renderer under test renders in every run; a verdict is reused only for bit-identical images. An entry is read
+    only if its checksum holds and only this user can write the folder.
 
     Parameters
     ----------
     what
-        list: what is there, the least recently used first, which goes first where room is needed. verify: read
-        everything, remove what is damaged, and exit with 1 if anything was. clear: remove everything.
+        list: list all entries, the least recently used first. verify: read all entries, remove damaged ones, and exit
+        with 1 if there were any. clear: remove everything.
     folder
-        Where the cache is. Default: RAYPROOF_CACHE if set, or rayproof/answers in the user's cache folder.
+        The folder of the cache. Default: RAYPROOF_CACHE if set, or rayproof/answers in the user's cache folder.
     json
-        Also write the answer to this file.
+        Also write the result to this file.
 
     """
     from rayproof.reports.run.cache_store import Store, usual_folder

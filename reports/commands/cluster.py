@@ -25,7 +25,7 @@ def scheduler_at(address: str | None, tls: Path | None) -> "Place | None":
     """
     if address is None:
         if tls is not None:
-            raise UsageError("--tls is for a cluster, which --scheduler names")
+            raise UsageError("--tls needs --scheduler")
         return None
     from importlib.util import find_spec
 

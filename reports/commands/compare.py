@@ -28,18 +28,18 @@ def compare(
     Parameters
     ----------
     base
-        What is there: a formula such as sphere/haines, a function of one's own as sphere=./mine.py:nearest_hit, a
-        configuration such as float32/triangle=woop, or the folder of a finished run.
+        A formula such as sphere/haines, a function of your own, such as sphere=./mine.py:nearest_hit, a configuration
+        such as float32/triangle=woop, or the folder of a finished run.
     candidate
-        What may replace it, named likewise.
+        What to compare it with, named in the same way.
     selectors
-        Families, cases or stresses to compare on. Default: those that the difference concerns.
+        Families, cases or stresses. Default: those that use the formula in which the two differ.
     json
         Also write the comparison to this file.
     out
         Also write comparison.json and comparison.md to this folder.
     repetitions
-        How often each is timed on each family; an even number is raised by one.
+        How often each is timed on each family, at least 9; an even number is raised by one.
     precision
         The precision in which formulas run.
 
@@ -56,7 +56,7 @@ def compare(
         raise UsageError(f"{runs[0]} is a run; it can only be compared with another run")
     if runs:
         if selectors:
-            raise UsageError("two finished runs are compared on what they hold; selectors cannot add to it")
+            raise UsageError("selectors do not apply to two finished runs")
         from rayproof.reports.history.run_difference import compare_runs
 
         with told_in_one_line():

@@ -25,42 +25,42 @@ def gate(
     least_coverage: float | None = None,
     json: Path | None = None,
 ) -> int:
-    """Write down what is known to fail, so that `rayproof run --expect FILE` goes red only for anything else.
+    """Keep a file of known failures for `rayproof run --expect FILE`, which is green only while exactly these occur.
 
     Parameters
     ----------
     what
-        accept: add an entry for each failing check of the run that no entry is about; needs --reason. prune: take out
-        entries whose checks pass now, and narrow others to what is there; nothing is added or widened. check: hold the
-        run against the file, as `rayproof run --expect` does, and exit with 1 if the gate stays shut.
+        accept: add an entry for each failing check without one; needs --reason. prune: remove entries whose checks
+        pass, and narrow the others; nothing is added or widened. check: check the run against the file, as `rayproof
+        run --expect` does, and exit with 1 if the gate is red.
     folder
         A folder that `rayproof run --out` filled.
     file
-        The file of expectations.
+        The file of known failures.
     reason
-        Why these checks are known to fail, for whoever reads the file.
+        With accept: why these checks fail.
     expires
-        The last day on which the new entries hold, as 2027-01-31. From the next day on they are red.
+        With accept: the last day on which the new entries hold, such as 2027-01-31.
     issue
-        A link to where it is worked on.
+        With accept: a link to the issue.
     when
-        A condition of the new entries, KEY=PATTERN: `subject`, or a key of the run's environment such as `backend`.
-        Repeatable.
+        With accept: a condition of the new entries, KEY=PATTERN, where KEY is `subject` or a key of the run's
+        environment such as `backend`. Repeatable.
     against
         With check: an earlier run's folder, or a history file; what became worse is red too.
     least_coverage
-        With check: the share [%] of the checks that must be measured.
+        With check: the least share [%] of the checks that must be measured.
     json
-        Also write what came of it to this file.
+        Also write the result to this file.
 
     """
     from rayproof.reports.history.expectations import load_expectations, save_expectations
     from rayproof.reports.results.document import load_results
 
     if what != "accept" and (reason is not None or expires is not None or issue is not None or when):
-        raise UsageError("--reason, --expires, --issue and --when are for accept")
+        raise UsageError("--reason, --expires, --issue and --when apply to accept only")
     if what != "check" and (against is not None or least_coverage is not None):
-        raise UsageError("--against and --least-coverage are for check")
+        raise UsageError("--against and --least-coverage apply to check only")
     with told_in_one_line():
         results = load_results(folder)
         known = () if what == "accept" and not file.exists() else load_expectations(file)
@@ -89,7 +89,7 @@ def gate(
         write_json(json, {"file": str(file), "entries": len(kept), "done": done})
         return 0
     if reason is None or not reason.strip():
-        raise UsageError("accept needs --reason: why these checks are known to fail")
+        raise UsageError("accept needs --reason, which says why these checks fail")
     from rayproof.reports.history.gating import accepted
 
     with told_in_one_line():

@@ -67,7 +67,7 @@ class HistoryDocument(TypedDict):
 
 
 def history(*selectors: str, history: Path | None = None, subject: str = "tracer", json: Path | None = None) -> int:
-    """Show error and time of each case over the kept runs, and where they made a step.
+    """Show error and time of each case over the kept runs, with their steps.
 
     Runs are kept by `rayproof run --history FILE`.
 
@@ -78,7 +78,7 @@ def history(*selectors: str, history: Path | None = None, subject: str = "tracer
     history
         The history file. Default: $RAYPROOF_HISTORY, or rayproof-history.sqlite in the current folder.
     subject
-        Whose history: tracer, or what --subject named.
+        The renderer whose history is shown: tracer, or the value of --subject.
     json
         Also write every point of every series to this file.
 

@@ -34,36 +34,36 @@ def laws(
     confine: bool = False,
     json: Path | None = None,
 ) -> int:
-    """Hold a renderer against itself: its images of a scene, and of that scene changed in a way that a law speaks of.
+    """Test a renderer against itself: a law relates its images of a scene to those of a changed scene.
 
-    No reference is asked. What a law leaves to rounding is derived; docs/laws.md says how.
+    No reference is asked. docs/laws.md derives how far rounding may break a law.
 
     Parameters
     ----------
     selectors
-        Laws, families, family/case names, or patterns of any. Default: a choice of law and case that covers.
+        Laws, families, family/case names, or patterns. Default: a choice of laws and cases.
     subject
-        Who is under test instead of the tracer: a reference by name, or "exec:COMMAND {scene} {output}".
+        The renderer under test instead of the tracer: a reference by name, or "exec:COMMAND {scene} {output}".
     configuration
         A tracer configuration, such as float64/triangle=signed_areas. Repeatable. Default: float32 and float64.
     formula
         A formula for every configuration, such as triangle=signed_areas. Repeatable.
     all
-        Put every law to every case named, or to all cases.
+        Ask every law about every named case, or about all cases.
     image
-        Look at radiance alone, as if the renderer showed nothing else.
+        Look at radiance alone.
     out
-        Folder for laws.json, the page, JUnit and what broke; a report in it shows the laws.
+        Folder for laws.json, the report and JUnit.
     jobs
         Worker processes at once. Default: the number of processors.
     timeout
-        Seconds that one law on one case may take; with --subject, one call of a program.
+        Time limit [s] of one law on one case, or of one call of a program.
     memory
-        GiB of address space that a program under test may have.
+        Limit [GiB] of the address space of a program under test.
     env
-        A variable of the environment that a program under test gets, as in `rayproof run`. Repeatable.
+        An environment variable to pass to a program under test. Repeatable.
     confine
-        Shut a program under test off, as in `rayproof run`.
+        Isolate a program under test, as `rayproof run --confine` does.
     json
         Also write the results to this file.
 
@@ -73,9 +73,7 @@ def laws(
     if not timeout > 0:
         raise UsageError(f"--timeout must be positive, got {timeout} s")
     if subject != TRACER and (configuration or formula):
-        raise UsageError(
-            "--configuration and --formula are the tracer's, and --subject puts another renderer under test"
-        )
+        raise UsageError("--configuration and --formula apply to the tracer only and exclude --subject")
     with told_in_one_line():
         for folder in (out, json.parent if json is not None else None):
             if folder is not None:

@@ -29,15 +29,14 @@ def catalogue(
     Parameters
     ----------
     kind
-        What to list.
+        The kind of things to list.
     names
         With terms: the word to explain; by default all words are listed. With schema: `scene` for scene files, which is
         the default, or `results` for results.json.
     json
         Also write the list to this file.
     pages
-        Of mistakes: write them into this folder as a page with a picture of each where a picture tells something.
-        Takes a minute, and a checkout.
+        With mistakes: write a page with pictures into this folder. It takes a minute and needs a checkout.
 
     """
     if pages is not None:
@@ -52,7 +51,7 @@ def catalogue(
     if kind == "schema":
         return show_schema(names, json)
     if names:
-        raise UsageError(f"{names[0]}: only terms and schema take a name; `list {kind}` lists all")
+        raise UsageError(f"`list {kind}` takes no name, got {names[0]}")
     kinds = {
         "cases": cases, "formulas": formulas, "references": references, "metrics": metrics, "laws": laws,
         "mistakes": mistakes, "ladders": ladders,

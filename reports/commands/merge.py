@@ -33,7 +33,7 @@ def merge(
 
     with told_in_one_line():
         if out.resolve() in {folder.resolve() for folder in folders}:
-            raise ValueError(f"{out} is one of the parts; the whole needs a folder of its own")
+            raise ValueError(f"--out {out} is the folder of one of the parts; name another folder")
         shards = load_shards(folders)
         for file in filter(None, (history, json)):
             writable_folder(file.parent)
@@ -58,7 +58,7 @@ def merge(
         results, found = merge(shards, out, tracer=tracer)
     there = {shard.about["number"] for shard in shards}
     for number in sorted({*range(1, about["of"] + 1)} - there):
-        say(f"part {number}/{about['of']} is not here: its cases are missing")
+        say(f"part {number}/{about['of']} was not given: its cases are missing")
     console = terminal(width=suite.LOG_WIDTH)
     suite.find_out(request, results, console, tracer=tracer, whole=True)
     pictures = str(results["environment"]["pictures"])

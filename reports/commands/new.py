@@ -39,12 +39,12 @@ app = App(name="new")
 
 @app.command
 def formula(slot: str, file: Path) -> int:
-    """Write a starter for a formula of one's own: the slot's contract, and its default to be changed.
+    """Write a file for a formula of your own, with the slot's contract and its default formula.
 
     Parameters
     ----------
     slot
-        The slot that it is for, such as sphere; `rayproof list formulas` names them.
+        The slot, such as sphere; `rayproof list formulas` names all slots.
     file
         The file to write, such as mine.py; it must not exist.
 
@@ -130,14 +130,14 @@ def _only(node: ast.stmt, words: set[str]) -> ast.stmt | None:
 
 @app.command
 def adapter(file: Path, *, language: Literal["python", "c++"] | None = None) -> int:
-    """Write a starter adapter: a small program that speaks the protocol, to put your renderer into.
+    """Write a small program that speaks the protocol, to put your renderer into.
 
     Parameters
     ----------
     file
         The file to write, such as adapter.py or adapter.cpp; it must not exist.
     language
-        Its language. Default: by the file's ending, Python if that says nothing.
+        Its language. Default: by the file's ending, otherwise Python.
 
     """
     chosen = language or ("c++" if file.suffix in (".cpp", ".cc", ".cxx") else "python")
@@ -159,7 +159,7 @@ def adapter(file: Path, *, language: Literal["python", "c++"] | None = None) -> 
     steps += [f"{called()} run primitives/sphere nearest --subject {command} --out report"]
     for step in steps:
         say(f"    {step}")
-    say("then put your renderer where YOUR RENDERER stands, declare what it can, and run without naming cases.")
+    say("Then put your renderer at YOUR RENDERER, declare its capabilities, and run without naming cases.")
     say("The protocol: docs/protocol.md; the scene's format: docs/scene.md and `rayproof list schema`.")
     return 0
 
@@ -176,23 +176,23 @@ def workflow(
 ) -> int:
     """Write a workflow that runs rayproof in continuous integration.
 
-    It installs rayproof, runs it, gates it by a file of known failures if there is one, and keeps the report.
+    It installs rayproof, runs it, applies a file of known failures if there is one, and keeps the report.
 
     Parameters
     ----------
     service
-        Whose workflow: github, gitlab or jenkins.
+        The service.
     selectors
         Families, cases, patterns or scene files to run. Default: the default suite.
     source
-        What pip is to install, since rayproof is on no package registry: the path of a wheel in your project, or
+        What pip installs, since rayproof is on no package registry: the path of a wheel in your project, or
         git+https://HOST/PROJECT@COMMIT.
     subject
-        Who is under test, as `rayproof run --subject` takes it. Default: the tracer.
+        The renderer under test, as for `rayproof run --subject`. Default: the tracer.
     expect
-        The file of known failures that `rayproof gate accept` wrote: anything else, or less, fails the job.
+        The file of known failures that `rayproof gate accept` wrote.
     least_coverage
-        The share [%] of the checks that must be measured; with fewer the job fails.
+        The least share [%] of the checks that must be measured.
     out
         The file to write. Default: where the service looks for it.
 

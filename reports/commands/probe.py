@@ -56,20 +56,20 @@ def probe(
     case
         The name of a case, family/case, or a scene file ending in .json.
     x
-        The pixel's column; 0 is the left one. With --keep or --certified X and Y may be left out.
+        The pixel's column; 0 is the left one. X and Y may be left out with --keep or --certified.
     y
         The pixel's row; 0 is the top one.
     formula
-        A formula for the tracer, such as triangle=signed_areas, or a function of one's own as
+        A formula for the tracer, such as triangle=signed_areas, or a function of your own, such as
         sphere=./mine.py:nearest_hit. Repeatable.
     require
         A reference that answers on request only, such as certified. Repeatable.
     subject
-        Another renderer, whose answers come first: a reference by name, or "exec:COMMAND {scene} {output}".
+        Another renderer, whose values come first: a reference by name, or "exec:COMMAND {scene} {output}".
     env
-        A variable of the environment that a program gets beside the usual ones. Repeatable.
+        An environment variable to pass to a program, as in `rayproof run`. Repeatable.
     cache
-        Take from the cache what references answered before; the tracer always renders.
+        Reuse answers of references from the cache; the tracer always renders.
     json
         Also write the values to this file, all digits. With --certified: [low, high] per channel, the bits used, and
         what is undecided, of every pixel.
@@ -77,11 +77,11 @@ def probe(
         Call the program of --subject once and show no pixel. This folder gets scene.json, meshes, the image, and
         call.txt with the command, exit code and standard error.
     timeout
-        Seconds that the call may take. Default: 120.
+        Time limit [s] of the call. Default: 120.
     confine
-        Shut the program off, as `rayproof run --confine` does.
+        Isolate the program, as `rayproof run --confine` does.
     certified
-        Enclose the exact value of every stage between two float64 numbers, every decision proved.
+        Enclose the exact value of every stage between two float64 numbers, with proof.
     pixels
         x0,y0,x1,y1: the rectangle's first and last column and row, all included; 0,0 is the top left pixel. Default:
         X and Y, or the whole image.
@@ -90,20 +90,20 @@ def probe(
 
     """
     if keep is None and (timeout is not None or confine):
-        raise UsageError("--timeout and --confine are for one call of a program, which --keep FOLDER makes")
+        raise UsageError("--timeout and --confine need --keep FOLDER")
     if not certified and (pixels is not None or stages is not None):
-        raise UsageError("--pixels and --stages are for --certified")
+        raise UsageError("--pixels and --stages need --certified")
     if (x is None) != (y is None):
         raise UsageError("X and Y go together")
     if keep is not None:
         if certified or x is not None or formula or require or json is not None:
-            raise UsageError("--keep makes one call and takes --subject, --env, --timeout and --confine only")
+            raise UsageError("--keep takes --subject, --env, --timeout and --confine only")
         return keep_call(
             case, keep, subject=subject, timeout=USUAL_LIMIT if timeout is None else timeout, env=env, confine=confine
         )
     if certified:
         if formula or require or env or subject != "tracer":
-            raise UsageError("--certified asks the certified reference alone, and takes --pixels, --stages and --json")
+            raise UsageError("--certified takes --pixels, --stages and --json only")
         if x is not None and pixels is not None:
             raise UsageError("name either X and Y or --pixels")
         chosen_pixels = pixels if x is None else f"{x},{y},{x},{y}"
@@ -226,7 +226,7 @@ def keep_call(case: str, folder: Path, *, subject: str, timeout: float, env: tup
 
 
 def show_certified(scene: str, *, pixels: str | None, stages: str, json: Path | None) -> int:
-    """Enclose the exact value of every stage between two float64 numbers, every decision proved."""
+    """Enclose the exact value of every stage between two float64 numbers, with proof."""
     asked = stages_named(stages)
     loaded = scene_named(scene)
     if json is not None:

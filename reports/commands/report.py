@@ -40,32 +40,32 @@ def report(
     folder
         A folder that `rayproof run --out` filled.
     other
-        Another one, of a later run: show what changed its verdict, by how much, and the images of both.
+        The folder of a later run: show what changed between the two, with the images of both.
     out
-        Of two runs: the folder for the report of what changed. Default: only the table in the terminal.
+        With two runs: the folder for the report of what changed. Default: only a table is printed.
     single_file
         Also write report.html: the whole report in one file.
     draw
-        Draw the stills of these cases first: a case's name, worst:N for the N worst, or all. A run draws those of
-        failing cases, the 100 worst at most, and of the worst twelve.
+        Draw the stills of these cases first: a case's name, worst:N, or all. A run draws those of failing cases, at
+        most 100, and of the worst twelve.
     pictures
-        Also take pictures of the report, for documents, into this folder; needs Chromium and Playwright.
+        Also take pictures of the report into this folder; needs Chromium and Playwright.
     case
         The case that pictures show. Default: the worst one.
     figures
-        Also say how large the report is and how long it takes to open; needs Chromium and Playwright.
+        Also print the report's size and the time that it takes to open; needs Chromium and Playwright.
     parquet
-        Also write all checks as columns of a Parquet file, a row a check; needs rayproof[parquet].
+        Also write all checks to a Parquet file, one row a check; needs pyarrow.
     json
-        Of two runs: also write what changed to this file.
+        With two runs: also write what changed to this file.
 
     """
     if other is not None:
         if pictures is not None or figures or draw is not None or parquet is not None:
-            raise UsageError("--draw, --pictures, --figures and --parquet are of one report; name its folder")
+            raise UsageError("--draw, --pictures, --figures and --parquet need one folder, got two")
         return report_between(folder, other, out, single_file=single_file, json=json)
     if out is not None or json is not None:
-        raise UsageError("--out and --json are for the report of two runs; name both folders")
+        raise UsageError("--out and --json need the folders of two runs, got one")
     if parquet is not None and find_spec("pyarrow") is None:
         raise UsageError("--parquet needs pyarrow, which is not installed: pip install 'rayproof[parquet]'")
     from rayproof.reports.publish import publish_all
@@ -154,7 +154,7 @@ def report_between(before: Path, after: Path, out: Path | None, *, single_file: 
         runs = (load_results(before), load_results(after))
         record = comparison(*runs, names_of(before, after))
         if out is not None and out.resolve() in (before.resolve(), after.resolve()):
-            raise UsageError(f"{out} is one of the two runs; the report of both needs a folder of its own")
+            raise UsageError(f"--out {out} is the folder of one of the two runs; name another folder")
         if out is not None:
             own(out)
         if json is not None:
@@ -197,14 +197,14 @@ def _cells(row: ComparisonRowRecord) -> list[str]:
 
 @app.command
 def view(*images: Path, out: Path = Path("view.html")) -> int:
-    """Write a page that shows images side by side, swiped, flickering, through each other, and their differences.
+    """Write a page that shows images side by side, swiped, flickering or blended, and their differences.
 
     Other files are opened in it, or dropped into it.
 
     Parameters
     ----------
     images
-        EXR, PFM or PNG files; of an EXR every layer. None: a page to drop files into.
+        EXR (every layer), PFM or PNG files. Without any, the page is empty, and files can be dropped into it.
     out
         The file to write, ending in .html.
 

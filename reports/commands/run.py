@@ -72,80 +72,74 @@ def run(
     out
         Folder for results and report.
     resume
-        Go on with the run that OUT holds; finished cases are not done again.
+        Reuse OUT's results for cases whose scene, code and references are unchanged.
     shard
-        Do one part of the cases only, such as 3/8: the third of eight, by a digest of each case's name. --merge
-        puts the parts' folders together.
+        Run one part of the cases only, such as 3/8, the third of eight. --merge combines the parts' folders.
     merge
-        Put the parts of a run together that --shard made, and publish them as one: SELECTORS are their folders. They
-        are of the same code, plan, subject and demands; the cases of a part that is not there are missing.
+        Combine the parts that --shard made into one run; SELECTORS are their folders. All parts must have the same
+        code, plan, subject and options. Cases of an absent part are missing.
     require
-        A reference that must have a say, or several with commas: a case about which it can say nothing at all fails
-        (of an optional program: a run); one that answers on request only is asked; one that is not installed ends the
-        run. Repeatable.
+        References that must answer, separated by commas. A case that one of them cannot answer at all fails; of an
+        optional program, a run in which it answers nothing does. If one is not installed, the run ends. References
+        that answer on request only are asked. Repeatable.
     jobs
         Worker processes at once. Default: the number of processors.
     timeout
-        Seconds that one render or one judgement may take; with --subject, one render of it. Default: 120, and more
-        where a case is estimated to take longer for its size.
+        Time limit [s] of one render or one judgement. Default: 120, and more for large cases.
     worker_memory
-        GiB of memory that one worker process may have; one that takes more is ended, and its render or judgement is an
-        error. Default: no limit.
+        Memory limit [GiB] of one worker process. A render or judgement that exceeds it is an error. Default: no limit.
     configuration
         A tracer configuration, such as float32/triangle=signed_areas. Repeatable. Default: the suite's own list.
     formula
-        A formula for every configuration, such as triangle=signed_areas, or a function of one's own as
+        A formula for every configuration, such as triangle=signed_areas, or a function of your own, such as
         sphere=./mine.py:nearest_hit. Repeatable.
     subject
-        Who is under test instead of the tracer: a reference by name, or "exec:COMMAND {scene} {output}".
+        The renderer under test instead of the tracer: a reference by name, or "exec:COMMAND {scene} {output}".
     memory
-        GiB of address space that a program under test may have.
+        Limit [GiB] of the address space of a program under test.
     env
-        A variable of the environment that a program under test gets beside PATH, HOME, TMPDIR, the locale and what
-        concerns libraries, Python, Conda, CUDA and threads. Repeatable.
+        An environment variable to pass to a program under test. PATH, HOME, TMPDIR, the locale and variables of
+        libraries, Python, Conda, CUDA and threads are always passed. Repeatable.
     confine
-        Shut a program under test off (Linux): no network, no other processes, nothing to write but its folder; home and
-        temporary folders and the cache are hidden.
+        Isolate a program under test (Linux): it has no network, sees no other process, writes only its own folder, and
+        finds home, temporary folders and the cache empty.
     diagnose
-        After a run with failures: put every known mistake to the test and name the one that explains them; or off.
+        auto: after a run with failures, look for the known mistake that explains them. off: do not look.
     cache
-        Take from the cache what references answered before, and what was found before of answers that are equal to
-        the last bit. The renderer under test always renders. The cache takes RAYPROOF_CACHE_LIMIT GiB, or 2.
+        Reuse answers of references, and verdicts on bit-identical images, from the cache. The renderer under test
+        always renders. The cache holds up to RAYPROOF_CACHE_LIMIT GiB, by default 2.
     keep_images
-        Of which cases images are kept: `failed`, of those that did not pass; `sample:1%`, of such a share of the
-        others too; or `all`, every renderer's of every case, as EXR. Default: of a case that passed the
-        subject's and the oracle's in one compact file, without loss, of any other everything; of a run of more than
-        2000 cases sample:1%. What is left out the command in a case's record makes again.
+        The cases whose images are kept. failed: cases that did not pass. sample:1%: these and one per cent of the
+        others. all: every renderer's images of every case, as EXR. Default: all images of cases that did not pass, and
+        the subject's and the oracle's of the others; with more than 2000 cases sample:1%.
     single_file
         Also write report.html: the whole report in one file.
     dry_run
-        Do nothing; print the plan and about how much time, memory and disk it takes.
+        Print the plan and an estimate of time, memory and disk, and run nothing.
     history
-        Keep errors and times in this SQLite file, and say what became worse; `rayproof report history` shows it.
+        Append errors and times to this SQLite file and report what became worse; `rayproof report history` shows it.
     expect
-        A file of checks that are known to fail, as `rayproof gate accept` writes it. The exit code is 0 if all that
-        fails is expected, and 1 if anything else fails, or something fails less or no longer.
+        A file of known failures, as `rayproof gate accept` writes it. The exit code is 0 while exactly these failures
+        occur, and 1 if there is a new failure, a missing one or a smaller one.
     against
-        The folder of an earlier run, or a history file (--history). The exit code is 1 if anything became worse than
-        there, and 0 if all that fails did so there.
+        The folder of an earlier run, or a history file (--history). The exit code is 1 if anything became worse, and 0
+        if everything that fails failed there too.
     least_coverage
-        The share [%] of the checks that must be measured; with fewer the exit code is 1, whatever passes.
+        The least share [%] of the checks that must be measured. With fewer the exit code is 1.
     json
         Also write results.json to this file.
     count
-        With `random`: draw so many scenes, numbers 0 and up, with hostile features. Default: 100.
+        With `random`: the number of scenes with hostile features to draw. Default: 100.
     seed
-        With `random`: another seed draws other scenes. Default: 1.
+        With `random`: the seed of the scenes. Default: 1.
     scenes
-        Instead of selectors: a folder of scene files, or a file with a scene on each line and its `name` in it. They
-        are read where they lie, however many they are.
+        Instead of selectors: a folder of scene files, or a file with one scene, with a `name`, on each line.
     scheduler
-        Where a cluster does the work: tls://HOST:PORT of a Dask scheduler, or local:N for one of N workers on this
-        machine. Needs rayproof[dask]. --jobs is then each worker's, by default as many as its machine has processors;
-        of local:N each has its share.
+        A Dask cluster that runs the cases: tls://HOST:PORT of a scheduler, or local:N for N workers on this machine.
+        Needs Dask distributed. --jobs then counts for each worker; by default a worker uses all processors of its
+        machine, or its share with local:N.
     tls
-        With tls://HOST:PORT: the folder with the certificates that both ends show: ca.pem (of the authority), cert.pem
-        and key.pem (ours).
+        With tls://HOST:PORT: the folder with ca.pem (the authority's certificate), cert.pem and key.pem (this end's).
 
     """
     if timeout is not None and not timeout > 0:
@@ -162,7 +156,9 @@ def run(
         if any(
             (resume, shard, require, configuration, formula, subject != TRACER, dry_run, count, seed, scenes, scheduler)
         ):
-            raise UsageError("--merge renders nothing: it goes with --out, --json, --single-file and what a gate asks")
+            raise UsageError(
+                "--merge renders nothing and takes only --out, --json, --single-file, --history and the gate's options"
+            )
         from rayproof.reports.commands.merge import merge as merge_parts
 
         with told_in_one_line():
@@ -179,15 +175,13 @@ def run(
         with told_in_one_line():
             piece = shard_of(shard)
     if piece is not None and not all(one is None for one in (expect, against, least_coverage, history)):
-        raise UsageError("--expect, --against, --least-coverage and --history are for the whole: give them to --merge")
+        raise UsageError("--expect, --against, --least-coverage and --history need the whole run: give them to --merge")
     selectors = drawn(selectors, count, seed)
     if scenes is not None and selectors:
-        raise UsageError(f"--scenes says what is run, and so does {selectors[0]}")
+        raise UsageError(f"--scenes and selectors exclude each other, got both: {selectors[0]}")
     check_names(selectors)  # before anything is started for them
     if subject != TRACER and (configuration or formula):
-        raise UsageError(
-            "--configuration and --formula are the tracer's, and --subject puts another renderer under test"
-        )
+        raise UsageError("--configuration and --formula apply to the tracer only and exclude --subject")
     with told_in_one_line():
         usual_limit()
     place = scheduler_at(scheduler, tls)

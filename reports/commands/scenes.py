@@ -1,8 +1,11 @@
 """`rayproof render`, `import` and `export`: a scene as an image, from other programs' files, and into them."""
 
+import re
+from collections import Counter
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
 from cyclopts import Parameter
 
@@ -10,6 +13,11 @@ from rayproof.reports.called import called
 from rayproof.reports.commands.lookup import Repeated, configurations, scene_named, stages_named
 from rayproof.reports.commands.output import say, shout, warning
 from rayproof.reports.commands.usage import UsageError, told_in_one_line, writable_folder
+
+if TYPE_CHECKING:
+    from rayproof.reports.interchange import Imported
+
+MOST_LISTED = 4  # things left out, or kinds of them, in the lines at the end of an import: these are ten at most
 
 
 def render(
@@ -77,18 +85,21 @@ def import_scene(
     height: int | None = None,
     up: Literal["y", "z"] | None = None,
     allow_folder: Annotated[tuple[Path, ...], Parameter(negative="", show_default=False)] = (),
+    define: Annotated[Repeated, Parameter(name="-D")] = (),
 ) -> int:
     """Turn another program's scene into a scene file, and list what was dropped.
 
-    Reads Mitsuba 3 XML (.xml), glTF (.glb, .gltf) with its point lights, and OBJ, PLY and STL meshes, which get a
-    camera and a light that show all of the mesh.
+    Reads Mitsuba 3 XML (.xml), glTF (.glb, .gltf) with its point lights, the lecture's scenes (.json), and OBJ, PLY
+    and STL meshes, which get a camera and a light that show all of the mesh. The scene file names mesh files; those
+    from other folders are copied beside it.
 
     Parameters
     ----------
     file
         The file to read; what it names must lie in its own folder.
     out
-        The scene file to write, ending in .json. Default: FILE's name with .json, in the current folder.
+        The scene file to write, ending in .json. Default: FILE's name with .json, or -scene.json where FILE has that
+        already, in the current folder.
     width
         Image width [px], in place of the file's. With --height.
     height
@@ -96,20 +107,32 @@ def import_scene(
     up
         The axis that points up in an OBJ, PLY or STL file, none of which says so. Default: z.
     allow_folder
-        A folder outside of FILE's own in which the `<path>` of a Mitsuba scene may look for files. Repeatable.
+        A folder outside of FILE's own into which its names of files may lead, by `../` or the `<path>` of a Mitsuba
+        scene. Repeatable.
+    define
+        A parameter of a Mitsuba scene, such as -D spp=16, in place of its `<default>`. Repeatable.
 
     """
     if (width is None) != (height is None):
         raise UsageError("--width and --height go together")
-    target = out or Path(f"{file.stem}.json")
+    target = out or Path(f"{file.stem}{'-scene' if file.suffix.lower() == '.json' else ''}.json")
     if target.suffix.lower() != ".json":
         raise UsageError(f"the scene file must end in .json, got {target}")
-    from rayproof.cases.scene_json import save_scene
+    if target.exists() and file.exists() and target.samefile(file):
+        raise UsageError(f"--out {target} is the file that is read")
+    for pair in define:
+        if not re.fullmatch(r"\w+=.*", pair):
+            raise UsageError(f"-D must be a name and a value, such as -D spp=16, got {pair}")
+    if define and file.suffix.lower() != ".xml":
+        raise UsageError(f"-D sets parameters of a Mitsuba scene, which ends in .xml, got {file}")
     from rayproof.reports import interchange
-    from rayproof.reports.interchange.framing import is_dark
+    from rayproof.reports.interchange.framing import DARK, is_dark
 
     options = interchange.ImportOptions(
-        size=None if width is None or height is None else (width, height), allowed=allow_folder, up=up
+        size=None if width is None or height is None else (width, height),
+        allowed=allow_folder,
+        up=up,
+        parameters=dict(pair.split("=", 1) for pair in define),
     )
     with told_in_one_line():
         for folder in allow_folder:
@@ -118,14 +141,39 @@ def import_scene(
         imported = interchange.import_scene(file, options)
         dark = is_dark(imported.scene)
         writable_folder(target.parent)
-        save_scene(imported.scene, target)
-    for sentence in imported.dropped:
-        say(f"dropped: {sentence}")
+        copies = interchange.save_imported(imported, target)
+    for line in summary(imported, target, copies):
+        say(line)
     if dark:
-        say("note: no pixel of it is lit: every surface in view is in shadow, or turned away from camera or lights")
-    shapes, lights = len(imported.scene.shapes), len(imported.scene.lights)
-    say(f"{target}: {shapes} shapes, {lights} lights; judge it with: {called()} run {target}")
+        say(f"note: {DARK}")
+    say(f"next: {called()} run {target}")
     return 0
+
+
+def summary(imported: "Imported", target: Path, copies: Sequence[str]) -> list[str]:
+    """Return what an import made and left out; all that was left out comes first if that is more than a few things."""
+    scene = imported.scene
+    kinds = Counter(type(shape).__name__.lower() for shape in scene.shapes)
+    shapes = ", ".join(
+        f"{count} {kind}{'' if count == 1 else 'es' if kind == 'mesh' else 's'}" for kind, count in kinds.items()
+    )
+    triangles = sum(len(getattr(shape, "faces", ())) for shape in scene.shapes)
+    lines = [f"dropped: {sentence}" for sentence in imported.dropped]
+    of = f" ({triangles} triangle{'s' if triangles != 1 else ''})" if triangles else ""
+    lights = f"{len(scene.lights)} light{'s' if len(scene.lights) != 1 else ''}"
+    made = [f"{target}: {shapes}{of}, {lights}, {scene.camera.width} x {scene.camera.height} px"]
+    if copies:
+        more = f" and {len(copies) - 1} others" if len(copies) > 1 else ""
+        made.append(f"copied beside it: {copies[0]}{more}")
+    if len(lines) <= MOST_LISTED:
+        return [*lines, *made]
+    # What a sentence ends with, without the names in it, is the kind of thing that was left out.
+    left_out = Counter(re.sub(r"\s*(['\"]).*?\1", "", line.rpartition(": ")[2]) for line in lines)
+    made.append(f"left out or replaced: {len(lines)} things of {len(left_out)} kinds, all listed above")
+    made += [f"  {count} x {kind}" for kind, count in left_out.most_common(MOST_LISTED)]
+    if len(left_out) > MOST_LISTED:
+        made.append(f"  and {len(left_out) - MOST_LISTED} kinds more")
+    return [*lines, *made]
 
 
 def export_scene(scene: str, file: Path) -> int:

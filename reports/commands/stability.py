@@ -32,8 +32,8 @@ def stability(
     Parameters
     ----------
     formulas
-        What to measure: a slot such as sphere, a formula such as sphere/haines, a pattern, or a function of one's own
-        as sphere=./mine.py:nearest_hit. Default: all.
+        A slot such as sphere, a formula such as sphere/haines, a pattern, or a function of your own, such as
+        sphere=./mine.py:nearest_hit. Default: all.
     quick
         Draw fewer rays.
     ladder
@@ -43,7 +43,7 @@ def stability(
     json
         Also write the results to this file.
     out
-        Also write JSON, CSV and SVG of every ladder to the folder stability in this folder.
+        Also write JSON, CSV and SVG of every ladder to OUT/stability.
 
     """
     with told_in_one_line():
@@ -59,7 +59,7 @@ def stability(
     with told_in_one_line():
         planned = plan(formulas, ladders=ladder, precisions=precision or ("float32", "float64"), quick=quick)
     if not planned.ladders:
-        raise UsageError("none of the formulas named is on any of the ladders named")
+        raise UsageError("none of these formulas is measured on any of these ladders")
     doubts: list[str] = []
     records: list[ClimbRecord] = []
     for one in survey(planned, doubts=doubts.append):

@@ -23,16 +23,16 @@ def tradeoff(
     Parameters
     ----------
     selectors
-        Families, cases or stresses, as for compare; ladders, or `ladders` for all of them.
-        Default: those on which formulas part, and some ordinary ones.
+        Families, cases or stresses, as for compare; ladders, or `ladders` for all. Default: those on which formulas
+        differ, and some ordinary ones.
     out
-        Folder for OUT/tradeoff; that of a report gets a link to it when it is next published.
+        Folder for OUT/tradeoff. `rayproof report OUT` adds the diagrams to a run's report.
     json
         Also write tradeoff.json to this file.
     quick
-        Fewer repetitions, and without selectors one diagram of each kind.
+        Repeat less often, and draw one diagram of each kind unless selectors are given.
     formula
-        Draw these beside the defaults of their slots, and nothing else: sphere/textbook, or a function of one's own as
+        Draw only these beside the defaults of their slots: sphere/textbook, or a function of your own, such as
         sphere=./mine.py:nearest_hit. Repeatable.
 
     """

@@ -7,15 +7,19 @@ in a SceneError of one line that names the file and the place, and nothing gets 
 folder and of the folders that the options allow.
 """
 
+import hashlib
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Literal
 
 import numpy as np
 
+from rayproof.cases.mesh_files import mesh_path
 from rayproof.cases.registry import Registry
-from rayproof.cases.scene import Scene, SceneError
+from rayproof.cases.scene import Mesh, Scene, SceneError, Shape
+from rayproof.cases.scene_json import PACKED, save_scene
+from rayproof.reports.results.files import replacing
 
 Size = tuple[int, int] | None
 MOST_NAMED = 5  # things left out that a refusal names
@@ -35,7 +39,7 @@ class ImportOptions:
 class Imported:
     """A scene read from another program's file, and what of that file it does not hold."""
 
-    scene: Scene
+    scene: Scene  # a mesh as its file has it names that file by its whole path
     dropped: tuple[str, ...]
 
 
@@ -68,6 +72,51 @@ def import_scene(path: Path, options: ImportOptions | None = None) -> Imported:
         why = f"; left out: {', '.join(imported.dropped[:MOST_NAMED])}" if imported.dropped else ""
         raise SceneError(f"{path}: no shape of it can be read, so there is nothing to see{why}")
     return imported
+
+
+def save_imported(imported: Imported, target: Path) -> tuple[str, ...]:
+    """Write a scene file that names the mesh files, and return the names of those that were copied beside it.
+
+    A mesh file must lie in the scene file's folder, so one that lies elsewhere is copied there. Meshes without a file
+    of their own, or whose file is read differently here (turned around), are packed into the scene file.
+
+    Raises:
+        OSError: a file cannot be read or written.
+
+    """
+    copies: dict[Path, str] = {}
+    folder = target.parent.resolve()
+
+    def placed(shape: Shape) -> Shape:
+        if not isinstance(shape, Mesh) or shape.file is None:
+            return shape
+        source = Path(shape.file)
+        if source.is_relative_to(folder):
+            name = source.relative_to(folder).as_posix()
+        elif source not in copies:
+            name = copies[source] = _copied(source, folder)
+        else:
+            name = copies[source]
+        try:
+            mesh_path(name, folder)
+        except SceneError:  # a name that no scene file may have, with a line end in it
+            return replace(shape, file=None)
+        return replace(shape, file=name)
+
+    scene = replace(imported.scene, shapes=tuple(placed(shape) for shape in imported.scene.shapes))
+    save_scene(scene, target, packed=PACKED, named=True)
+    return tuple(copies.values())
+
+
+def _copied(source: Path, folder: Path) -> str:
+    """Copy a file into a folder and return its name there: one that no other file has."""
+    content = source.read_bytes()
+    names = (source.name, f"{source.stem}-{hashlib.sha256(content).hexdigest()[:12]}{source.suffix}")
+    free = (name for name in names if not (folder / name).exists() or (folder / name).read_bytes() == content)
+    name = next(free, names[-1])
+    with replacing(folder / name) as draft:
+        draft.write_bytes(content)
+    return name
 
 
 def export_scene(scene: Scene, path: Path) -> tuple[str, ...]:

@@ -34,6 +34,8 @@ UP = {"z": (0.0, 0.0, 1.0), "y": (0.0, 1.0, 0.0)}
 MARGIN = 1.1  # of the bounding sphere
 PIXELS, RAY_TRIANGLES = (35.0, 800.0), 2e7  # of the images that show what is in view, and rays times triangles of each
 
+DARK = "no pixel of it is lit: every surface in view is in shadow, or turned away from camera or lights"
+
 
 def bounds(shapes: tuple[Shape, ...]) -> tuple[np.ndarray, np.ndarray]:
     """Return the lowest and the highest corner [m] of a box around the shapes; a plane counts with its unit square."""

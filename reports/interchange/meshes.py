@@ -14,6 +14,7 @@ from rayproof.reports.interchange.framing import camera_for, light_for
 
 ALBEDO = (0.5, 0.5, 0.5)
 STATEMENT = re.compile(rb"^[ \t]*([A-Za-z_]+)\b", re.MULTILINE)
+NORMAL = re.compile(rb"(?:^|[\r\n])[ \t]*vn[ \t]")
 COLOURED = re.compile(rb"^[ \t]*v(?:[ \t]+[^\s#]+){6}", re.MULTILINE)
 OBJ = {
     "vn": "vertex normals",
@@ -36,7 +37,7 @@ def import_mesh(path: Path, options: ImportOptions) -> Imported:
     try:
         budget = Budget()
         vertices, faces = read_mesh(path.name, path.parent, budget)
-        mesh = Mesh(albedo=ALBEDO, two_sided=True, vertices=vertices, faces=faces)
+        mesh = Mesh(albedo=ALBEDO, two_sided=True, vertices=vertices, faces=faces, file=str(path.resolve()))
     except SceneError as error:
         raise SceneError(f"{path}: {error}") from None
     up = options.up or "z"
@@ -51,6 +52,14 @@ def import_mesh(path: Path, options: ImportOptions) -> Imported:
         *([f"{path.name}: {dark}"] if dark else []),
     )
     return Imported(scene=scene, dropped=dropped)
+
+
+def has_normals(path: Path) -> bool:
+    """Return whether a mesh file has vertex normals."""
+    content = path.read_bytes()
+    if path.suffix.lower() == ".ply":
+        return any(prop.name == "nx" for element in ply_header(content)[1] for prop in element.properties)
+    return path.suffix.lower() == ".obj" and NORMAL.search(content) is not None
 
 
 def _left_out(path: Path) -> list[str]:

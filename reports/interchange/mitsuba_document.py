@@ -4,10 +4,11 @@ Before Mitsuba reads it, what the file asks for is counted: elements, nesting, i
 `include`, `path` and `default` are followed, which decide how much is read. The rest is Mitsuba's to understand.
 """
 
+import contextlib
 import json
 import re
 from bisect import bisect_right
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, TypedDict, final
@@ -15,33 +16,40 @@ from xml.parsers import expat
 
 import numpy as np
 
-from rayproof.cases.mesh_files import content_of, path_within
+from rayproof.cases.mesh_files import LET_IN, content_of, is_plain, located, path_within
 from rayproof.cases.mesh_sandbox import BYTES_A_BYTE, FREE_BYTES, Budget, ForeignError, Parser, ask
 from rayproof.cases.scene import SceneError, shown
 
 LARGEST = 256 * 2**20  # bytes of a file
 DEEPEST_INCLUDE = 8
 _PARAMETER = re.compile(r"\$(\w+)")
+_SOURCE = re.compile(r"\[\w+\.cpp:\d+\] ")  # where in Mitsuba's code a message comes from
+# Elements of Nori's scenes (W. Jakob, https://wjakob.github.io/nori), which have no version; Mitsuba's do.
+NORI = ("camera", "mesh")
 
 
-def scan(path: Path, budget: Budget, allowed: tuple[Path, ...] = ()) -> tuple[Path, ...]:
+def scan(
+    path: Path, budget: Budget, allowed: tuple[Path, ...] = (), parameters: Mapping[str, str] | None = None
+) -> tuple[Path, ...]:
     """Spend what reading a file and all that it includes takes; return the folders in which it looks for files.
 
-    They lie in its own folder, or in those `allowed`.
+    They lie in its own folder, or in those `allowed`. `parameters` are set before the file's own `default`.
 
     Raises:
-        SceneError: it takes too much, is no XML, or includes what does not lie there; without the file's name.
+        SceneError: it takes too much, is no XML, is another renderer's, or includes what does not lie there; without
+            the file's name.
 
     """
-    reading = _Scan(path.parent, budget, allowed)
+    reading = _Scan(path.parent, budget, allowed, parameters or {})
     reading.file(path.resolve(), path.name, 0)
     return tuple(reading.searched)
 
 
 class _Scan:
-    def __init__(self, folder: Path, budget: Budget, allowed: tuple[Path, ...]) -> None:
+    def __init__(self, folder: Path, budget: Budget, allowed: tuple[Path, ...], parameters: Mapping[str, str]) -> None:
         self._folder, self._budget, self._allowed = folder, budget, allowed
-        self._values: dict[str, str] = {}  # of the parameters so far; the first value counts
+        self._values = dict(parameters)  # so far; the first value counts
+        self._versioned = False
         self.searched: list[Path] = []  # where `path` elements say that files lie
 
     def file(self, path: Path, name: str, level: int) -> None:
@@ -89,20 +97,29 @@ class _Scan:
         elif tag == "include":
             self._budget.spend("includes", 1, by=place)
             name = self._filled(attributes.get("filename", ""))
-            self.file(self._found(name, place, beside), name, level + 1)
+            self.file(self._found(name, place, [beside, *self.searched, self._folder]), name, level + 1)
+        elif tag == "spectrum" and "filename" in attributes:  # which Mitsuba's parser opens in one of these
+            name = self._filled(attributes["filename"])
+            having = [where for where in (*self.searched, self._folder) if is_plain(name) and (where / name).is_file()]
+            for folder in having or [self._folder]:
+                path = self._found(name, place, [folder])
+                self._budget.count_file(path, path.stat().st_size)
+        elif tag == "scene" and level == 0:
+            self._versioned = "version" in attributes
+        elif tag in NORI and not self._versioned:
+            raise SceneError(f"{place}: a scene of Nori, which is not read; Mitsuba 3 XML is (docs/exchange.md)")
 
-    def _found(self, name: str, place: str, beside: Path) -> Path:
-        """Return the path of an included file: beside the one that names it, or where a `path` said."""
-        candidates = [beside, *self.searched, self._folder]
-        usable = next((where for where in candidates if (where / name).exists()), beside) if _plain(name) else beside
-        within = next(one for one in (*self._allowed, self._folder) if _lies_in(usable, one) or one is self._folder)
-        return path_within(name, within, what=f"{place}: filename", largest=LARGEST, beside=usable)
+    def _found(self, name: str, place: str, folders: Sequence[Path]) -> Path:
+        """Return the path of a file that is opened now: in the first of the folders that has it."""
+        what = f"{place}: filename"
+        beside, name = located(name, folders, (self._folder, *self._allowed), what)
+        within = next(one for one in (*self._allowed, self._folder) if _lies_in(beside, one) or one is self._folder)
+        return path_within(name, within, what=what, largest=LARGEST, beside=beside)
 
     def _inside(self, name: str, place: str) -> Path:
-        where = (self._folder / name).resolve() if _plain(name) else Path("/")
+        where = (self._folder / name).resolve() if is_plain(name) else Path("/")
         if not any(_lies_in(where, one) for one in (self._folder, *self._allowed)):
-            hint = "another one is let in by --allow-folder"
-            raise SceneError(f"{place}: value must be a folder inside the scene's own, got {shown(name)}; {hint}")
+            raise SceneError(f"{place}: value must be a folder inside the scene's own, got {shown(name)}; {LET_IN}")
         return where
 
     def _length(self, text: str) -> int:
@@ -119,15 +136,12 @@ def _lies_in(where: Path, folder: Path) -> bool:
     return where.resolve().is_relative_to(folder.resolve())
 
 
-def _plain(name: str) -> bool:
-    """Say whether a name can be looked up at all: long and unprintable ones cannot."""
-    return name.isprintable() and len(name) < 1000 and all(len(part) < 250 for part in Path(name).parts)
-
-
 # Mitsuba's parser, in double precision. It runs in the sandbox (`cases/mesh_sandbox.py`), and nothing is loaded.
 
 
 NEWLINE = ord("\n")
+SAMPLED = ("regular", "irregular", "blackbody")  # elements that are spectra
+COLOURS = "colours of the spectrum"  # a property that they get here
 
 
 @final
@@ -139,10 +153,11 @@ class StoredReference(TypedDict):
 
 @final
 class StoredSpectrum(TypedDict):
-    """A property that is a spectrum, by its samples."""
+    """A property that is a spectrum: one level at all wavelengths, or its colours where there are samples."""
 
-    spectrum: list[float]
-    uniform: bool
+    spectrum: float | None
+    reflectance: list[float]  # linear sRGB under daylight (D65)
+    emission: list[float]  # linear sRGB
 
 
 @final
@@ -186,9 +201,9 @@ def xml_parser() -> Parser:
 
 
 def answer(kind: str, content: bytes) -> tuple[dict[str, Any], bytes]:
-    """Return the files read and, as JSON, the elements of the file whose path `content` is.
+    """Return as JSON the files read and their elements; `content` is JSON with a file's path and parameters.
 
-    Its parameters are filled in, older names brought up to date, references resolved.
+    Parameters are filled in, older names brought up to date, references resolved.
 
     Raises:
         ValueError: Mitsuba's parser refuses the file, in its own words.
@@ -198,18 +213,23 @@ def answer(kind: str, content: bytes) -> tuple[dict[str, Any], bytes]:
 
     if mi.variant() is None:
         mi.set_variant("scalar_rgb")
-    path = content.decode()
+    path, parameters = json.loads(content)
+    if taken := {"config", "filename"} & set(parameters):  # the names of its own arguments
+        raise ValueError(f"Mitsuba's parser can set no parameter that is called {min(taken)}")
+    files = mi.file_resolver()  # pyright: ignore[reportCallIssue]  it keeps the `path` elements of the file before
+    files.clear()
+    files.append(str(Path(path).parent))
     config = mi.parser.ParserConfig("scalar_rgb")
     config.max_include_depth = DEEPEST_INCLUDE
     config.parallel = False
     try:
-        state = mi.parser.parse_file(config, path)
+        state = mi.parser.parse_file(config, path, **parameters)
         mi.parser.transform_upgrade(config, state)
         mi.parser.transform_resolve_references(config, state)
     except RuntimeError as error:
-        raise ValueError(str(error)) from None
-    files = [_Lines(Path(str(name)), Path(path).parent) for name in state.files]
-    elements = [_element(node, files[node.file_index].place(node.offset)) for node in state.nodes]
+        raise ValueError(_SOURCE.sub("", str(error))) from None
+    lines = [_Lines(Path(str(name)), Path(path).parent) for name in state.files]
+    elements = [_element(node, lines[node.file_index].place(node.offset)) for node in state.nodes]
     found: StoredFile = {"files": [str(name) for name in state.files], "elements": elements}
     return {}, json.dumps(found).encode()
 
@@ -229,12 +249,16 @@ class _Lines:
 
 def _element(node: Any, place: str) -> StoredElement:
     properties = node.props
+    stored = {name: _value(properties[name]) for name in properties.keys()}  # noqa: SIM118 - iterates over nothing
+    if properties.plugin_name() in SAMPLED:
+        with contextlib.suppress(KeyError, TypeError, ValueError, RuntimeError):  # then it is a texture like any other
+            stored[COLOURS] = _of_plugin(properties.plugin_name(), stored)
     return {
         "kind": str(node.type).rpartition(".")[2],
         "plugin": properties.plugin_name(),
         "id": properties.id(),
         "place": place,
-        "properties": {name: _value(properties[name]) for name in properties.keys()},  # noqa: SIM118 - iterates over nothing
+        "properties": stored,
     }
 
 
@@ -244,7 +268,7 @@ def _value(value: Any) -> Stored:
     if kind == "ResolvedReference":
         return {"element": value.index()}
     if kind == "Spectrum":
-        return {"spectrum": [float(level) for level in value.values], "uniform": bool(value.is_uniform())}
+        return _colours(value)
     if "Transform" in kind:  # Dr.Jit's arrays have a member called matrix, too
         return {"matrix": np.array(value.matrix, dtype=np.float64).tolist()}
     if isinstance(value, bool | int | float | str):
@@ -253,6 +277,38 @@ def _value(value: Any) -> Stored:
         return np.array(value, dtype=np.float64).tolist()
     except (TypeError, ValueError, RuntimeError):
         return {"other": f"{kind} {value}"[:80]}
+
+
+def _colours(spectrum: Any) -> StoredSpectrum:
+    """Return a spectrum's colours, integrated as Mitsuba's modes for RGB do (its `bounded` and `d65`)."""
+    levels = [float(level) for level in spectrum.values]
+    if spectrum.is_uniform():
+        return {"spectrum": levels[0], "reflectance": [], "emission": []}
+    return _integrated([float(wave) for wave in spectrum.wavelengths], levels)
+
+
+def _of_plugin(plugin: str, properties: dict[str, Stored]) -> StoredSpectrum:
+    """Return the colours of one of `SAMPLED`: samples at wavelengths [nm], or Planck's law [W/(m^2 sr nm)]."""
+    if plugin == "blackbody":
+        waves = np.arange(360.0, 831.0, 5.0)
+        hotness = 1.438776877e7 / (waves * float(properties["temperature"]))  # type: ignore[arg-type]  hc / (lambda k T)
+        return _integrated(waves.tolist(), (1.191042972e20 / waves**5 / np.expm1(hotness)).tolist())
+    levels = _listed(properties["values"])
+    if plugin == "irregular":
+        return _integrated(_listed(properties["wavelengths"]), levels)
+    first, last = (float(properties[f"wavelength_{end}"]) for end in ("min", "max"))  # type: ignore[arg-type]
+    return _integrated(np.linspace(first, last, len(levels)).tolist(), levels)
+
+
+def _listed(value: Stored) -> list[float]:
+    return [float(word) for word in str(value).replace(",", " ").strip("[]").split()]
+
+
+def _integrated(waves: list[float], levels: list[float]) -> StoredSpectrum:
+    import mitsuba as mi
+
+    reflectance, emission = (mi.spectrum_list_to_srgb(waves, levels, of, of) for of in (True, False))
+    return {"spectrum": None, "reflectance": [*map(float, reflectance)], "emission": [*map(float, emission)]}
 
 
 # What Mitsuba's parser may take beside its own code.
@@ -269,10 +325,11 @@ class Transform:
 
 @dataclass(frozen=True, kw_only=True)
 class Spectrum:
-    """A property that is a spectrum, by its samples."""
+    """A property that is a spectrum: one level at all wavelengths, or its colours where there are samples."""
 
-    values: tuple[float, ...]
-    uniform: bool
+    level: float | None
+    reflectance: tuple[float, ...]  # linear sRGB under daylight (D65)
+    emission: tuple[float, ...]  # linear sRGB
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -295,7 +352,8 @@ class Element:
     place: str  # file, line and column, with its id where it has one
     properties: dict[str, Property]
     budget: Budget  # the scene's: an element may be met again and again
-    folders: tuple[Path, ...]  # where the files lie that it may name
+    folders: tuple[Path, ...]  # where the files lie that it may name, the scene's own first
+    allowed: tuple[Path, ...]  # folders into which names may lead beside the scene's own
     _all: list["Element"]
     _read: set[str] = field(default_factory=set)  # names of properties that somebody asked for
 
@@ -303,6 +361,45 @@ class Element:
         """Return a property, or `default` where the file does not say."""
         self._read.add(name)
         return self.properties.get(name, default)
+
+    def number(self, name: str, default: float) -> float:
+        """Return a property that is a number."""
+        value = self.get(name, default)
+        if isinstance(value, bool) or not isinstance(value, int | float):
+            raise self._refusal(name, "a number", value)
+        return float(value)
+
+    def whole(self, name: str, default: int) -> int:
+        """Return a property that is a whole number."""
+        value = self.get(name, default)
+        if isinstance(value, bool) or not isinstance(value, int):
+            raise self._refusal(name, "a whole number", value)
+        return value
+
+    def flag(self, name: str, *, default: bool = False) -> bool:
+        """Return a property that is true or false."""
+        value = self.get(name, default)
+        if not isinstance(value, bool):
+            raise self._refusal(name, "true or false", value)
+        return value
+
+    def text(self, name: str, default: str) -> str:
+        """Return a property that is a text."""
+        value = self.get(name, default)
+        if not isinstance(value, str):
+            raise self._refusal(name, "a text", value)
+        return value
+
+    def three(self, name: str, default: tuple[float, float, float]) -> np.ndarray:
+        """Return a property that is a point, a vector or a colour, float64 (3,)."""
+        value = self.get(name, default)
+        if isinstance(value, str | bool | Transform | Spectrum | Reference) or np.shape(value) not in ((), (3,)):
+            raise self._refusal(name, "three numbers", value)
+        return np.broadcast_to(np.asarray(value, dtype=np.float64), 3)
+
+    def _refusal(self, name: str, what: str, value: Any) -> SceneError:
+        kinds = {Transform: "a transform", Spectrum: "a spectrum", Reference: "another element"}
+        return SceneError(f"{self.place}: {name} must be {what}, got {kinds.get(type(value), shown(value))}")
 
     def has(self, name: str) -> bool:
         """Return whether the file says something of a property."""
@@ -333,14 +430,14 @@ class Element:
         if value is None:
             return np.eye(4)
         if not isinstance(value, Transform):
-            raise SceneError(f"{self.place}: to_world must be a transform, got {shown(value)}")
+            raise self._refusal("to_world", "a transform", value)
         return value.matrix
 
 
-def read_tree(path: Path, allowed: tuple[Path, ...] = ()) -> Element:
+def read_tree(path: Path, allowed: tuple[Path, ...] = (), parameters: Mapping[str, str] | None = None) -> Element:
     """Return the root element of a file: its parameters filled in, older names brought up to date, references resolved.
 
-    Its `path` elements may name folders inside its own and inside those `allowed`.
+    Its `path` elements may name folders inside its own and inside those `allowed`. `parameters` are set from outside.
 
     Raises:
         SceneError: it asks for too much, Mitsuba's parser refuses it, in its own words on one line, or it includes a
@@ -348,12 +445,12 @@ def read_tree(path: Path, allowed: tuple[Path, ...] = ()) -> Element:
 
     """
     budget = Budget()
-    searched = scan(path, budget, allowed)
+    searched = scan(path, budget, allowed, parameters)
     try:
         _, content = ask(
             "rayproof.reports.interchange.mitsuba_document:xml_parser",
             "xml",
-            str(path.resolve()).encode(),
+            json.dumps([str(path.resolve()), dict(parameters or {})]).encode(),
             seconds=SECONDS + budget.read / BYTES_A_SECOND,
             memory=MEMORY + MEMORY_A_BYTE * budget.read,
             most=FREE_BYTES + BYTES_A_BYTE * budget.read,
@@ -377,6 +474,7 @@ def read_tree(path: Path, allowed: tuple[Path, ...] = ()) -> Element:
                 properties={key: _property(value) for key, value in stored["properties"].items()},
                 budget=budget,
                 folders=(path.parent, *searched),
+                allowed=allowed,
                 _all=elements,
             )
         )
@@ -391,5 +489,7 @@ def _property(value: Stored) -> Property:
     if "matrix" in value:
         return Transform(matrix=np.array(value["matrix"], dtype=np.float64))
     if "spectrum" in value:
-        return Spectrum(values=tuple(value["spectrum"]), uniform=value["uniform"])
+        return Spectrum(
+            level=value["spectrum"], reflectance=tuple(value["reflectance"]), emission=tuple(value["emission"])
+        )
     return value["other"]

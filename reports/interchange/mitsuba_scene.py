@@ -1,22 +1,24 @@
 """Mitsuba 3 XML (https://mitsuba.readthedocs.io, "Scene XML file format"): parsed by Mitsuba's own parser.
 
-Perspective sensors; spheres, cubes, rectangles, OBJ and PLY meshes, instances of groups of them; diffuse and two-sided
-materials; point lights. A disk whose id begins with "infinite-plane" stands for a plane. Whatever else a file holds is
-left out or replaced, and told.
+Perspective sensors; spheres, cubes, rectangles, disks, OBJ and PLY meshes, instances of groups of them; diffuse and
+two-sided materials and what wraps them; point lights. A disk whose id begins with "infinite-plane" stands for a plane.
+Whatever else a file holds is left out or replaced, and reported.
 """
 
 from collections.abc import Callable, Iterator
-from math import atan, degrees, hypot, pi, radians, tan
+from math import atan, cos, degrees, hypot, pi, radians, tan
 from pathlib import Path
-from typing import Any, TypedDict
+from typing import TypedDict
 
 import numpy as np
+import trimesh
 
-from rayproof.cases.mesh_files import read_mesh
+from rayproof.cases.mesh_files import located, read_mesh
 from rayproof.cases.scene import Camera, Cube, Mesh, Plane, PointLight, Rgb, Scene, SceneError, Shape, Sphere, Square
 from rayproof.reports.interchange import IMPORTERS, Imported, ImportOptions, Size
 from rayproof.reports.interchange.framing import camera_for, light_for, matrix, vector
-from rayproof.reports.interchange.mitsuba_document import Element, Spectrum, read_tree
+from rayproof.reports.interchange.meshes import has_normals
+from rayproof.reports.interchange.mitsuba_document import COLOURS, Element, Spectrum, read_tree
 
 PLANE = "infinite-plane"  # how the id of a disk begins that stands for a plane
 
@@ -39,13 +41,11 @@ def lights_of(scene: Element, drop: Callable[[str], None]) -> Iterator[PointLigh
         if emitter.plugin != "point":
             drop(f"{emitter.place}: the {emitter.plugin} light")
             continue
-        where = emitter.get("position", None)
-        position = emitter.matrix()[:3, 3] if where is None else np.asarray(where, dtype=np.float64)
-        if any(name == "intensity" for name, _ in emitter.children()):
+        position = emitter.three("position", (0.0, 0.0, 0.0)) if emitter.has("position") else emitter.matrix()[:3, 3]
+        intensity = colour(emitter, "intensity", light=True)
+        if intensity is None:
             drop(f"{emitter.place}: the light's texture; its intensity is 1")
             intensity = (1.0, 1.0, 1.0)
-        else:
-            intensity = rgb(emitter.get("intensity", 1.0), f"{emitter.place}: intensity", drop)
         try:
             yield PointLight(position=vector(position), flux=vector(4 * pi * np.asarray(intensity)))
         except SceneError as error:
@@ -64,14 +64,16 @@ def import_mitsuba(path: Path, options: ImportOptions) -> Imported:
         return _scene(path, options)
     except SceneError:
         raise
-    except (TypeError, AttributeError, KeyError, ValueError, OverflowError) as error:
-        # Properties of other types than the plug-ins': Mitsuba's parser leaves that to them.
-        raise SceneError(f"{path}: is no scene for Mitsuba: {' '.join(str(error).split())}") from None
+    except (TypeError, AttributeError, KeyError, ValueError, OverflowError):
+        # Mitsuba's parser leaves the types of properties to the plug-ins. Those that are read are checked by `Element`.
+        raise SceneError(
+            f"{path}: is no scene for Mitsuba: a property is of another type than its plug-in reads"
+        ) from None
 
 
 def _scene(path: Path, options: ImportOptions) -> Imported:
     try:
-        root = read_tree(path, options.allowed)
+        root = read_tree(path, options.allowed, options.parameters)
         root.budget.spend("shapes", count_shapes(root), by="it with its instances")
     except SceneError as error:
         raise SceneError(f"{path}: {error}") from None
@@ -118,6 +120,9 @@ def _scene(path: Path, options: ImportOptions) -> Imported:
 
 Drop = Callable[[str], None]
 TWICE = np.diag([2.0, 2.0, 2.0, 1.0])
+SIMILAR = 1e-9  # of a sphere's matrix: matrices are written with more digits than this
+DISK_CORNERS = 256
+SUBDIVISIONS = 5  # of an icosahedron, to 20 480 triangles
 TURNED = np.diag([1.0, 1.0, -1.0, 1.0])  # under the inverse transpose a square's normal turns around
 
 
@@ -174,7 +179,7 @@ def shapes_of(element: Element, folder: Path, drop: Drop, outer: np.ndarray | No
 
 def _shape(element: Element, folder: Path, drop: Drop, to_world: np.ndarray) -> Shape | None:
     known = {
-        "disk": _plane,
+        "disk": _plane if element.id.startswith(PLANE) else _disk,
         "sphere": _sphere,
         "cube": _cube,
         "rectangle": _rectangle,
@@ -182,7 +187,7 @@ def _shape(element: Element, folder: Path, drop: Drop, to_world: np.ndarray) -> 
         "ply": _mesh,
         "stl": _mesh,
     }
-    if element.plugin not in known or (element.plugin == "disk" and not element.id.startswith(PLANE)):
+    if element.plugin not in known:
         drop(f"{element.place}: the shape {element.plugin}")
         return None
     for _, emitter in element.children("Emitter"):
@@ -191,25 +196,53 @@ def _shape(element: Element, folder: Path, drop: Drop, to_world: np.ndarray) -> 
     try:
         return known[element.plugin](element, folder, drop, to_world, {"albedo": albedo, "two_sided": two_sided})
     except SceneError as error:
+        if str(error).startswith(element.place):
+            raise
         raise SceneError(f"{element.place}: {error}") from None
 
 
-def _flipped(element: Element, surface: Surface) -> bool:
+# Which side of a one-sided shape is seen, as Mitsuba 3.9 draws it. `flip_normals` turns all. A mirroring `to_world` of
+# the shape's own turns spheres, and meshes whose normals follow from the winding in the world; that of an instance
+# turns nothing, nor does it turn cubes, rectangles, disks and meshes with vertex normals. Ours turns nothing either.
+
+
+def _flipped(element: Element, surface: Surface, *, mirrors: bool = False) -> bool:
+    mirrored = mirrors and bool(np.linalg.det(element.matrix()[:3, :3]) < 0)
     # Both sides look alike on a two-sided shape.
-    return bool(element.get("flip_normals", False)) and not surface["two_sided"]
+    return (element.flag("flip_normals") != mirrored) and not surface["two_sided"]
 
 
 def _sphere(element: Element, folder: Path, drop: Drop, to_world: np.ndarray, surface: Surface) -> Shape:
-    center = vector(element.get("center", (0.0, 0.0, 0.0)))
-    if _flipped(element, surface):
-        drop(f"{element.place}: flip_normals; the sphere faces outward")
-    return Sphere(center=center, radius=float(element.get("radius", 1.0)), to_world=matrix(to_world), **surface)
+    center, radius = vector(element.three("center", (0.0, 0.0, 0.0))), element.number("radius", 1.0)
+    own = element.matrix()
+    lengths = np.linalg.norm(own[:3, :3], axis=0)
+    if not np.allclose(
+        own[:3, :3].T @ own[:3, :3], lengths[0] ** 2 * np.eye(3), rtol=0, atol=SIMILAR * lengths[0] ** 2
+    ):
+        # Mitsuba places the centre and stretches the radius as the matrix does x. An instance around it stretches all.
+        drop(f"{element.place}: the stretching of the sphere by its own to_world, which Mitsuba leaves out, too")
+        around = to_world @ np.linalg.inv(own)
+        center, radius = vector((own @ (*center, 1.0))[:3]), radius * float(lengths[0])
+        to_world = around
+    if not _flipped(element, surface, mirrors=True):
+        return Sphere(center=center, radius=radius, to_world=matrix(to_world), **surface)
+    ball = trimesh.creation.icosphere(subdivisions=SUBDIVISIONS, radius=1.0)
+    planes = np.einsum("ij,ij->i", ball.face_normals, ball.triangles[:, 0])
+    error = radius * (1 - float(planes.min()))
+    drop(
+        f"{element.place}: the roundness of the sphere, whose one side faces inward; it is a mesh of {len(ball.faces)} "
+        f"triangles, which lie up to {error:.2g} m inside of it before to_world"
+    )
+    element.budget.spend("triangles", len(ball.faces), by=element.place)
+    vertices = np.asarray(ball.vertices) * radius + center
+    return Mesh(vertices=vertices, faces=ball.faces[:, ::-1], to_world=matrix(to_world), **surface)
 
 
 def _cube(element: Element, folder: Path, drop: Drop, to_world: np.ndarray, surface: Surface) -> Shape:
-    if _flipped(element, surface):
-        drop(f"{element.place}: flip_normals; the cube faces outward")
-    return Cube(to_world=matrix(to_world @ TWICE), **surface)
+    if not _flipped(element, surface):
+        return Cube(to_world=matrix(to_world @ TWICE), **surface)
+    box = trimesh.creation.box((2.0, 2.0, 2.0))  # the same as a mesh, which can face inward
+    return Mesh(vertices=box.vertices, faces=box.faces[:, ::-1], to_world=matrix(to_world), **surface)
 
 
 def _rectangle(element: Element, folder: Path, drop: Drop, to_world: np.ndarray, surface: Surface) -> Shape:
@@ -217,32 +250,50 @@ def _rectangle(element: Element, folder: Path, drop: Drop, to_world: np.ndarray,
     return Square(to_world=matrix(to_world @ TWICE @ turned), **surface)
 
 
+def _disk(element: Element, folder: Path, drop: Drop, to_world: np.ndarray, surface: Surface) -> Shape:
+    angles = np.arange(DISK_CORNERS) * (2 * pi / DISK_CORNERS)
+    vertices = np.stack([np.cos(angles), np.sin(angles), 0 * angles], axis=1)
+    inner = np.arange(1, DISK_CORNERS - 1)
+    faces = np.stack([0 * inner, inner, inner + 1], axis=1)
+    drop(
+        f"{element.place}: the roundness of the disk; it is a mesh of {len(faces)} triangles, whose edge lies up to "
+        f"{1 - cos(pi / DISK_CORNERS):.2g} of the radius inside of it"
+    )
+    faces = faces[:, ::-1] if _flipped(element, surface) else faces
+    return Mesh(vertices=vertices, faces=faces, to_world=matrix(to_world), **surface)
+
+
 def _plane(element: Element, folder: Path, drop: Drop, to_world: np.ndarray, surface: Surface) -> Shape:
     return Plane(to_world=matrix(to_world), **surface)
 
 
-def _folder_of(name: str, element: Element) -> Path:
-    """Return the first folder in which a file may lie that has it; the scene's own if none does."""
-    try:
-        return next((folder for folder in element.folders if (folder / name).is_file()), element.folders[0])
-    except (OSError, ValueError):  # too long a name, say: whoever reads it says so
-        return element.folders[0]
-
-
 def _mesh(element: Element, folder: Path, drop: Drop, to_world: np.ndarray, surface: Surface) -> Shape:
-    name = str(element.get("filename", ""))
-    vertices, faces = read_mesh(name, _folder_of(name, element), element.budget)
-    if not element.get("face_normals", False):
-        drop(f"{element.place}: vertex normals, if {element.get('filename', '')} has any; the mesh is shaded by faces")
-    if _flipped(element, surface):
-        faces = faces[:, ::-1]
-    return Mesh(vertices=vertices, faces=faces, to_world=matrix(to_world), **surface)
+    name = element.text("filename", "")
+    where, within = located(name, element.folders, (element.folders[0], *element.allowed), "file")
+    vertices, faces = read_mesh(within, where, element.budget)
+    path = (where / within).resolve()
+    for note in element.budget.notes[path]:
+        drop(f"{name}: {note}")
+    by_winding = element.flag("face_normals") or not has_normals(path)
+    if not element.flag("face_normals"):
+        whose = "that Mitsuba makes up" if by_winding else f"of {name}"
+        drop(f"{element.place}: the vertex normals {whose}; the mesh is shaded by faces")
+    if not _flipped(element, surface, mirrors=by_winding):
+        return Mesh(vertices=vertices, faces=faces, to_world=matrix(to_world), file=str(path), **surface)
+    return Mesh(vertices=vertices, faces=faces[:, ::-1], to_world=matrix(to_world), **surface)
 
 
 # Mitsuba's materials as an albedo and a flag: diffuse ones exactly, all others by the diffuse part that they have.
 
 
 GREY: Rgb = (0.5, 0.5, 0.5)  # Mitsuba's own default
+# Materials around another one, and what is left out of each.
+WRAPPERS = {
+    "twosided": "",
+    "mask": "the opacity of the mask; the surface is opaque",
+    "bumpmap": "the bumps of the bumpmap; the surface is smooth",
+    "normalmap": "the normals of the normalmap; the surface is smooth",
+}
 # Linear sRGB of the equal-energy spectrum, X = Y = Z = 1: the row sums of the matrix from XYZ (IEC 61966-2-1).
 EQUAL_ENERGY = (1.2047843, 0.9483008, 0.9088427)
 
@@ -250,42 +301,71 @@ EQUAL_ENERGY = (1.2047843, 0.9483008, 0.9088427)
 def material_of(shape: Element, drop: Callable[[str], None]) -> tuple[Rgb, bool]:
     """Return the albedo of a shape's material and whether both of its sides are seen."""
     material = next((child for _, child in shape.children("BSDF")), None)
-    if material is None:
-        return GREY, False
-    two_sided = False
-    while material.plugin == "twosided":
-        two_sided = True
-        sides = [child for _, child in material.children("BSDF")]
-        if len(sides) != 1:
-            drop(f"{material.place}: the second of {len(sides)} sides; both get the first one's material")
-        if not sides:
-            return GREY, True
-        material = sides[0]
+    return (GREY, False) if material is None else _albedo(material, drop, 0)
+
+
+def _albedo(material: Element, drop: Callable[[str], None], depth: int) -> tuple[Rgb, bool]:
+    material.budget.go_down(depth, by=material.place)
+    inner = [child for _, child in material.children("BSDF")]
+    if material.plugin in WRAPPERS:
+        if sentence := WRAPPERS[material.plugin]:
+            drop(f"{material.place}: {sentence}")
+            for name in material.properties:
+                material.has(name)  # left out with the wrapper
+        if material.plugin == "twosided" and len(inner) > 1:
+            drop(f"{material.place}: the second of {len(inner)} sides; both get the first one's material")
+        albedo, two_sided = _albedo(inner[0], drop, depth + 1) if inner else (GREY, False)
+        return albedo, two_sided or material.plugin == "twosided"
+    if material.plugin == "blendbsdf" and len(inner) == 2:
+        (first, first_both), (second, second_both) = (_albedo(child, drop, depth + 1) for child in inner)
+        weight = 0.5
+        if any(name == "weight" for name, _ in material.children()):
+            drop(f"{material.place}: the texture of the blend's weight, which is 0.5 everywhere")
+        else:
+            weight = material.number("weight", 0.5)
+        if first_both != second_both:
+            drop(f"{material.place}: that one of the two blended materials is seen from both sides; the blend is")
+        return vector((1 - weight) * np.array(first) + weight * np.array(second)), first_both or second_both
     if material.plugin == "diffuse":
-        return _reflectance(material, "reflectance", drop), two_sided
+        return _reflectance(material, "reflectance", drop), False
     name = next((name for name in ("diffuse_reflectance", "base_color", "reflectance") if material.has(name)), None)
     drop(f"{material.place}: {material.plugin} is taken as diffuse{f', by its {name}' if name else ' and grey'}")
-    return (_reflectance(material, name, drop) if name else GREY), two_sided
+    return (_reflectance(material, name, drop) if name else GREY), False
 
 
 def _reflectance(material: Element, name: str, drop: Callable[[str], None]) -> Rgb:
     if not material.has(name):
         return GREY
-    texture = next((child for known, child in material.children() if known == name), None)
-    if texture is not None:
+    albedo = colour(material, name)
+    if albedo is None:
+        texture = next(child for known, child in material.children() if known == name)
         drop(f"{texture.place}: the texture; the albedo is 0.5")
-        return GREY
-    return rgb(material.get(name, GREY), f"{material.place}: {name}", drop, white=(1.0, 1.0, 1.0))
+    return albedo or GREY
 
 
-def rgb(value: Any, place: str, drop: Callable[[str], None], *, white: Rgb = EQUAL_ENERGY) -> Rgb:
-    """Return a colour property as linear RGB; `white` is what a uniform spectrum of 1 looks like in its role."""
-    if isinstance(value, Spectrum):
-        level = float(np.mean(value.values))
-        if not value.uniform:
-            drop(f"{place}: the spectrum; its mean {level:g} is taken at all wavelengths")
-        return (level * white[0], level * white[1], level * white[2])
-    return vector(np.broadcast_to(np.asarray(value, dtype=np.float64), 3))
+def colour(element: Element, name: str, *, light: bool = False) -> Rgb | None:
+    """Return a colour as linear sRGB, as Mitsuba's modes for RGB do; 1 where none is given, None of a texture."""
+    child = next((child for known, child in element.children() if known == name), None)
+    if child is None:
+        return _rgb(element, name, light=light)
+    if child.plugin in ("d65", "uniform"):  # which these modes take for a level of grey
+        return vector(np.full(3, child.number("scale" if child.plugin == "d65" else "value", 1.0)))
+    if child.plugin == "srgb":
+        return vector(child.three("color", (1.0, 1.0, 1.0)))
+    if not child.has(COLOURS):
+        return None
+    for known in child.properties:
+        child.has(known)
+    return _rgb(child, COLOURS, light=light)
+
+
+def _rgb(element: Element, name: str, *, light: bool) -> Rgb:
+    value = element.get(name, None)
+    if not isinstance(value, Spectrum):
+        return vector(element.three(name, (1.0, 1.0, 1.0)))
+    if value.level is None:
+        return vector(value.emission if light else value.reflectance)
+    return vector(value.level * np.array(EQUAL_ENERGY if light else (1.0, 1.0, 1.0)))
 
 
 # Mitsuba's perspective sensor as the specification's camera.
@@ -307,10 +387,10 @@ def camera_of(sensor: Element, size: Size, drop: Callable[[str], None]) -> Camer
 
     """
     if sensor.plugin == "thinlens":
-        drop(f"{sensor.place}: the lens of {sensor.get('aperture_radius', 0)} m; the camera is a pinhole")
+        drop(f"{sensor.place}: the lens of {sensor.number('aperture_radius', 0.0):g} m; the camera is a pinhole")
     film = next((child for _, child in sensor.children("Film")), None)
     width, height = (
-        (int(film.get(name, usual)) for name, usual in zip(("width", "height"), FILM, strict=True)) if film else FILM
+        (film.whole(name, usual) for name, usual in zip(("width", "height"), FILM, strict=True)) if film else FILM
     )
     if film is not None and min(width, height) < 1:
         raise SceneError(f"{film.place}: a film must have at least 1 x 1 px, got {width} x {height}")
@@ -335,8 +415,8 @@ def camera_of(sensor: Element, size: Size, drop: Callable[[str], None]) -> Camer
             fovy=fovy,
             width=width,
             height=height,
-            near=float(sensor.get("near_clip", 1e-2)),
-            far=float(sensor.get("far_clip", 1e4)),
+            near=sensor.number("near_clip", 1e-2),
+            far=sensor.number("far_clip", 1e4),
         )
     except SceneError as error:
         raise SceneError(f"{sensor.place}: {error}") from None
@@ -344,13 +424,14 @@ def camera_of(sensor: Element, size: Size, drop: Callable[[str], None]) -> Camer
 
 def _fovy(sensor: Element, width: int, height: int) -> float:
     """Return the full vertical angle [degrees]."""
-    if (angle := sensor.get("fov", None)) is not None:
-        axis = str(sensor.get("fov_axis", "x"))
-        if not 0 < float(angle) < 180:
-            raise SceneError(f"{sensor.place}: fov must lie inside (0, 180), got {angle} degrees")
-        half = tan(radians(float(angle)) / 2)
+    if sensor.has("fov"):
+        angle = sensor.number("fov", 0.0)
+        axis = sensor.text("fov_axis", "x")
+        if not 0 < angle < 180:
+            raise SceneError(f"{sensor.place}: fov must lie inside (0, 180), got {angle:g} degrees")
+        half = tan(radians(angle) / 2)
     else:
-        text = str(sensor.get("focal_length", FOCAL_LENGTH))
+        text = sensor.text("focal_length", FOCAL_LENGTH)
         try:
             focal = float(text.removesuffix("mm"))
         except ValueError:

@@ -98,6 +98,8 @@ def _held(check: Check, beyond: Excess | None, most_edge: float) -> Check:
 
 # Of a candidate's error of position: what it may leave out before its feelers for rounding's sake.
 NEEDED = 8
+# A party as if it saw everything.
+SEEING = dict.fromkeys(("ray_epsilon", "shadow_epsilon", "light_epsilon", "edge_epsilon", "tie_epsilon"), 0.0)
 ALWAYS = (Stage.CAMERA, Stage.RAY)  # decided whatever the scene
 
 
@@ -128,7 +130,7 @@ def with_too_little_seen(case: Case, checks: Sequence[Check], terms: Terms) -> t
     why = too_little(case, candidate, terms)
     if not why:
         return list(checks), []
-    seeing = replace(candidate, ray_epsilon=0.0, shadow_epsilon=0.0, light_epsilon=0.0, edge_epsilon=0.0)
+    seeing = replace(candidate, **SEEING)
     if too_little(case, seeing, replace(terms, candidate=seeing)):
         return list(checks), why
 
@@ -166,7 +168,7 @@ def with_enough_to_tell(case: Case, check: Check, terms: Terms) -> Check:
         if _nothing_to_tell(case, replace(terms, candidate=honest), check.stage) is None:
             reason = f"{why}, for {candidate.name} declares that it does not see there"
             return replace(check, outcome=Outcome.ERROR, reason=reason)
-    seeing = replace(terms.witness, ray_epsilon=0.0, shadow_epsilon=0.0, light_epsilon=0.0, edge_epsilon=0.0)
+    seeing = replace(terms.witness, **SEEING)
     if _nothing_to_tell(case, replace(terms, witness=seeing), check.stage) is None:
         reason = f"{why}, for {terms.witness.name} declares that it does not see there"
         return replace(check, outcome=Outcome.UNDECIDED, reason=reason, abstains=True)

@@ -32,6 +32,7 @@ class Candidate:
     ray_epsilon: float = 0.0  # m: hits nearer to a ray's origin than this it does not see
     light_epsilon: float = 0.0  # of a feeler's length: blockers nearer to the light than this it does not see
     edge_epsilon: float = 0.0  # m: so far beyond an edge it may take points for inside
+    tie_epsilon: float = 0.0  # m: of surfaces no farther apart along a ray it may name either
     chained: bool = True  # each stage was computed from the very numbers handed over, not by a pass of its own
     # Stage -> the first candidate with the same answer to the last bit (`equal_answers`), where that is another one.
     authors: Mapping[Stage, str] = field(default_factory=dict)
@@ -62,6 +63,7 @@ class Witness:
     ray_epsilon: float = 0.0  # m: hits nearer to a ray's origin than this it does not see
     light_epsilon: float = 0.0  # of a feeler's length: blockers nearer to the light than this it does not see
     edge_epsilon: float = 0.0  # m: so far beyond an edge it may take points for inside
+    tie_epsilon: float = 0.0  # m: of surfaces no farther apart along a ray it may name either
     cached: bool = False  # its images are those of an earlier run, kept by content
     by_matrices: bool = False  # its rays come by the inverse matrices (CAM-5)
     authors: Mapping[Stage, str] = field(default_factory=dict)  # as of a `Candidate`
@@ -105,6 +107,7 @@ def as_candidate(witness: Witness) -> Candidate:
         ray_epsilon=witness.ray_epsilon,
         light_epsilon=witness.light_epsilon,
         edge_epsilon=witness.edge_epsilon,
+        tie_epsilon=witness.tie_epsilon,
     )
 
 
@@ -122,6 +125,7 @@ def as_witness(candidate: Candidate) -> Witness:
         ray_epsilon=candidate.ray_epsilon,
         light_epsilon=candidate.light_epsilon,
         edge_epsilon=candidate.edge_epsilon,
+        tie_epsilon=candidate.tie_epsilon,
         by_matrices=candidate.by_matrices,
         authors=candidate.authors,
     )
@@ -197,3 +201,32 @@ def crossed(one: np.ndarray, other: np.ndarray) -> np.ndarray:
     u, v, w = (other[..., channel] for channel in range(3))
     across, down, along = y * w - z * v, z * u - x * w, x * v - y * u
     return np.sqrt(across * across + down * down + along * along)
+
+
+def widest_near(image: np.ndarray) -> np.ndarray:
+    """Return each pixel's largest value within two pixels, (height, width)."""
+    return _widest_of_five(_widest_of_five(image, axis=0), axis=1)
+
+
+def _widest_of_five(image: np.ndarray, *, axis: int) -> np.ndarray:
+    """Return each pixel's largest value within two pixels along one axis."""
+    length = image.shape[axis]
+    padded = np.take(image, np.clip(np.arange(-2, length + 2), 0, length - 1), axis=axis)
+    near = [padded[first : first + length] if axis == 0 else padded[:, first : first + length] for first in range(5)]
+    found = near[0]
+    for other in near[1:]:
+        found = np.maximum(found, other)
+    return found
+
+
+def limit_near(objects: np.ndarray, image: np.ndarray, index: float) -> np.ndarray:
+    """Return what limit `image` (height, width, ...) holds a shape to in every pixel.
+
+    Where `objects` (height, width) says another, which has another limit, the least that the shape has within two
+    pixels: nearer to its outline a limit grows by what moves the outline, which the samples around a pixel show.
+    Where nothing of it is nearby, the largest of anything.
+    """
+    # Where the one judged saw nothing, or a face that its own ray misses, it has no limit.
+    same = (objects == index).reshape(*objects.shape, *(1,) * (image.ndim - 2)) & (image > 0)
+    least = -widest_near(-np.where(same, image, np.inf))
+    return np.where(same, image, np.where(np.isfinite(least), least, widest_near(image)))

@@ -16,6 +16,7 @@ from rayproof.reports.judge.edge_values import (
     excused_anyhow,
     held,
     sides,
+    with_ends,
     with_twins,
     with_what_is_behind,
 )
@@ -40,6 +41,15 @@ class Bench:
         """Return the limits and pixel classes of the two."""
         return Terms(ground=self.ground, candidate=self.candidate, witness=self.witness)
 
+    def _ends(self, where: np.ndarray) -> Sides:
+        """Return the same at some of the pixels (height, width), and where around them what is seen changes."""
+        seen = self.ground.author(self.candidate, Stage.OBJECT)
+        key = "ends", self.terms.rounding, self.terms.blurred, seen, where.tobytes()
+        reach = np.where(self.terms.twins, 0.0, self.terms.classes.reach)
+        return self.ground.once(
+            key, lambda: with_ends(self._sides, self.ground.oracle, self.ground.scene, where, reach)
+        )
+
     @cached_property
     def _sides(self) -> Sides:
         """Return the oracle's answers around every edge pixel."""
@@ -47,7 +57,7 @@ class Bench:
         scene, truth, oracle, classes = self.ground.scene, self.ground.truth, self.ground.oracle, self.terms.classes
         twins = self.terms.twins
         # Outlines do not depend on the shadows' epsilons.
-        key = self.terms.rounding, self.terms.edge_epsilon
+        key = self.terms.rounding, self.terms.blurred
         around = self.ground.once(
             ("sides", *key),
             # Where no outline is near, what is seen is what the centre shows, or what lies where that does.
@@ -83,6 +93,8 @@ class Bench:
         good = find(stage, self.candidate.answers, self._sides, limit, objects, continued=continued)
         left = differ & ~good
         if left.any():
+            good |= find(stage, self.candidate.answers, self._ends(left), limit, objects, continued=continued)
+            left = differ & ~good
             for around in faces_near(self.terms, left):
                 good |= find(stage, self.candidate.answers, around.sides, limit, objects, continued=continued)
             for terms, around in self._clipped_elsewhere(left):
@@ -111,33 +123,33 @@ class Bench:
         rows, columns = np.nonzero(where & ~outline)
         kinds = (Stage.RAY, Stage.OBJECT, Stage.POSITION, Stage.NORMAL)
         # Away from outlines one surface is seen, and its place is known as well as the limits say.
-        parts = [(rows, columns, [truth[one][rows, columns][:, np.newaxis] for one in kinds])]
+        here = {one: truth[one][rows, columns][:, np.newaxis] for one in kinds}
 
-        def judge(rows: np.ndarray, columns: np.ndarray, samples: list[np.ndarray], terms: Terms = self.terms) -> None:
-            rays, objects, positions, normals = samples
-            seen = Seen(rays=rays, objects=objects, positions=positions, normals=normals)
+        def judge(around: Sides, terms: Terms = self.terms) -> None:
+            rows, columns = around.rows, around.columns
+            rays, objects, positions, normals = (around.answers[one] for one in kinds)
+            seen = Seen(rays=rays, objects=objects, positions=positions, normals=normals, spare=around.spare)
             values = self._ours(stage)[rows, columns]
-            found = held(self.ground.scene, stage, values, seen, terms.lights(stage, rows, columns, values))
+            lights = terms.lights(stage, rows, columns, values, objects[..., 0])
+            found = held(self.ground.scene, stage, values, seen, lights)
             np.logical_or.at(good, (rows, columns), found.good)
             np.logical_or.at(interval, (rows, columns), found.interval)
 
-        if np.any(where & outline):
-            around = self._sides
-            asked = where[around.rows, around.columns]
-            samples = [around.answers[one][asked] for one in kinds]
-            parts.append((around.rows[asked], around.columns[asked], samples))
-        for part in parts:
-            judge(*part)
+        judge(Sides(rows=rows, columns=columns, answers=here))
+        for more in (self._sides.at, self._ends):
+            left = where & outline & ~good
+            if left.any():
+                judge(more(left))
         left = where & outline & ~good
         if left.any():
             for around in faces_near(self.terms, left):
-                judge(around.sides.rows, around.sides.columns, [around.sides.answers[one] for one in kinds])
+                judge(around.sides)
         black = where & outline & good & self._black(stage)
         if black.any():
             wrong = black & ~may_be_dark(self.terms, stage, black)
             good, interval = good & ~wrong, interval & ~wrong
         for terms, around in self._clipped_elsewhere(where & ~good):
-            judge(around.rows, around.columns, [around.answers[one] for one in kinds], terms)
+            judge(around, terms)
         return Held(good=good, interval=interval)
 
     def _black(self, stage: Stage) -> np.ndarray:

@@ -15,12 +15,13 @@ import numpy as np
 from rayproof.cases.placement import world_triangles
 from rayproof.cases.scene import IDENTITY, Camera, Cube, Mesh, PointLight, Scene, Shape, Sphere, Square, Triangle
 from rayproof.cases.stages import Stage, StageImages
-from rayproof.reports.judge.answers import crossed, dot, largest, length
-from rayproof.reports.judge.edge_values import Edges, widest_near
+from rayproof.reports.judge.answers import crossed, dot, largest, length, widest_near
+from rayproof.reports.judge.edge_values import Edges
 
 # A hit nearer to grazing than this is an outline in all but name; the edge class takes it, not a limit.
 LEAST_COSINE = 1e-9
-CURVED = ("local", "whirl", "loss", "curvature", "bend", "give")  # what curved shapes alone have
+SIMILAR = 1e-6  # of its condition number: a matrix that stretches no direction more than another
+CURVED = ("carried", "local", "whirl", "loss", "curvature", "bend", "give")  # what curved shapes alone have
 # Of the 16 roundings of a ray six make sx = 2 px / w - 1 or sy, u of 1 each, however little the difference leaves: two
 # of the quotient (1 / w, product), two of what it is multiplied by, and two of what is taken off and the difference.
 # The four that carry them to the ray are relative.
@@ -40,6 +41,7 @@ class Conditioning:
     distance: np.ndarray  # m; 0 on a miss
     surface: np.ndarray  # m: error of the surface along its normal, per roundoff
     point: np.ndarray  # m: error of the surface in any direction, per roundoff
+    carried: np.ndarray  # m: the same of an ellipsoid, whose hits may be taken from object space; elsewhere 0
     matrix: np.ndarray  # 1: condition number of the model matrix
     local: np.ndarray  # 1: relative error of the object-space point that a curved normal is made from
     whirl: np.ndarray  # 1: what that error turns a curved normal by, where it is, per roundoff
@@ -175,6 +177,8 @@ def _of_shape(scene: Scene, shape: Shape, mask: np.ndarray, truth: StageImages, 
     factors["matrix"] = np.full(len(normal), number)
     if isinstance(shape, Sphere):
         factors |= _curved(shape, truth[Stage.POSITION][mask], truth[Stage.NORMAL][mask])
+        # Who takes an ellipsoid for an instance takes a mirrored sphere for one as well.
+        factors["carried"] = factors["point"] * (number > 1 + SIMILAR or np.linalg.det(matrix) < 0)
     if isinstance(shape, Cube | Square):
         factors["placing"] = _placing(shape, truth[Stage.NORMAL][mask])
     return factors

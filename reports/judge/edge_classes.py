@@ -13,9 +13,9 @@ import numpy as np
 
 from rayproof.cases.scene import Scene
 from rayproof.cases.stages import Stage, StageImages
-from rayproof.reports.judge.answers import any_of
+from rayproof.reports.judge.answers import any_of, widest_near
 from rayproof.reports.judge.conditioning import Conditioning, Unrounded
-from rayproof.reports.judge.edge_values import Edges, widest_near
+from rayproof.reports.judge.edge_values import Edges
 from rayproof.reports.judge.limits import HIT, Limits, Roundoff
 
 
@@ -191,12 +191,23 @@ def classify(
     )
 
 
-def farther(classes: Classes, edges: Edges, c: Conditioning, edge_epsilon: float) -> Classes:
-    """Return classes whose outlines reach farther by a length [m] on the surfaces that are seen within two pixels."""
+def farther(classes: Classes, edges: Edges, c: Conditioning, edge_epsilon: float, tie_epsilon: float) -> Classes:
+    """Return classes whose outlines reach farther by a length [m] on the surfaces that are seen within two pixels.
+
+    Surfaces that another length [m] parts along the ray are not told apart either.
+    """
     with np.errstate(divide="ignore", invalid="ignore"):
         pixels = widest_near(np.where(c.hit, 1 / (c.distance * c.pixel_angle), 0.0))
-    reach = classes.reach + edge_epsilon * pixels
-    return replace(classes, reach=reach, outline=classes.outline | (edges.silhouette <= reach))
+    reach, depth = classes.reach + edge_epsilon * pixels, classes.depth + tie_epsilon
+    tied = edges.gap <= depth
+    return replace(
+        classes,
+        reach=reach,
+        depth=depth,
+        outline=classes.outline | (edges.silhouette <= reach) | tied,
+        object_tied=classes.object_tied | tied,
+        light=classes.light | tied[..., np.newaxis],
+    )
 
 
 # Which pixels are near an edge, as one small image for people: the classes that judging goes by, kind by kind.

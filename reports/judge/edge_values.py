@@ -8,9 +8,9 @@ from typing import Protocol
 
 import numpy as np
 
-from rayproof.cases.scene import Scene
+from rayproof.cases.scene import Plane, Scene
 from rayproof.cases.stages import Stage, StageImages
-from rayproof.reports.judge.answers import all_of, any_of, dot, largest, length
+from rayproof.reports.judge.answers import all_of, any_of, dot, largest, length, limit_near
 
 
 class LightEnd(Protocol):
@@ -48,6 +48,10 @@ class Edges(Protocol):
 DIRECTIONS = 12
 # Just beyond the reach, at it and at half of it: an edge within reach is crossed by at least one of the circles.
 RADII = (0.5, 1.0, 2.0)
+HALVINGS = 12  # towards an outline values change as the root of the distance: these leave 1.6 % of the change
+# Of what samples span, so much farther a value may lie: between two of the directions, on a surface that is straight
+# in the image, the least cosine to either is 0.97, and between two circles a bend hides a sixteenth of what it spans.
+SPARE = 1 / 8
 
 
 class Oracle(Protocol):
@@ -69,6 +73,14 @@ class Sides:
     rows: np.ndarray
     columns: np.ndarray
     answers: dict[Stage, np.ndarray]
+    spare: float = SPARE  # how far beyond the samples a value may lie, as a share of what they span
+    endless: tuple[int, ...] = ()  # shapes that have a horizon
+
+    def at(self, where: np.ndarray) -> "Sides":
+        """Return the same of the pixels of `where` (height, width) alone."""
+        kept = where[self.rows, self.columns]
+        answers = {stage: image[kept] for stage, image in self.answers.items()}
+        return replace(self, rows=self.rows[kept], columns=self.columns[kept], answers=answers)
 
 
 def sides(oracle: Oracle, scene: Scene, stages: tuple[Stage, ...], where: np.ndarray, reach: np.ndarray) -> Sides:
@@ -85,7 +97,40 @@ def sides(oracle: Oracle, scene: Scene, stages: tuple[Stage, ...], where: np.nda
         rows=rows,
         columns=columns,
         answers={stage: np.asarray(found[stage]).reshape(*shape, -1) for stage in stages if stage in found},
+        endless=tuple(index for index, shape in enumerate(scene.shapes) if isinstance(shape, Plane)),
     )
+
+
+def with_ends(around: Sides, oracle: Oracle, scene: Scene, where: np.ndarray, reach: np.ndarray) -> Sides:
+    """Return the sides at the pixels of `where`, with samples more: where along each direction what is seen changes.
+
+    Towards an outline a value changes as the root of the distance, so that the samples do not tell how far it goes.
+    """
+    around = around.at(where)
+    rows, columns, answers = around.rows, around.columns, dict(around.answers)
+    paths = np.array([[0, *(1 + circle * DIRECTIONS + k for circle in range(len(RADII)))] for k in range(DIRECTIONS)])
+    seen = answers[Stage.OBJECT][:, paths]
+    pixel, direction, step = np.nonzero(any_of(seen[:, :, 1:] != seen[:, :, :-1]))
+    if not len(pixel):
+        return around
+    before, circles = seen[pixel, direction, step], np.array([0.0, *RADII])
+    centres = np.stack([columns[pixel] + 0.5, rows[pixel] + 0.5], axis=-1)
+    turns = direction * (2 * math.pi / DIRECTIONS)
+    steps = np.stack([np.cos(turns), np.sin(turns)], axis=-1) * radius_of(reach[rows, columns])[pixel][:, np.newaxis]
+    inner, outer = circles[step], circles[step + 1]
+    for _ in range(HALVINGS):
+        middle = (inner + outer) / 2
+        met = oracle.at(scene, (Stage.OBJECT,), centres + steps * middle[:, np.newaxis])[Stage.OBJECT]
+        same = all_of(met == before)
+        inner, outer = np.where(same, middle, inner), np.where(same, outer, middle)
+    slots = direction * len(RADII) + step
+    for end in (inner, outer):
+        found = oracle.at(scene, tuple(answers), centres + steps * end[:, np.newaxis])
+        for stage, image in answers.items():
+            more = np.repeat(image[:, :1], DIRECTIONS * len(RADII), axis=1)
+            more[pixel, slots] = found[stage]
+            answers[stage] = np.concatenate([image, more], axis=1)
+    return replace(around, answers=answers)
 
 
 def radius_of(reach: np.ndarray) -> np.ndarray:
@@ -117,7 +162,7 @@ def with_twins(
     for stage, samples in around.answers.items():
         more = np.where(twin[:, np.newaxis], given[stage][around.rows, around.columns], samples[:, 0])
         answers[stage] = np.concatenate([samples, more[:, np.newaxis]], axis=1)
-    return Sides(rows=around.rows, columns=around.columns, answers=answers)
+    return replace(around, answers=answers)
 
 
 def with_what_is_behind(
@@ -146,38 +191,7 @@ def with_what_is_behind(
             # Numbers of shapes count on where one is gone.
             moved = np.where(image[:, :1] >= index, [[1.0, 0.0]], 0.0) if stage is Stage.OBJECT else 0.0
             answers[stage][here[kept], -1] = (image + moved)[kept]
-    return Sides(rows=rows, columns=columns, answers=answers)
-
-
-def widest_near(image: np.ndarray) -> np.ndarray:
-    """Return each pixel's largest value within two pixels, (height, width)."""
-    return _widest_of_five(_widest_of_five(image, axis=0), axis=1)
-
-
-def _widest_of_five(image: np.ndarray, *, axis: int) -> np.ndarray:
-    """Return each pixel's largest value within two pixels along one axis."""
-    length = image.shape[axis]
-    padded = np.take(image, np.clip(np.arange(-2, length + 2), 0, length - 1), axis=axis)
-    near = [padded[first : first + length] if axis == 0 else padded[:, first : first + length] for first in range(5)]
-    found = near[0]
-    for other in near[1:]:
-        found = np.maximum(found, other)
-    return found
-
-
-def widest_of(
-    objects: np.ndarray, image: np.ndarray, own: np.ndarray, rows: np.ndarray, columns: np.ndarray
-) -> np.ndarray:
-    """Return at some pixels the largest value within two pixels where `objects` (height, width) is their `own` (n,).
-
-    Where nothing nearby is, the largest of anything.
-    """
-    found = widest_near(image)[rows, columns]
-    for index in np.unique(own):
-        here = np.flatnonzero(own == index)
-        same = widest_near(np.where(objects == index, image, 0.0))[rows[here], columns[here]]
-        found[here] = np.where(same > 0, same, found[here])
-    return found
+    return replace(around, answers=answers)
 
 
 def excused(
@@ -224,31 +238,35 @@ def _excused(
         theirs = around.answers[stage]
         low = np.where(mask, theirs, np.inf).min(axis=1)
         high = np.where(mask, theirs, -np.inf).max(axis=1)
-        # The pixel's own limit may be that of the other side, a miss's for example: the largest of this side's holds.
         bound = largest(limit) if limit.ndim == 3 else limit
-        bound = widest_of(objects, bound, own[:, 0, 0], rows, columns)[:, np.newaxis]
-        # A centre that lies on the edge itself lies just outside the samples of one side: by no more than they span.
+        kinds, kind = np.unique(own[:, 0, 0], return_inverse=True)
+        bounds = np.stack([limit_near(objects, bound, index)[rows, columns] for index in kinds])
+        bound = bounds[kind, np.arange(len(rows))][:, np.newaxis]
+        value, ends = ours[stage][rows, columns], (low, high)
+        span = np.where(np.isfinite(high - low), around.spare * (high - low), 0.0)
+        low, high = low - span, high + span
         if stage is Stage.DISTANCE:
             # Of a plane the inverse is linear in the image: towards its horizon the distance itself has no bound.
-            low, high = _beyond(low, high)
-        else:
-            span = np.where(np.isfinite(high - low), high - low, 0.0)
-            low, high = low - span, high + span
-        value = ours[stage][rows, columns]
+            low, farthest = _beyond(*ends, around.spare)
+            high = np.where(np.isin(own[..., 0], around.endless), farthest, high)
         if continued and stage is Stage.NORMAL:
             near = length(value[:, np.newaxis] - theirs) <= bound
             np.logical_or.at(good, (rows, columns), np.any(near & same, axis=1))
             return good
         inside = all_of((value >= low - bound) & (value <= high + bound)) & same.any(axis=1)
+        if stage is Stage.NORMAL:
+            # A range of directions holds others' lengths as well.
+            apart = np.abs(length(value)[:, np.newaxis] - length(theirs))
+            inside &= np.where(same, apart, np.inf).min(axis=1) <= bound[:, 0]
         np.logical_or.at(good, (rows, columns), inside)
     return good
 
 
-def _beyond(low: np.ndarray, high: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return distances [m] whose inverses reach as far again beyond those of a range as they span."""
+def _beyond(low: np.ndarray, high: np.ndarray, spare: float) -> tuple[np.ndarray, np.ndarray]:
+    """Return distances [m] whose inverses reach beyond those of a range by a share of what they span."""
     with np.errstate(divide="ignore", invalid="ignore"):
         most, least = 1 / low, 1 / high
-        span = np.where(np.isfinite(low) & (low > 0), most - least, 0.0)
+        span = np.where(np.isfinite(low) & (low > 0), spare * (most - least), 0.0)
         return 1 / (most + span), np.where(least > span, 1 / (least - span), np.where(span > 0, np.inf, high))
 
 
@@ -288,6 +306,7 @@ class Seen:
     objects: np.ndarray
     positions: np.ndarray  # m
     normals: np.ndarray
+    spare: float = SPARE  # how far beyond the samples a value may lie, as a share of what they span
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -297,7 +316,7 @@ class Lights:
     decided: np.ndarray  # counted in every choice
     free: np.ndarray  # counted or not
     close: np.ndarray  # so near to the point that rounding decides how much arrives
-    relative: np.ndarray  # error of cos / r^2, of a light straight above
+    relative: np.ndarray  # (pixels, samples, lights): error of cos / r^2, of a light straight above
     rounding: float  # relative error of what follows from irradiance
     step: np.ndarray  # (pixels, 3): how coarse the outputs are
 
@@ -325,31 +344,30 @@ def held(scene: Scene, stage: Stage, values: np.ndarray, seen: Seen, lights: Lig
     """Say of values (pixels, 3) of a stage of light whether some object and some choice of lights gives them."""
     exactly, within = np.zeros(len(values), dtype=bool), np.zeros(len(values), dtype=bool)
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-        straight, cosine, facing = _arriving(scene, stage, seen)
+        straight, cosine = _arriving(scene, stage, seen)
         for rows, same in _objects(seen.objects):
-            ranges = _ranges(straight[rows], cosine[rows], same, lights.of(rows))
+            ranges = _ranges(straight[rows], cosine[rows], same, lights.of(rows), seen.spare)
             value, known = values[rows], lights.of(rows)
             listed = _listed(value, ranges, known) | _met(value, ranges, known)
             between = _between(value, ranges, known)
             counted = known.free | known.decided
             many = np.count_nonzero(known.free, axis=1) > MOST_LISTED
-            unbounded = many | (known.close & counted).any(axis=1) | _grazing(facing[rows], same)
+            unbounded = many | (known.close & counted).any(axis=1)
             exactly[rows] |= listed & ~(known.close & counted).any(axis=1)
             within[rows] |= between & unbounded
     return Held(good=exactly | within, interval=within & ~exactly)
 
 
-def _arriving(scene: Scene, stage: Stage, seen: Seen) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return what each light would give from straight above (pixels, samples, lights, 3), its cosine, and n.d."""
+def _arriving(scene: Scene, stage: Stage, seen: Seen) -> tuple[np.ndarray, np.ndarray]:
+    """Return what each light would give from straight above (pixels, samples, lights, 3), and its cosine."""
     index = seen.objects[..., 0].astype(int)
     known = (index >= 0) & (index < len(scene.shapes))
     albedo = np.array([*(shape.albedo for shape in scene.shapes), (0.0, 0.0, 0.0)], dtype=np.float64)
     factor = np.where(known[..., np.newaxis], albedo[np.where(known, index, -1)], 0.0)
-    facing = dot(seen.normals, seen.rays)
     if stage is Stage.IRRADIANCE:
         factor = np.where(known[..., np.newaxis], 1.0, 0.0)
     elif stage is Stage.RADIANCE:
-        factor = np.where(facing[..., np.newaxis] < 0, factor, 0.0)
+        factor = np.where(dot(seen.normals, seen.rays)[..., np.newaxis] < 0, factor, 0.0)
         factor = factor if scene.shading == "simplified" else factor / math.pi
     straight, cosine = [], []
     for light in scene.lights:
@@ -358,7 +376,7 @@ def _arriving(scene: Scene, stage: Stage, seen: Seen) -> tuple[np.ndarray, np.nd
         flux = np.asarray(light.flux, dtype=np.float64) * factor
         straight.append(flux if scene.shading == "simplified" else flux / (4 * math.pi * r[..., np.newaxis] ** 2))
         cosine.append(np.clip(dot(seen.normals, toward) / r, 0.0, 1.0))
-    return np.stack(straight, axis=-2), np.stack(cosine, axis=-1), facing
+    return np.stack(straight, axis=-2), np.stack(cosine, axis=-1)
 
 
 def _objects(objects: np.ndarray) -> Iterator[tuple[np.ndarray, np.ndarray]]:
@@ -383,15 +401,15 @@ class _Ranges:
     most: np.ndarray
 
 
-def _ranges(straight: np.ndarray, cosine: np.ndarray, same: np.ndarray, lights: Lights) -> _Ranges:
+def _ranges(straight: np.ndarray, cosine: np.ndarray, same: np.ndarray, lights: Lights, spare: float) -> _Ranges:
     """Return the ranges over the samples (pixels, samples) that see the `same` object."""
     mask = same[..., np.newaxis, np.newaxis]
     each = straight * cosine[..., np.newaxis]
     low, high = np.where(mask, each, np.inf).min(axis=1), np.where(mask, each, -np.inf).max(axis=1)
     most = np.where(mask, straight, -np.inf).max(axis=1)
-    # A centre that lies on the edge itself lies just outside the samples of one side: by no more than they span.
-    span = high - low
-    error = most * lights.relative[..., np.newaxis] + lights.rounding * most
+    span = spare * (high - low)
+    relative = np.where(same[..., np.newaxis], lights.relative, 0.0).max(axis=1)
+    error = most * relative[..., np.newaxis] + lights.rounding * most
     close = lights.close[..., np.newaxis]
     return _Ranges(
         low=np.where(close, 0.0, np.maximum(low - span, 0.0) - error),
@@ -474,14 +492,3 @@ def _between(values: np.ndarray, ranges: _Ranges, lights: Lights) -> np.ndarray:
 def _sum(parts: np.ndarray, counted: np.ndarray) -> np.ndarray:
     """Return the sum (pixels, 3) of the counted lights' parts (pixels, lights, 3), infinite ones among the others."""
     return np.where(counted[..., np.newaxis], parts, 0.0).sum(axis=1)
-
-
-def _grazing(facing: np.ndarray, same: np.ndarray) -> np.ndarray:
-    """Return the pixels (pixels,) whose object turns so fast towards its outline that samples do not tell its range.
-
-    Near an outline the cosine to the eye goes as the root of the distance from it. Where it varies by more than a
-    factor of two over the reach, or one sample alone met the object, the outline itself is within reach.
-    """
-    cosine = np.abs(facing)
-    least, most = np.where(same, cosine, np.inf).min(axis=1), np.where(same, cosine, -np.inf).max(axis=1)
-    return (facing.shape[1] > 1) & ((2 * least < most) | (same.sum(axis=1) == 1))

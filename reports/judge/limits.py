@@ -61,16 +61,19 @@ class Limits:
 class Roundoff:
     """gamma(count) of one precision, times a constant (1 for what is bounded, more for a calibrated reference)."""
 
-    def __init__(self, precision: str, *, scale: float = 1.0, baked: bool = False, placed: bool = False) -> None:
+    def __init__(
+        self, precision: str, *, scale: float = 1.0, baked: bool = False, placed: bool = False, local: bool = False
+    ) -> None:
         self.precision = precision
         self.scale = scale
         self.baked = baked  # takes triangles' normals from their baked corners
         self.placed = placed  # takes squares' and cubes' normals from corners that it placed in world space
+        self.local = local  # takes a sphere's position from its hit in object space
 
     @property
-    def key(self) -> tuple[str, float, bool, bool]:
+    def key(self) -> tuple[str, float, bool, bool, bool]:
         """Return what tells this rounding from another."""
-        return self.precision, self.scale, self.baked, self.placed
+        return self.precision, self.scale, self.baked, self.placed, self.local
 
     def __call__(self, count: float) -> float:
         """Return the bound on the relative error of `count` roundings."""
@@ -97,7 +100,8 @@ def limits(scene: Scene, truth: StageImages, conditioning: Conditioning, g: Roun
         normal = normal + g(CORNERS) * c.placing
     sine = np.sqrt(np.clip(1 - c.cosine**2, 0, 1))
     all_distance = distance + ray * c.swing * sine
-    all_position = all_distance + ray * c.distance + point
+    # An object-space hit is on its own ray, which rounding has moved off the pixel's in any direction.
+    all_position = all_distance + ray * c.distance + point + (g(HIT) * c.carried if g.local else 0.0)
     all_normal = normal + c.turned(all_position)
     own = {Stage.RAY: ray, Stage.DISTANCE: distance, Stage.POSITION: point, Stage.NORMAL: normal}
     whole = {Stage.RAY: ray, Stage.DISTANCE: all_distance, Stage.POSITION: all_position, Stage.NORMAL: all_normal}
@@ -208,13 +212,15 @@ class Calibration:
     origin: str
     baked_normals: bool = False  # takes triangles' normals from the float32 corners in world space
     placed_corners: bool = False  # takes squares' and cubes' normals from corners in world space, at its own precision
+    local_hits: bool = False  # takes a sphere's position from its hit in object space
 
 
 DERIVED = Calibration(factor=1.0, origin="derived: float64 with the same counts of roundings")
 # Mitsuba makes a mesh of its cube and two triangles of its rectangle; Radiance, Tachyon and Cycles get polygons.
 # POV-Ray keeps box and polygon in their own space, and Embree's normals are the shapes' own.
 # Over the default suite no stage of Mitsuba 3.9.1 leaves the limits derived for float32: nothing to allow for.
-MITSUBA = "calibrated on Mitsuba 3.9.1: factor 1 at float32; normals from world-space corners"
+# An ellipsoid is an instance to Mitsuba, which puts the hit back on the sphere before it carries it to the world.
+MITSUBA = "calibrated on Mitsuba 3.9.1: factor 1 at float32; normals from world-space corners, hits from object space"
 # Its geometry is float64 with no more roundings than are counted; what it adds up in float32 it declares itself.
 RADIANCE = "derived: float64 with the same counts of roundings; normals from world-space corners"
 EMBREE = "derived: float32 decides what is hit; the values, continued in float64, are held to its counts"
@@ -222,8 +228,8 @@ POVRAY = "derived: float64 with the same counts of roundings; triangles' normals
 TACHYON = "derived: the scene is read as float32, what follows is float64; normals from float32 corners"
 CYCLES = "calibrated on Cycles of Blender 5.0.1: factor 1 at float32; normals from world-space corners"
 CALIBRATED: dict[str, Calibration] = {
-    "mitsuba_scalar": Calibration(factor=1.0, origin=MITSUBA, baked_normals=True, placed_corners=True),
-    "mitsuba_llvm": Calibration(factor=1.0, origin=MITSUBA, baked_normals=True, placed_corners=True),
+    "mitsuba_scalar": Calibration(factor=1.0, origin=MITSUBA, baked_normals=True, placed_corners=True, local_hits=True),
+    "mitsuba_llvm": Calibration(factor=1.0, origin=MITSUBA, baked_normals=True, placed_corners=True, local_hits=True),
     "cycles": Calibration(factor=1.0, origin=CYCLES, baked_normals=True, placed_corners=True),
     "embree": Calibration(factor=1.0, origin=EMBREE),
     "povray": Calibration(factor=1.0, origin=POVRAY, baked_normals=True),

@@ -10,10 +10,10 @@ import numpy as np
 
 from rayproof.cases.scene import Scene
 from rayproof.cases.stages import Stage, StageImages
-from rayproof.reports.judge.answers import Candidate, Witness, any_of, largest, length
+from rayproof.reports.judge.answers import Candidate, Witness, any_of, largest, length, limit_near
 from rayproof.reports.judge.conditioning import Conditioning, Unrounded, condition
 from rayproof.reports.judge.edge_classes import Classes, classify, farther, unlit
-from rayproof.reports.judge.edge_values import Edges, Lights, widest_near
+from rayproof.reports.judge.edge_values import Edges, Lights
 from rayproof.reports.judge.limits import (
     Coarseness,
     Limits,
@@ -121,9 +121,9 @@ class Ground:
             ),
         )
 
-    def outlined(self, classes: Classes, edge_epsilon: float) -> Classes:
+    def outlined(self, classes: Classes, edge_epsilon: float, tie_epsilon: float) -> Classes:
         """Return the classes for parties whose outlines may lie so much [m] farther out."""
-        return farther(classes, self.edges, self.conditioning, edge_epsilon)
+        return farther(classes, self.edges, self.conditioning, edge_epsilon, tie_epsilon)
 
     def classes(
         self, limits: Limits, g: Roundoff, shadow_epsilon: float | np.ndarray, light_epsilon: float = 0.0, *, key: tuple
@@ -216,7 +216,7 @@ class Terms:
     def rules(self) -> tuple:
         """Return what limits and classes depend on beside the ground."""
         epsilon = np.asarray(self.candidate.shadow_epsilon + self.witness.shadow_epsilon, dtype=np.float64)
-        near = self.candidate.ray_epsilon, self.witness.ray_epsilon, self._light_epsilon, self.edge_epsilon
+        near = self.candidate.ray_epsilon, self.witness.ray_epsilon, self._light_epsilon, self.blurred
         return self.rounding, epsilon.tobytes(), near, self.candidate.chained
 
     @cached_property
@@ -278,9 +278,10 @@ class Terms:
         return self.candidate.light_epsilon + self.witness.light_epsilon
 
     @property
-    def edge_epsilon(self) -> float:
-        """Return how far [m] beyond an edge the two together may take points for inside."""
-        return self.candidate.edge_epsilon + self.witness.edge_epsilon
+    def blurred(self) -> tuple[float, float]:
+        """Return how far [m] beyond an edge the two together may take points for inside, and surfaces for one."""
+        candidate, witness = self.candidate, self.witness
+        return candidate.edge_epsilon + witness.edge_epsilon, candidate.tie_epsilon + witness.tie_epsilon
 
     def _classes(self, shadow_epsilon: float | np.ndarray, *, blind: bool = True) -> Classes:
         """Return the classes for one epsilon; kept on the ground, since many parties round and step alike.
@@ -289,11 +290,11 @@ class Terms:
         """
         g, light_epsilon = max(self._roundoffs, key=lambda each: each(1)), self._light_epsilon if blind else 0.0
         found = self.ground.classes(self.limits, g, shadow_epsilon, light_epsilon, key=self.rounding)
-        if not self.edge_epsilon:
+        if not any(self.blurred):
             return found
         epsilon = np.asarray(shadow_epsilon, dtype=np.float64).tobytes()
-        key = "farther", self.rounding, epsilon, light_epsilon, self.edge_epsilon
-        return self.ground.once(key, lambda: self.ground.outlined(found, self.edge_epsilon))
+        key = "farther", self.rounding, epsilon, light_epsilon, self.blurred
+        return self.ground.once(key, lambda: self.ground.outlined(found, *self.blurred))
 
     @cached_property
     def window(self) -> np.ndarray:
@@ -303,7 +304,7 @@ class Terms:
         if self.scene.lights and (np.any(epsilon > 0) or self._light_epsilon > 0):
             unlit = self.classes.undecided & ~self._classes(0.0, blind=False).undecided
         outline = self.classes.outline
-        if self.edge_epsilon:
+        if any(self.blurred):
             plain = replace(self, candidate=_sharp(self.candidate), witness=_sharp(self.witness)).classes.outline
             unlit = (unlit | outline) & ~plain
             return self.near | unlit
@@ -326,13 +327,19 @@ class Terms:
         limit = self.limits.end_to_end[stage]
         return largest(limit) if limit.ndim == 3 else limit
 
-    def lights(self, stage: Stage, rows: np.ndarray, columns: np.ndarray, values: np.ndarray) -> Lights:
-        """Return what is known of the lights at some pixels, where the candidate has `values` (pixels, 3) of light."""
+    def lights(
+        self, stage: Stage, rows: np.ndarray, columns: np.ndarray, values: np.ndarray, objects: np.ndarray
+    ) -> Lights:
+        """Return what is known of the lights at some pixels, where the candidate has `values` (pixels, 3) of light.
+
+        `objects` (pixels, samples) are the shapes that may be seen there.
+        """
         classes, scene, truth = self.classes, self.scene, self.truth
         outline = classes.outline[rows, columns][:, np.newaxis]
-        relative = self.limits.relative
-        # At an outline another surface may be seen, whose error is met nearby: the largest holds.
-        widest = self.ground.once(("relative", self.rounding), lambda: self._widest(relative))
+        relative = np.zeros((*objects.shape, len(scene.lights)))
+        for index in np.unique(objects):
+            near = self.ground.once(("relative", self.rounding, index), lambda index=index: self._relative(index))
+            relative = np.where((objects == index)[..., np.newaxis], near[rows, columns][:, np.newaxis], relative)
         r = [length(np.asarray(light.position) - truth[Stage.POSITION][rows, columns]) for light in scene.lights]
         apart = np.stack(r, axis=-1)
         other = np.where(self.twins, self.ground.edges.gap, 0.0)[rows, columns][:, np.newaxis]
@@ -345,7 +352,7 @@ class Terms:
             decided=(truth[Stage.VISIBILITY][rows, columns] > 0) & ~free,
             free=free,
             close=close & self.conditioning.hit[rows, columns][:, np.newaxis],
-            relative=np.where(outline, widest[rows, columns], relative[rows, columns]) + shifted,
+            relative=relative + shifted[:, np.newaxis],
             rounding=sum(g(AFTER_IRRADIANCE) for g in self._roundoffs),
             step=steps[0] + steps[1],
         )
@@ -358,10 +365,10 @@ class Terms:
             return np.zeros_like(classes.outline)
         return (edges.gap <= classes.depth) & ~(edges.silhouette <= classes.reach)
 
-    def _widest(self, relative: np.ndarray) -> np.ndarray:
-        """Return each light's largest relative error within two pixels, of what hits (height, width, lights)."""
-        seen = np.where(self.conditioning.hit[..., np.newaxis], relative, 0.0)
-        return np.stack([widest_near(seen[..., index]) for index in range(seen.shape[-1])], axis=-1)
+    def _relative(self, index: float) -> np.ndarray:
+        """Return each light's relative error on a shape (height, width, lights), wherever that is seen."""
+        seen = np.where(self.conditioning.hit[..., np.newaxis], self.limits.relative, 0.0)
+        return limit_near(self.truth[Stage.OBJECT][..., 0], seen, index)
 
     def continued(self, stage: Stage, value: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return limit and edge pixels of a stage held against `value`, continued from the candidate's own stages."""
@@ -408,9 +415,10 @@ class Terms:
 def roundoff(party: Candidate | Witness) -> Roundoff:
     """Return a party's rounding: derived for the tracer and the oracle, calibrated for other references."""
     known = calibration(party.name)
-    return Roundoff(party.precision, scale=known.factor, baked=known.baked_normals, placed=known.placed_corners)
+    flags = {"baked": known.baked_normals, "placed": known.placed_corners, "local": known.local_hits}
+    return Roundoff(party.precision, scale=known.factor, **flags)
 
 
 def _sharp(party: Party) -> Party:
     """Return a party whose outlines are where they are."""
-    return replace(party, edge_epsilon=0.0)
+    return replace(party, edge_epsilon=0.0, tie_epsilon=0.0)

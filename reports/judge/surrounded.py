@@ -34,11 +34,7 @@ class Neighbours:
         """Return the same of the pixels of `where` (height, width) alone."""
         rows = where[self.sides.rows, self.sides.columns]
         return Neighbours(
-            sides=Sides(
-                rows=self.sides.rows[rows],
-                columns=self.sides.columns[rows],
-                answers={stage: image[rows] for stage, image in self.sides.answers.items()},
-            ),
+            sides=self.sides.at(where),
             places=self.places[rows],
             enclosed=self.enclosed & where,
         )
@@ -69,6 +65,7 @@ def neighbours(
             rows=rows[points],
             columns=columns[points],
             answers={stage: image.reshape(len(places), 2, -1) for stage, image in answers.items()},
+            spare=1.0,  # two places say no more of a face
         ),
         places=places,
         enclosed=enclosed,

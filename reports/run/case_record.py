@@ -127,6 +127,8 @@ def said(witness: Witness) -> dict[str, str]:
         told["light epsilon"] = f"{witness.light_epsilon:.3g} of a feeler's length"
     if witness.edge_epsilon:
         told["edge epsilon"] = f"{witness.edge_epsilon:.3g} m"
+    if witness.tie_epsilon:
+        told["tie epsilon"] = f"{witness.tie_epsilon:.3g} m"
     shadow = np.asarray(witness.shadow_epsilon, dtype=np.float64)
     known = shadow[np.isfinite(shadow)]
     if known.size and known.max() > 0:

@@ -5,9 +5,10 @@ from dataclasses import asdict
 from functools import cache
 from pathlib import Path
 
-from rayproof.cases.stages import IMAGE_STAGES, StageImages
+from rayproof.cases.stages import IMAGE_STAGES, Stage, StageImages
 from rayproof.reference import REFERENCES
 from rayproof.reference.analytic import Analytic
+from rayproof.reports.interchange.framing import DARK
 from rayproof.reports.judge.answers import Witness, well_shaped
 from rayproof.reports.judge.case import adjudication, judge_case
 from rayproof.reports.judge.edge_classes import mask
@@ -25,7 +26,7 @@ from rayproof.reports.run.case_record import said, write_scene
 from rayproof.reports.run.common_factors import camera_and_lights
 from rayproof.reports.run.messages import GuardTask, JudgeTask
 from rayproof.reports.run.reference_cache import KeepingOracle
-from rayproof.reports.run.scenes import place_of
+from rayproof.reports.run.scenes import FAMILY, place_of
 from rayproof.reports.run.verdict_memory import ask_once
 from rayproof.reports.subjects import TRACER, Subject
 
@@ -155,6 +156,9 @@ def _record(task: JudgeTask, judged: Judged, scene: str, images: dict[str, str])
     notes = [(task.subject.name, note) for note in task.notes] + [
         (w.name, note) for w in task.witnesses for note in (*w.notes, *w.mishaps)
     ]
+    if case.family == FAMILY and judged.ground is not None:  # a user's scene: those of the suite are dark on purpose
+        radiance = judged.ground.truth.get(Stage.RADIANCE)
+        notes += [(ORACLE, DARK)] if radiance is not None and not (radiance > 0).any() else []
     return {
         "name": case.name,
         "family": case.family,

@@ -1,5 +1,6 @@
 """A run from request to report: choose cases, render and judge them, write what was found as it is found."""
 
+import shlex
 import shutil
 import time
 from collections.abc import Sequence
@@ -13,6 +14,7 @@ from rich.console import Console
 
 from rayproof.cases.case import Case
 from rayproof.cases.families import all_cases, select
+from rayproof.reports.interchange.framing import DARK
 from rayproof.reports.processes.pool import Pool
 from rayproof.reports.publish.scene3d.stills import draw_stills, drawn_usually, remove_stale
 from rayproof.reports.results.case_records import CaseRecord
@@ -52,6 +54,7 @@ MOST_OF_A_GATE = 12  # lines of a kind in the terminal
 EXAMINED = 500  # cases that failed, and as many that passed, among which a long run's causes are sought
 MOST_LOOKED_AT = 10_000  # of the best cases, to find those whose images were kept
 DIAGNOSING = 20.0  # s of processor time for naming the mistake
+SMALL = "small"  # where in a run's folder `rayproof shrink` is told to put its scenes
 LOG_WIDTH = 140  # columns of a log file: a table is not squeezed into a terminal that is not there
 
 
@@ -116,6 +119,9 @@ def run(request: RunOptions, workers: "Pool | Dispatch | None" = None) -> int:
     find_out(request, results, console, tracer=subject.is_tracer, whole=not interrupted)
     results["seconds"] = round(time.perf_counter() - start, 3)
     conclude(request, results, why, console)
+    if found.dark:
+        more = f" (and of {len(found.dark) - 1} others)" if len(found.dark) > 1 else ""
+        console.print(legible(f"{found.dark[0]}{more}: {DARK}"), style="yellow", soft_wrap=True, markup=False)
     if store is not None and (left_out := store.left_out):
         full = f"the cache is full, at {store.limit / 2**30:.3g} GiB: {left_out / 2**30:.3g} GiB found no room"
         console.print(f"{full}; RAYPROOF_CACHE_LIMIT gives it more", soft_wrap=True)
@@ -302,6 +308,21 @@ def _faults(planned: Sequence[PlannedCase]) -> list[str]:
     return sorted({wrong for one in used for wrong in (*one.faults, *one.controls)})
 
 
+def _shrinking(request: RunOptions, results: RunRecord) -> str | None:
+    """Return the command that shrinks the worst case that fails, into the folder that its page looks at."""
+    if not results["summary"][Outcome.FAIL.value]:
+        return None
+    worst = next((case for case in worst_cases_first(results["cases"]) if case["verdict"] == Outcome.FAIL), None)
+    case = None if worst is None else named(results["cases"], worst["name"])
+    failed = [check for check in (case or {}).get("checks", []) if check["verdict"] == Outcome.FAIL]
+    if case is None or not failed or not case.get("reproduce"):
+        return None
+    program, _, name = shlex.split(str(case["reproduce"]))[:3]
+    subject = request.subject
+    who = ["--configuration", failed[0]["configuration"]] if subject.is_tracer else ["--subject", subject.title]
+    return shlex.join([program, "shrink", name, *who, "--out", str(request.out / SMALL / place_of(case["name"]))])
+
+
 def _publish(request: RunOptions, results: RunRecord, why: str | None, console: Console) -> None:
     """Write results.json and every published form; print the worst cases and where the report is.
 
@@ -328,6 +349,10 @@ def _publish(request: RunOptions, results: RunRecord, why: str | None, console: 
         console.print(sentence, style="yellow", soft_wrap=True, markup=False)
     for sentence in causes(results):
         console.print(sentence, style="bold red", soft_wrap=True, markup=False)
+    if (command := _shrinking(request, results)) is not None:
+        console.print(
+            legible(f"the smallest scene that fails like the worst case: {command}"), soft_wrap=True, markup=False
+        )
     for sentence in of_the_whole(results):
         console.print(f"the run fails: {sentence}", style="bold red", soft_wrap=True, markup=False)
     if left_out := results["images_kept"]["left_out"]:

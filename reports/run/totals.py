@@ -10,6 +10,7 @@ from typing import Any, TypedDict, cast
 
 from rayproof.cases.case import ITEMS
 from rayproof.cases.stages import Stage
+from rayproof.reports.interchange.framing import DARK
 from rayproof.reports.judge.known_defects import known_findings
 from rayproof.reports.judge.measurement import Examined
 from rayproof.reports.results.case_records import CaseRecord, CheckRecord, Number
@@ -57,6 +58,7 @@ class Totals:
         self.versions: dict[str, str] = {}
         self.with_images = self.without_images = 0  # cases; of those without, the run kept none since they passed
         self.factors = CommonFactors()
+        self.dark: list[str] = []  # the first scenes of which no pixel is lit
         self.changing: list[str] = []  # what was rendered twice and is not the same, in sentences
         self._examined, self._passing = _nothing_examined(), _nothing_examined()
         self._coverage = _nothing_covered()
@@ -77,6 +79,8 @@ class Totals:
             self.with_images += 1
         elif record["verdict"] == Outcome.PASS:
             self.without_images += 1
+        if len(self.dark) < LISTED and any(note["note"] == DARK for note in record.get("notes", [])):
+            self.dark.append(record["name"])
         self.factors.add(record)
         self.changing += [one["sentence"] for one in record.get("repeated", []) if one["verdict"] == Outcome.FAIL]
         self._limits.add(record)

@@ -81,6 +81,7 @@ def _witness(question: Question, found: Rendered, unsupported: dict[Stage, str],
         ray_epsilon=float(getattr(reference, "ray_epsilon", 0.0)),
         light_epsilon=float(getattr(reference, "light_epsilon", 0.0)),
         edge_epsilon=float(beyond(scene)) if (beyond := _ability(reference, "edge_epsilon")) is not None else 0.0,
+        tie_epsilon=float(apart(scene)) if (apart := _ability(reference, "tie_epsilon")) is not None else 0.0,
     )
 
 
@@ -115,6 +116,7 @@ def put_to_test(witness: Witness) -> Candidate:
         ray_epsilon=witness.ray_epsilon,
         light_epsilon=witness.light_epsilon,
         edge_epsilon=witness.edge_epsilon,
+        tie_epsilon=witness.tie_epsilon,
         chained=False,
     )
 

@@ -76,6 +76,41 @@ def test_bytes_after_an_stl_file_are_left_out_and_reported(tmp_path):
     )
 
 
+def test_a_binary_stl_file_may_begin_as_one_in_text(tmp_path):
+    triangle = bytes(12) + np.array(VERTICES[FACES[0]], np.float32).tobytes() + bytes(2)
+    (tmp_path / "mesh.stl").write_bytes(b"solid facet maker".ljust(80) + struct.pack("<I", 2) + triangle + triangle)
+
+    assert len(read_mesh("mesh.stl", tmp_path)[1]) == 2
+
+
+FACET = "facet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\n"
+
+
+@pytest.mark.parametrize("end", ["\n", "\r\n", "\r"])
+def test_text_stl_files_have_any_line_ends(end, tmp_path):
+    (tmp_path / "mesh.stl").write_bytes(f"solid a\n{FACET}{FACET}endsolid a\n".replace("\n", end).encode())
+
+    assert len(read_mesh("mesh.stl", tmp_path)[1]) == 2
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        (f"solid a\n{FACET}{FACET}", "ends early: no endsolid follows its 2 facets"),
+        (f"solid a\n{FACET}{FACET[:60]}", "has 5 vertices in 2 facets of three"),
+        (
+            f"solid a\n{FACET}endsolid".replace("endloop", "vertex 1 1 0\nendloop"),
+            "has 4 vertices in 1 facets of three",
+        ),
+    ],
+)
+def test_text_stl_files_that_end_early_are_refused_with_their_numbers(text, message, tmp_path):
+    (tmp_path / "mesh.stl").write_text(text)
+
+    with pytest.raises(SceneError, match=message):
+        read_mesh("mesh.stl", tmp_path)
+
+
 def test_unused_and_repeated_vertices_stay(tmp_path):
     (tmp_path / "mesh.obj").write_text("v 0 0 0\nv 0 0 0\nv 1 0 0\nv 0 1 0\nv 5 5 5\nf 2 3 4\nf 1 3 4\n")
 

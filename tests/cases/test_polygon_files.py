@@ -2,15 +2,18 @@
 
 import struct
 from collections.abc import Callable
+from time import process_time
 
 import numpy as np
 import pytest
 
+from rayproof.cases.mesh_files import SECONDS
 from rayproof.cases.mesh_sandbox import mesh_parser
 from rayproof.cases.polygon_files import mesh_of
 
 CORNER_L = "v 0 0 0\nv 2 0 0\nv 2 1 0\nv 1 1 0\nv 1 2 0\nv 0 2 0\n"
 HEADER = "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\n"
+FACES_OF = "element face {}\nproperty list uchar int vertex_indices\nend_header\n"
 SQUARE = "0 0 0\n1 0 0\n1 1 0\n0 1 0\n"
 
 
@@ -30,6 +33,12 @@ def test_negative_indices_count_back_from_the_vertices_so_far() -> None:
 
     for slots in ("", "/-1/-1", "//-1"):
         assert faces("obj", block.format(0, slots) + block.format(1, slots)) == [[0, 1, 2], [3, 4, 5]]
+
+
+def test_a_mark_of_utf_8_hides_no_vertex() -> None:
+    vertices, triangles, _ = mesh_of("obj", b"\xef\xbb\xbfv 5 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
+
+    assert (vertices[0].tolist(), triangles.tolist()) == ([5, 0, 0], [[0, 1, 2]])
 
 
 def test_every_face_line_is_read_by_itself() -> None:
@@ -56,6 +65,22 @@ def test_a_window_stays_open() -> None:
 
     np.testing.assert_allclose(area(vertices, triangles), [0, 0, 8])
     assert not np.all(np.array(sides) > 0, axis=0).any()
+
+
+def test_a_polygon_of_thousands_of_corners_is_cut_within_the_sandbox_s_time() -> None:
+    k = np.arange(1000)
+    low, high = np.where(k % 2, 9.5, -0.5), np.where(k % 2, 10.0, 0.5)
+    corners = np.concatenate([np.stack([k, high, 0 * k], axis=1), np.stack([k, low, 0 * k], axis=1)[::-1]])
+    text = (
+        "".join(f"v {x!r} {y!r} {z!r}\n" for x, y, z in corners.tolist()) + f"f {' '.join(map(str, range(1, 2001)))}\n"
+    )
+    begun = process_time()
+
+    vertices, triangles, _ = mesh_of("obj", text.encode())
+
+    assert process_time() - begun < SECONDS  # 0.5 s; with every corner looked at again for each cut 29 s
+    fan = np.array([[0, n, n + 1] for n in range(1, 1999)])
+    np.testing.assert_allclose(area(vertices, triangles), area(corners, fan))
 
 
 def test_line_ends_comments_tabs_and_continued_lines() -> None:
@@ -92,6 +117,57 @@ def test_a_binary_ply_file_mixes_triangles_and_quads() -> None:
             body += struct.pack(f"{order}B{len(corners)}iB", len(corners), *corners, 200)
 
         assert faces("ply", head.encode() + body) == [[0, 1, 2], [0, 1, 2], [0, 2, 3], [2, 3, 0]]
+
+
+@pytest.mark.parametrize(
+    ("kind", "content", "message"),
+    [
+        ("ply", HEADER.replace("4", "912") + "end_header\n" + SQUARE, r"announces 912 .*'vertex', holds 4"),
+        ("ply", HEADER + FACES_OF.format(912) + SQUARE + "3 0 1 2\n" * 259, r"announces 912 .*'face', holds 259"),
+        ("ply", HEADER + FACES_OF.format(1) + SQUARE + "4000000000 0 1 2\n", "face 0: announces more entries"),
+        (
+            "ply",
+            (HEADER.replace("ascii", "binary_little_endian") + FACES_OF.format(1).replace("uchar", "uint")).encode()
+            + struct.pack("<12f", *map(float, SQUARE.split()))
+            + struct.pack("<I3i", 4_000_000_000, 0, 1, 2),
+            "face 0 of 1: announces 4000000000 entries, 16000000000 bytes, where 12 are left",
+        ),
+        (
+            "ply",
+            (HEADER.replace("ascii", "binary_little_endian") + FACES_OF.format(4 * 10**9)).encode() + bytes(48),
+            "announces 4000000000 of its element 'face', at least 4000000000 bytes, where 0 are left",
+        ),
+        (
+            "ply",
+            (HEADER.replace("ascii", "binary_little_endian") + FACES_OF.format(0)).encode() + bytes(48),
+            "holds 4 vertices and no polygon",
+        ),
+        ("obj", CORNER_L + f"f 1 2 {10**30}\n", "line 7: a face names vertices by numbers"),
+        ("obj", CORNER_L + "f 1 2 7\n", "line 7: names vertex 7, where 6 are"),
+        ("obj", CORNER_L + "l 1 2\nl 2 3\np 1\n", "holds 6 vertices, 2 lines, 1 points and no polygon"),
+        ("obj", "v 0 0 0\nv 1 1 0\nv 1 0 0\nv 0 1 0\n\nf 1 2 3 4\n", "line 6: the polygon crosses itself"),
+    ],
+)
+def test_what_is_broken_is_refused_with_its_numbers(kind: str, content: str | bytes, message: str) -> None:
+    with pytest.raises(ValueError, match=message):
+        faces(kind, content)
+
+
+def test_what_follows_the_last_element_of_a_ply_file_is_reported() -> None:
+    text = (HEADER + FACES_OF.format(1) + SQUARE + "3 0 1 2\n3 0 2 3\n").encode()
+    head = (HEADER.replace("ascii", "binary_little_endian") + FACES_OF.format(1)).encode()
+    binary = head + struct.pack("<12fB3i", *map(float, SQUARE.split()), 3, 0, 1, 2) + b"after"
+
+    assert [mesh_of("ply", content)[2] for content in (text, binary)] == [
+        ["1 lines after its last element"],
+        ["5 bytes after its last element"],
+    ]
+
+
+def test_a_long_word_costs_no_more_than_itself() -> None:
+    content = HEADER + FACES_OF.format(1) + SQUARE.replace("1 1 0", f"1.{'0' * 500} 1 0") + "3 0 1 2\n"
+
+    assert faces("ply", content) == [[0, 1, 2]]
 
 
 # Random meshes of random polygons, written in a random dialect of each format

@@ -37,7 +37,7 @@ def test_a_program_on_nobody_s_path_is_named_by_its_own(monkeypatch: pytest.Monk
         monkeypatch.delenv(called.VARIABLE, raising=False)
         monkeypatch.setattr("shutil.which", lambda _, found=found: found)
 
-        console.remember()
+        called.remember()
 
-        assert console.called() == name
+        assert called.called() == name
     monkeypatch.delenv(called.VARIABLE, raising=False)

@@ -175,6 +175,7 @@ def write_case_data(folder: Path, path: Path, case: CaseRecord) -> list[Path]:
         "picture": picture_of(folder, case),
         "view": None if scene is None else view_of(scene, case),
         "call": call_of(folder, case),
+        "small": small_of(folder, case),
         "notes": [f"{note.get('reference')}: {note.get('note')}" for note in case.get("notes", [])] + notes,
         "channels": {stage.value: [_short(name) for name in exr_channels(stage, lights=lights)] for stage in Stage},
         "mask_names": {str(bit): name for bit, name in NAMES.items()},
@@ -232,6 +233,13 @@ def _drawn(mesh: dict[str, Any]) -> dict[str, Any]:
         vertices = thinned(vertices[faces], look().triangles).reshape(-1, 3)
         faces = np.arange(len(vertices)).reshape(-1, 3)
     return {**mesh, "vertices": pack(vertices), "faces": pack(faces)}
+
+
+def small_of(folder: Path, case: CaseRecord) -> str | None:
+    """Return where `rayproof shrink` put the smallest scene of a case, relative to `folder`, if it did."""
+    place = str(case.get("scene") or "").removeprefix("scenes/").removesuffix(".json")
+    files = ("issue.md", "picture.png", "scene.json")
+    return f"small/{place}" if place and all(inside(folder, f"small/{place}/{file}") for file in files) else None
 
 
 def call_of(folder: Path, case: CaseRecord) -> str | None:

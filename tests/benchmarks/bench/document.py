@@ -1,4 +1,4 @@
-"""The benchmark's JSON: machine, scenes, every contender on each, as docs/bench.md describes it."""
+"""The benchmark's JSON: machine, scenes, every contender on each."""
 
 from dataclasses import dataclass
 from datetime import UTC, datetime

@@ -1,4 +1,4 @@
-"""What `--json` writes, as docs/bench.md describes it, and whether it is slower than before. Times are in ms."""
+"""What `--json` writes, and whether it is slower than before. Times are in ms."""
 
 from typing import NotRequired, TypedDict
 

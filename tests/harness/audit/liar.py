@@ -14,6 +14,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from rayproof.cases.case import ITEMS_OF_OTHERS
+from rayproof.cases.rounding import UNIT_ROUNDOFF
 from rayproof.cases.scene import Scene
 from rayproof.cases.stages import Stage, StageImages
 from rayproof.reports.judge.answers import Candidate, Witness
@@ -30,7 +31,10 @@ from tests.harness.audit.orders import LiarOrder, LiarReport
 HUGE, SLIGHTLY = 1e30, 1.001
 LIGHT = (Stage.IRRADIANCE, Stage.EXITANCE, Stage.RADIANCE)
 ROUNDS = 12  # so often a liar asks; one that is still found out then has given up
-GRID = 7  # samples a side of the square of two pixels around a centre
+COARSELY = (1 / 3, 2 / 3, 1.0)  # px to either side of a centre, where sides are looked for first
+# Of a pixel, and of how far rounding moves outlines if that is more: near an outline values change as the root of the
+# distance from it, so that samples stand the closer the nearer they are.
+PLACES = (0.001, 0.003, 0.01, 0.03, 0.1, 0.3, 0.6, 1.0)
 MOST_HOLES = 5  # that a report tells of
 _NUMBERS = itertools.count()  # every lie has a name of its own
 
@@ -185,12 +189,33 @@ def _by_kind(bench: Bench, check: Check, spoilt: np.ndarray) -> dict[str, np.nda
 def _of_a_side(bench: Bench, stage: Stage, ours: np.ndarray, limit: np.ndarray, where: np.ndarray) -> np.ndarray:
     """Return the pixels of `where` whose value some choice of sides gives: between the least and the most around it."""
     found = np.zeros(where.shape, bool)
-    rows, columns = np.nonzero(where)
-    if not len(rows):
-        return found
+    for finely in (False, True):
+        rows, columns = np.nonzero(where & ~found)
+        if len(rows):
+            reach = np.maximum(1.0, bench.terms.classes.reach[rows, columns])[:, np.newaxis, np.newaxis]
+            offsets = np.concatenate([_square(PLACES) * np.ones_like(reach), _square(PLACES) * reach], axis=1)
+            offsets = offsets if finely else _square(COARSELY) * np.ones_like(reach)
+            found[rows, columns] = _among_sides(bench, stage, ours, limit, (rows, columns), offsets)
+    return found
+
+
+def _square(places: tuple[float, ...]) -> np.ndarray:
+    """Return the offsets (n, 2) of a square of samples around a centre, at so many places to either side of it."""
+    steps = np.array([*(-place for place in reversed(places)), 0.0, *places])
+    return np.stack(np.meshgrid(steps, steps), axis=-1).reshape(-1, 2)
+
+
+def _among_sides(
+    bench: Bench,
+    stage: Stage,
+    ours: np.ndarray,
+    limit: np.ndarray,
+    where: tuple[np.ndarray, np.ndarray],
+    offsets: np.ndarray,
+) -> np.ndarray:
+    """Return which pixels (n,) have a value between the least and the most at the offsets (n, samples, 2) [px]."""
+    rows, columns = where
     scene, oracle = bench.ground.scene, bench.ground.oracle
-    steps = np.linspace(-1, 1, GRID)
-    offsets = np.stack(np.meshgrid(steps, steps), axis=-1).reshape(-1, 2)
     points = (np.stack([columns, rows], axis=-1) + 0.5)[:, np.newaxis] + offsets
     around = oracle.at(scene, stages_of(scene)[1:], points.reshape(-1, 2))
     samples = {name: np.asarray(image).reshape(*points.shape[:2], -1) for name, image in around.items()}
@@ -200,12 +225,11 @@ def _of_a_side(bench: Bench, stage: Stage, ours: np.ndarray, limit: np.ndarray, 
     least, most = _range(scene, stage, samples, undecided)
     value = ours[rows, columns]
     slack = limit if limit.ndim == 3 else limit[..., np.newaxis]
-    slack = 2 * np.max(slack[rows, columns], axis=-1, keepdims=True)
+    slack = 2 * np.max(slack[rows, columns], axis=-1, keepdims=True) + 2 * UNIT_ROUNDOFF["float32"] * np.abs(value)
     within = (value >= least - slack) & (value <= most + slack)
     if stage in (Stage.OBJECT, Stage.VISIBILITY):
         within &= value == np.round(value)
-    found[rows, columns] = np.all(within, axis=-1)
-    return found
+    return np.all(within, axis=-1)
 
 
 def _range(

@@ -1,5 +1,7 @@
 """All that can be planted: wrong formulas of the tracer, and spoilt references, loader, judge, run and report."""
 
+import inspect
+import sys
 from collections import Counter, defaultdict
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -176,3 +178,41 @@ def later_round(
         for _, case in sorted(turns, key=lambda turn: (turn[0], turn[1].name))[:most]:
             chosen[case.name].append(fault)
     return dict(chosen)
+
+
+# The tables of docs/audit.md, which a test compares with this: `python -m tests.harness.audit.planted` prints them.
+
+
+def _what(fault: PlantedFault) -> str:
+    """Return in a sentence what the fault does."""
+    from rayproof.tracer.formulas import FORMULAS
+
+    if fault.configuration is not None:
+        formula = FORMULAS[fault.name]
+        says = formula.facts.get("says")
+        return f"{says[0].upper()}{says[1:]}." if says else formula.summary
+    paragraphs = inspect.cleandoc(FAULTS[fault.name].__doc__ or "").split("\n\n")
+    return " ".join(paragraphs[-1].split())
+
+
+def tables() -> str:
+    """Return a table in Markdown for each place where faults are planted, and the proofs of equivalence."""
+    everything = planted()
+    lines: list[str] = []
+    for where in dict.fromkeys(fault.where for fault in everything):
+        some = sorted((fault for fault in everything if fault.where == where), key=lambda fault: fault.name)
+        lines += [f"### {where.capitalize()}", "", "| fault | stage | items or path | what |", "|---|---|---|---|"]
+        for fault in some:
+            noted = f" (Erratum {fault.erratum}.)" if fault.erratum else ""
+            noted += " *Equivalent.*" if fault.equivalent else ""
+            place = ", ".join((*fault.covers, *filter(None, (fault.path,)), *fault.routes))
+            stage = fault.stage.value if fault.stage else "guard"
+            lines.append(f"| `{fault.name}` | {stage} | {place} | {_what(fault)}{noted} |")
+        lines.append("")
+    lines += ["### Proofs of equivalence", ""]
+    lines += [f"* `{fault.name}`: {fault.equivalent}." for fault in everything if fault.equivalent]
+    return "\n".join(lines) + "\n"
+
+
+if __name__ == "__main__":
+    sys.stdout.write(tables())

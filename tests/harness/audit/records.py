@@ -1,4 +1,4 @@
-"""What audit.json holds, one class a level, as docs/audit.md describes it."""
+"""What audit.json holds, one class a level."""
 
 from typing import TypedDict
 

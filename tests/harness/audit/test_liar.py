@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from rayproof.cases.families import select
 from rayproof.cases.stages import Stage
 from rayproof.reports.judge import comparison, measurement
 from rayproof.reports.judge.known_answers import CASE
@@ -33,3 +34,15 @@ def test_a_judge_that_looks_at_half_of_an_image_lets_the_liar_spoil_the_other(mo
 
     assert report.unseen > 100
     assert any("distance" in hole for hole in report.holes)
+
+
+@pytest.mark.parametrize("name", [
+    "random/31104/19",  # an outline that rounding moves by more than a pixel
+    "random/31105/19",  # the eye on a sphere: distances of any size around a pixel
+    "random/42011/99",  # the eye in a flat ellipsoid, whose normals around a pixel are opposite
+    "random/42011/179",  # the same, and a normal that is longer than 1
+])  # fmt: skip
+def test_where_much_is_seen_around_a_pixel_the_liar_hides_nothing_beyond_it(name: str) -> None:
+    (case,) = select([name])
+
+    assert liar.lie(LiarOrder(case=case, epsilon=0.0)).holes == ()

@@ -18,7 +18,6 @@ from tests.harness.fuzz.targets import TARGETS, Target
 
 LARGEST = 2**24  # bytes of a file: what takes long with a larger one is its size
 SECONDS = 10.0  # of processor time that a reader may take for one input
-MEMORY = 4 * 2**30  # bytes of address space beyond what the process has when it begins
 
 
 @dataclass(kw_only=True)
@@ -59,7 +58,7 @@ def fuzz(name: str, *, inputs: int, seconds: float, seed: int, out: Path | None 
     The same `seed` gives the same inputs, whatever other targets there are.
     """
     target, chance, figures = TARGETS[name](), random.Random(f"{seed} {name}"), Figures()
-    with _limited(), tempfile.TemporaryDirectory(prefix="rayproof-fuzz-") as place:
+    with _limited(target.memory), tempfile.TemporaryDirectory(prefix="rayproof-fuzz-") as place:
         read_once(target, Path(place), target.seeds[0], Figures())  # what it imports is opened now
         deadline = time.monotonic() + seconds
         while figures.inputs < inputs and time.monotonic() < deadline:
@@ -118,7 +117,7 @@ def read_once(target: Target, place: Path, content: bytes, figures: Figures) -> 
 
 
 @contextmanager
-def _limited() -> Iterator[None]:
+def _limited(memory: int) -> Iterator[None]:
     """Limit the memory of this process and watch what it opens, for the block."""
     if not _watch.allowed:
         sys.addaudithook(_audit)
@@ -129,7 +128,7 @@ def _limited() -> Iterator[None]:
 
         pages = int(Path("/proc/self/statm").read_text(encoding="ascii").split()[0])
         before = resource.getrlimit(resource.RLIMIT_AS)
-        limit = pages * os.sysconf("SC_PAGE_SIZE") + MEMORY
+        limit = pages * os.sysconf("SC_PAGE_SIZE") + memory
         resource.setrlimit(resource.RLIMIT_AS, (limit, before[1]))
     except (ImportError, OSError, ValueError):  # not on every platform
         yield

@@ -2,6 +2,7 @@
 
 import base64
 import json
+import linecache
 import struct
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -26,6 +27,7 @@ class Target:
     seeds: tuple[bytes, ...]
     read: Callable[[Path], Any]
     refusals: tuple[type[Exception], ...]
+    memory: int = 4 * 2**30  # bytes of address space beyond what the process has when it begins
 
 
 SCENE = Scene(
@@ -120,6 +122,69 @@ def ply() -> Target:
     """Return PLY meshes, text and binary."""
     seeds = (_ply(b"ascii"), _ply(b"binary_little_endian"))
     return Target(name="mesh.ply", seeds=seeds, read=_imported, refusals=(SceneError,))
+
+
+def _polygons(kind: str) -> Callable[[Path], Any]:
+    """Return our own reader of OBJ or PLY in this process; a refusal must be one that it words itself."""
+    from rayproof.cases.polygon_files import mesh_of
+
+    def read(path: Path) -> Any:
+        try:
+            return mesh_of(kind, path.read_bytes())
+        except ValueError as error:
+            at = error.__traceback__
+            while at is not None and at.tb_next is not None:
+                at = at.tb_next
+            if at is None or not linecache.getline(at.tb_frame.f_code.co_filename, at.tb_lineno).strip().startswith(
+                "raise"
+            ):
+                raise RuntimeError(f"a library refused it: {error}") from error
+            raise
+
+    return read
+
+
+def obj_reader() -> Target:
+    """Return our reader of OBJ files alone: polygons, holes, negative indices, continued lines."""
+    concave = (
+        b"v 0 0 0\nv 2 0 0\nv 2 1 0\nv 1 1 0\nv 1 2 0\nv 0 2 0\nf -6 -5 -4 -3 \\\n -2 -1\nf 1//1 2//1 3//1\nl 1 2\n"
+    )
+    window = b"v 0 0\t0\rv 3 0 0\rv 3 3 0\rv 0 3 0\rv 1 1 0\rv 1 2 0\rv 2 2 0\rv 2 1 0\rf 1 2 3 4 1 5 6 7 8 5 # hole\r"
+    return Target(
+        name="mesh.obj", seeds=(OBJ, concave, window), read=_polygons("obj"), refusals=(ValueError,), memory=2**30
+    )
+
+
+def ply_reader() -> Target:
+    """Return our reader of PLY files alone: text, both binary layouts, faces of several lengths, strips."""
+    head = PLY_HEAD.replace(b"face 3", b"face 2").replace(b"uchar int vertex_indices", b"uchar ushort vertex_index")
+    mixed = head % b"binary_big_endian" + CORNERS.astype(">f4").tobytes()
+    mixed += struct.pack(">B3HB4H", 3, 0, 1, 2, 4, 0, 1, 3, 2)
+    strips = _ply(b"ascii").replace(b"face 3", b"tristrips 1").replace(b"uchar", b"int").split(b"end_header\n")[0]
+    strips += b"comment x\nend_header\n" + b"0 0 0\n1 0 0\n1 1 0\n0 1 0\n7 0 1 3 2 -1 0 1\n"
+    seeds = (_ply(b"ascii"), _ply(b"binary_little_endian"), mixed, strips)
+    return Target(name="mesh.ply", seeds=seeds, read=_polygons("ply"), refusals=(ValueError,), memory=2**30)
+
+
+def lecture() -> Target:
+    """Return scenes of the lecture's course."""
+    transform = {"translate": [0, 1, 0], "rotate": [10, 20, 30], "scale": [1, 2, 1]}
+    whole = {
+        "camera": {"target": [0, 1, 0], "eye": [0, 3, 9], "worldUp": [0, 1, 0], "fov": 40, "width": 4, "height": 3},
+        "primitives": [
+            {"shape": "Sphere", "name": "a", "material": "m", "transform": transform},
+            {"shape": "Mesh", "name": "b", "filename": "b.obj", "material": "m"},
+        ],
+        "lights": [{"type": "PointLight", "lightColor": [1, 2, 3], "intensity": 4, "transform": transform}],
+        "materials": [{"type": "MatteMaterial", "name": "m", "Kd": [0.1, 0.2, 0.3], "sigma": 0}],
+    }
+    seeds = tuple(
+        json.dumps(
+            {"frames": [{"frameNumber": 0, "scene": whole | {"primitives": whole["primitives"][:count]}}]}
+        ).encode()
+        for count in (1, 2)
+    )
+    return Target(name="lecture.json", seeds=seeds, read=_imported, refusals=(SceneError,))
 
 
 def stl() -> Target:
@@ -474,6 +539,9 @@ TARGETS: dict[str, Callable[[], Target]] = {
     "scene": scene,
     "obj": obj,
     "ply": ply,
+    "obj reader": obj_reader,
+    "ply reader": ply_reader,
+    "lecture": lecture,
     "stl": stl,
     "gltf": gltf,
     "glb": glb_scene,

@@ -5,16 +5,16 @@ from functools import cached_property
 
 import numpy as np
 
+from rayproof.cases.placement import world_triangles
 from rayproof.cases.rounding import UNIT_ROUNDOFF
 from rayproof.cases.scene import Mesh, Plane, Scene, Shape, Sphere, Triangle
 from rayproof.cases.stages import IMAGE_STAGES, Stage, StageImages
 from rayproof.reference.certified import Certified
 from rayproof.reference.certified.stages import continued
 from rayproof.reports.judge.admissible import ALLOWED, needed_shadow
-from rayproof.reports.judge.answers import Candidate, Witness, all_of, any_of, largest
+from rayproof.reports.judge.answers import Candidate, Witness, all_of, any_of, largest, widest_near
 from rayproof.reports.judge.comparison import GEOMETRY
-from rayproof.reports.judge.edge_values import widest_near
-from rayproof.reports.judge.limits import Roundoff, calibration
+from rayproof.reports.judge.limits import Roundoff, calibration, continued_light_limit
 from rayproof.reports.judge.measurement import ratios
 from rayproof.reports.judge.scene_truth import LIGHT, Ground, Terms
 from tests.harness.verdicts.perturbed import horizons, perturbed
@@ -137,7 +137,8 @@ class Held:
 
         A value within the limit of the certified one is right whatever else holds. A tie that stays one in scenes
         within rounding is nobody's fault and left out. Who is accused has the benefit of all these scenes; `strictly`,
-        for who passed, they count only where rounding changes a decision: elsewhere the limit holds.
+        for who passed, they count only where rounding, or what the party declares as far as rounding needs it, changes
+        a decision: elsewhere the limit holds.
         """
         if not pixels or not self.stages:
             return {}
@@ -212,17 +213,33 @@ class Held:
         if Stage.VISIBILITY not in self.stages:
             return np.zeros(len(pixels), dtype=bool)
         columns, rows = pixels.T
-        found = np.zeros(len(pixels), dtype=bool)
+        found = self._between_horizons(rows, columns)
         for near in horizons(self.ground.scene):
             seen = CERTIFIED.at(near, (Stage.OBJECT, Stage.VISIBILITY), pixels + 0.5, exactly=False)
             same = all_of(seen[Stage.OBJECT] == self.truth[Stage.OBJECT][rows, columns])
             found |= same & any_of(seen[Stage.VISIBILITY] != self.truth[Stage.VISIBILITY][rows, columns])
         return found
 
+    def _between_horizons(self, rows: np.ndarray, columns: np.ndarray) -> np.ndarray:
+        """Return which pixels (n,) show a triangle of whose normal and baked plane a light is on two sides."""
+        scene, truth = self.ground.scene, self.truth
+        found = np.zeros(len(rows), dtype=bool)
+        for pixel, (index, face) in enumerate(truth[Stage.OBJECT][rows, columns]):
+            shape = scene.shapes[int(index)] if index >= 0 else None
+            if isinstance(shape, Triangle | Mesh):
+                corners = world_triangles(shape)[int(face)].astype(np.float64)
+                plane, normal = np.cross(*np.diff(corners, axis=0)), truth[Stage.NORMAL][rows[pixel], columns[pixel]]
+                ways = np.array([light.position for light in scene.lights])
+                ways = ways - truth[Stage.POSITION][rows[pixel], columns[pixel]]
+                found[pixel] = bool(((ways @ plane > 0) != (ways @ (normal * np.sign(plane @ normal)) > 0)).any())
+        return found
+
     def _steady(self, stage: Stage, near: Nearby, rows: np.ndarray, columns: np.ndarray) -> np.ndarray:
         """Return where (n,) no trial changes what is seen, what lights it, or jumps to another side's value."""
         decisions = [one for one in (Stage.OBJECT, Stage.VISIBILITY) if one in near.samples and (one in LIT[stage])]
         same = [(near.samples[one] == near.samples[one][0]).all(axis=(0, 2)) for one in decisions]
+        if Stage.VISIBILITY in decisions:
+            same.append(~self._felt_otherwise(near.samples[Stage.VISIBILITY][0], rows, columns))
         values = near.samples[stage]
         with np.errstate(invalid="ignore"):
             span = np.nan_to_num(values.max(axis=0) - values.min(axis=0), nan=0.0).max(axis=1, initial=0.0)
@@ -255,14 +272,15 @@ class Held:
         return _among(value, theirs, same, bound)
 
     def _feels(self, ours: dict[Stage, np.ndarray], value: np.ndarray, rows: np.ndarray, columns: np.ndarray):
-        """Return which lights (n, lights) are seen or not, as the party says, from about the hit that it names.
+        """Return which lights (n, lights) are seen or not, as `value` says, from about the hit that the party names.
 
         That hit is off its surface by rounding, to either side, and feelers start above it by what the party declares,
         as far as rounding needs it.
         No scene within rounding shows that: its hits are on their surfaces.
         """
+        found = np.zeros(value.shape, dtype=bool)
         if not {Stage.OBJECT, Stage.POSITION, Stage.NORMAL} <= set(ours):
-            return np.zeros(value.shape, dtype=bool)
+            return found
         lifted = self.terms.limits.lifted[rows, columns]
         needed = needed_shadow(
             self.ground.conditioning,
@@ -271,12 +289,19 @@ class Held:
             Roundoff(self.party.precision),
         )
         above = np.minimum(self.party.shadow_epsilon, ALLOWED * needed)
-        found = np.zeros(value.shape, dtype=bool)
         for height in (-lifted, 0 * lifted, lifted, lifted + above[rows, columns]):
             for side in (1.0, -1.0):
                 start = ours[Stage.POSITION] + side * height[:, np.newaxis] * ours[Stage.NORMAL]
                 found |= continued(self.ground.scene, Stage.VISIBILITY, ours | {Stage.POSITION: start}) == value
         return found
+
+    def _felt_otherwise(self, seen: np.ndarray, rows: np.ndarray, columns: np.ndarray) -> np.ndarray:
+        """Return where (n,) the party's feelers see what it says, and not the lights that are `seen` (n, lights)."""
+        assert self.party.answers is not None
+        ours = {name: np.asarray(self.party.answers[name])[rows, columns] for name in self.stages}
+        if Stage.VISIBILITY not in ours:
+            return np.zeros(len(rows), dtype=bool)
+        return any_of((ours[Stage.VISIBILITY] != seen) & self._feels(ours, ours[Stage.VISIBILITY], rows, columns))
 
     def _follows(
         self,
@@ -293,8 +318,13 @@ class Held:
         if not elsewhere.any() or not set(GEOMETRY) <= set(self.stages):
             return np.zeros(len(rows), dtype=bool)
         expected = continued(self.ground.scene, stage, ours)
-        slack = 2 * bound + 64 * UNIT_ROUNDOFF[self.party.precision] * np.abs(expected)
-        with np.errstate(invalid="ignore"):
+        # From a given position and normal light is known as well as the way to each light is.
+        given = {name: image[:, np.newaxis] for name, image in ours.items()}
+        arriving, g = continued(self.ground.scene, Stage.IRRADIANCE, ours), Roundoff(self.party.precision)
+        known = continued_light_limit(self.ground.scene, Stage.IRRADIANCE, given, arriving, g)[:, 0]
+        with np.errstate(divide="ignore", invalid="ignore"):
+            share = np.where(arriving > 0, known / arriving, 0.0) + 64 * UNIT_ROUNDOFF[self.party.precision]
+            slack = 2 * bound + share * np.abs(expected)
             close = (np.abs(value - expected) <= slack) | (value == expected)
         return elsewhere & all_of(close)
 

@@ -18,9 +18,11 @@ from rayproof.reports.judge.oracle import stages_of
 from rayproof.reports.judge.scene_truth import ground
 from rayproof.reports.judge.verdict import Judged
 from rayproof.reports.results.outcomes import Outcome
+from rayproof.reports.subjects import THE_TRACER
 from tests.harness.audit.faults import FAULTS, altered
 from tests.harness.verdicts.certify import Certified, Inquest, certify, steady
 from tests.harness.verdicts.perturbed import perturbed
+from tests.harness.verdicts.trials import answers_of
 
 ORACLE = Analytic()
 (FULL,) = select(["random_scenes/seed_2"])
@@ -209,6 +211,7 @@ def test_an_answer_that_few_scenes_within_rounding_have_is_right() -> None:
 @pytest.mark.parametrize(("name", "precision", "pixel", "seen", "lit"), [
     ("random/1/147", "float64", (12, 13), 2.0, (1.0, 0.0)),  # in the plane of a triangle that is baked far away
     ("random/2/314", "float32", (24, 16), 4.0, (1.0,)),  # on one of two surfaces that coincide, the light behind them
+    ("random/42011/221", "float64", (32, 22), 1.0, (0.0,) * 10),  # above a triangle's normal's horizon, below its plane
     ("random/1/334", "float32", (9, 0), 1.0, (0.0,)),  # of shapes that rounding moves by their own size
 ])  # fmt: skip
 def test_what_rounding_alone_may_show_is_not_called_wrong(name, precision, pixel, seen, lit) -> None:
@@ -232,3 +235,27 @@ def test_a_light_that_nothing_makes_undecided_is_wrong_if_it_is_not_seen() -> No
     pixel = (int(column), int(row))
 
     assert Stage.VISIBILITY in found.of(replace(candidate(answers), name="dark")).wrong([pixel], strictly=True)[pixel]
+
+
+@pytest.mark.parametrize(("declared", "right"), [(0.011, True), (0.0, False)])
+def test_feelers_that_start_above_a_hit_as_declared_decide_what_no_scene_within_rounding_does(
+    declared: float, *, right: bool
+) -> None:
+    found, (column, row) = inquest("random/42011/316"), (28, 22)
+    answers = {stage: np.array(image) for stage, image in found.base.truth.items()}
+    answers[Stage.VISIBILITY][row, column, 2] = 1.0
+    ours = replace(candidate(answers), shadow_epsilon=declared)
+
+    wrong = found.of(ours).wrong([(column, row)], strictly=True)
+
+    assert (Stage.VISIBILITY not in wrong.get((column, row), ())) == right
+
+
+def test_light_follows_from_a_position_only_as_well_as_the_way_to_the_light_is_known() -> None:
+    # Lights 8 mm away, 760 m from the origin: float32 knows the way to half a percent.
+    found, (column, row) = inquest("random/51201/38"), (3, 29)
+    (ours,), _ = answers_of(found.case, THE_TRACER, ("float32",))
+    assert ours.answers is not None
+    assert ours.answers[Stage.VISIBILITY][row, column, 0] != found.base.truth[Stage.VISIBILITY][row, column, 0]
+
+    assert found.of(ours).wrong([(column, row)], strictly=True) == {}

@@ -55,9 +55,9 @@ def test_two_runs_are_compared_in_the_terminal_and_as_json(
         (["{run}", "{empty}", "--out", "{empty}/both"], "results.json: no such file"),
         (["{empty}", "{run}"], "results.json: no such file"),
         (["{run}", "{broken}"], "not JSON"),
-        (["{run}", "{run}", "--out", "{run}"], "is one of the two runs"),
+        (["{run}", "{run}", "--out", "{run}"], "is the folder of one of the two runs"),
         (["{run}", "{run}", "--single-file"], "--single-file needs --out"),
-        (["{run}", "--out", "{empty}"], "name both folders"),
+        (["{run}", "--out", "{empty}"], "need the folders of two runs"),
     ],
 )
 def test_bad_folders_are_one_line_and_2(

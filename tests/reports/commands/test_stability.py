@@ -72,7 +72,7 @@ def test_files_of_every_ladder(rayproof: Rayproof, tmp_path: Path) -> None:
     [
         (("sphere/mine",), "sphere/mine"),
         (("--ladder", "NO-SUCH"), "NO-SUCH"),
-        (("sphere", "--ladder", "TRI-EDGE"), "none of the formulas"),
+        (("sphere", "--ladder", "TRI-EDGE"), "none of these formulas"),
         (("--precision", "float16"), "float16"),
     ],
 )

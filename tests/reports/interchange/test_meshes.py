@@ -150,3 +150,17 @@ def test_what_a_mesh_file_holds_beside_triangles_is_told(tmp_path: Path) -> None
     for sentence in ("vertex normals (1", "texture coordinates", "material libraries", "lines (1", "vertex colours"):
         assert sentence in text
     assert "the property 'red' of each vertex" in points
+
+
+@pytest.mark.process
+@pytest.mark.parametrize("suffix", ["obj", "ply", "stl"])
+def test_the_axis_that_points_up_is_chosen_and_the_default_named(suffix: str, tmp_path: Path) -> None:
+    trimesh.creation.box((1.0, 2.0, 3.0)).export(str(tmp_path / f"box.{suffix}"))
+
+    default, chosen = (import_scene(tmp_path / f"box.{suffix}", ImportOptions(up=up)) for up in (None, "y"))
+
+    assert default.scene.camera.up == (0, 0, 1)
+    assert chosen.scene.camera.up == (0, 1, 0)
+    assert chosen.scene.camera.eye[2] > 0
+    assert "with z upward (--up y turns it)" in default.dropped[-1]
+    assert chosen.dropped[-1].endswith("with y upward")

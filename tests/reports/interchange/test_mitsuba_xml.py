@@ -199,10 +199,16 @@ LEFT_OUT = {
     "plastic is taken as diffuse": '<shape type="sphere"><bsdf type="plastic"/></shape>',
     "the texture": DIFFUSE.format('<texture type="checkerboard" name="reflectance"/>'),
     "the integrator path": '<integrator type="path"/>',
-    "flip_normals": '<shape type="sphere"><boolean name="flip_normals" value="true"/></shape>',
+    "whose one side faces inward": '<shape type="sphere"><boolean name="flip_normals" value="true"/></shape>',
     "the int_ior of the plastic": DIFFUSE.replace("diffuse", "plastic").format('<float name="int_ior" value="1.5"/>'),
     "the phi_max of the sphere": '<shape type="sphere"><float name="phi_max" value="180"/></shape>',
-    "the spectrum": DIFFUSE.format('<spectrum name="reflectance" value="400:0.2, 700:0.4"/>'),
+    "the roundness of the disk": '<shape type="disk"/>',
+    "the stretching of the sphere": BALL.replace(
+        "/>", '><transform name="to_world"><scale x="2"/></transform></shape>'
+    ),
+    "the opacity of the mask": '<shape type="sphere"><bsdf type="mask"><bsdf type="diffuse"/></bsdf></shape>',
+    "the bumps of the bumpmap": '<shape type="sphere"><bsdf type="bumpmap"><bsdf type="diffuse"/></bsdf></shape>',
+    "the normals of the normalmap": '<shape type="sphere"><bsdf type="normalmap"><bsdf type="diffuse"/></bsdf></shape>',
 }
 
 
@@ -284,3 +290,274 @@ def test_the_deepest_element_that_is_read_lies_as_deep_as_is_said(tmp_path: Path
     assert len(read(tmp_path, nested(deepest - 1)).scene.shapes) == 1
     with pytest.raises(SceneError, match=f"lies {deepest + 1} levels deep; at most {deepest} levels"):
         read(tmp_path, nested(deepest))
+
+
+# Materials and shapes as Mitsuba's own picture has them
+
+
+TURNS = [
+    (scale, flipped, instanced)
+    for scale in ((1, 1, 1), (-1, 1, 1), (1, 1, -1), (-1, -1, -1))
+    for flipped in (False, True)
+    for instanced in (False, True)
+]
+QUAD = "v -1 -1 0\nv 1 -1 0\nv 1 1 0\nv -1 1 0\n"
+
+
+@pytest.mark.references
+@pytest.mark.parametrize("kind", ["sphere", "cube", "rectangle", "disk", "plain.obj", "normals.obj", "normals.ply"])
+def test_a_mirrored_one_sided_shape_is_lit_from_the_side_that_mitsuba_lights(kind: str, tmp_path: Path) -> None:
+    (tmp_path / "plain.obj").write_text(f"{QUAD}f 1 2 3\nf 1 3 4\n")
+    (tmp_path / "normals.obj").write_text(f"{QUAD}vn 0 0 1\nf 1//1 2//1 3//1\nf 1//1 3//1 4//1\n")
+    numbers = "".join(f"property float {name}\n" for name in ("x", "y", "z", "nx", "ny", "nz"))
+    rows = "".join(f"{line[2:]} 0 0 1\n" for line in QUAD.splitlines())
+    (tmp_path / "normals.ply").write_text(
+        f"ply\nformat ascii 1.0\nelement vertex 4\n{numbers}element face 2\n"
+        f"property list uchar int vertex_indices\nend_header\n{rows}3 0 1 2\n3 0 2 3\n"
+    )
+    name, _, suffix = kind.partition(".")
+    file = f'<string name="filename" value="{kind}"/>' if suffix else ""
+    for (x, y, z), flipped, instanced in TURNS:
+        turn = f'<transform name="to_world"><scale x="{x}" y="{y}" z="{z}"/></transform>'
+        flip = f'<boolean name="flip_normals" value="{str(flipped).lower()}"/>'
+        plain = f'<shape type="{suffix or name}">{file}{flip}{"" if instanced else turn}</shape>'
+        group = f'<shape type="shapegroup" id="g">{plain}</shape><shape type="instance"><ref id="g"/>{turn}</shape>'
+        # The light and the eye are on the same side of everything that they see.
+        imported = read(tmp_path, SENSOR + DIRECT + LIGHT.replace('z="3"', 'z="6"') + (group if instanced else plain))
+
+        radiance = Analytic().render(imported.scene, [Stage.RADIANCE])[Stage.RADIANCE]
+        assert (radiance[10, 20, 0] > 0) == (drawn(tmp_path / "scene.xml")[10, 20, 0] > 0), (kind, x, y, z, flipped)
+
+
+SHEARED = '<transform name="to_world"><matrix value="1 0.7 0 0  0.2 1 0 0  0 0 2 0  0 0 0 1"/>'
+DIRECT = '<integrator type="direct"/>'
+CENTRES = '<sampler type="stratified"><integer name="sample_count" value="1"/>'
+CENTRES += '<boolean name="jitter" value="false"/></sampler>'
+
+
+@pytest.mark.references
+@pytest.mark.parametrize(
+    "shape",
+    [
+        'sphere"><transform name="to_world"><scale x="0.6" y="1.5"/><rotate z="1" angle="30"/>',
+        'sphere"><float name="radius" value="0.5"/><point name="center" x="0.4" y="0.3" z="0"/>' + SHEARED,
+        'disk"><transform name="to_world"><scale x="1.5" y="0.5"/><rotate x="1" angle="30"/>',
+    ],
+)
+def test_stretched_spheres_and_disks_are_where_mitsuba_draws_them(shape: str, tmp_path: Path) -> None:
+    sensor = SENSOR.replace('"width" value="40"', '"width" value="160"').replace(
+        '"height" value="20"', '"height" value="80"'
+    )
+    sensor = sensor.replace("</film>", '<rfilter type="box"/></film>' + CENTRES)
+    body = f'<shape type="{shape}</transform></shape>'
+    imported = read(tmp_path, sensor + DIRECT + LIGHT.replace('z="3"', 'z="6"') + body)
+
+    ours, theirs = (
+        Analytic().render(imported.scene, [Stage.RADIANCE])[Stage.RADIANCE][..., 0],
+        drawn(tmp_path / "scene.xml")[..., 0],
+    )
+    assert (theirs > 0).sum() > 300
+    assert ((ours > 0) != (theirs > 0)).sum() <= 8  # pixels that the outline passes through
+    both = (ours > 0) & (theirs > 0)
+    np.testing.assert_allclose(ours[both], theirs[both], rtol=1e-3, atol=1e-4 * theirs.max())
+
+
+INNER = '<rgb name="reflectance" value="0.1, 0.2, 0.3"/>'
+WRAPPED = {
+    "mask": f'<bsdf type="mask"><float name="opacity" value="0.5"/><bsdf type="diffuse">{INNER}</bsdf></bsdf>',
+    "bumpmap": f'<bsdf type="bumpmap"><texture type="checkerboard"/><bsdf type="diffuse">{INNER}</bsdf></bsdf>',
+    "normalmap": f'<bsdf type="normalmap"><texture type="bitmap" name="n"/><bsdf type="diffuse">{INNER}</bsdf></bsdf>',
+}
+
+
+@pytest.mark.parametrize("name", WRAPPED)
+@pytest.mark.parametrize("outside", [True, False])
+def test_a_wrapped_material_keeps_its_colour_and_its_two_sides(name: str, outside: bool, tmp_path: Path) -> None:
+    two = '<bsdf type="twosided">{}</bsdf>'
+    inside = WRAPPED[name].replace('<bsdf type="diffuse">', '<bsdf type="twosided"><bsdf type="diffuse">')
+    whole = two.format(WRAPPED[name]) if outside else inside.replace(INNER, f"{INNER}</bsdf>")
+
+    for material, two_sided in ((whole, True), (WRAPPED[name], False)):
+        imported = read(tmp_path, SENSOR + LIGHT + f'<shape type="sphere">{material}</shape>')
+        (ball,) = imported.scene.shapes
+        assert (ball.albedo, ball.two_sided) == ((0.1, 0.2, 0.3), two_sided)
+        assert len(imported.dropped) == 1, imported.dropped
+
+
+def test_a_blend_of_diffuse_materials_is_one(tmp_path: Path) -> None:
+    body = '<shape type="sphere"><bsdf type="blendbsdf">{}<bsdf type="diffuse">' + INNER + "</bsdf>"
+    body += '<bsdf type="diffuse"><rgb name="reflectance" value="0.5, 0.6, 0.7"/></bsdf></bsdf></shape>'
+
+    exact = read(tmp_path, SENSOR + LIGHT + body.format('<float name="weight" value="0.25"/>'))
+    textured = read(tmp_path, SENSOR + LIGHT + body.format('<texture type="checkerboard" name="weight"/>'))
+
+    assert exact.scene.shapes[0].albedo == pytest.approx((0.2, 0.3, 0.4))
+    assert not exact.dropped
+    assert textured.scene.shapes[0].albedo == pytest.approx((0.3, 0.4, 0.5))
+    assert "the blend's weight" in textured.dropped[0]
+
+
+@pytest.mark.references
+def test_spectra_become_the_colours_that_mitsuba_integrates(tmp_path: Path) -> None:
+    import mitsuba as mi
+
+    # Two walls and the lamp of the Cornell box, shortened (Cornell University Program of Computer Graphics).
+    walls = (
+        "400:0.06, 500:0.06, 580:0.06, 620:0.5, 700:0.64",
+        "400:0.1, 460:0.12, 520:0.4, 580:0.28, 640:0.14, 700:0.12",
+    )
+    lamp = '<spectrum name="intensity" value="400:0, 500:8, 600:15.6, 700:18.4"/>'
+    light = LIGHT.replace('<rgb name="intensity" value="2, 3, 4"/>', lamp)
+    body = "".join(DIFFUSE.format(f'<spectrum name="reflectance" value="{wall}"/>') for wall in walls)
+
+    scene = read(tmp_path, SENSOR + light + body).scene
+
+    mi.set_variant("scalar_rgb")
+    theirs = mi.traverse(mi.load_file(str(tmp_path / "scene.xml")))
+    colours = [np.array(value).ravel() for _, value in theirs if np.size(value) == 3]
+    red, green = (shape.albedo for shape in scene.shapes)
+    assert red[0] > 3 * max(red[1:])
+    assert green[1] > 1.5 * max(green[0], green[2])
+    for ours in (red, green, tuple(np.array(scene.lights[0].flux) / (4 * np.pi))):
+        assert any(np.allclose(ours, value, rtol=1e-5) for value in colours), (ours, colours)
+
+
+SPECTRA = {
+    '<spectrum type="irregular" name="{}"><string name="wavelengths" value="400, 500, 700"/>'
+    '<string name="values" value="0.2, 0.1, 0.9"/></spectrum>': (
+        '<spectrum name="{}" value="400:0.2, 500:0.1, 700:0.9"/>'
+    ),
+    '<spectrum type="regular" name="{}"><float name="wavelength_min" value="400"/><float name="wavelength_max"'
+    ' value="600"/><string name="values" value="0.2, 0.1, 0.9"/></spectrum>': (
+        '<spectrum name="{}" value="400:0.2, 500:0.1, 600:0.9"/>'
+    ),
+    '<spectrum type="d65" name="{}"><float name="scale" value="0.3"/></spectrum>': '<rgb name="{}" value="0.3"/>',
+    '<spectrum type="uniform" name="{}"><float name="value" value="0.3"/></spectrum>': '<rgb name="{}" value="0.3"/>',
+}
+
+
+@pytest.mark.parametrize("element", SPECTRA)
+def test_a_spectrum_that_is_an_element_has_the_colour_of_the_same_property(element: str, tmp_path: Path) -> None:
+    read_both = []
+    for spectrum in (element, SPECTRA[element]):
+        light = LIGHT.replace('<rgb name="intensity" value="2, 3, 4"/>', spectrum.format("intensity"))
+        read_both.append(read(tmp_path, SENSOR + light + DIFFUSE.format(spectrum.format("reflectance"))))
+
+    assert read_both[0].scene == read_both[1].scene
+    assert read_both[0].dropped == ()
+
+
+def test_a_black_body_has_the_colour_of_its_temperature(tmp_path: Path) -> None:
+    # x and y of the black body of 2856 K, which is the illuminant A (CIE 015:2018), by the matrix of IEC 61966-2-1.
+    body = '<spectrum type="blackbody" name="intensity"><float name="temperature" value="2856"/></spectrum>'
+    light = LIGHT.replace('<rgb name="intensity" value="2, 3, 4"/>', body)
+
+    (lamp,) = read(tmp_path, SENSOR + light + BALL).scene.lights
+
+    to_xyz = [[0.4124, 0.3576, 0.1805], [0.2126, 0.7152, 0.0722], [0.0193, 0.1192, 0.9505]]
+    x, y, z = np.array(to_xyz) @ lamp.flux
+    np.testing.assert_allclose([x / (x + y + z), y / (x + y + z)], [0.4476, 0.4074], atol=0.002)
+
+
+# Parameters, names and other programs' files
+
+
+def test_parameters_are_set_from_outside(tmp_path: Path) -> None:
+    body = '<default name="size" value="2"/><shape type="sphere"><float name="radius" value="$size"/></shape>'
+    (tmp_path / "scene.xml").write_text(f"{HEAD}{SENSOR}{LIGHT}{body}</scene>")
+
+    for parameters, radius in (({}, 2), ({"size": "3"}, 3)):
+        (ball,) = import_scene(tmp_path / "scene.xml", ImportOptions(parameters=parameters)).scene.shapes
+        assert isinstance(ball, Sphere)
+        assert ball.radius == radius
+    for parameters, word in (({"sise": "3"}, "sise"), ({"filename": "3"}, "no parameter that is called filename")):
+        with pytest.raises(SceneError, match=word) as caught:
+            import_scene(tmp_path / "scene.xml", ImportOptions(parameters=parameters))
+        assert "\n" not in str(caught.value)
+
+
+def test_names_lead_upward_into_allowed_folders_and_nowhere_else(tmp_path: Path) -> None:
+    folder, common = tmp_path / "scene", tmp_path / "common"
+    folder.mkdir()
+    common.mkdir()
+    for place in (common, tmp_path):
+        (place / "one.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
+        (place / "cube.xml").write_text(f'{HEAD}<shape type="cube"/></scene>')
+    body = SENSOR + LIGHT + '<include filename="{0}/cube.xml"/>'
+    body += '<shape type="obj"><string name="filename" value="{0}/one.obj"/></shape>'
+
+    with pytest.raises(SceneError, match=r"\.\./common/cube\.xml.*--allow-folder"):
+        read(folder, body.format("../common"))
+    allowed = import_scene(folder / "scene.xml", ImportOptions(allowed=(common,)))
+
+    assert [type(shape) for shape in allowed.scene.shapes] == [Cube, Mesh]
+    for outside in ("..", "../common/.."):
+        (folder / "scene.xml").write_text(f"{HEAD}{body.format(outside)}</scene>")
+        with pytest.raises(SceneError, match="must be a relative path inside"):
+            import_scene(folder / "scene.xml", ImportOptions(allowed=(common,)))
+
+
+def test_a_spectrum_is_read_from_beside_the_file_only(tmp_path: Path) -> None:
+    folder = tmp_path / "scene"
+    folder.mkdir()
+    for place, level in ((folder, 0.25), (tmp_path, 0.5)):
+        (place / "grey.spd").write_text(f"400 {level}\n700 {level}\n")
+    body = SENSOR + LIGHT + DIFFUSE.format('<spectrum name="reflectance" filename="{}"/>')
+
+    (cube,) = read(folder, body.format("grey.spd")).scene.shapes
+
+    assert cube.albedo == pytest.approx((0.25, 0.25, 0.25), rel=0.01)
+    for outside in ("../grey.spd", str(tmp_path / "grey.spd"), "/etc/passwd"):
+        with pytest.raises(SceneError, match="must be a relative path inside") as caught:
+            read(folder, body.format(outside))
+        assert "0.5" not in str(caught.value)
+        assert "root:" not in str(caught.value)
+
+
+def test_a_scene_of_nori_is_recognised(tmp_path: Path) -> None:
+    (tmp_path / "nori.xml").write_text(
+        '<scene><integrator type="normals"/><camera type="perspective"><float name="fov" value="30"/></camera>'
+        '<mesh type="obj"><string name="filename" value="bunny.obj"/></mesh></scene>'
+    )
+
+    with pytest.raises(SceneError, match=r"nori\.xml.*line 1.*a scene of Nori"):
+        import_scene(tmp_path / "nori.xml")
+    with pytest.raises(SceneError, match="unsupported XML element: <camera>"):  # Mitsuba before 0.4
+        read(tmp_path, '<camera type="perspective"/>')
+
+
+@pytest.mark.parametrize("version", ["0.4.0", "0.6.0", "2.1.0", "3.5.0"])
+def test_the_dialects_that_the_document_names_are_read(version: str, tmp_path: Path) -> None:
+    sensor, name = SENSOR, "diffuse_reflectance"
+    if version < "2":
+        sensor, name = SENSOR.replace("to_world", "toWorld"), "diffuseReflectance"
+    body = '<shape type="sphere"><bsdf type="plastic"><rgb name="{}" value="0.1 0.2 0.3"/></bsdf></shape>'
+    (tmp_path / "scene.xml").write_text(f'<scene version="{version}">{sensor}{LIGHT}{body.format(name)}</scene>')
+
+    scene = import_scene(tmp_path / "scene.xml").scene
+
+    assert scene.camera.eye == (0, 0, 5)
+    assert scene.shapes[0].albedo == (0.1, 0.2, 0.3)
+
+
+WRONG_TYPES = {
+    "radius": '<shape type="sphere"><rgb name="radius" value="1, 2, 3"/></shape>',
+    "center": '<shape type="sphere"><string name="center" value="1"/></shape>',
+    "flip_normals": '<shape type="cube"><string name="flip_normals" value="yes"/></shape>',
+    "filename": '<shape type="obj"><float name="filename" value="1"/></shape>',
+    "reflectance": DIFFUSE.format('<string name="reflectance" value="red"/>'),
+    "radius must be a number, got a spectrum": '<shape type="sphere"><spectrum name="radius" value="1"/></shape>',
+    "opacity": DIFFUSE.format('<rgb name="reflectance" value="red"/>').replace("red", "opacity"),
+    "srgb": DIFFUSE.format('<srgb name="reflectance" value="#fff"/>'),
+}
+
+
+@pytest.mark.parametrize("name", WRONG_TYPES)
+def test_no_message_has_a_name_out_of_the_code(name: str, tmp_path: Path) -> None:
+    with pytest.raises(SceneError) as caught:
+        read(tmp_path, SENSOR + LIGHT + WRONG_TYPES[name])
+
+    message = str(caught.value)
+    assert name in message
+    assert not any(word in message for word in (".cpp", ".py", "()", "Reference", "ndarray", "object", "dtype"))
+    assert "\n" not in message

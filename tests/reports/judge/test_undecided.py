@@ -280,6 +280,50 @@ def test_a_wall_within_rounding_of_an_end_of_clipping_may_be_seen_or_not(end, mo
     assert judged(case, rounded(spoilt), truth).outcome is not Outcome.PASS
 
 
+def turned(case: Case, forward: tuple[float, float, float]) -> Case:
+    """Return the case with all of its scene turned about the origin, so that the camera looks along another axis."""
+    ahead = np.array(forward) / np.linalg.norm(forward)
+    aside = np.cross(ahead, (0.0, 0.0, 1.0))
+    aside = aside / np.linalg.norm(aside)
+    turn = np.eye(4)
+    turn[:3, :3] = np.column_stack([aside, np.cross(aside, ahead), -ahead])
+
+    def placed(shape: Square) -> Square:
+        return replace(shape, to_world=tuple(map(tuple, (turn @ np.asarray(shape.to_world)).tolist())))
+
+    def at(point: tuple[float, float, float]) -> tuple[float, ...]:
+        return tuple((turn[:3, :3] @ point).tolist())
+
+    scene, view = case.scene, case.scene.camera
+    camera = replace(view, eye=at(view.eye), target=at(view.target), up=at(view.up))
+    lights = tuple(replace(light, position=at(light.position)) for light in scene.lights)
+    shapes = tuple(placed(shape) for shape in scene.shapes)
+    return replace(case, scene=replace(scene, camera=camera, shapes=shapes, lights=lights))
+
+
+@pytest.mark.parametrize("forward", [(1.0, 2.0, -2.0), (-6.0, 3.0, 2.0)])
+@pytest.mark.parametrize("end", ["near", "far"])
+def test_along_a_tilted_axis_every_coordinate_has_its_share_of_a_clip_planes_zone(end, forward):
+    odd = (np.indices((16, 24)).sum(axis=0) % 2 == 0)[..., np.newaxis]
+
+    def mixed(case: Case, moved: float) -> Outcome:
+        """Judge a renderer that sees every other pixel as if that end of clipping were beyond the wall."""
+        here, beyond = (
+            replace(case, scene=replace(case.scene, camera=replace(case.scene.camera, **{end: 3.7 * (1 + each)})))
+            for each in (moved, -moved)
+        )
+        truth, other = truth_of(here), truth_of(beyond)
+        found = {stage: np.where(odd, other[stage], truth[stage]) for stage in truth if stage is not Stage.CAMERA}
+        return judged(here, rounded(truth | found), truth).outcome
+
+    # Of the depth the zone is 7 roundings along a coordinate axis, and some 20 along these.
+    straight = wall_at(end, 0.0)
+    tilted = turned(straight, forward)
+    assert [mixed(tilted, way * 6e-7) for way in (1, -1)] == [Outcome.PASS] * 2
+    assert Outcome.PASS not in [mixed(tilted, way * 6e-6) for way in (1, -1)]
+    assert Outcome.PASS not in [mixed(straight, way * 6e-7) for way in (1, -1)]
+
+
 @pytest.mark.parametrize(("end", "moved"), [("near", 1e-5), ("near", -1e-5), ("far", 1e-5), ("far", -1e-5)])
 def test_a_wall_farther_than_rounding_from_an_end_of_clipping_is_seen_or_not(end, moved):
     case = wall_at(end, moved)

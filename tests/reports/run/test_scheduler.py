@@ -239,7 +239,7 @@ def bad(lonely: Site, tmp_path: Path, what: str) -> tuple[tuple[object, ...], st
         "no worker": ((*at, *lonely.tls), "no worker came within 2 s"),
         "no address": (("--scheduler", "127.0.0.1"), "tls://HOST:PORT"),
         "no workers": (("--scheduler", "local:0"), "from 1 to"),
-        "no scheduler": (("--tls", tmp_path), "--scheduler names"),
+        "no scheduler": (("--tls", tmp_path), "--tls needs --scheduler"),
     }[what]
 
 

@@ -74,7 +74,7 @@ def test_a_part_that_is_not_there_makes_its_cases_missing(runs: Path, tmp_path: 
     done = rayproof("run", "--merge", runs / "one", "--out", tmp_path / "half")
 
     assert done.returncode == 3
-    assert "part 2/2 is not here: its cases are missing" in done.stdout
+    assert "part 2/2 was not given: its cases are missing" in done.stdout
     results = load_results(tmp_path / "half")
     assert results["finished"] is False
     assert results["summary"]["planned"] == len(CASES) + 1

@@ -136,7 +136,7 @@
         e("section", { class: "panel", role: "tabpanel", id: "stage-panel", "aria-label": "Stage" }, e("h2", { class: "offscreen" }, "Images and checks of this stage"), panel.meaning, view.controls, view.node, panel.checks, panel.panel),
         e("div", { class: "pair" }, e("div", {}, inspector.node), scene?.node)]
         : [e("p", { class: "panel muted" }, "Nothing was measured in this case."), scene?.node],
-      rayproof.expectations(data.expectations || []), rayproof.unsupported(data.unsupported || []), rayproof.compared(results, data), rayproof.past(results, row.name), rayproof.renders(data));
+      rayproof.expectations(data.expectations || []), rayproof.unsupported(data.unsupported || []), rayproof.compared(results, data), rayproof.past(results, row.name), rayproof.small(data), rayproof.renders(data));
     if (!data.renderers.length) inspector.node.hidden = true;
     await show();
     return { node: root, keys: stages.length ? rows : rows.slice(-3), shown: () => shown && view.viewer.node.isConnected && show() };

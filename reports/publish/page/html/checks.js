@@ -182,6 +182,16 @@
       })));
   };
 
+  // What `rayproof shrink` left of the case, beside the page; not in one file.
+  rayproof.small = function (data) {
+    if (!data.small || document.querySelector("script[data-path]")) return null;
+    const at = data.small.split("/").map(encodeURIComponent).join("/");
+    const link = (file, text) => e("a", { href: `${at}/${file}` }, text);
+    return e("details", { class: "panel", open: true }, e("summary", {}, "The smallest scene that fails alike"),
+      e("p", {}, link("issue.md", "an issue to paste"), ", ", link("scene.json", "the scene"), ", ", link("pixel.md", "its pixel, stage by stage")),
+      e("img", { src: `${at}/picture.png`, alt: "the failing stage, the renderer's left, the right one right" }));
+  };
+
   rayproof.renders = function (data) {
     const rows = (data.renders || []).map((render) => e("li", {}, e("strong", {}, render.renderer), " ", rayproof.seconds(render.seconds),
       render.error ? [" ", rayproof.pill("error"), ` ${render.error}`] : null,

@@ -137,8 +137,11 @@ class _OtherAxis:
     def __init__(self, sensor: Any) -> None:
         self._sensor, self.place = sensor, sensor.place
 
-    def get(self, name: str, default: Any) -> Any:
-        value = self._sensor.get(name, default)
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._sensor, name)
+
+    def text(self, name: str, default: str) -> str:
+        value = str(self._sensor.text(name, default))
         return OTHER.get(value, value) if name == "fov_axis" else value
 
 

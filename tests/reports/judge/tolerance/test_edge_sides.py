@@ -6,10 +6,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from rayproof.cases.scene import Scene, Square
+from rayproof.cases.scene import Scene, Sphere, Square
 from rayproof.cases.stages import Stage, StageImages
+from rayproof.reports.judge.answers import as_candidate
 from rayproof.reports.judge.comparison import Bench
-from rayproof.reports.judge.edge_values import Sides, excused, sides
+from rayproof.reports.judge.edge_values import Sides, excused, sides, with_ends
 from rayproof.reports.judge.measurement import Kind
 from rayproof.reports.judge.oracle import stages_of
 from rayproof.reports.judge.scene_truth import Terms, ground
@@ -49,6 +50,8 @@ def test_towards_a_horizon_a_distance_may_be_any_larger_one_and_not_nothing() ->
             Stage.OBJECT: np.array([[[0.0, 0.0], [0.0, 0.0], [-1.0, -1.0]]]),
             Stage.DISTANCE: np.array([[[60.0], [350.0], [np.inf]]]),
         },
+        spare=1.0,
+        endless=(0,),
     )
 
     def good(distance: float) -> bool:
@@ -92,6 +95,27 @@ def test_no_side_is_looked_for_beyond_twice_the_reach_nor_beyond_a_neighbours_ce
     apart = np.linalg.norm(oracle.points - (column + 0.5, row + 0.5), axis=1)
     assert apart.max() == pytest.approx(farthest)
     assert len(apart) > 20
+
+
+def test_where_what_is_seen_ends_is_found_along_each_direction() -> None:
+    scene = replace(EDGE_CASE.scene, shapes=(Sphere(albedo=(0.5, 0.5, 0.5)),))
+    truth = ORACLE.render(scene, (Stage.OBJECT, Stage.DISTANCE))
+    where = np.zeros(truth[Stage.OBJECT].shape[:2], dtype=bool)
+    row = where.shape[0] // 2
+    column = int(np.argmax(truth[Stage.OBJECT][row, :, 0] == 0))
+    where[row, column] = True
+    plain = sides(ORACLE, scene, (Stage.OBJECT, Stage.DISTANCE), where, np.full(where.shape, 0.5))
+
+    ended = with_ends(plain, ORACLE, scene, where, np.full(where.shape, 0.5))
+
+    # The outline of a sphere is as far away as the tangent from the eye is long.
+    tangent = np.sqrt(np.linalg.norm(scene.camera.eye) ** 2 - 1)
+    farthest = [
+        np.where(around.answers[Stage.OBJECT][..., :1] == 0, around.answers[Stage.DISTANCE], 0.0).max()
+        for around in (plain, ended)
+    ]
+    assert farthest[0] < tangent - 1e-2
+    assert farthest[1] == pytest.approx(tangent, abs=1e-2)
 
 
 def level(side: float, height: float) -> Square:
@@ -145,3 +169,17 @@ def test_where_two_surfaces_coincide_light_is_known_as_well_as_how_deep_they_lie
     assert terms.twins[pixel]
     assert kind(0.5) != Kind.WRONG
     assert kind(30.0) == Kind.WRONG
+
+
+@pytest.mark.parametrize(("epsilon", "kind"), [(0.01, Kind.EPSILON), (0.0, Kind.WRONG)])
+def test_surfaces_nearer_to_each_other_than_a_reference_declares_are_one_to_it(epsilon: float, kind: Kind) -> None:
+    """Two hits whose distances differ by less than 1e-6 of its units are a tie to rtrace, which names either."""
+    terms, pixel = layered(0.005), (1, 1)
+    answers = dict(terms.witness.answers)
+    answers[Stage.OBJECT] = np.where(answers[Stage.OBJECT] == (1.0, 0.0), (2.0, 0.0), answers[Stage.OBJECT])
+    second = replace(terms.witness, name="second", answers=answers, tie_epsilon=epsilon)
+
+    found = Bench(ground=terms.ground, candidate=as_candidate(second), witness=terms.witness).end_to_end(Stage.OBJECT)
+
+    assert terms.truth[Stage.OBJECT][pixel][0] == 1
+    assert found.kinds[pixel] == kind

@@ -2,7 +2,8 @@
 
 from pathlib import Path
 
-from rayproof.reports.publish.summaries import MOST, publish_annotations as publish
+from rayproof.reports.publish.summaries import MOST
+from rayproof.reports.publish.summaries import publish_annotations as publish
 from tests.reports.publish.sample import make_folder, results_of
 
 

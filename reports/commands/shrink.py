@@ -1,0 +1,146 @@
+"""`rayproof shrink`: from a case that fails to the smallest scene that fails alike, and an issue to paste."""
+
+import shlex
+import sys
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from rayproof.reports.called import called
+from rayproof.reports.commands.lookup import Repeated, configurations, scene_named
+from rayproof.reports.commands.output import say, shout
+from rayproof.reports.commands.run import TRACER, subject_named
+from rayproof.reports.commands.usage import UsageError, own, told_in_one_line, writable_folder
+
+if TYPE_CHECKING:
+    from rayproof.cases.stages import Stage
+    from rayproof.reports.shrinking.attempts import Search
+
+USUAL = 200  # renders
+CLEARED = 100  # columns of an earlier, longer line
+UNCONFIRMED, INTERRUPTED = 1, 130
+
+
+def shrink(
+    case: str,
+    *,
+    out: Path,
+    subject: str = TRACER,
+    configuration: str = "float32",
+    formula: Repeated = (),
+    stage: str | None = None,
+    tries: int = USUAL,
+    seconds: float | None = None,
+) -> int:
+    """Find the smallest scene that fails as a case does, and write it with an issue to paste.
+
+    For example: rayproof shrink primitives/sphere --formula sphere/textbook --out small
+
+    A scene fails alike if the same stage is wrong in the same way (no number, a wrong hit, a wrong value), and no other
+    item of the specification is to blame. The oracle judges each try; all references judge the result, and the exit
+    code is 1 if they do not blame the renderer.
+
+    Parameters
+    ----------
+    case
+        The name of a case, family/case, or a scene file ending in .json.
+    out
+        Folder for scene.json, pixel.json, pixel.md, picture.png and issue.md.
+    subject
+        Who fails, instead of the tracer: a reference by name, or "exec:COMMAND {scene} {output}".
+    configuration
+        The tracer's configuration, such as float64/triangle=woop.
+    formula
+        A formula for it, such as triangle=signed_areas, or a function of one's own as
+        sphere=./mine.py:nearest_hit. Repeatable.
+    stage
+        The stage that is to fail, such as distance. Default: the first that does.
+    tries
+        Renders at most. The same number gives the same scene, however busy the machine is.
+    seconds
+        Seconds at most. Ctrl-C ends the search too; the smallest scene so far is kept.
+
+    """
+    if tries < 1:
+        raise UsageError(f"--tries must be at least 1, got {tries}")
+    if seconds is not None and not seconds > 0:
+        raise UsageError(f"--seconds must be positive, got {seconds}")
+    if (formula or configuration != "float32") and subject != TRACER:
+        raise UsageError("--configuration and --formula are the tracer's, and --subject names another renderer")
+    scene = scene_named(case)
+    at = _stage(stage)
+    (chosen,) = configurations([configuration], formula)
+    with told_in_one_line():
+        writable_folder(out)
+        own(out)
+    tested = subject_named(subject)
+    shout(chosen.faults)
+    from rayproof.tracer.kernel.compiler import choose_packaged_llvm
+
+    choose_packaged_llvm()
+    from rayproof.reports.shrinking.attempts import Limits
+    from rayproof.reports.shrinking.failure import renderer
+    from rayproof.reports.shrinking.issue import Report, in_words, judged_by_all
+    from rayproof.reports.shrinking.search import NothingFailsError
+    from rayproof.reports.shrinking.search import shrink as search_smallest
+
+    scene, render = tested.capabilities.under_its_light(scene), renderer(tested, chosen)
+    try:
+        found = search_smallest(
+            scene, render, stage=at, limits=Limits(tries=tries, seconds=seconds), progress=_Progress(out)
+        )
+    except NothingFailsError as nothing:
+        raise UsageError(f"{case}: {nothing}") from None
+    say(f"{case}: {in_words(scene)}; after {found.tries} renders: {in_words(found.scene)}")
+    words = [f"--configuration={configuration}", *(f"--formula={one}" for one in formula)]
+    words = words if tested.is_tracer else ["--subject", subject]
+    report = Report(
+        scene=found.scene,
+        failure=found.failure,
+        renderer=f"tracer {chosen.name}" if tested.is_tracer else subject,
+        command=f"{called()} {shlex.join(['run', 'scene.json', *words])}",
+    )
+    report.write(out, render)
+    if found.interrupted:
+        say(f"interrupted: {out} has the smallest scene so far, which all references together have not judged")
+        return INTERRUPTED
+    confirmed, sentence = judged_by_all(
+        out / "scene.json",
+        subject=None if tested.is_tracer else subject,
+        configuration=configuration,
+        formulas=formula,
+    )
+    replace(report, panel=sentence).write_issue(out)
+    for line in (out / "issue.md").read_text(encoding="utf-8").splitlines():
+        say(line)
+    say(f"written to {out}: scene.json, pixel.json, pixel.md, picture.png, issue.md")
+    return 0 if confirmed else UNCONFIRMED
+
+
+def _stage(name: str | None) -> "Stage | None":
+    from rayproof.cases.stages import Stage
+
+    if name is None:
+        return None
+    if name not in set(Stage):
+        raise UsageError(f"--stage: no stage is called {name!r}; known: {', '.join(Stage)}")
+    return Stage(name)
+
+
+class _Progress:
+    """What is said while it runs; the smallest scene so far is kept, whatever ends the search."""
+
+    def __init__(self, folder: Path) -> None:
+        self._folder, self._kept = folder, None
+
+    def __call__(self, search: "Search") -> None:
+        from rayproof.reports.shrinking.issue import in_words
+        from rayproof.reports.subjects.protocol import hand_over
+
+        if search.scene is not self._kept:
+            self._kept = search.scene
+            hand_over(search.scene, self._folder)
+        if sys.stderr.isatty():
+            line = f"render {search.tries} of {search.limits.tries}: {in_words(search.scene)}"
+            sys.stderr.write(f"\r{line:<{CLEARED}}")
+            sys.stderr.flush()

@@ -1,0 +1,109 @@
+"""The smallest scene so far, what is tried to make it smaller, and what smaller means."""
+
+import time
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from rayproof.cases.scene import Cube, Mesh, Scene, SceneError
+from rayproof.cases.scene_json import scene_to_json
+from rayproof.reports.shrinking.failure import Failure, Renderer, failure
+
+TRIES = 200  # renders
+CUBE = 6  # faces
+
+Size = tuple[int, ...]
+
+
+class SpentError(Exception):
+    """The tries or the time are over."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Limits:
+    """When to stop: a number of tries gives the same scene on every machine, a time does not."""
+
+    tries: int = TRIES
+    seconds: float | None = None
+
+
+@dataclass(kw_only=True)
+class Search:
+    """The smallest scene so far in which the same thing fails, and how much has been tried for it."""
+
+    scene: Scene
+    failure: Failure
+    render: Renderer
+    limits: Limits
+    progress: Callable[["Search"], None] = lambda search: None
+    tries: int = 1  # the scene itself was the first
+    interrupted: bool = False  # by Ctrl-C
+    started: float = field(default_factory=time.perf_counter)
+    _tried: set[str] = field(default_factory=set)
+
+    def attempt(self, build: Callable[[], Scene | None]) -> bool:
+        """Take the scene that `build` makes if it is smaller and the same thing fails in it; say whether it was.
+
+        A scene that cannot be built, such as one whose matrix would be singular, is none.
+        """
+        try:
+            with np.errstate(all="ignore"):
+                scene = build()
+        except (SceneError, OverflowError, np.linalg.LinAlgError):
+            return False
+        if scene is None or not size(scene) < size(self.scene):
+            return False
+        text = repr(scene_to_json(scene))
+        if text in self._tried:
+            return False
+        spent = self.limits.seconds is not None and time.perf_counter() - self.started > self.limits.seconds
+        if self.tries >= self.limits.tries or spent:
+            raise SpentError
+        self._tried.add(text)
+        self.tries += 1
+        found = failure(scene, self.render, self.failure.stage)
+        if found is not None and self.failure.same(found):
+            self.scene, self.failure = scene, found
+        self.progress(self)
+        return self.scene is scene
+
+    def first(self, builds: Sequence[Callable[[], Scene | None]]) -> bool:
+        """Take the first of several scenes that is smaller and fails; say whether one was."""
+        return any(self.attempt(build) for build in builds)
+
+
+Step = Callable[[Search], None]
+
+
+def size(scene: Scene) -> Size:
+    """Return what is compared: pixels, shapes, lights, faces, fields that are not their defaults, digits."""
+    document = scene_to_json(scene)
+    faces = sum(
+        len(shape.faces) if isinstance(shape, Mesh) else CUBE if isinstance(shape, Cube) else 1
+        for shape in scene.shapes
+    )
+    odd = [scene.clip != "depth", scene.shading != "inverse_square", *(shape.two_sided for shape in scene.shapes)]
+    pixels = scene.camera.width * scene.camera.height
+    return (pixels, len(scene.shapes), len(scene.lights), faces, sum(odd) + sum(map(digits, _numbers(document))))
+
+
+def _numbers(value: Any) -> Iterator[float]:
+    """Return all numbers of a scene's JSON."""
+    if isinstance(value, dict):
+        for key, member in value.items():
+            if key in ("albedo", "flux"):
+                yield from (number - 1 for number in _numbers(member))  # plainest where it is white
+            elif key not in ("faces", "width", "height"):
+                yield from _numbers(member)
+    elif isinstance(value, list | tuple | np.ndarray):
+        for member in value:
+            yield from _numbers(member)
+    elif isinstance(value, int | float) and not isinstance(value, bool):
+        yield float(value)
+
+
+def digits(number: float) -> int:
+    """Return how long a number is to read: nothing for 0, else its digits and those of its exponent."""
+    return 0 if number == 0 else len(f"{abs(number)!r}".removesuffix(".0"))

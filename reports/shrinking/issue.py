@@ -1,0 +1,200 @@
+"""What is written of the smallest scene: the scene, its pixel by stages, a picture, and an issue that can be pasted."""
+
+import math
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from pathlib import Path
+
+import numpy as np
+
+from rayproof.cases.scene import Mesh, Scene
+from rayproof.cases.scene_json import NAMES, scene_to_json
+from rayproof.cases.stages import IMAGE_STAGES, Stage, exr_channels
+from rayproof.reference.analytic import Analytic
+from rayproof.reports.judge.oracle import stages_of
+from rayproof.reports.results.files import as_json
+from rayproof.reports.results.outcomes import TITLES, Outcome
+from rayproof.reports.shrinking.failure import Failure, Renderer
+from rayproof.reports.subjects.protocol import hand_over
+
+WIDE, HIGH, GAP = 128, 96, 4  # px of a picture's halves, and between them
+VIEWS = (60.0, 30.0, 12.0, 5.0, 2.0, 0.7, 0.2)  # degrees: the first that shows enough of the scene is taken
+ENOUGH = 0.05  # of the pixels
+SHORT = 700  # characters of a scene that is shown in a line
+MARK = 5  # px from the middle to the frame round the failing pixel
+
+
+@dataclass(frozen=True, kw_only=True)
+class Channel:
+    """One number of the failing pixel: what the subject says, and two float64 numbers between which the answer lies."""
+
+    stage: Stage
+    name: str
+    got: float
+    low: float
+    high: float
+
+    @property
+    def right(self) -> str:
+        """Return the answer in words: a number, or between which it lies."""
+        near = math.isclose(self.low, self.high, rel_tol=1e-9, abs_tol=0.0) or self.low == self.high
+        return f"{self.high:.9g}" if near else f"{self.low:.9g} to {self.high:.9g}"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Report:
+    """What is known of the smallest scene."""
+
+    scene: Scene
+    failure: Failure
+    renderer: str  # what is wrong, in the words of its user
+    command: str  # that shows it again, in the folder of the report
+    panel: str = ""  # what all references together say, in a sentence
+
+    @property
+    def pixel(self) -> tuple[int, int]:
+        """Return the failing pixel; of a camera, or of what only many pixels show, the first."""
+        return (self.failure.pixels or ((0, 0),))[0]
+
+    @cached_property
+    def channels(self) -> list[Channel]:
+        """Return the failing pixel, stage by stage, by the subject and by certified bounds."""
+        from rayproof.reference.certified import Certified  # not by the registry, which would load every other first
+
+        stages = [stage for stage in stages_of(self.scene) if stage in IMAGE_STAGES]
+        (record,) = Certified().enclose(self.scene, stages, [self.pixel])
+        column, row = self.pixel
+        found = []
+        for stage in stages:
+            names = exr_channels(stage, lights=len(self.scene.lights))
+            bounds = record["stages"][stage.value]
+            images = self.failure.answers
+            got = images[stage][row, column] if stage in images else [math.nan] * len(names)
+            found += [
+                Channel(stage=stage, name=name, got=float(value), low=float(low), high=float(high))
+                for name, value, (low, high) in zip(names, got, bounds, strict=True)
+            ]
+        return found
+
+    def write(self, folder: Path, render: Renderer) -> None:
+        """Write scene.json with its meshes, pixel.json, pixel.md, picture.png and issue.md."""
+        hand_over(self.scene, folder)
+        table = {one.name: {"got": one.got, "low": one.low, "high": one.high} for one in self.channels}
+        about = {"pixel": self.pixel, "stage": self.failure.stage.value, "way": self.failure.way.value}
+        blamed = [item for item in TITLES if item in self.failure.items]
+        content = {**about, "limit": self.failure.limit, "blamed": blamed, "channels": table}
+        (folder / "pixel.json").write_text(as_json(content, indent=1) + "\n", encoding="utf-8")
+        (folder / "pixel.md").write_text("\n".join(_table(self.channels)) + "\n", encoding="utf-8")
+        _write_picture(folder / "picture.png", self.scene, self.failure.stage, render)
+        self.write_issue(folder)
+
+    def write_issue(self, folder: Path) -> None:
+        """Write issue.md, which can be written again once the panel has spoken."""
+        (folder / "issue.md").write_text("\n".join(self.lines()) + "\n", encoding="utf-8")
+
+    def lines(self) -> Iterator[str]:
+        """Yield issue.md, line by line."""
+        stage, way, (column, row) = self.failure.stage, self.failure.way, self.pixel
+        yield f"# {way.capitalize()} at {stage}: {in_words(self.scene)}"
+        yield ""
+        yield f"{self.renderer} answers pixel ({column}, {row}) of scene.json wrongly: {self.failure.reason}."
+        yield ""
+        there = [one for one in self.channels if one.stage is stage]
+        wrong = [one for one in there if not one.low <= one.got <= one.high] or there
+        yield from _table(wrong[:1] if stage is Stage.OBJECT else wrong)  # of a wrong object its face says nothing
+        yield ""
+        blamed = [f"{item} ({TITLES[item]})" for item in TITLES if item in self.failure.items]
+        yield f"What is expected is certified. May be to blame: {', '.join(blamed)}. {self.panel}".rstrip()
+        yield f"To see it again: `{self.command}`{self._scene()}"
+
+    def _scene(self) -> str:
+        """Return the scene itself, if it is short enough to be read in a line."""
+        text = as_json(scene_to_json(self.scene)).replace(".0,", ",").replace(".0]", "]").replace(".0}", "}")
+        return f", where scene.json is `{text}`" if len(text) <= SHORT else ""
+
+
+def judged_by_all(
+    scene_file: Path, *, subject: str | None, configuration: str, formulas: Sequence[str]
+) -> tuple[bool, str]:
+    """Return whether all references together blame the subject in a scene file, and the sentence that says so.
+
+    They are asked in a run of its own: some of them may end their process.
+    """
+    from rayproof.reports.api.running import run
+
+    configurations = [] if subject else [configuration]
+    found = run([scene_file], subject, configurations=configurations, formulas=formulas, diagnose=False, quiet=True)
+    case = found.case(found.names[0])
+    asked = {check["reference"] for check in case.checks if check["verdict"] not in ("unsupported", "undecided")}
+    blaming = {check["reference"] for check in case.checks if check["verdict"] == Outcome.FAIL.value}
+    where = f" at {case.record['stage']}" if case.record.get("stage") else ""
+    against = f"; {len(blaming)} of {len(asked)} references differ from it" if blaming else f": {case.reason}"
+    return case.verdict == Outcome.FAIL.value, f"All references together: {case.verdict}{where}{against}."
+
+
+def _table(channels: Sequence[Channel]) -> Iterator[str]:
+    yield "| | got | expected |"
+    yield "|---|---|---|"
+    for one in channels:
+        yield f"| {one.name} | {'not written' if math.isnan(one.got) else f'{one.got:.9g}'} | {one.right} |"
+
+
+def in_words(scene: Scene) -> str:
+    """Return how much there is of a scene: shapes by kind, lights, pixels."""
+    kinds = Counter(NAMES[type(shape)] for shape in scene.shapes)
+    faces = sum(len(shape.faces) for shape in scene.shapes if isinstance(shape, Mesh))
+    parts = [_several(count, kind) for kind, count in kinds.items()] or ["no shape"]
+    parts += [f"{_several(faces, 'face')}"] if faces else []
+    parts += [_several(len(scene.lights), "light") if scene.lights else "no light"]
+    return f"{', '.join(parts)}, {scene.camera.width} x {scene.camera.height} px"
+
+
+def _several(count: int, word: str) -> str:
+    return f"{count} {word}{'' if count == 1 else 'es' if word.endswith('h') else 's'}"
+
+
+def _write_picture(file: Path, scene: Scene, stage: Stage, render: Renderer) -> None:
+    """Draw the failing stage by the subject, left, and rightly, in a wider view; the failing pixel is framed."""
+    from matplotlib.image import imsave
+
+    drawn = stage if stage in IMAGE_STAGES else Stage.RAY
+    wide = _wider(scene)
+    right = Analytic().render(wide, stages_of(wide))
+    images = [right[drawn]]
+    try:
+        answers: Mapping[Stage, np.ndarray] = render(wide).answers or {}
+    except ValueError:
+        answers = {}
+    if drawn in answers and answers[drawn].shape == right[drawn].shape:
+        images.insert(0, answers[drawn])
+    finite = np.concatenate([image[np.isfinite(image)] for image in images])
+    low, high = (float(finite.min(initial=0.0)), float(finite.max(initial=0.0))) if len(finite) else (0.0, 1.0)
+    panels = [_panel(image, low, high if high > low else low + 1.0) for image in images]
+    gap = np.ones((HIGH, GAP, 3))
+    imsave(file, np.concatenate([part for panel in panels for part in (gap, panel)][1:], axis=1), format="png")
+
+
+def _wider(scene: Scene) -> Scene:
+    """Return the scene in a wider view that shows enough of its shapes round the middle; of a larger image, its own."""
+    camera = replace(scene.camera, width=WIDE, height=HIGH)
+    if scene.camera.width * scene.camera.height > 1:
+        return replace(scene, camera=camera)
+    for fovy in VIEWS:
+        wide = replace(scene, camera=replace(camera, fovy=fovy))
+        if np.mean(Analytic().render(wide, (Stage.OBJECT,))[Stage.OBJECT][..., 0] >= 0) >= ENOUGH:
+            return wide
+    return replace(scene, camera=replace(camera, fovy=VIEWS[0]))
+
+
+def _panel(image: np.ndarray, low: float, high: float) -> np.ndarray:
+    three = image[..., :3] if image.shape[-1] >= 3 else np.repeat(image[..., :1], 3, axis=-1)
+    with np.errstate(invalid="ignore", over="ignore"):
+        shown = np.clip(np.nan_to_num((three - low) / (high - low), posinf=0.0, neginf=0.0), 0, 1)
+    row, column = HIGH // 2, WIDE // 2
+    frame = np.s_[row - MARK : row + MARK + 1, column - MARK : column + MARK + 1]
+    inside = np.s_[row - MARK + 1 : row + MARK, column - MARK + 1 : column + MARK]
+    kept = shown[inside].copy()
+    shown[frame], shown[inside] = (1.0, 0.2, 0.2), kept
+    return shown

@@ -1,0 +1,192 @@
+"""The search for the smallest scene, and the steps that take away: pixels, shapes, lights, faces."""
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from rayproof.cases.placement import compose, matrix, translation, vector
+from rayproof.cases.scene import Cube, Mesh, Scene, Shape, Square, Triangle
+from rayproof.cases.stages import Stage
+from rayproof.reports.shrinking.attempts import Limits, Search, SpentError, Step
+from rayproof.reports.shrinking.failure import Renderer, failure
+from rayproof.reports.shrinking.numbers import STEPS as PLAINER
+
+# Of the whole view: what one pixel in the middle of an image cannot show are its rows, its columns and its aspect.
+VIEWS = ((1, 1), (2, 1), (1, 2), (2, 2), (3, 2), (4, 3), (8, 6), (16, 12), (32, 24))
+WINDOWS = (3, 5, 7, 15, 31)  # px a side, around the worst pixel
+UNLIT = tuple(stage for stage in Stage if list(Stage).index(stage) < list(Stage).index(Stage.VISIBILITY))
+
+
+class NothingFailsError(ValueError):
+    """A scene in which the oracle blames the subject for nothing."""
+
+
+def shrink(
+    scene: Scene,
+    render: Renderer,
+    *,
+    stage: Stage | None = None,
+    limits: Limits | None = None,
+    progress: Callable[[Search], None] = lambda search: None,
+) -> Search:
+    """Return the search, at its end, for the smallest scene in which the same thing fails.
+
+    Each step is repeated until no step finds anything smaller. Ctrl-C ends the search with what it has.
+
+    Raises:
+        NothingFailsError: nothing fails in the scene, or not at the stage.
+
+    """
+    found = failure(scene, render, stage)
+    if found is None:
+        raise NothingFailsError(f"nothing fails{'' if stage is None else f' at {stage}'} before the oracle alone")
+    search = Search(scene=scene, failure=found, render=render, limits=limits or Limits(), progress=progress)
+    try:
+        before = None
+        while before is not search.scene:
+            before = search.scene
+            for step in STEPS:
+                step(search)
+    except SpentError:
+        pass
+    except KeyboardInterrupt:
+        search.interrupted = True
+    return search
+
+
+def fewer_pixels(search: Search) -> None:
+    """Aim at a failing pixel alone; else show the whole view by fewer pixels, or a window of it."""
+    scene, failure = search.scene, search.failure
+    camera = scene.camera
+    if camera.width * camera.height == 1:
+        return
+    around = [partial(aimed, scene, failure.truth[Stage.RAY], pixel, 1) for pixel in failure.pixels]
+    worst = (failure.pixels or ((camera.width // 2, camera.height // 2),))[0]
+    windows = [(n * n, partial(aimed, scene, failure.truth[Stage.RAY], worst, n)) for n in WINDOWS]
+    views = [(w * h, partial(viewed, scene, w, h)) for w, h in VIEWS]
+    others = [build for _, build in sorted([*views, *windows], key=lambda one: one[0])]
+    search.first([*around, *others])
+
+
+def aimed(scene: Scene, rays: np.ndarray, pixel: tuple[int, int], side: int) -> Scene:
+    """Return the scene seen through a window of side x side pixels, in whose middle lies the centre of `pixel`."""
+    camera, (column, row) = scene.camera, pixel
+    direction = np.asarray(rays[row, column], dtype=np.float64)
+    reach = math.dist(camera.eye, camera.target)
+    # As large as the pixels were in the middle of the image.
+    fovy = 2 * math.degrees(math.atan(math.tan(camera.alpha) * side / camera.height))
+    target = vector(np.asarray(camera.eye) + reach * direction)
+    return replace(scene, camera=replace(camera, target=target, fovy=fovy, width=side, height=side))
+
+
+def viewed(scene: Scene, width: int, height: int) -> Scene:
+    """Return the scene's whole view by fewer pixels."""
+    return replace(scene, camera=replace(scene.camera, width=width, height=height))
+
+
+def fewer_shapes(search: Search) -> None:
+    """Keep what is seen at the failing pixel, or nothing; else leave out halves, quarters, single shapes."""
+    if not search.scene.shapes:
+        return
+    seen = {shape for shape, _ in search.failure.seen()}
+    scene = search.scene
+    kept = [set(), seen] if search.failure.stage in (Stage.CAMERA, Stage.RAY) else [seen]
+    if search.failure.stage not in UNLIT:
+        kept += [seen | {blocker} for blocker in range(len(scene.shapes))] if len(scene.shapes) <= 12 else []
+    if not search.first([partial(_with_shapes, scene, sorted(some)) for some in kept]):
+        _without(search, lambda now: now.shapes, lambda now, left: replace(now, shapes=tuple(left)))
+
+
+def _with_shapes(scene: Scene, indices: Sequence[int]) -> Scene:
+    return replace(scene, shapes=tuple(scene.shapes[index] for index in indices if index < len(scene.shapes)))
+
+
+def fewer_lights(search: Search) -> None:
+    """Keep no light, or one; else leave out halves, quarters, single lights."""
+    scene = search.scene
+    kept = [()] if search.failure.stage in UNLIT else [(light,) for light in scene.lights]
+    if not search.first([partial(replace, scene, lights=lights) for lights in kept]):
+        _without(search, lambda now: now.lights, lambda now, left: replace(now, lights=tuple(left)))
+
+
+def _without(
+    search: Search, parts: Callable[[Scene], Sequence[Any]], build: Callable[[Scene, list[Any]], Scene]
+) -> None:
+    """Leave out runs of parts, long ones first, as long as the same thing fails (Zeller and Hildebrandt, 2002)."""
+    length = len(parts(search.scene)) // 2
+    while length:
+        start = 0
+        while start < len(now := parts(search.scene)):
+            left = [*now[:start], *now[start + length :]]
+            # What is left begins where the run did.
+            start += 0 if search.attempt(partial(build, search.scene, left)) else length
+        length //= 2
+
+
+def fewer_faces(search: Search) -> None:
+    """Keep the face that is seen, as a triangle; else halve each mesh. Of a cube keep the square that is seen."""
+    for index in range(len(search.scene.shapes)):
+        shape, seen = search.scene.shapes[index], sorted(search.failure.seen())
+        faces = [face for owner, face in seen if owner == index and face >= 0]
+        if isinstance(shape, Mesh):
+            builds = [partial(_placed, search.scene, index, _triangle(shape, face)) for face in faces[:2]]
+            builds += [partial(_placed, search.scene, index, _thinned(shape, faces))] if faces else []
+            if not search.first(builds) and len(shape.faces) > 1:
+                _thin(search, index)
+            now = search.scene.shapes[index]
+            if isinstance(now, Mesh) and len(now.faces) == 1:
+                search.attempt(partial(_placed, search.scene, index, _triangle(now, 0)))
+        elif isinstance(shape, Cube) and len(search.failure.pixels) == 1:
+            normals = search.failure.truth[Stage.NORMAL]
+            column, row = search.failure.pixels[0]
+            local = np.asarray(shape.to_world)[:3, :3].T @ normals[row, column]
+            search.attempt(partial(_placed, search.scene, index, _side(shape, local)))
+
+
+def _placed(scene: Scene, index: int, shape: Shape) -> Scene:
+    return replace(scene, shapes=(*scene.shapes[:index], shape, *scene.shapes[index + 1 :]))
+
+
+def _triangle(mesh: Mesh, face: int) -> Triangle:
+    first, second, third = (vector(corner) for corner in mesh.vertices[mesh.faces[face]])
+    return Triangle(
+        albedo=mesh.albedo, to_world=mesh.to_world, two_sided=mesh.two_sided, vertices=(first, second, third)
+    )
+
+
+def _thinned(mesh: Mesh, faces: Sequence[int]) -> Mesh:
+    """Return a mesh with some of its faces, and no vertex that none of them has."""
+    chosen = mesh.faces[list(faces)]
+    kept, numbers = np.unique(chosen, return_inverse=True)
+    return replace(mesh, vertices=mesh.vertices[kept], faces=numbers.reshape(chosen.shape), file=None)
+
+
+def _thin(search: Search, index: int) -> None:
+    def faces(scene: Scene) -> list[int]:
+        mesh = scene.shapes[index]
+        return list(range(len(mesh.faces))) if isinstance(mesh, Mesh) else []
+
+    def build(scene: Scene, left: list[int]) -> Scene:
+        mesh = scene.shapes[index]
+        assert isinstance(mesh, Mesh)
+        return _placed(scene, index, _thinned(mesh, left))
+
+    _without(search, faces, build)
+
+
+def _side(cube: Cube, normal: np.ndarray) -> Square:
+    """Return the side of a cube whose outward normal in object space is nearest to a direction."""
+    axis = int(np.argmax(np.abs(normal)))
+    towards = 1.0 if normal[axis] >= 0 else -1.0
+    turned = np.eye(4)
+    turned[:3, 2] = np.eye(3)[axis] * towards
+    turned[:3, 0], turned[:3, 1] = np.eye(3)[(axis + 1) % 3], np.eye(3)[(axis + 2) % 3] * towards
+    place = compose(cube.to_world, matrix(turned), translation(0, 0, 0.5))
+    return Square(albedo=cube.albedo, to_world=place, two_sided=cube.two_sided)
+
+
+STEPS: tuple[Step, ...] = (fewer_pixels, fewer_shapes, fewer_lights, fewer_faces, *PLAINER)

@@ -1,0 +1,86 @@
+"""Test vectors: inputs and certified answers of ray formulas, as files that a library in any language can run.
+
+    rows        the ladders' rays that were chosen, rows made by hand, relations between rows
+    shapes      exact answers of ray and sphere, box, plane, triangle and square, and their limits
+    values      certified answers of cameras, normals, feelers and light, and theirs
+    files       CSV, JSON, its schema and the digest
+    check       scores an answer file; written beside the files, with Python's standard library alone
+    answering   what the tracer's own formulas answer
+    judging     more than a score: the breakpoint of every ladder, the worst row, which formula answers alike
+
+docs/vectors.md has the format. No answer comes from a compiled kernel, and no limit from floating-point arithmetic:
+both are computed with rational numbers and balls, so that the files are the same to the last bit everywhere.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from decimal import ROUND_CEILING, Context, Decimal
+
+from flint import arb
+
+from rayproof.cases.ladders import Inputs
+from rayproof.cases.rounding import UNIT_ROUNDOFF
+
+BITS = 256  # of the balls
+ROUNDINGS = 16  # of a straightforward evaluation, as in docs/judging.md
+# File -> the slots whose formulas its rows put to the test; `corners` and `pixel` have no file.
+SLOTS_OF: dict[str, tuple[str, ...]] = {
+    "camera_ray": (
+        *("half_extent", "basis", "view", "projection", "inverse", "sample", "ndc", "ray"),
+        *("clip_depth", "clip_shell", "clip_none"),
+    ),
+    "sphere": ("sphere",),
+    "box": ("cube", "to_object", "position"),
+    "plane": ("plane",),
+    "triangle": ("triangle",),
+    "square": ("square",),
+    "normals": ("sphere_normal", "cube_normal", "world_normal", "facing"),
+    "feeler": ("horizon", "feeler", "segment", "obstructed"),
+    "irradiance": ("falloff", "cosine", "lambert", "simplified", "sum_lights"),
+    "radiance": ("exitance", "radiance", "radiance_simplified", "hidden"),
+    "nearest": ("nearest",),
+}
+Numbers = tuple[float, ...] | float | str
+Enclosure = tuple[float, float]  # the float64 numbers next below and above, equal if it is one
+
+
+@dataclass(frozen=True, kw_only=True)
+class Exact:
+    """The right answer to a row."""
+
+    decision: Mapping[str, str] = field(default_factory=dict)  # precision -> what must be decided, or either
+    values: Mapping[str, Enclosure] = field(default_factory=dict)  # answer column (of t: t_in, t_out) -> bounds
+    limits: Mapping[str, Mapping[str, float]] = field(default_factory=dict)  # group -> precision -> absolute limit
+    clearance: float | None = None  # m, by which the ray clears the outline
+    start: str = ""  # where a ray at a solid starts: outside, inside, on
+    face: str = ""  # which side of a flat shape is seen: front, back
+
+
+@dataclass(frozen=True, kw_only=True)
+class Row:
+    """One vector."""
+
+    file: str  # of FILES; rows of extreme scale go to another file of this name
+    question: str  # which of the file's questions
+    kind: str  # core, inside, direction, behind, tie, shared, reported, special
+    item: str  # of the specification
+    inputs: Mapping[str, Numbers]
+    exact: Exact
+    why: str
+    space: str = "world"
+    sided: str = ""  # two: both sides of a flat shape count
+    flags: tuple[str, ...] = ()
+    ladder: str = ""
+    value: float | None = None  # of the ladder's parameter
+    ray: int = 0  # of the ladder, the same for rows that one ray of it makes
+    given: Inputs = field(default_factory=dict)  # the ladder's own inputs of that ray, (1,) or (1, n)
+
+
+def ball_limit(noise: arb, precision: str, roundings: float = ROUNDINGS) -> arb:
+    """Return what so many roundings of numbers of size `noise` come to."""
+    return noise * arb(roundings) * arb(UNIT_ROUNDOFF[precision])
+
+
+def upwards(value: arb) -> float:
+    """Return a limit rounded up to three digits, which every language reads alike."""
+    return float(Context(prec=3, rounding=ROUND_CEILING).create_decimal(Decimal(float(value.upper()))))

@@ -1,0 +1,262 @@
+"""Score an answer file against the test vectors beside this script: `python check.py ANSWERS.csv [float64]`.
+
+Python's standard library alone. An answer file is a CSV whose columns are `id` and those of its file of vectors, such
+as `id,hit,t`. Lines that begin with # may declare, before the header:
+
+    # inside exit      what t is where a ray starts inside: exit (the default), near (behind the ray) or zero
+    # edge 1e-5        a tolerance at edges: rays that clear an outline by no more may fall on either side
+
+A row that lies outside the library's documented contract has the word skip in its second column. Exit codes: 0 all rows
+pass, 1 some fail, 2 the answer file cannot be scored, 3 everything was skipped.
+"""
+
+import csv
+import math
+import sys
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+from fractions import Fraction
+from pathlib import Path
+
+# Licence of this file and of all that lies beside it: CC0-1.0.
+VERSION = "1"
+# File -> the column of its decision ("" where it has none), and groups of numbers: one limit is for all of a group.
+FILES: dict[str, tuple[str, dict[str, tuple[str, ...]]]] = {
+    "camera_ray": ("", {"direction": ("dx", "dy", "dz"), "near": ("t_near",), "far": ("t_far",)}),
+    "sphere": ("hit", {"t": ("t",)}),
+    "box": ("hit", {"t": ("t",), "point": ("x", "y", "z")}),
+    "plane": ("hit", {"t": ("t",)}),
+    "triangle": ("hit", {"t": ("t",)}),
+    "square": ("hit", {"t": ("t",)}),
+    "normals": ("", {"normal": ("nx", "ny", "nz")}),
+    "feeler": ("visible", {}),
+    "irradiance": ("", {"value": ("e",)}),
+    "radiance": ("dark", {"value": ("r", "g", "b")}),
+    "nearest": ("nearest", {}),
+}
+OPTIONAL = ("point",)  # groups that are scored where they are answered
+EITHER, SKIP = "either", "skip"
+INSIDE = ("exit", "near", "zero")
+Row = dict[str, str]
+
+
+class WrongFileError(Exception):
+    """The answer file cannot be scored; the message is one line."""
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """What became of a row or a relation: passed, failed or skipped, and the error over its limit."""
+
+    id: str
+    outcome: str
+    ratio: float = 0.0  # inf where a decision is wrong
+    because: str = ""
+
+
+@dataclass(frozen=True)
+class Answers:
+    """An answer file: what it declares, and the answers by id."""
+
+    rows: Mapping[str, Row]
+    inside: str = "exit"
+    edge: float = 0.0
+    name: str = ""
+    files: tuple[str, ...] = field(default=())
+
+
+def file_of(identity: str) -> str:
+    """Return the file of an id, without what marks extreme scales."""
+    return identity.split("-")[1].removesuffix("_extreme")
+
+
+def read_answers(path: Path, known: Iterable[str]) -> Answers:
+    """Return the answers in a file; `known` are the ids of all rows.
+
+    Raises:
+        WrongFileError: it is short, has doubled or unknown ids, or holds no numbers.
+
+    """
+    known = list(known)
+    try:
+        lines = path.read_text(encoding="utf-8").splitlines()
+    except (OSError, UnicodeDecodeError) as error:
+        raise WrongFileError(f"{path}: {getattr(error, 'strerror', None) or 'not UTF-8 text'}") from error
+    said = {}
+    for line in lines:
+        words = line[1:].split() if line.startswith("#") else []
+        if len(words) > 1:
+            said[words[0]] = " ".join(words[1:])
+    table = list(csv.reader(line for line in lines if line.strip() and not line.startswith("#")))
+    if not table or table[0][:1] != ["id"] or len(table[0]) < 2:
+        raise WrongFileError(f"{path}: the first line must name the columns: id, and hit,t or what is answered")
+    if said.get("inside", "exit") not in INSIDE:
+        raise WrongFileError(f"{path}: inside is one of {', '.join(INSIDE)}, got {said['inside']}")
+    rows: dict[str, Row] = {}
+    for cells in table[1:]:
+        if len(cells) != len(table[0]):
+            raise WrongFileError(f"{path}: {cells[0]} has {len(cells)} columns, the first line {len(table[0])}")
+        if cells[0] in rows:
+            raise WrongFileError(f"{path}: {cells[0]} is answered twice")
+        rows[cells[0]] = {name: cell.strip() for name, cell in zip(table[0], cells)}  # noqa: B905 - same length
+    wanted = set(known)
+    for identity in rows:
+        if identity not in wanted:
+            version = identity.partition("-")[0]
+            other = version.isdigit() and version != VERSION
+            why = f"is of version {version} of the vectors, these are version {VERSION}" if other else "is no id"
+            raise WrongFileError(f"{path}: {identity} {why}")
+    answered = {identity.split("-")[1] for identity in rows}
+    missing = [identity for identity in known if identity.split("-")[1] in answered and identity not in rows]
+    if missing or not rows:
+        raise WrongFileError(
+            f"{path}: {len(missing) or 'all'} rows have no answer, the first is {(missing or known)[0]}"
+        )
+    for identity, row in rows.items():
+        _numbers(path, identity, row, table[0][1:])
+    try:
+        edge = float(said.get("edge", 0))
+    except ValueError:
+        raise WrongFileError(f"{path}: edge must be a length, got {said['edge']}") from None
+    name = said.get("name", path.stem)
+    return Answers(rows=rows, inside=said.get("inside", "exit"), edge=edge, name=name, files=tuple(sorted(answered)))
+
+
+def _numbers(path: Path, identity: str, row: Row, columns: list[str]) -> None:
+    if SKIP in row.values():
+        return
+    decision, groups = FILES[file_of(identity)]
+    names = [name for group in groups.values() for name in group]
+    lacking = [name for name in ([decision] if decision else names[:1]) if name not in columns]
+    if lacking:
+        raise WrongFileError(f"{path}: {identity} needs the column {lacking[0]}")
+    for name in (decision, *names):
+        if row.get(name):
+            try:
+                float(row[name])
+            except ValueError:
+                raise WrongFileError(f"{path}: {name} of {identity} is no number: {row[name]}") from None
+    if decision and not row[decision]:
+        raise WrongFileError(f"{path}: {decision} of {identity} is empty")
+
+
+def distance(answer: str, row: Row, name: str) -> float:
+    """Return how far an answer lies outside the bounds of the right one, without a rounding; of zero outside 0."""
+    value = float(answer)
+    low, high = (0.0, 0.0) if name == "zero" else (float(row[f"{name}_low"]), float(row[f"{name}_high"]))
+    if not (math.isfinite(value) and math.isfinite(low)):
+        return 0.0 if value == low else math.inf
+    exact = Fraction(answer)  # all digits that the library wrote, however many
+    return float(max(Fraction(low) - exact, exact - Fraction(high), Fraction(0)))
+
+
+def right_times(row: Row, answers: Answers) -> list[str]:
+    """Return which t are right: from inside what the file declares, from a surface each of them."""
+    start = row.get("start", "")
+    if start == "on":
+        return [name for name in ("t_in", "t_out") if row.get(f"{name}_low")] + ["zero"]
+    if start == "inside":
+        return [{"exit": "t_out", "near": "t_in", "zero": "zero"}[answers.inside]]
+    return ["t_in"]
+
+
+def judged(identity: str, row: Row, answers: Answers, precision: str) -> Verdict:
+    """Return the verdict on a row."""
+    answer, bits = answers.rows[identity], precision[-2:]
+    if SKIP in answer.values():
+        return Verdict(identity, "skipped")
+    decision, groups = FILES[file_of(identity)]
+    said = ""
+    if decision and row[f"decision{bits}"]:
+        number = float(answer[decision])
+        said = "0" if number == 0 else str(int(number)) if number == int(number) else "?"
+        if decision == "hit":
+            said = "1" if number and math.isfinite(float(answer.get("t") or "nan")) else "0"
+        right = row[f"decision{bits}"]
+        within = row.get("clearance") and float(row["clearance"]) <= answers.edge
+        if right == EITHER or within:
+            return Verdict(identity, "passed")
+        if said != right:
+            return Verdict(identity, "failed", math.inf, f"{decision} is {said}, right is {right}")
+        if decision == "hit" and said == "0":
+            return Verdict(identity, "passed")
+    worst, because = 0.0, ""
+    for group, names in groups.items():
+        limit = row[f"limit{bits}" + ("" if group == next(iter(groups)) else f"_{group}")]
+        if not limit or (group in OPTIONAL and not answer.get(names[0])):
+            continue
+        if group == "t":
+            off = min(distance(answer.get("t") or "nan", row, name) for name in right_times(row, answers))
+        else:
+            asked = [name for name in names if row[f"{name}_low"]]
+            off = math.hypot(*(distance(answer.get(name) or "nan", row, name) for name in asked))
+        ratio = off / float(limit)
+        if not ratio <= worst:
+            worst, because = ratio, f"{group} is off by {off:.3g}, limit {float(limit):.3g}"
+    return Verdict(identity, "passed" if worst <= 1 else "failed", worst, because if worst > 1 else "")
+
+
+def related(relation: Row, answers: Answers) -> Verdict | None:
+    """Return the verdict on a relation between rows: None where its file is not answered."""
+    members = relation["rows"].split()
+    if any(member not in answers.rows for member in members):
+        return None
+    kept = [answers.rows[member] for member in members]
+    if any(SKIP in row.values() for row in kept):
+        return Verdict(relation["id"], "skipped")
+    hits = ["1" if float(row["hit"]) and math.isfinite(float(row.get("t") or "nan")) else "0" for row in kept]
+    if relation["relation"] == "at least one hit" and "1" not in hits:
+        return Verdict(relation["id"], "failed", math.inf, "no row hits: the ray leaks")
+    if relation["relation"] == "all alike" and len(set(hits)) > 1:
+        return Verdict(relation["id"], "failed", math.inf, f"{relation['rows']} are {', '.join(hits)}")
+    return Verdict(relation["id"], "passed")
+
+
+def scored(rows: Mapping[str, Row], relations: Iterable[Row], answers: Answers, precision: str) -> list[Verdict]:
+    """Return the verdicts on all answered rows, and on the relations between them."""
+    verdicts = [judged(identity, rows[identity], answers, precision) for identity in answers.rows]
+    found = (related(relation, answers) for relation in relations)
+    return verdicts + [verdict for verdict in found if verdict is not None]
+
+
+def read_vectors(folder: Path) -> tuple[dict[str, Row], list[Row]]:
+    """Return all rows by id, and the relations."""
+    rows: dict[str, Row] = {}
+    relations: list[Row] = []
+    for path in sorted(folder.glob("*.csv")):
+        with path.open(encoding="utf-8", newline="") as file:
+            table = list(csv.DictReader(file))
+        if path.stem == "relations":
+            relations = table
+        elif path.stem.removesuffix("_extreme") in FILES:
+            rows |= {row["id"]: row for row in table}
+    return rows, relations
+
+
+def exit_code(verdicts: Iterable[Verdict]) -> int:
+    """Return 1 if something failed, 3 if nothing was scored, else 0."""
+    outcomes = {verdict.outcome for verdict in verdicts}
+    return 1 if "failed" in outcomes else 0 if "passed" in outcomes else 3
+
+
+def main(arguments: list[str]) -> int:
+    """Score a file, print what fails, and return the exit code."""
+    precision = "float64" if "float64" in arguments[1:] else "float32"
+    rows, relations = read_vectors(Path(__file__).resolve().parent)
+    try:
+        answers = read_answers(Path(arguments[0] if arguments else "answers.csv"), rows)
+    except WrongFileError as error:
+        sys.stderr.write(f"{error}\n")
+        return 2
+    verdicts = scored(rows, relations, answers, precision)
+    for verdict in verdicts:
+        if verdict.outcome == "failed":
+            sys.stdout.write(f"{verdict.id} fails: {verdict.because}\n")
+    count = {name: sum(verdict.outcome == name for verdict in verdicts) for name in ("passed", "failed", "skipped")}
+    summary = ", ".join(f"{number} {name}" for name, number in count.items())
+    sys.stdout.write(f"{answers.name}, {precision}: {summary}\n")
+    return exit_code(verdicts)
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

@@ -1,0 +1,246 @@
+"""An answer file judged: its score, every ladder's breakpoint, the worst row, which known formula fails alike."""
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from xml.etree import ElementTree
+
+import numpy as np
+
+from rayproof.cases.ladders import Ladder
+from rayproof.reports.publish.test_reports import legal
+from rayproof.reports.studies.stability.questions import QUESTIONS
+from rayproof.reports.vectors import Row
+from rayproof.reports.vectors.answering import answered, configured, formulas_of
+from rayproof.reports.vectors.check import SKIP, Answers, Verdict, exit_code, scored
+from rayproof.reports.vectors.files import as_read
+from rayproof.reports.vectors.rows import LADDERS, everything
+from rayproof.tracer.formulas import FORMULAS
+
+Cells = Mapping[str, str]
+ALIKE = 0.5  # share of all failures from which a formula is named
+
+
+@dataclass(frozen=True, kw_only=True)
+class Reach:
+    """How far the answers climb a ladder by the gate of `rayproof stability`."""
+
+    ladder: Ladder
+    breakpoint: float | None  # the last value up to which all hold, None where the first does not
+    last: float  # the last value that has rows
+
+    @property
+    def whole(self) -> bool:
+        """Return whether nothing breaks."""
+        return self.breakpoint == self.last
+
+
+@dataclass(frozen=True, kw_only=True)
+class Judgement:
+    """All that is known about an answer file."""
+
+    name: str
+    precision: str
+    verdicts: Sequence[Verdict]
+    reaches: Sequence[Reach]
+    alike: Mapping[str, str]  # file -> a sentence
+
+    @property
+    def exit_code(self) -> int:
+        """Return 1 if a row or a relation fails, 3 if nothing was scored, else 0."""
+        return exit_code(self.verdicts)
+
+    def of_file(self, file: str) -> list[Verdict]:
+        """Return the verdicts on one file's rows, its extreme scales included, or on the relations."""
+        return [verdict for verdict in self.verdicts if _family(verdict.id) == file]
+
+    @property
+    def files(self) -> list[str]:
+        """Return the files that were answered, and relation where there are such verdicts."""
+        return list(dict.fromkeys(_family(verdict.id) for verdict in self.verdicts))
+
+
+def _family(identity: str) -> str:
+    return identity.split("-")[1]
+
+
+def judge(answers: Answers, precision: str) -> Judgement:
+    """Return the judgement on an answer file of a precision."""
+    wanted = {file.removesuffix("_extreme") for file in answers.files}
+    rows, relations = as_read(wanted)
+    verdicts = scored(rows, relations, answers, precision)
+    members = {identity: everything()[0][identity] for identity in answers.rows}
+    reaches = climbed(members, answers.rows, precision)
+    alike = {
+        file: sentence
+        for file in sorted(wanted)
+        if (sentence := _alike(file, rows, relations, answers, verdicts, precision)) is not None
+    }
+    return Judgement(name=answers.name, precision=precision, verdicts=verdicts, reaches=reaches, alike=alike)
+
+
+# Ladders.
+
+
+def climbed(members: Mapping[str, Row], cells: Mapping[str, Cells], precision: str) -> list[Reach]:
+    """Return how far the answers climb each ladder whose rows they hold."""
+    rays: dict[str, dict[tuple[float, int], list[str]]] = {}
+    for identity, row in members.items():
+        if row.ladder and SKIP not in cells[identity].values():
+            rays.setdefault(row.ladder, {}).setdefault((float(row.value or 0), row.ray), []).append(identity)
+    return [_climb(ladder, members, cells, rays[ladder.name], precision) for ladder in LADDERS if ladder.name in rays]
+
+
+def _climb(
+    ladder: Ladder,
+    members: Mapping[str, Row],
+    cells: Mapping[str, Cells],
+    rays: Mapping[tuple[float, int], list[str]],
+    precision: str,
+) -> Reach:
+    first = [members[ids[0]].given for ids in rays.values()]
+    inputs = {name: np.concatenate([given[name] for given in first]) for name in first[0]}
+    rungs = np.array([ladder.values.index(value) for value, _ in rays])
+    question = QUESTIONS[ladder.question]()
+    truth = question.truth(ladder, inputs, rungs)
+    given = [[cells[identity] for identity in ids] for ids in rays.values()]
+    answer = {name: np.array(column) for name, column in _answer(ladder, given, inputs).items()}
+    grades = question.grade(ladder, inputs, truth, answer, precision)
+    off = np.nan_to_num(grades.index, nan=0.0) > ladder.gate.index
+    bad = grades.counted & (grades.false_hit | grades.false_miss | grades.invalid | off)
+    last = None
+    for rung in np.unique(rungs):
+        if np.any(bad[rungs == rung]):
+            break
+        last = ladder.values[rung]
+    return Reach(ladder=ladder, breakpoint=last, last=ladder.values[int(rungs.max())])
+
+
+def _numbers(row: Cells, names: Sequence[str]) -> list[float]:
+    return [float(row.get(name) or "nan") for name in names]
+
+
+def _time(row: Cells) -> float:
+    """Return t, inf where nothing is hit."""
+    return float(row.get("t") or "nan") if float(row["hit"]) else math.inf
+
+
+def _answer(ladder: Ladder, given: Sequence[Sequence[Cells]], inputs: Mapping[str, np.ndarray]) -> Mapping[str, list]:
+    """Return the answers, one list of cells a ray, as the ladder's question takes them."""
+    one, slot = [cells[0] for cells in given], ladder.slots[0]
+    vectors = {"view_ray": "d", "sphere_normal": "n", "placed_normal": "n", "facing": "n", "face": "normal"}
+    match ladder.question:
+        case "distance" | "special_distance" | "placed_distance":
+            return {"t": [_time(row) for row in one]}
+        case "watertight":
+            return {"found": [sum(math.isfinite(_time(row)) for row in cells) for cells in given]}
+        case "view_ray":
+            return {"d": [_numbers(row, ("dx", "dy", "dz")) for row in one]}
+        case "sphere_normal" | "placed_normal" | "facing" | "face" as question:
+            return {vectors[question]: [_numbers(row, ("nx", "ny", "nz")) for row in one]}
+        case "light" | "dark_light" | "value" if slot in ("falloff", "cosine", "sum_lights"):
+            name = {"light": "value", "dark_light": "E", "value": "sum"}[ladder.question]
+            return {name: [_numbers(row, ("e",))[0] for row in one]}
+        case "value" if slot == "exitance":
+            return {f"0{k}": [_numbers(row, ("r", "g", "b"))[k] for row in one] for k in range(3)}
+        case "value" if slot in ("radiance", "radiance_simplified"):
+            return {"L": [_numbers(row, ("r",))[0] for row in one]}
+        case "value":
+            return {end: [_numbers(row, (f"t_{end}",))[0] for row in one] for end in ("near", "far")}
+        case "order":
+            return {"second": [float(row["nearest"]) - 1 for row in one]}
+        case "shadow":
+            lit, stopped = ([1 - float(cells[k]["visible"]) for cells in given] for k in (0, 1))
+            return {"own": lit, "stopped": stopped}
+        case _ if slot == "hidden":
+            return {"yes": [float(row["dark"]) for row in one]}
+        case _ if slot == "horizon":
+            return {"yes": [1 - float(row["visible"]) for row in one]}
+        case _:
+            ends = [_numbers(row, ("t_near", "t_far")) for row in one]
+            return {"yes": [float(a < t < b) for (a, b), t in zip(ends, inputs["t"], strict=True)]}
+
+
+# Which known formula fails alike.
+
+
+def _failures(verdicts: Sequence[Verdict]) -> set[str]:
+    return {verdict.id for verdict in verdicts if verdict.outcome == "failed"}
+
+
+def _alike(
+    file: str,
+    rows: Mapping[str, dict[str, str]],
+    relations: Sequence[dict[str, str]],
+    answers: Answers,
+    own: Sequence[Verdict],
+    bits: str,
+) -> str | None:
+    """Return in a sentence which formula of the tracer fails the same rows and relations; None where nothing fails.
+
+    Of two sets of failures what both have is divided by what either has, so that one that fails all is like nobody.
+    """
+    members = {identity: row for identity, row in everything()[0].items() if row.file == file and identity in rows}
+    related = [relation for relation in relations if relation["rows"].split()[0] in members]
+    known_ids = set(members) | {relation["id"] for relation in related}
+    mine = _failures(own) & known_ids
+    if not mine:
+        return None
+    share: dict[str, float] = {}
+    for formula in formulas_of(file):
+        cells = answered(members, configured(formula, bits))
+        theirs = _failures(scored(rows, related, Answers(rows=cells), bits))
+        share[formula.name] = len(mine & theirs) / len(mine | theirs)
+    best = max(share.values())
+    if best < ALIKE:
+        return f"{len(mine)} fail; no known formula fails alike"
+    names = [name for name, alike in share.items() if alike == best]
+    about = FORMULAS[names[0]]
+    said = about.known_bad or about.facts.get("says") or about.summary
+    return f"{len(mine)} fail, as with {' and '.join(names)} in {best:.0%} of what fails with either: {said}"
+
+
+# What is published.
+
+
+def reach_cell(reach: Reach) -> str:
+    """Return how far a ladder was climbed, for a table."""
+    return "none" if reach.breakpoint is None else f"{reach.breakpoint:g}" + (" (all)" if reach.whole else "")
+
+
+def markdown(judgement: Judgement) -> str:
+    """Return the judgement as Markdown."""
+    lines = [
+        f"# {judgement.name}, {judgement.precision}",
+        "",
+        "| file | rows | fail | skipped | worst | of its limit |",
+    ]
+    lines += ["|---|---|---|---|---|---|"]
+    for file in judgement.files:
+        own = judgement.of_file(file)
+        worst = max(own, key=lambda verdict: verdict.ratio)
+        counts = [sum(verdict.outcome == outcome for verdict in own) for outcome in ("failed", "skipped")]
+        lines.append(f"| {file} | {len(own)} | {counts[0]} | {counts[1]} | {worst.id} | {worst.ratio:.3g} |")
+    lines += ["", "| ladder | what grows | right up to |", "|---|---|---|"]
+    for reach in judgement.reaches:
+        lines.append(f"| {reach.ladder.name} | {reach.ladder.parameter} | {reach_cell(reach)} |")
+    lines += [""] + [f"* {file}: {sentence}" for file, sentence in judgement.alike.items()]
+    lines += [f"* {verdict.id}: {verdict.because}" for verdict in judgement.verdicts if verdict.outcome == "failed"]
+    return "\n".join(lines).rstrip() + "\n"
+
+
+def junit(judgement: Judgement) -> str:
+    """Return the judgement as JUnit XML: a suite a file, a case a row."""
+    root = ElementTree.Element("testsuites", {"name": legal(f"rayproof vectors {judgement.name}")})
+    for file in judgement.files:
+        own = judgement.of_file(file)
+        count = {name: sum(verdict.outcome == name for verdict in own) for name in ("failed", "skipped")}
+        numbers = {"tests": len(own), "failures": count["failed"], "errors": 0, "skipped": count["skipped"]}
+        suite = ElementTree.SubElement(root, "testsuite", {"name": file} | {k: str(v) for k, v in numbers.items()})
+        for verdict in own:
+            case = ElementTree.SubElement(suite, "testcase", {"name": verdict.id, "classname": f"vectors.{file}"})
+            if verdict.outcome == "failed":
+                ElementTree.SubElement(case, "failure", {"message": legal(verdict.because)})
+            elif verdict.outcome == "skipped":
+                ElementTree.SubElement(case, "skipped")
+    return '<?xml version="1.0" encoding="UTF-8"?>\n' + ElementTree.tostring(root, encoding="unicode") + "\n"

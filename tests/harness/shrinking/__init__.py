@@ -1,0 +1,1 @@
+"""How small the smallest failing scenes are, over planted faults of the tracer and the switches of the C++ example."""
