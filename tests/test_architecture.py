@@ -87,16 +87,16 @@ def test_the_lock_hashes_everything_and_names_no_address(name: str) -> None:
 
 
 def test_the_house_stays_within_its_ceilings() -> None:
-    # Later work makes room before it adds. The goal is 340 files, 64 000 lines and 20 scripts; these are what was
-    # reached on the way, and go down with it. test_docs_names.py holds the words of the documents.
+    # Later work makes room before it adds. The goal was 340 files and 64 000 lines; these are what was reached,
+    # with the later issues' commands `vectors` and `shrink`, and go down with the house. test_docs_names.py holds the words of the documents.
     product = [
         file for package in ("cases", "tracer", "reference", "reports") for file in (CHECKOUT / package).rglob("*.py")
     ]
     lines = sorted(len(file.read_text(encoding="utf-8").splitlines()) for file in product)
     scripts = [file for file in (CHECKOUT / "reports" / "publish").rglob("*.js") if "vendor" not in file.parts]
 
-    assert len(product) <= 438
-    assert sum(lines) <= 77_611
+    assert len(product) <= 370
+    assert sum(lines) <= 77_085
     assert lines[len(lines) // 2] >= 120
-    assert sum(length > 500 for length in lines) <= 1  # reports/results/records.py
-    assert len(scripts) <= 25
+    assert lines[-1] <= 500
+    assert len(scripts) <= 20
