@@ -6,10 +6,12 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
-from rayproof.cases.scene import Mesh, Scene
+from rayproof.cases.placement import world_triangles
+from rayproof.cases.scene import Cube, Mesh, Plane, Scene, Sphere, Triangle
 from rayproof.cases.scene_json import NAMES, scene_to_json
 from rayproof.cases.stages import IMAGE_STAGES, Stage, exr_channels
 from rayproof.reference.analytic import Analytic
@@ -79,12 +81,14 @@ class Report:
         return found
 
     def write(self, folder: Path, render: Renderer) -> None:
-        """Write scene.json with its meshes, pixel.json, pixel.md, picture.png and issue.md."""
+        """Write scene.json, its meshes, pixel.json, pixel.md, picture.png, issue.md; of a wrong hit vector.csv."""
         hand_over(self.scene, folder)
         table = {one.name: {"got": one.got, "low": one.low, "high": one.high} for one in self.channels}
         about = {"pixel": self.pixel, "stage": self.failure.stage.value, "way": self.failure.way.value}
         blamed = [item for item in TITLES if item in self.failure.items]
         content = {**about, "limit": self.failure.limit, "blamed": blamed, "channels": table}
+        if (vector := vector_of(self.scene, self.failure, self.pixel)) is not None:
+            (folder / "vector.csv").write_text(vector, encoding="utf-8")
         (folder / "pixel.json").write_text(as_json(content, indent=1) + "\n", encoding="utf-8")
         (folder / "pixel.md").write_text("\n".join(_table(self.channels)) + "\n", encoding="utf-8")
         _write_picture(folder / "picture.png", self.scene, self.failure.stage, render)
@@ -113,6 +117,58 @@ class Report:
         """Return the scene itself, if it is short enough to be read in a line."""
         text = as_json(scene_to_json(self.scene)).replace(".0,", ",").replace(".0]", "]").replace(".0}", "}")
         return f", where scene.json is `{text}`" if len(text) <= SHORT else ""
+
+
+def vector_of(scene: Scene, failure: Failure, pixel: tuple[int, int]) -> str | None:
+    """Return ray and shape in object space as a test vector, header and row; None where no single shape is hit wrongly.
+
+    The ray is float32's nearest to the exact one; a triangle stands in the world, where it is baked.
+    """
+    if failure.stage not in (Stage.OBJECT, Stage.DISTANCE) or len(scene.shapes) != 1:
+        return None
+    from rayproof.reports.vectors import Row
+    from rayproof.reports.vectors.check import VERSION
+    from rayproof.reports.vectors.files import ORDER, as_csv, cells, columns
+    from rayproof.reports.vectors.rows import QUESTIONS
+
+    (shape,), (column, row) = scene.shapes, pixel
+    if isinstance(shape, Mesh):
+        return None
+    back = np.eye(4) if isinstance(shape, Triangle) else np.linalg.inv(np.asarray(shape.to_world, dtype=np.float64))
+    origin = (back @ (*scene.camera.eye, 1.0))[:3]
+    direction = back[:3, :3] @ np.asarray(failure.truth[Stage.RAY][row, column], dtype=np.float64)
+    inputs: dict[str, Any] = {"o": _single(origin), "d": _single(direction)}
+    if isinstance(shape, Triangle):
+        inputs |= {name: _single(corner) for name, corner in zip("abc", world_triangles(shape)[0], strict=True)}
+    elif isinstance(shape, Sphere):
+        inputs |= {"center": _single(shape.center), "radius": float(np.float32(shape.radius))}
+    elif isinstance(shape, Cube):
+        inputs |= {"min": (-0.5, -0.5, -0.5), "max": (0.5, 0.5, 0.5)}
+    elif isinstance(shape, Plane):
+        inputs |= {"point": (0.0, 0.0, 0.0), "normal": (0.0, 0.0, 1.0)}
+    else:
+        inputs |= {"center": (0.0, 0.0, 0.0), "half_width": (0.5, 0.0, 0.0), "half_height": (0.0, 0.5, 0.0)}
+    file = "box" if isinstance(shape, Cube) else NAMES[type(shape)]
+    answer, item = QUESTIONS[file, "distance"]
+    space = "world" if isinstance(shape, Triangle) else "object"
+    sided = "" if isinstance(shape, Sphere | Cube) else "two"
+    vector = Row(
+        file=file,
+        question="distance",
+        kind="reported",
+        item=item,
+        inputs=inputs,
+        exact=answer(inputs),
+        why=failure.reason,
+        space=space,
+        sided=sided,
+    )
+    table = [cells(f"{VERSION}-{file}-shrunk", vector)]
+    return as_csv(columns(table, ORDER), table)
+
+
+def _single(numbers: Any) -> tuple[float, ...]:
+    return tuple(np.asarray(numbers, dtype=np.float32).astype(np.float64).tolist())
 
 
 def judged_by_all(

@@ -25,6 +25,10 @@ from rayproof.reports.vectors.shapes import length, vector
 
 LICENCE = "CC0-1.0"
 CHECKER = Path(__file__).with_name("check.py")
+ORDER = (  # of the columns that every file has
+    *("id", "class", "question", "item", "ladder", "value"),
+    *("decision32", "decision64", "clearance", "start", "face", "length", "unit", "space", "sided", "why"),
+)
 AXES = {2: ("_s", "_t"), 3: ("_x", "_y", "_z"), 12: tuple(f"{i}{j}" for i in range(3) for j in range(4))}
 ROUNDED = 1e-5  # by which a float32 unit vector may be off 1
 CHANNELS = ("_r", "_g", "_b")
@@ -157,10 +161,8 @@ def tables(wanted: Iterable[str] = FILES) -> dict[str, list[dict[str, str | floa
 def contents(wanted: Iterable[str] = FILES) -> dict[str, str]:
     """Return the text of every file by its name."""
     wanted = list(wanted)
-    tail = ["decision32", "decision64", "clearance", "start", "face", "length", "unit", "space", "sided", "why"]
-    order = ["id", "class", "question", "item", "ladder", "value", *tail]
     found, texts = tables(wanted), {}
-    names = {file: columns(table, order) for file, table in found.items()}
+    names = {file: columns(table, ORDER) for file, table in found.items()}
     for file, table in found.items():
         texts[f"{file}.csv"] = as_csv(names[file], table)
     ids = {str(row["id"]) for table in found.values() for row in table}

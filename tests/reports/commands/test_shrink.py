@@ -1,5 +1,6 @@
 """`rayproof shrink` from the command line: its files, its exit codes, and a public bug report in ten lines."""
 
+import csv
 import json
 import shlex
 from pathlib import Path
@@ -43,6 +44,10 @@ def test_a_sphere_that_vanishes_from_afar_becomes_an_issue_of_ten_lines(rayproof
     with Image.open(out / "picture.png") as picture:
         assert picture.size == (260, 96)
         assert len(picture.convert("RGB").getcolors() or ()) > 2
+    (vector,) = csv.DictReader((out / "vector.csv").read_text().splitlines())
+    assert (vector["item"], vector["space"], vector["decision32"]) == ("HIT-1", "object", "1")
+    assert float(vector["t_in_low"]) == pytest.approx(distance["low"], rel=1e-6)
+    assert (float(vector["radius"]), float(vector["o_x"])) == (sphere.radius, scene.camera.eye[0])
     # The command of the issue shows it again.
     again = rayproof(
         "run", out / "scene.json", "--configuration=float32", "--formula=sphere/textbook", "--out", tmp_path / "run"
