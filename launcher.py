@@ -25,6 +25,7 @@ STAMP = "rayproof-setup.json"
 # Files are begun in the order of tests/conftest.py, which has the longest first.
 SIDE_BY_SIDE = ["-n", "logical", "--maxprocesses", "4", "--dist", "loadfile", "--no-loadscope-reorder"]
 IN_PROGRESS = {"state": "in progress"}
+EXTRAS = ("dask", "parquet")  # each has a lock of its own, requirements-NAME.txt
 
 
 class SetupError(Exception):
@@ -115,8 +116,11 @@ def set_up(folder: Path, requirements: str) -> None:
     # The wheel that carries LLVM makes its library links at the first start of Python after its installation.
     step("3/4 linking the packaged LLVM", [python, "-c", "pass"])
     step("4/4 installing rayproof", [*pip, "--no-deps", "--no-build-isolation", "--editable", str(CHECKOUT)])
-    # The development lock holds all that the other one does (tests/test_architecture.py), so it stands for both.
+    # Every lock holds all that requirements.txt does, in the same versions (tests/test_architecture.py), so what an
+    # earlier set-up installed is still there.
     held = {"requirements.txt", requirements}
+    if keep:
+        held |= {path.name for path in CHECKOUT.glob("requirements*.txt") if stamp.get(path.name) == digest(path.name)}
     finished = wanted(folder) | {name: digest(name) for name in sorted(held)}
     (folder / STAMP).write_text(json.dumps(finished, indent=1))
 
@@ -170,14 +174,18 @@ def in_processes(arguments: Sequence[str]) -> list[str]:
 
 
 def main(arguments: Sequence[str]) -> NoReturn:
-    """Set up what `arguments` need and become the program that they ask for.
+    """Set up what `arguments` need and become the program that they ask for; `install EXTRA` ends after the set-up.
 
     Raises:
-        SetupError: a prerequisite is missing or a step failed.
+        SetupError: the arguments of `install` are wrong, a prerequisite is missing or a step failed.
 
     """
-    testing = arguments[:1] == ["test"]
+    testing, installing = arguments[:1] == ["test"], arguments[:1] == ["install"]
+    if installing and (len(arguments) != 2 or arguments[1] not in EXTRAS):
+        raise SetupError(f"usage: ./rayproof install {'|'.join(EXTRAS)}; got {' '.join(arguments[1:]) or 'no name'}")
     requirements = "requirements-dev.txt" if testing else "requirements.txt"
+    if installing:
+        requirements = f"requirements-{arguments[1]}.txt"
     folder = Path(os.environ.get("RAYPROOF_VENV") or CHECKOUT / ".venv").absolute()
     if not is_ready(folder, requirements):
         if lacking := missing_prerequisite():
@@ -187,6 +195,9 @@ def main(arguments: Sequence[str]) -> NoReturn:
             if not is_ready(folder, requirements):
                 say(f"setting up {folder} (once; about 2 GB)")
                 set_up(folder, requirements)
+    if installing:
+        say(f"{arguments[1]} is installed in {folder}")
+        sys.exit(0)
     program = [str(folder / "bin" / "python"), "-m", "pytest"] if testing else [str(folder / "bin" / "rayproof")]
     if testing:
         os.chdir(CHECKOUT)

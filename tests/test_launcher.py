@@ -48,6 +48,22 @@ def test_the_development_set_up_serves_both(tmp_path: Path, done: list[str]) -> 
     assert launcher.is_ready(tmp_path, "requirements-dev.txt")
 
 
+def test_an_extra_is_installed_beside_what_is_there(tmp_path: Path, done: list[str]) -> None:
+    launcher.set_up(tmp_path, "requirements-dev.txt")
+    for extra in launcher.EXTRAS:
+        launcher.set_up(tmp_path, f"requirements-{extra}.txt")
+
+    assert done[4:] == ["2/4", "3/4", "4/4"] * len(launcher.EXTRAS)
+    for name in ("", "-dev", *(f"-{extra}" for extra in launcher.EXTRAS)):
+        assert launcher.is_ready(tmp_path, f"requirements{name}.txt")
+
+
+@pytest.mark.parametrize("arguments", [["install"], ["install", "torch"], ["install", "dask", "parquet"]])
+def test_an_unknown_extra_is_refused_in_one_line(arguments: list[str]) -> None:
+    with pytest.raises(launcher.SetupError, match=r"usage: ./rayproof install dask\|parquet"):
+        launcher.main(arguments)
+
+
 def test_an_interrupted_set_up_is_redone_from_nothing(
     tmp_path: Path, done: list[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:

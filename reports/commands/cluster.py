@@ -30,7 +30,7 @@ def scheduler_at(address: str | None, tls: Path | None) -> "Place | None":
     from importlib.util import find_spec
 
     if find_spec("distributed") is None:
-        raise UsageError("--scheduler needs Dask distributed, which is not installed: pip install 'rayproof[dask]'")
+        raise UsageError("--scheduler needs Dask distributed, which is not installed: ./rayproof install dask")
     from rayproof.reports.run.engine.cluster import Credentials, Place, checked
 
     with told_in_one_line():

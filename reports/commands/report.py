@@ -67,7 +67,7 @@ def report(
     if out is not None or json is not None:
         raise UsageError("--out and --json need the folders of two runs, got one")
     if parquet is not None and find_spec("pyarrow") is None:
-        raise UsageError("--parquet needs pyarrow, which is not installed: pip install 'rayproof[parquet]'")
+        raise UsageError("--parquet needs pyarrow, which is not installed: ./rayproof install parquet")
     from rayproof.reports.publish import publish_all
     from rayproof.reports.results.document import load_results
     from rayproof.reports.results.headline import shouts

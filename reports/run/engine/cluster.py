@@ -278,7 +278,7 @@ def reached(place: Place) -> Iterator[Cluster]:
         import distributed
     except ImportError:
         raise ClusterError(
-            "--scheduler needs Dask distributed, which is not installed: pip install 'rayproof[dask]'"
+            "--scheduler needs Dask distributed, which is not installed: ./rayproof install dask"
         ) from None
     checked(place)
     for name in [*logging.root.manager.loggerDict]:  # their words would stand between the run's lines

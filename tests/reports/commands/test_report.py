@@ -78,7 +78,7 @@ def test_bad_folders_are_one_line_and_2(
 
 
 def test_checks_are_written_as_columns(run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    arrow = pytest.importorskip("pyarrow.parquet", reason="pyarrow is not installed: rayproof[parquet]")
+    arrow = pytest.importorskip("pyarrow.parquet", reason="pyarrow is not installed: ./rayproof install parquet")
 
     assert main(["report", str(run), "--parquet", str(tmp_path / "checks.parquet")]) == 0
 
@@ -96,7 +96,7 @@ def test_checks_are_written_as_columns(run: Path, tmp_path: Path, capsys: pytest
 def test_each_column_has_its_own_numbers_in_however_many_groups(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    arrow = pytest.importorskip("pyarrow.parquet", reason="pyarrow is not installed: rayproof[parquet]")
+    arrow = pytest.importorskip("pyarrow.parquet", reason="pyarrow is not installed: ./rayproof install parquet")
     columns = importlib.import_module("rayproof.reports.results.document")
     monkeypatch.setattr(columns, "ROWS", 2)
     measured = {"worst_error": 1e-3, "limit": 2e-3, "pixel": [7, 3], "interior": 90, "edge": 6}
@@ -120,4 +120,4 @@ def test_columns_without_their_package_are_refused(
     monkeypatch.setattr(command, "find_spec", lambda name: None)
 
     assert main(["report", str(run), "--parquet", str(tmp_path / "checks.parquet")]) == 2
-    assert "pip install 'rayproof[parquet]'" in capsys.readouterr().err
+    assert "./rayproof install parquet" in capsys.readouterr().err
