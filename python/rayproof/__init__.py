@@ -30,7 +30,7 @@ ROOT = HOLDER.parent if (HOLDER.parent / "pyproject.toml").is_file() else Path(_
 __path__[:] = [str(ROOT)]
 # Name -> the module below `reports/api` that has it. Keys of the cache cover what modules name: no dotted names here.
 _PLACES = {
-    "compare": "comparing",
+    "compare": "outcome",
     "judge": "judging",
     "load": "asking",
     "oracle": "asking",

@@ -70,7 +70,7 @@ def _kind(name: str, command: str) -> str | None:
         return "keeper"
     if name == "sleep":
         return "child"
-    if "worker_process import begin" in command or "scene3d.plotting" in command:
+    if "processes.pool import begin" in command or "scene3d.plotting" in command:
         return "starting"
     if name == "program":
         return "program"

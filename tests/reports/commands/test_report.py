@@ -97,7 +97,7 @@ def test_each_column_has_its_own_numbers_in_however_many_groups(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     arrow = pytest.importorskip("pyarrow.parquet", reason="pyarrow is not installed: ./rayproof install parquet")
-    columns = importlib.import_module("rayproof.reports.results.document")
+    columns = importlib.import_module("rayproof.reports.results.parquet")
     monkeypatch.setattr(columns, "ROWS", 2)
     measured = {"worst_error": 1e-3, "limit": 2e-3, "pixel": [7, 3], "interior": 90, "edge": 6}
     words = {"configuration": "float32", "reference": "embree", "verdict": "fail", "reason": "it is off"}

@@ -132,7 +132,7 @@ def test_a_full_disk_is_one_line_and_resuming_is_exact(tmp_path: Path) -> None:
     # No file above 4 KB: as a disk that is full, but for everything at once and without rights of mounting.
     (tmp_path / "sitecustomize.py").write_text(
         "import resource, sys\n"
-        "if sys.argv[:1] == ['-c'] and not any('worker_process' in word for word in sys.orig_argv):\n"
+        "if sys.argv[:1] == ['-c'] and not any('processes.pool import begin' in word for word in sys.orig_argv):\n"
         "    resource.setrlimit(resource.RLIMIT_FSIZE, (4096, resource.RLIM_INFINITY))\n"
     )
     full = started_run(tmp_path, "--no-cache", PYTHONPATH=limited, PYTHONDONTWRITEBYTECODE="1")

@@ -31,8 +31,8 @@ def test_pictures_are_small_and_figures_are_numbers(run: Path, tmp_path: Path) -
     # In a process of its own: the browser of the other tests has a driver in this one, and two do not go together.
     # Two times each are enough where nobody reads the median of them.
     code = (
-        "import sys; from rayproof.reports.publish.browser import figures; "
-        "assert figures.TIMES > 2; figures.TIMES = 2; "
+        "import sys; from rayproof.reports.publish import browser; "
+        "assert browser.TIMES > 2; browser.TIMES = 2; "
         "from rayproof.reports.cli import main; sys.exit(main(sys.argv[1:]))"
     )
     command = [sys.executable, "-c", code]
@@ -68,7 +68,7 @@ def test_what_is_opened_is_told_from_what_lies_beside_it(run: Path) -> None:
         (["--pictures", "{out}"], "Chromium is not installed"),
         (["--figures"], "Chromium is not installed"),
         (["--pictures", "{out}", "--case", "no/such"], "no case called no/such"),
-        (["{run}", "--figures"], "of one report"),
+        (["{run}", "--figures"], "need one folder, got two"),
     ],
 )
 def test_what_cannot_be_looked_at_is_one_line_and_2(
