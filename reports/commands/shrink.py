@@ -45,7 +45,8 @@ def shrink(
     case
         The name of a case, family/case, or a scene file ending in .json.
     out
-        Folder for scene.json, pixel.json, pixel.md, picture.png and issue.md.
+        Folder for scene.json, pixel.json, pixel.md, picture.png, issue.md and, of one shape that is hit wrongly,
+        vector.csv.
     subject
         Who fails, instead of the tracer: a reference by name, or "exec:COMMAND {scene} {output}".
     configuration
@@ -113,7 +114,8 @@ def shrink(
     replace(report, panel=sentence).write_issue(out)
     for line in (out / "issue.md").read_text(encoding="utf-8").splitlines():
         say(line)
-    say(f"written to {out}: scene.json, pixel.json, pixel.md, picture.png, issue.md")
+    files = "scene.json", "pixel.json", "pixel.md", "vector.csv", "picture.png", "issue.md"
+    say(f"written to {out}: {', '.join(name for name in files if (out / name).is_file())}")
     return 0 if confirmed else UNCONFIRMED
 
 

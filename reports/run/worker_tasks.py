@@ -1,6 +1,7 @@
 """What workers do: render with the tracer, a reference or a user's program; judge a case."""
 
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -8,7 +9,7 @@ import numpy as np
 from rayproof.cases.case import ITEMS_OF_OTHERS
 from rayproof.cases.scene import Scene
 from rayproof.cases.stages import Reference, Stage, StageImages
-from rayproof.reports.judge.answers import Candidate, Witness
+from rayproof.reports.judge.answers import Candidate, Witness, as_candidate
 from rayproof.reports.judge.oracle import stages_of
 from rayproof.reports.run import reference_cache as cache
 from rayproof.reports.run.cache_store import DamagedEntryError
@@ -104,21 +105,7 @@ def _rendered(question: Question, task: ReferenceTask) -> Rendered:
 
 def put_to_test(witness: Witness) -> Candidate:
     """Return a reference's answers as those of the one under test."""
-    return Candidate(
-        name=witness.name,
-        precision=witness.precision,
-        items=ITEMS_OF_OTHERS,
-        shadow_epsilon=witness.shadow_epsilon,
-        answers=witness.answers,
-        mean=witness.mean,
-        unsupported=witness.unsupported,
-        resolutions=witness.resolutions,
-        ray_epsilon=witness.ray_epsilon,
-        light_epsilon=witness.light_epsilon,
-        edge_epsilon=witness.edge_epsilon,
-        tie_epsilon=witness.tie_epsilon,
-        chained=False,
-    )
+    return replace(as_candidate(witness), items=ITEMS_OF_OTHERS, chained=False)
 
 
 def _shadow_epsilon(reference: Reference, scene: Scene, answers: StageImages) -> float | np.ndarray:

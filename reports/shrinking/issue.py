@@ -87,6 +87,7 @@ class Report:
         about = {"pixel": self.pixel, "stage": self.failure.stage.value, "way": self.failure.way.value}
         blamed = [item for item in TITLES if item in self.failure.items]
         content = {**about, "limit": self.failure.limit, "blamed": blamed, "channels": table}
+        (folder / "vector.csv").unlink(missing_ok=True)  # of an earlier scene
         if (vector := vector_of(self.scene, self.failure, self.pixel)) is not None:
             (folder / "vector.csv").write_text(vector, encoding="utf-8")
         (folder / "pixel.json").write_text(as_json(content, indent=1) + "\n", encoding="utf-8")
