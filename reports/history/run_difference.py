@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 
 from rayproof.reports.history.database import LOUD, NORMAL, WORSE_TIME
-from rayproof.reports.results.case_records import CaseRecord, CheckRecord, ComparedCheckRecord, RenderRecord
-from rayproof.reports.results.case_table import briefs, by_name, ratio_of
+from rayproof.reports.results.case_records import CaseRecord, CheckRecord, ComparedCheckRecord, RenderRecord, ratio_of
+from rayproof.reports.results.case_table import briefs, by_name
 from rayproof.reports.results.document import LISTED, load_results
 from rayproof.reports.results.files import at_worst, number
 from rayproof.reports.results.outcomes import Outcome

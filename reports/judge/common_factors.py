@@ -16,8 +16,7 @@ from rayproof.reports.judge.answers import dot, length
 from rayproof.reports.judge.limits import Coarseness, Roundoff, continued_light_limit, irradiance_moved
 from rayproof.reports.judge.measurement import jsonable
 from rayproof.reports.judge.scene_truth import Terms, roundoff
-from rayproof.reports.results.case_records import BiasRecord, FactorGroupRecord
-from rayproof.reports.results.case_table import CHANCE, LEAST_DISTINCT, least_share
+from rayproof.reports.results.case_records import CHANCE, LEAST_DISTINCT, BiasRecord, FactorGroupRecord, least_share
 
 # Roundings of what all pixels under one light share: flux, 4 pi and their quotient; then albedo and its product with
 # these; then pi, the quotient by it and the product with the constants before it.

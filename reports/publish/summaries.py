@@ -12,8 +12,8 @@ import re
 from pathlib import Path
 from urllib.parse import quote
 
-from rayproof.reports.results.case_records import CaseRecord
-from rayproof.reports.results.case_table import briefs, worst_ratio
+from rayproof.reports.results.case_records import CaseRecord, worst_ratio
+from rayproof.reports.results.case_table import briefs
 from rayproof.reports.results.document import whole
 from rayproof.reports.results.files import legible, number, write_text
 from rayproof.reports.results.headline import (

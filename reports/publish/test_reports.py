@@ -13,8 +13,8 @@ from pathlib import Path
 from typing import Any, NotRequired, TextIO, TypedDict
 from xml.etree import ElementTree
 
-from rayproof.reports.results.case_records import CaseRecord
-from rayproof.reports.results.case_table import briefs, by_family, named, worst_ratio
+from rayproof.reports.results.case_records import CaseRecord, worst_ratio
+from rayproof.reports.results.case_table import briefs, by_family, named
 from rayproof.reports.results.files import as_json, legible, legible_json, legible_lines, replacing
 from rayproof.reports.results.headline import blame, cause_of, headline, shouts
 from rayproof.reports.results.outcomes import Outcome

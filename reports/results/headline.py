@@ -4,8 +4,8 @@ from collections.abc import Mapping, Sequence
 from typing import cast
 
 from rayproof.cases.stages import Stage
-from rayproof.reports.results.case_records import CaseRecord
-from rayproof.reports.results.case_table import Cases, briefs, named, worst_ratio
+from rayproof.reports.results.case_records import CaseRecord, worst_ratio
+from rayproof.reports.results.case_table import Cases, briefs, named
 from rayproof.reports.results.files import legible
 from rayproof.reports.results.outcomes import Outcome
 from rayproof.reports.results.records import HistoryRecord, RunRecord, WorseRecord

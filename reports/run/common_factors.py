@@ -14,8 +14,7 @@ from statistics import median
 
 from rayproof.cases.scene import Scene
 from rayproof.cases.stages import Stage
-from rayproof.reports.results.case_records import CaseRecord, LeaningRecord
-from rayproof.reports.results.case_table import LEAST_DISTINCT, least_share
+from rayproof.reports.results.case_records import LEAST_DISTINCT, CaseRecord, LeaningRecord, least_share
 from rayproof.reports.results.files import at_worst
 from rayproof.reports.results.outcomes import Outcome
 from rayproof.reports.results.records import CommonFactorRecord, WideLimitsRecord

@@ -8,8 +8,8 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from rayproof.reports.results.case_records import CaseRecord
-from rayproof.reports.results.case_table import Cases, ratio_of
+from rayproof.reports.results.case_records import CaseRecord, ratio_of
+from rayproof.reports.results.case_table import Cases
 from rayproof.reports.results.files import at_worst, legible
 from rayproof.reports.results.headline import blamed_items
 from rayproof.reports.results.outcomes import Outcome

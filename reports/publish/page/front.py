@@ -11,8 +11,7 @@ from typing import Any, NotRequired, TypedDict
 from rayproof.cases.stages import FACTS, Stage
 from rayproof.reports.judge.known_defects import known_findings
 from rayproof.reports.publish.page.case_data import picture_of, thumbnail_of
-from rayproof.reports.results.case_records import CaseRecord, CheckRecord
-from rayproof.reports.results.case_table import worst_of, worst_ratio
+from rayproof.reports.results.case_records import CaseRecord, CheckRecord, worst_of, worst_ratio
 from rayproof.reports.results.files import as_json, legible_json, number
 from rayproof.reports.results.float_codec import pack_text
 from rayproof.reports.results.headline import (

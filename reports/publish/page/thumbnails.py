@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 
 from rayproof.cases.stages import IMAGE_STAGES, Stage
-from rayproof.reports.results.case_records import CaseRecord, CheckRecord
-from rayproof.reports.results.case_table import amend, briefs, named, ratio_of
+from rayproof.reports.results.case_records import CaseRecord, CheckRecord, ratio_of
+from rayproof.reports.results.case_table import amend, briefs, named
 from rayproof.reports.results.files import at_worst, number, replacing
 from rayproof.reports.results.headline import BAD, blame, cause_of, worst_first
 from rayproof.reports.results.images import kept_images

@@ -5,7 +5,7 @@ from typing import Any
 
 import pytest
 
-from rayproof.reports.results.case_table import worst_ratio
+from rayproof.reports.results.case_records import worst_ratio
 from rayproof.reports.results.headline import worse_by_cause
 
 MEASURED = {"worst_ratio": 0.25}
