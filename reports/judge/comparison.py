@@ -289,6 +289,8 @@ class Bench:
         compared: tuple[np.ndarray, np.ndarray],
     ) -> Measurement:
         near, good = self.terms.near, side.good
+        if stage is not Stage.RAY:
+            edge, good = edge | self.terms.classes.skimming, good | self.terms.classes.skimming
         if stage is not Stage.RAY and near.any():
             edge = edge | near
             differ = near & ~good & ~(compared[0] <= 1)

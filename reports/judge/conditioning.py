@@ -412,12 +412,13 @@ class Unrounded:
         return tuple(error_at_eye(shape, eye) for shape in self.scene.shapes)
 
     @cached_property
-    def cut(self) -> tuple[tuple[float, np.ndarray], ...]:
+    def cut(self) -> tuple[tuple[float, np.ndarray, np.ndarray], ...]:
         """Return by what angle [rad per roundoff] each surface closer to the eye than clipping begins may seem off.
 
         Where clipping lets it begin, the eye sees it at that distance. Beside it how much [rad] (height, width) each
         ray leans away from the surface more than one that meets it there: a ray at that angle from the surface's plane
-        has left it by then, and no part of it is seen.
+        has left it by then, and no part of it is seen. Last how far [m] (height, width) each ray is off the plane of
+        one of its flat faces, from the eye to where clipping begins.
         """
         near = self.scene.camera.near
         if self.scene.clip == "none":
@@ -428,12 +429,14 @@ class Unrounded:
             if gap < near:
                 normals, offsets, bends = facing(shape, eye)
                 close = offsets < near
-                leaning = np.full(rays.shape[:2], np.inf)
+                leaning, off = np.full(rays.shape[:2], np.inf), np.full(rays.shape[:2], np.inf)
                 for normal, offset, bend in zip(normals[close], offsets[close], bends[close], strict=True):
-                    leaning = np.minimum(leaning, np.abs(rays @ normal) - offset / near - near * bend)
+                    slope = np.abs(rays @ normal)
+                    leaning = np.minimum(leaning, slope - offset / near - near * bend)
+                    off = np.minimum(off, np.maximum(offset, near * slope)) if bend == 0 else off
                 # Too many to tell apart, or none that is flat enough to have a plane: it may be seen anywhere.
                 told = 0 < np.count_nonzero(close) <= MOST_FACES
-                found.append((error_at_eye(shape, eye) / near, leaning if told else np.zeros(rays.shape[:2])))
+                found.append((error_at_eye(shape, eye), leaning if told else np.zeros(rays.shape[:2]), off))
         return tuple(found)
 
     @cached_property

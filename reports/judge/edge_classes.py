@@ -30,6 +30,8 @@ class Classes:
     # (height, width) m: how far an end of clipping may seem moved, where that decides what is seen; elsewhere 0
     clipped: np.ndarray
     flagged: np.ndarray  # (height, width): a light lies on the surface here, within rounding
+    # (height, width): the ray runs within a flat face that holds the eye, within rounding: it may be met anywhere
+    skimming: np.ndarray
     # (height, width): of these the object, or some light, is undecided by no distance in the image (surfaces that
     # coincide, or hold the eye or a light; a light at the horizon), so that who has one side's value has it by chance.
     object_tied: np.ndarray
@@ -69,6 +71,7 @@ class Unlit:
     depth: np.ndarray  # (height, width) m
     clipped: np.ndarray  # (height, width) m
     flagged: np.ndarray  # (height, width)
+    skimming: np.ndarray  # (height, width)
     lights: tuple["_Lit", ...]  # none where no light is asked about
     ends: tuple[np.ndarray, ...]  # (height, width) m for each of the edges' light ends: how far off it may seem
 
@@ -92,7 +95,8 @@ def unlit(about: Unrounded, limits: Limits, g: Roundoff) -> Unlit:
     with np.errstate(divide="ignore", invalid="ignore"):
         # An outline shifts by its rays' error and by its points' error seen from the eye; clipping's, near it alone.
         seen = g(HIT) * about.seen
-        for angle, leaning in about.cut:
+        for error, leaning, _ in about.cut:
+            angle = error / about.scene.camera.near
             seen = np.maximum(seen, np.where(leaning <= 2 * g(HIT) * angle, g(HIT) * angle, 0.0))
         reach = (limits.end_to_end[Stage.RAY] + seen) / c.pixel_angle
     # How far apart along the ray two surfaces may seem for rounding alone: the errors of both distances.
@@ -124,6 +128,10 @@ def unlit(about: Unrounded, limits: Limits, g: Roundoff) -> Unlit:
     # Without clipping a surface that holds the eye is before it or behind it, and seen in every pixel or in none.
     if any(gap <= g(HIT) * error for gap, error in zip(edges.eye_gaps, about.at_eye, strict=True)):
         tied = np.ones_like(tied)
+    skimming = np.zeros_like(tied)
+    for error, _, off in about.cut:
+        skimming |= off <= 2 * g(HIT) * error
+    tied = tied | skimming
     return Unlit(
         outline=(edges.silhouette <= reach) | tied,
         object_tied=tied,
@@ -131,6 +139,7 @@ def unlit(about: Unrounded, limits: Limits, g: Roundoff) -> Unlit:
         depth=depth,
         clipped=clipped,
         flagged=flagged,
+        skimming=skimming,
         lights=tuple(lights),
         ends=tuple(g(HIT) * error for error in about.ends),
     )
@@ -187,6 +196,7 @@ def classify(
         depth=before.depth,
         clipped=before.clipped,
         flagged=before.flagged,
+        skimming=before.skimming,
         notes=tuple(notes),
     )
 

@@ -7,7 +7,7 @@ import numpy as np
 
 from rayproof.cases.placement import world_triangles
 from rayproof.cases.rounding import UNIT_ROUNDOFF
-from rayproof.cases.scene import Mesh, Plane, Scene, Shape, Sphere, Triangle
+from rayproof.cases.scene import Cube, Mesh, Plane, Scene, Shape, Sphere, Triangle
 from rayproof.cases.stages import IMAGE_STAGES, Stage, StageImages
 from rayproof.reference.certified import Certified
 from rayproof.reference.certified.stages import continued
@@ -188,7 +188,8 @@ class Held:
         """Return which pixels (n,) show a shape that the least rounding moves by half of its own size.
 
         The eye's place and the shape's are rounded, each to either side. Of what such a shape looks like no number of
-        scenes shows everything, nor is a place on it one.
+        scenes shows everything, nor is a place on it one. The same holds of a body that is thinner than its surface's
+        error across itself: which of its faces is met depends on how a matrix is inverted, and no scene shows that.
         """
         scene = self.ground.scene
         farthest = max(
@@ -197,11 +198,13 @@ class Held:
         )
         step = AMOUNTS[0] * UNIT_ROUNDOFF[self.party.precision] * farthest
         small = np.array([*(_size(shape) <= 4 * step for shape in scene.shapes), False])
+        thin = np.array([*map(_thickness, scene.shapes), np.inf])
         found = np.zeros(len(rows), dtype=bool)
         for answers in (self.truth, self.party.answers or {}):
             if Stage.OBJECT in answers:
                 index = np.nan_to_num(np.asarray(answers[Stage.OBJECT])[rows, columns, 0], nan=-1.0)
-                found |= small[np.where((index >= 0) & (index < len(scene.shapes)), index, -1).astype(int)]
+                shape = np.where((index >= 0) & (index < len(scene.shapes)), index, -1).astype(int)
+                found |= small[shape] | (thin[shape] <= self.terms.limits.lifted[rows, columns])
         return found
 
     def _on_the_horizon(self, pixels: np.ndarray) -> np.ndarray:
@@ -350,3 +353,11 @@ def _size(shape: Shape) -> float:
         return float(np.linalg.norm(np.ptp(corners, axis=0)))
     unit = 2 * shape.radius if isinstance(shape, Sphere) else 1.0
     return float(unit * np.linalg.norm(linear, 2))
+
+
+def _thickness(shape: Shape) -> float:
+    """Return how thick a cube or a sphere is in the world [m], infinite of a shape that is a surface only."""
+    if not isinstance(shape, Cube | Sphere):
+        return np.inf
+    unit = 2 * shape.radius if isinstance(shape, Sphere) else 1.0
+    return float(unit * np.linalg.norm(np.asarray(shape.to_world)[:3, :3], -2))
