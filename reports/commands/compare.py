@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from rayproof.reports.commands.lookup import scene_files
 from rayproof.reports.commands.output import console, say, shout, show_table, write_json
 from rayproof.reports.commands.usage import UsageError, one_line, own, told_in_one_line, writable_folder
 
@@ -33,7 +34,7 @@ def compare(
     candidate
         What to compare it with, named in the same way.
     selectors
-        Families, cases or stresses. Default: those that use the formula in which the two differ.
+        Families, cases, stresses or scene files. Default: those that use the formula in which the two differ.
     json
         Also write the comparison to this file.
     out
@@ -84,9 +85,10 @@ def formulas(
     from rayproof.reports.studies.compare.contenders import contender, questions, seen
     from rayproof.tracer.formulas.own_file import OwnFormulaError
 
+    patterns, files = scene_files(selectors)
     with told_in_one_line():
         pair = seen(*(contender(name, precision=precision) for name in (base, candidate)))
-        asked = questions(selectors, *pair)
+        asked = questions(patterns, *pair, files)
     shout([fault for one in pair for fault in one.configuration.faults])
     terminal = console()
     with terminal.status("comparing") as status:

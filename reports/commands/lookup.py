@@ -52,6 +52,25 @@ def scene_named(name: str) -> "Scene":
     return scene
 
 
+def scene_files(selectors: Sequence[str]) -> tuple[tuple[str, ...], "tuple[Case, ...]"]:
+    """Return the selectors that name no scene file, and a case for each scene file that the others name.
+
+    Raises:
+        UsageError: a file is not a valid scene, or this machine has not enough memory for its image.
+
+    """
+    files = [Path(name) for name in selectors if name.endswith(".json")]
+    if not files:
+        return tuple(selectors), ()
+    from rayproof.reports.run.scenes import cases_of_files, refuse_too_large
+
+    with told_in_one_line():
+        cases = cases_of_files(files)
+        for case in cases:
+            refuse_too_large(case.scene, case.name)
+    return tuple(name for name in selectors if not name.endswith(".json")), cases
+
+
 def configurations(names: Sequence[str], formulas: Sequence[str]) -> tuple["Configuration", ...]:
     """Return the tracer configurations that `--configuration` and `--formula` ask for; none if neither does.
 

@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from rayproof.reports.commands.lookup import Repeated
+from rayproof.reports.commands.lookup import Repeated, scene_files
 from rayproof.reports.commands.output import console, say, show_table, write_json
 from rayproof.reports.commands.usage import own, told_in_one_line, writable_folder
 
@@ -23,8 +23,8 @@ def tradeoff(
     Parameters
     ----------
     selectors
-        Families, cases or stresses, as for compare; ladders, or `ladders` for all. Default: those on which formulas
-        differ, and some ordinary ones.
+        Families, cases, stresses or scene files, as for compare; ladders, or `ladders` for all. Default: those on
+        which formulas differ, and some ordinary ones.
     out
         Folder for OUT/tradeoff. `rayproof report OUT` adds the diagrams to a run's report.
     json
@@ -43,9 +43,10 @@ def tradeoff(
     from rayproof.reports.studies.tradeoff.measuring import DEFAULT, QUICK, measure, tasks
     from rayproof.tracer.formulas import FORMULAS
 
+    patterns, files = scene_files(selectors or (QUICK if quick else DEFAULT))
     with told_in_one_line():
         named = [FORMULAS.named(one) for one in formula]
-        found = tasks(selectors or (QUICK if quick else DEFAULT), named)
+        found = tasks(patterns, named, files)
         own(out / "tradeoff")
         if json is not None:
             writable_folder(json.parent)

@@ -14,7 +14,7 @@ from rayproof.reports.results.document import LISTED, load_results
 from rayproof.reports.results.files import at_worst, number
 from rayproof.reports.results.outcomes import Outcome
 from rayproof.reports.results.records import ComparedRunRecord, ComparisonRecord, ComparisonRowRecord, RunRecord
-from rayproof.reports.studies.compare.findings import BETTER, LEAST_DIGITS, NOTHING, TRADE, WORSE
+from rayproof.reports.studies.compare.findings import BETTER, LEAST_DIGITS, MIXED, NOTHING, WORSE
 from rayproof.reports.studies.compare.records import CaseMove, FamilyMove, RunComparison
 from rayproof.reports.studies.compare.statistics import LEVEL, REPLICATES, percentile_interval
 
@@ -303,20 +303,21 @@ def compare_runs(base: Path, candidate: Path) -> RunComparison:
     moved = [case for case in cases if case["before"] == case["after"] and case["digits_gained"]]
     digits, interval = _digits(cases)
     time_ratio, time_interval = _times(cases)
-    word = _move_word(changed, digits, interval)
+    families = _families(cases)
+    word = _move_word(changed, digits, interval, [one["digits_gained"] for one in families])
     return {
         "base": str(base),
         "candidate": str(candidate),
         "configurations": [run.get("configurations", []) for run in runs],
         "faults": sorted({fault for run in runs for fault in run.get("faults", [])}),
-        "verdict": _sentence(word, base, candidate, changed, digits, interval, len(names)),
+        "verdict": _sentence(word, base, candidate, changed, digits, interval, len(names), families),
         "outcome": word,
         "digits_gained": digits,
         "digits_interval": interval,
         "time_ratio": time_ratio,
         "time_interval": time_interval,
         "control": None,
-        "families": _families(cases),
+        "families": families,
         "shared": len(names),
         "only_base": sorted(set(one) - set(other)),
         "only_candidate": sorted(set(other) - set(one)),
@@ -416,14 +417,22 @@ def _families(cases: Sequence[CaseMove]) -> list[FamilyMove]:
     ]
 
 
-def _move_word(changed: Sequence[CaseMove], digits: float | None, interval: tuple[float, float] | None) -> str:
+def _move_word(
+    changed: Sequence[CaseMove],
+    digits: float | None,
+    interval: tuple[float, float] | None,
+    families: Sequence[float | None],
+) -> str:
     moves = {ORDER.index(case["after"]) > ORDER.index(case["before"]) for case in changed}
     if len(moves) == 2:
-        return TRADE
+        return MIXED
     if moves:
         return WORSE if True in moves else BETTER
     if digits is None or interval is None or abs(digits) < LEAST_DIGITS or interval[0] <= 0 <= interval[1]:
         return NOTHING
+    # The mean over families gained or lost; a family that went the other way makes no "better" of it.
+    if any(one is not None and one * digits < 0 and abs(one) >= LEAST_DIGITS for one in families):
+        return MIXED
     return BETTER if interval[0] > 0 else WORSE
 
 
@@ -435,8 +444,10 @@ def _sentence(
     digits: float | None,
     interval: tuple[float, float] | None,
     shared: int,
+    families: Sequence[FamilyMove],
 ) -> str:
-    said = [f"{case['case']} {case['before']} -> {case['after']}" for case in changed[:4]]
+    worst = sorted(changed, key=lambda case: ORDER.index(case["before"]) - ORDER.index(case["after"]))
+    said = [f"{case['case']} {case['before']} -> {case['after']}" for case in worst[:4]]
     more = f" and {len(changed) - 4} more" if len(changed) > 4 else ""
     verdicts = f"{len(changed)} of {shared} verdicts changed" + (f": {', '.join(said)}{more}" if said else "")
     errors = "no errors to compare"
@@ -446,5 +457,9 @@ def _sentence(
         )
     elif digits is not None and interval is not None:
         errors = f"worst errors {digits:+.2f} digits [{interval[0]:.2f}, {interval[1]:.2f}]"
+    lost = {one["family"]: one["digits_gained"] for one in families if (one["digits_gained"] or 0.0) <= -LEAST_DIGITS}
+    if word == MIXED and lost:
+        (family, least), more = min(lost.items(), key=lambda one: one[1] or 0.0), len(lost) - 1
+        errors = f"errors grew in {family} ({least:+.2f} digits){f' and {more} more' if more else ''}; {errors}"
     opening = f"{word[0].upper()}{word[1:]}"
     return f"{opening}: {candidate} against {base}: {verdicts}; {errors}; run times were not interleaved."

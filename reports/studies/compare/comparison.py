@@ -198,24 +198,23 @@ def _said(side: _Side, base: str, candidate: str, controls: Sequence[Timing], co
     accuracies = [accuracy(one, alpha=alpha) for one in side.findings]
     digits, digits_interval = overall(side.findings, level=LEVEL)
     ratio, interval = overall_timing(side.timings, level=LEVEL)
-    families = zip(side.findings, side.timings, controls, accuracies, strict=True)
+    paces = [speed(one.interval, beside.interval) for one, beside in zip(side.timings, controls, strict=True)]
+    families = zip(side.findings, side.timings, accuracies, paces, strict=True)
     return {
         "verdict": sentence(
             base,
             candidate,
             side.findings,
             accuracies,
+            paces=paces,
             time_ratio=ratio,
             time_interval=interval,
             control_interval=control_interval,
         ),
-        "outcome": outcome(accuracies, speed(interval, control_interval)),
+        "outcome": outcome(accuracies, speed(interval, control_interval), *paces),
         "digits_gained": digits,
         "digits_interval": digits_interval,
         "time_ratio": ratio,
         "time_interval": interval,
-        "families": [
-            family_record(one, time, signs, outcome([signs], speed(time.interval, beside.interval)))
-            for one, time, beside, signs in families
-        ],
+        "families": [family_record(one, time, signs, outcome([signs], pace)) for one, time, signs, pace in families],
     }

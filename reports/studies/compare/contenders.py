@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from fnmatch import fnmatchcase
 
+from rayproof.cases.case import Case
 from rayproof.cases.families import all_cases, select
 from rayproof.cases.rounding import PRECISIONS
 from rayproof.cases.scene import IDENTITY, Scene
@@ -134,18 +135,34 @@ class Question:
     stress: bool
 
 
-def questions(selectors: Sequence[str], base: Contender, candidate: Contender) -> tuple[Question, ...]:
-    """Return the families that `selectors` name; by default those that the differing formulas concern.
+def questions(
+    selectors: Sequence[str], base: Contender, candidate: Contender, files: Sequence[Case] = ()
+) -> tuple[Question, ...]:
+    """Return the families that `selectors` name, and the cases of scene `files`, each as a family of its own.
+
+    Without either: the families that the differing formulas concern.
 
     Raises:
         LookupError: a selector names neither a case nor a stress.
 
     """
-    if not selectors:
+    if not selectors and not files:
         return _concerning(base, candidate)
-    named = {name for name in STRESSES if any(fnmatchcase(name, selector) for selector in selectors)}
+    stresses, cases = stresses_and_cases(selectors)
+    alone = (Question(family=case.name, scenes=((case.name, case.scene),), stress=False) for case in files)
+    return (*_families(cases), *alone, *_stresses(stresses))
+
+
+def stresses_and_cases(selectors: Sequence[str]) -> tuple[list[str], tuple[Case, ...]]:
+    """Return the stresses, in order of their names, and the cases that selectors name.
+
+    Raises:
+        LookupError: a selector names neither a case nor a stress.
+
+    """
+    stresses = sorted(name for name in STRESSES if any(fnmatchcase(name, one) for one in selectors))
     others = [one for one in selectors if not any(fnmatchcase(name, one) for name in STRESSES)]
-    return (*_families(others), *_stresses(sorted(named)))
+    return stresses, select(others) if others else ()
 
 
 def _concerning(base: Contender, candidate: Contender) -> tuple[Question, ...]:
@@ -153,19 +170,11 @@ def _concerning(base: Contender, candidate: Contender) -> tuple[Question, ...]:
     formulas = [one.configuration.formula(slot) for one in (base, candidate) for slot in slots]
     items = {item for formula in formulas for item in formula.covers}
     cases = [case for case in all_cases() if not items or items & set(case.covers)]
-    names = dict.fromkeys(case.family for case in cases)
-    families = tuple(
-        Question(
-            family=name, scenes=tuple((case.name, case.scene) for case in cases if case.family == name), stress=False
-        )
-        for name in names
-    )
     stresses = {name for slot in slots for name in stressing(slot)} if slots else set(STRESSES)
-    return (*families, *_stresses(sorted(stresses)))
+    return (*_families(cases), *_stresses(sorted(stresses)))
 
 
-def _families(patterns: Sequence[str]) -> tuple[Question, ...]:
-    cases = select(patterns) if patterns else ()
+def _families(cases: Sequence[Case]) -> tuple[Question, ...]:
     return tuple(
         Question(
             family=name, scenes=tuple((case.name, case.scene) for case in cases if case.family == name), stress=False

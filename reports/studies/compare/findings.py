@@ -150,10 +150,10 @@ def overall_timing(timings: Sequence[Timing], *, level: float) -> tuple[float, I
     return float(np.median(each)), median_interval(each.tolist(), level=level)
 
 
-# From findings to a word and a sentence: better, worse, a trade, no difference shown.
+# From findings to a word and a sentence: better, worse, mixed, no difference shown.
 
 
-BETTER, WORSE, TRADE, NOTHING = "better", "worse", "a trade", "no difference shown"
+BETTER, WORSE, MIXED, NOTHING = "better", "worse", "mixed", "no difference shown"
 MOST_NAMED = 4  # families in the sentence; the table has all
 
 
@@ -170,7 +170,7 @@ class Signs:
         """Return the signs that count.
 
         Wrong decisions come first: a formula that misses what it should hit does not make up for it in digits. A
-        typical pixel and a tail that part are a trade.
+        typical pixel and a tail that part are mixed.
         """
         if self.decisions:
             return frozenset({self.decisions})
@@ -201,11 +201,11 @@ def speed(interval: Interval, control: Interval) -> int:
     return 1 if interval[1] < min(1.0, control[0]) else 0
 
 
-def outcome(accuracies: Sequence[Signs], fast: int) -> str:
-    """Return the word for all families together."""
-    signs = frozenset({fast} - {0}).union(*(one.all for one in accuracies))
+def outcome(accuracies: Sequence[Signs], *paces: int) -> str:
+    """Return the word for families together, from what changed in each and the signs of their run times."""
+    signs = frozenset(paces).union(*(one.all for one in accuracies)) - {0}
     if len(signs) > 1:
-        return TRADE
+        return MIXED
     return {1: BETTER, -1: WORSE}[min(signs)] if signs else NOTHING
 
 
@@ -215,15 +215,19 @@ def sentence(
     findings: Sequence[Finding],
     accuracies: Sequence[Signs],
     *,
+    paces: Sequence[int],
     time_ratio: float,
     time_interval: Interval,
     control_interval: Interval,
 ) -> str:
-    """Return the verdict: who errs less, in what and by how much, on which families, at what time ratio."""
+    """Return the verdict: who errs more and less, in what and by how much, on which families, at what time ratio.
+
+    `paces` are 1 where a family surely takes less time, -1 where it takes more.
+    """
     fast = speed(time_interval, control_interval)
-    word = outcome(accuracies, fast)
+    word = outcome(accuracies, fast, *paces)
     parts = []
-    for wanted, how in (({1}, "errs less"), ({-1}, "errs more"), ({1, -1}, "errs less in one way, more in another")):
+    for wanted, how in (({-1}, "errs more"), ({1, -1}, "errs more in one way, less in another"), ({1}, "errs less")):
         chosen = [(one, signs) for one, signs in zip(findings, accuracies, strict=True) if signs.all == wanted]
         if chosen:
             parts.append(f"{candidate} {how} than {base} on {_named(chosen)}")
@@ -233,8 +237,10 @@ def sentence(
     ratio = f"{time_ratio:.3f} [{time_interval[0]:.3f}, {time_interval[1]:.3f}]"
     beside = f"A/A [{control_interval[0]:.3f}, {control_interval[1]:.3f}]"
     pace = {1: "it is faster", -1: "it is slower", 0: "no difference in run time shown"}[fast]
-    opening = {BETTER: "Better", WORSE: "Worse", TRADE: "A trade", NOTHING: "No difference shown"}[word]
-    return f"{opening}: {'; '.join(parts)}; {pace}, time ratio {ratio} ({beside})."
+    apart = [one.family for one, sign in zip(findings, paces, strict=True) if sign not in (0, fast)]
+    if apart:
+        pace += f", though not on {_some(apart)}" if fast else f" over all, only on {_some(apart)}"
+    return f"{word[0].upper()}{word[1:]}: {'; '.join(parts)}; {pace}, time ratio {ratio} ({beside})."
 
 
 def _unproven(findings: Sequence[Finding]) -> str:
@@ -250,8 +256,12 @@ def _unproven(findings: Sequence[Finding]) -> str:
 def _named(chosen: Sequence[tuple[Finding, Signs]]) -> str:
     """Return the families, those with the largest difference first, with what changed."""
     ordered = sorted(chosen, key=lambda one: (-abs(one[0].digits or 0.0), -_share(one[0])))
-    said = ", ".join(f"{one.family} ({'; '.join(_facts(one, signs))})" for one, signs in ordered[:MOST_NAMED])
-    return said + (f" and {len(ordered) - MOST_NAMED} more" if len(ordered) > MOST_NAMED else "")
+    return _some([f"{one.family} ({'; '.join(_facts(one, signs))})" for one, signs in ordered])
+
+
+def _some(names: Sequence[str]) -> str:
+    """Return the first names, and how many more there are."""
+    return ", ".join(names[:MOST_NAMED]) + (f" and {len(names) - MOST_NAMED} more" if len(names) > MOST_NAMED else "")
 
 
 def _share(finding: Finding) -> float:

@@ -3,12 +3,11 @@
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from fnmatch import fnmatchcase
 from functools import partial
 
 import numpy as np
 
-from rayproof.cases.families import select
+from rayproof.cases.case import Case
 from rayproof.cases.ladders import Ladder
 from rayproof.cases.rounding import PRECISIONS
 from rayproof.cases.scene import Scene
@@ -18,7 +17,7 @@ from rayproof.reference.analytic import Analytic
 from rayproof.reference.mitsuba3 import MitsubaLlvm, MitsubaScalar, program
 from rayproof.reference.mitsuba3.program import radiance_image
 from rayproof.reference.mitsuba3.scene import load_scene
-from rayproof.reports.studies.compare.contenders import concerned
+from rayproof.reports.studies.compare.contenders import concerned, stresses_and_cases
 from rayproof.reports.studies.compare.measured import enlarged, launch
 from rayproof.reports.studies.tradeoff.formulas import LADDER, Task, entries, ladder_entries, ladders, pixels, variants
 from rayproof.reports.studies.tradeoff.points import (
@@ -58,9 +57,9 @@ class Sampled:
 
 
 def tasks(
-    selectors: Sequence[str], formulas: Sequence[Formula] = ()
+    selectors: Sequence[str], formulas: Sequence[Formula] = (), files: Sequence[Case] = ()
 ) -> tuple[tuple[Task, ...], tuple[Sampled, ...], tuple[Ladder, ...]]:
-    """Return the diagrams of formulas, of whole images and of ladders that `selectors` name.
+    """Return the diagrams of formulas, of whole images and of ladders that `selectors` name, and of scene `files`.
 
     If formulas are named, they are what is drawn, beside the defaults of their slots, and no whole images.
 
@@ -68,35 +67,32 @@ def tasks(
         LookupError: a selector names neither a case nor a stress nor a ladder, or nothing named shows the formulas.
 
     """
-    named = tuple(formulas)
-    climbed = tuple(one for one in ladders(selectors) if any(variants(slot, named) for slot in one.slots))
-    selectors = [one for one in selectors if not ladders([one])]
-    stresses = [name for name in STRESSES if any(fnmatchcase(name, one) for one in selectors)]
-    patterns = [one for one in selectors if not any(fnmatchcase(name, one) for name in STRESSES)]
-    cases = select(patterns) if patterns else ()
+    wanted = tuple(formulas)
+    climbed = tuple(one for one in ladders(selectors) if any(variants(slot, wanted) for slot in one.slots))
+    stresses, cases = stresses_and_cases([one for one in selectors if not ladders([one])])
     families = {
         name: [case for case in cases if case.family == name] for name in dict.fromkeys(c.family for c in cases)
-    }
+    } | {case.name.replace("/", "-"): [case] for case in files}
     found = [
         task
         for name in stresses
         for slot in STRESSES.about(name)["slots"]
-        if slot in SLOTS and (task := _task(name, slot, [scene for _, scene in STRESSES[name]()], named)) is not None
+        if slot in SLOTS and (task := _task(name, slot, [scene for _, scene in STRESSES[name]()], wanted)) is not None
     ]
     found += [
         task
         for name, members in families.items()
         for slot in SLOTS
-        if (task := _task(name, slot, [case.scene for case in members], named)) is not None
+        if (task := _task(name, slot, [case.scene for case in members], wanted)) is not None
     ]
     sampled = []
-    for name, members in families.items() if not named else ():
+    for name, members in families.items() if not wanted else ():
         lit = [case for case in members if case.scene.lights and case.scene.clip == "depth"]
         # The family's own word that its pixels are averages comes first.
         lit.sort(key=lambda case: -case.samples)
         if lit:
             sampled.append(Sampled(family=name, scene=lit[0].scene))
-    if named and not found and not climbed:
+    if wanted and not found and not climbed:
         raise LookupError("none of the scenes and ladders named shows any of the formulas named")
     return tuple(found), tuple(sampled), climbed
 

@@ -12,6 +12,7 @@ import numpy as np
 from rayproof.reports.studies.compare.statistics import LEVEL, Interval, median_interval, percentile_interval
 
 GAIN = 1.01  # an error that is less than a hundredth smaller buys no place on the front
+MOST_WRONG = 1e-3  # share of pixels decided wrongly beyond which a point is wrong; the ladders' usual gate
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -43,8 +44,8 @@ class Point:
 def front(points: Sequence[Point]) -> tuple[Point, ...]:
     """Return the Pareto front by time: points that no other beats in one of time and error without losing the other.
 
-    A point that decides more pixels wrongly beats none. Controls, known to be wrong somewhere, and points without an
-    error are not on it.
+    A point that decides more pixels wrongly beats none. Controls, known to be wrong somewhere, points that decide more
+    than `MOST_WRONG` of the pixels wrongly, and points without an error are not on it.
     """
 
     def beats(one: Point, other: Point) -> bool:
@@ -54,7 +55,7 @@ def front(points: Sequence[Point]) -> tuple[Point, ...]:
         nearer = one.nanoseconds <= other.nanoseconds and one.error * GAIN < other.error
         return faster or nearer
 
-    measured = [one for one in points if math.isfinite(one.error) and one.kind != "control"]
+    measured = [one for one in points if math.isfinite(one.error) and one.kind != "control" and one.wrong <= MOST_WRONG]
     ahead = [one for one in measured if not any(beats(other, one) for other in measured)]
     return tuple(sorted(ahead, key=lambda one: (one.nanoseconds, one.label)))
 

@@ -67,6 +67,19 @@ def test_errors_ten_times_smaller_are_a_digit(tmp_path: Path, before: Results) -
     assert result["digits_gained"] == pytest.approx(1)
 
 
+def test_a_family_that_lost_digits_makes_it_mixed_and_is_named_first(tmp_path: Path, before: Results) -> None:
+    results = in_families(before, 8)
+    after = scaled(results, 0.1)
+    worse = scaled(results, 3)
+    after["cases"] = [b if b["family"] == "f5" else a for a, b in zip(after["cases"], worse["cases"], strict=True)]
+
+    result = compare_runs(write(tmp_path / "before", results), write(tmp_path / "after", after))
+
+    assert result["digits_interval"][0] > 0
+    assert result["outcome"] == "mixed"
+    assert "verdicts changed; errors grew in f5 (-0.48 digits); worst errors +0." in result["verdict"]
+
+
 def test_few_families_give_no_verdict_and_no_interval(tmp_path: Path, before: Results) -> None:
     # "Worse, -0.18 [-0.18, -0.18]" was said of one family.
     results = in_families(before, 5)

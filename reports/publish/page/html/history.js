@@ -166,7 +166,7 @@
   };
 
   // Two formulas on the same rays: digits gained and time ratio of every family, with their intervals.
-  const TONES = { better: "pass", worse: "fail", "a trade": "warn" };
+  const TONES = { better: "pass", worse: "fail", mixed: "warn" };
   const tone = (outcome) => TONES[outcome] || "unsupported";
   function contestView(results) {
     const { contest } = results;

@@ -1,6 +1,7 @@
 """Known differences come out as they should, nothing comes out of nothing, and JSON has the promised keys."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -8,12 +9,25 @@ import numpy as np
 import pytest
 
 from rayproof.cases.families import select
+from rayproof.cases.scene_json import save_scene
 from rayproof.cases.stages import Stage
 from rayproof.cases.stresses import STRESSES
+from rayproof.reports.commands.lookup import scene_files
 from rayproof.reports.studies.compare.contenders import contender, seen, stages_at_stake
-from rayproof.reports.studies.compare.findings import NOTHING, TRADE, Finding, Signs, accuracy, finding, outcome, speed
+from rayproof.reports.studies.compare.findings import (
+    MIXED,
+    NOTHING,
+    Finding,
+    Signs,
+    accuracy,
+    finding,
+    outcome,
+    sentence,
+    speed,
+)
 from rayproof.reports.studies.compare.measured import PairedStage, paired
 from rayproof.reports.studies.compare.records import as_received
+from rayproof.reports.studies.tradeoff.measuring import tasks
 from rayproof.tracer.formulas import FORMULAS
 from tests.reports.commands.conftest import Rayproof
 
@@ -75,7 +89,22 @@ def test_time_within_the_control_is_no_difference() -> None:
     assert speed((1.01, 1.05), (0.97, 1.02)) == 0
     assert speed((1.03, 1.05), (0.97, 1.02)) == -1
     assert speed((0.90, 0.95), (0.97, 1.02)) == 1
-    assert outcome([Signs(decisions=0, typical=1, tail=0)], -1) == TRADE
+    assert outcome([Signs(decisions=0, typical=1, tail=0)], -1) == MIXED
+
+
+def test_one_family_that_takes_longer_is_no_better_and_what_is_worse_comes_first() -> None:
+    better = replace(one_finding(compared("sphere/textbook", "sphere/haines")), family="far")
+    worse = replace(one_finding(compared("sphere/haines", "sphere/textbook")), family="near")
+    signs = [accuracy(one, alpha=0.05) for one in (better, worse)]
+    times = {"time_ratio": 1.0, "time_interval": (0.99, 1.01), "control_interval": (0.98, 1.02)}
+
+    both = sentence("a", "b", [better, worse], signs, paces=[0, 0], **times)
+    slower = sentence("a", "b", [better], signs[:1], paces=[-1], **times)
+
+    assert both.startswith("Mixed: b errs more than a on near")
+    assert both.index("near") < both.index("far")
+    assert slower.startswith("Mixed: b errs less than a on far")
+    assert "no difference in run time shown over all, only on far" in slower
 
 
 @pytest.fixture
@@ -108,6 +137,23 @@ def test_families_that_show_nothing_of_the_difference_are_refused(rayproof: Rayp
 
     assert ended.code == 2
     assert "sphere/haines" in ended.error
+
+
+@pytest.mark.references
+def test_a_scene_file_is_compared_and_priced_as_run_takes_it(rayproof: Rayproof, tmp_path: Path) -> None:
+    file, record = str(tmp_path / "mine.json"), tmp_path / "c.json"
+    save_scene(SCENE, file)
+
+    ended = rayproof("compare", "sphere/textbook", "sphere/haines", file, "--repetitions", 9, "--json", record)
+
+    assert ended.code == 0
+    (family,) = json.loads(record.read_text())["families"]
+    assert family["family"] == "file/mine"
+    assert family["digits_gained"] > 2.5
+    formulas, _, _ = tasks((), files=scene_files([file])[1])
+    assert [task.diagram for task in formulas] == ["sphere/file-mine"]
+    broken = rayproof("tradeoff", tmp_path / "absent.json", "--out", tmp_path / "out")
+    assert (broken.code, broken.error.count("\n")) == (2, 1)
 
 
 def test_too_few_repetitions_are_refused(rayproof: Rayproof) -> None:

@@ -112,7 +112,7 @@ def test_what_too_few_tiles_hold_to_be_shown_is_still_told() -> None:
 
     signs = accuracy(found, alpha=0.05)
     times = {"time_ratio": 1.0, "time_interval": (0.9, 1.1), "control_interval": (0.9, 1.1)}
-    said = sentence("a", "b", [found], [signs], **times)
+    said = sentence("a", "b", [found], [signs], paces=[0], **times)
 
     assert signs.all == set()
     assert said.startswith("No difference shown")
