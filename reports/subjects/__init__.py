@@ -11,7 +11,8 @@ import os
 import subprocess
 import sys
 import tempfile
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -32,17 +33,76 @@ KEPT = (
 # Where other programs of the user keep files, sockets and secrets.
 HIDDEN = ("/root", "/home", "/tmp", "/var/tmp", "/run", "/dev/shm", "/mnt", "/media")
 MOST_HOPS = 16  # of links
+WAITING = 10.0  # times its limit of processor time: how long an enclosed program may take by the clock
+CALL = "/tmp/call"  # where an enclosed program finds its scene, as isolate.py has it
+
+
+@dataclass(frozen=True, kw_only=True)
+class Enclosure:
+    """All that a stranger's program finds, and what it and all that it starts may take together."""
+
+    submission: str  # its folder, which it finds read-only as /submission
+    allowed: tuple[str, ...]  # folders and files that it may read at their own places
+    masked: tuple[str, ...]  # folders below those that it finds empty
+    environment: tuple[tuple[str, str], ...]  # names and values; nothing else of the environment is passed
+    processes: int  # and threads
+    memory: int  # bytes
+    disk: int  # bytes of its scratch folder
+    seconds: float  # of processor time
+    products: str | None = None  # of a build, which may change /submission: the folder that it is written to
+    turns: str  # a file whose locks let a call be made again while no other one runs
+    confined: bool = True  # False: this platform cannot, and the teacher allowed it
+
+    @property
+    def longest(self) -> float:
+        """Return after how long [s] by the clock a program that waits is ended."""
+        return WAITING * self.seconds
+
+    @contextmanager
+    def turn(self, *, alone: bool) -> Iterator[None]:
+        """Hold other calls off: all of them, or those that want to be alone."""
+        import fcntl
+
+        with Path(self.turns).open("a") as file:
+            fcntl.flock(file, fcntl.LOCK_EX if alone else fcntl.LOCK_SH)
+            yield
+
+    def wrapped(self, arguments: Sequence[str], folder: Path) -> list[str]:
+        """Return the command that runs a program in here; its words name what it finds."""
+        if not self.confined:
+            return ["/bin/sh", "-c", 'cd "$0" && exec "$@"', self.products or self.submission, *arguments]
+        order: Order = {
+            "folder": str(folder.resolve()),
+            "hidden": [],
+            "shown": [],
+            "secret": [],
+            "enclosure": {
+                "allowed": list(self.allowed),
+                "masked": list(self.masked),
+                "submission": self.submission,
+                "products": self.products,
+                "processes": self.processes,
+                "memory": self.memory,
+                "disk": self.disk,
+                "seconds": self.seconds,
+            },
+        }
+        words = [word.replace(str(folder), CALL) for word in arguments]
+        return [sys.executable, "-I", "-S", ISOLATE, json.dumps(order), *words]
 
 
 @dataclass(frozen=True, kw_only=True)
 class Surroundings:
-    """What a program gets beyond the usual: more variables by name; and whether it is confined."""
+    """What a program gets beyond the usual: more variables by name; whether it is confined, or wholly enclosed."""
 
     variables: tuple[str, ...] = ()
     confined: bool = False
+    enclosure: Enclosure | None = None
 
     def environment(self) -> dict[str, str]:
         """Return the variables that a program gets, and their values."""
+        if self.enclosure is not None:
+            return dict(self.enclosure.environment)
         return {
             name: value
             for name, value in os.environ.items()
@@ -51,11 +111,13 @@ class Surroundings:
 
     @property
     def withheld(self) -> int:
-        """Return how many variables a program does not get."""
-        return len(os.environ) - len(self.environment())
+        """Return how many variables a program does not get that --env would pass on."""
+        return 0 if self.enclosure is not None else len(os.environ) - len(self.environment())
 
     def wrapped(self, arguments: Sequence[str], folder: Path) -> list[str]:
         """Return the command that runs a program in its folder, shut off if it is confined."""
+        if self.enclosure is not None:
+            return self.enclosure.wrapped(arguments, folder)
         if not self.confined:
             return list(arguments)
         order: Order = {
@@ -63,16 +125,19 @@ class Surroundings:
             "hidden": _hidden(),
             "shown": _shown(arguments),
             "secret": _secret(),
+            "enclosure": None,
         }
         return [sys.executable, "-I", "-S", ISOLATE, json.dumps(order), *arguments]
 
 
-def reason_unconfined() -> str | None:
-    """Return why this platform cannot confine a program, in a sentence, or None."""
+def reason_unconfined(surroundings: Surroundings | None = None) -> str | None:
+    """Return why this platform cannot confine a program, in these surroundings if given, in a sentence, or None."""
     if sys.platform != "linux":
         return f"programs are confined by Linux's namespaces, which {sys.platform} lacks"
     with tempfile.TemporaryDirectory(prefix="rayproof-") as folder:
-        trial = Surroundings(confined=True).wrapped([sys.executable, "-I", "-S", "-c", ""], Path(folder))
+        enclosed = surroundings is not None and surroundings.enclosure is not None
+        command = ["/bin/true"] if enclosed else [sys.executable, "-I", "-S", "-c", ""]
+        trial = (surroundings or Surroundings(confined=True)).wrapped(command, Path(folder))
         ended = subprocess.run(trial, capture_output=True, text=True, timeout=60, check=False)
     return None if ended.returncode == 0 else ended.stderr.strip() or f"exit code {ended.returncode}"
 

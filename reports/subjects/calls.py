@@ -28,6 +28,7 @@ CANNOT = 77  # the exit code by which a program says that it cannot draw this sc
 SHELLS_WORD = 128  # a shell ends with this plus the number of the signal that ended its program
 GLANCE = 0.2  # s between looks at what the program has written
 MOST_SAID = 64 * 2**10  # bytes kept of what it printed
+NEAR = 0.8  # of a limit of time
 LONGEST_LINE = 200  # characters of its complaint that a verdict repeats
 
 
@@ -58,8 +59,36 @@ def call(
 ) -> Ended:
     """Run a program in `folder` and wait for its end, at most `seconds`; nothing that it started outlives the call.
 
-    `memory` [bytes of address space] and `output` [bytes, of a file and of the folder] are limits as well.
+    `memory` [bytes of address space] and `output` [bytes, of a file and of the folder] are limits as well. An enclosed
+    program that comes near its limit of time is run again while no other runs, so that no verdict depends on the load.
     """
+    enclosure, limits = surroundings.enclosure, (memory, output, surroundings)
+    if enclosure is None:
+        return _called(arguments, folder, seconds, *limits)
+    longest = enclosure.longest
+    with enclosure.turn(alone=False):
+        start, before = time.monotonic(), _processor_time()
+        ended = _called(arguments, folder, longest, *limits)
+        near = max((_processor_time() - before) / enclosure.seconds, (time.monotonic() - start) / longest)
+    if near < NEAR:
+        return ended
+    for name in ("image.exr", "image.pfm"):
+        (folder / name).unlink(missing_ok=True)
+    with enclosure.turn(alone=True):
+        return _called(arguments, folder, longest, *limits)
+
+
+def _processor_time() -> float:
+    """Return the processor time [s] of all that this process started and that has ended."""
+    import resource
+
+    used = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return used.ru_utime + used.ru_stime
+
+
+def _called(
+    arguments: Sequence[str], folder: Path, seconds: float, memory: int, output: int, surroundings: Surroundings
+) -> Ended:
     command = surroundings.wrapped(arguments, folder)
     adopt_orphans()
     others = frozenset(process.pid for process in descendants(os.getpid()))
