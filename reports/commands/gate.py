@@ -1,22 +1,27 @@
 """`rayproof gate`: what is known to fail, for the gate of a CI job."""
 
-from collections.abc import Callable
+from collections.abc import Sequence
 from datetime import date
 from pathlib import Path
-from typing import Literal
+from typing import Annotated, Literal
+
+from cyclopts import Parameter
+from msgspec import structs
 
 from rayproof.reports.commands.lookup import Repeated
 from rayproof.reports.commands.output import say, write_json
 from rayproof.reports.commands.usage import UsageError, told_in_one_line
 
-SHUT = 1  # exit code of `check` where the gate stays shut
+SHUT = 1  # exit code of `check` where the gate is red
+MOST = 10  # lines that are printed of a list
 
 
 def gate(
     what: Literal["accept", "prune", "check"],
     folder: Path,
     *,
-    file: Path = Path("expectations.json"),
+    file: Path = Path("known.json"),
+    patterns: Annotated[bool, Parameter(name="--any")] = False,
     reason: str | None = None,
     expires: str | None = None,
     issue: str | None = None,
@@ -37,6 +42,9 @@ def gate(
         A folder that `rayproof run --out` filled.
     file
         The file of known failures.
+    patterns
+        Let entries of the file name cases and checks by patterns, such as shadows/*, or leave out where pixels are
+        wrong. Without it such a file is refused.
     reason
         With accept: why these checks fail.
     expires
@@ -54,7 +62,7 @@ def gate(
         Also write the result to this file.
 
     """
-    from rayproof.reports.history.expectations import load_expectations, save_expectations
+    from rayproof.reports.history.expectations import Known, load_known, save_known
     from rayproof.reports.results.document import load_results
 
     if what != "accept" and (reason is not None or expires is not None or issue is not None or when):
@@ -63,8 +71,8 @@ def gate(
         raise UsageError("--against and --least-coverage apply to check only")
     with told_in_one_line():
         results = load_results(folder)
-        known = () if what == "accept" and not file.exists() else load_expectations(file)
-    suite = f"rayproof {results.get('rayproof', '')}".strip()
+        known = Known() if what == "accept" and not file.exists() else load_known(file, patterns=patterns)
+    known = structs.replace(known, suite=f"rayproof {results.get('rayproof', '')}".strip())
     if what == "check":
         from rayproof.reports.history.gating import SHUTTING, Demanded, held, load_base
 
@@ -72,35 +80,43 @@ def gate(
             base = None if against is None else load_base(against)
         demanded = Demanded(expected=(str(file), known), against=base, least_coverage=least_coverage)
         found = held(results, demanded)
-        for key in SHUTTING:
-            for sentence in getattr(found, key):
-                say(f"{key}: {sentence}")
+        _listed([f"{key}: {sentence}" for key in SHUTTING for sentence in getattr(found, key)])
         say(found.sentence)
         write_json(json, found.record())
         return SHUT if found.red else 0
     if what == "prune":
         from rayproof.reports.history.gating import pruned
 
-        kept, done = pruned(results, known)
-        _written(lambda: save_expectations(file, kept, suite))
-        for sentence in done:
-            say(sentence)
-        say(f"{len(kept)} of {len(known)} entries stay in {file}")
-        write_json(json, {"file": str(file), "entries": len(kept), "done": done})
+        left, done = pruned(results, known)
+        with told_in_one_line():
+            save_known(file, left)
+        _listed(done)
+        say(f"{len(left.expected)} of {len(known.expected)} entries stay in {file}")
+        write_json(json, {"file": str(file), "entries": len(left.expected), "done": done})
         return 0
-    if reason is None or not reason.strip():
-        raise UsageError("accept needs --reason, which says why these checks fail")
     from rayproof.reports.history.gating import accepted
 
     with told_in_one_line():
         if expires is not None:
             date.fromisoformat(expires)
         conditions = dict(_condition(text) for text in when)
-    entries, new = accepted(results, known, reason=reason, expires=expires, issue=issue, when=conditions)
-    _written(lambda: save_expectations(file, entries, suite))
-    say(f"{new} failing checks accepted; {len(entries)} entries in {file}")
-    write_json(json, {"file": str(file), "entries": len(entries), "accepted": new})
+    more, new, refused = accepted(results, known, reason=reason or "", expires=expires, issue=issue, when=conditions)
+    if new and (reason is None or not reason.strip()):
+        raise UsageError(f"accept needs --reason, which says why these {new} checks fail")
+    with told_in_one_line():
+        save_known(file, more)
+    _listed([f"not accepted: {sentence}" for sentence in refused])
+    say(f"{new} failing checks accepted; {len(more.expected)} entries in {file}")
+    write_json(json, {"file": str(file), "entries": len(more.expected), "accepted": new, "refused": refused})
     return 0
+
+
+def _listed(lines: Sequence[str]) -> None:
+    """Print the first lines, and how many more there are."""
+    for line in lines[:MOST]:
+        say(line)
+    if len(lines) > MOST:
+        say(f"and {len(lines) - MOST} more; --json FILE writes them all")
 
 
 def _condition(text: str) -> tuple[str, str]:
@@ -108,8 +124,3 @@ def _condition(text: str) -> tuple[str, str]:
     if not key or not equals:
         raise ValueError(f"--when must be KEY=PATTERN, such as backend=llvm, got {text!r}")
     return key, pattern
-
-
-def _written(write: Callable[[], None]) -> None:
-    with told_in_one_line():
-        write()

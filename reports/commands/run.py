@@ -53,6 +53,7 @@ def run(
     dry_run: Annotated[bool, SELECTION] = False,
     history: Annotated[Path | None, OUTPUT] = None,
     expect: Annotated[Path | None, GATE] = None,
+    patterns: Annotated[bool, GATE, Parameter(name="--any")] = False,
     against: Annotated[Path | None, GATE] = None,
     least_coverage: Annotated[float | None, GATE] = None,
     json: Annotated[Path | None, OUTPUT] = None,
@@ -121,6 +122,9 @@ def run(
     expect
         A file of known failures, as `rayproof gate accept` writes it. The exit code is 0 while exactly these failures
         occur, and 1 if there is a new failure, a missing one or a smaller one.
+    patterns
+        With --expect: let the file's entries name cases and checks by patterns, such as shadows/*, or leave out where
+        pixels are wrong. Without it such a file is refused.
     against
         The folder of an earlier run, or a history file (--history). The exit code is 1 if anything became worse, and 0
         if everything that fails failed there too.
@@ -162,7 +166,7 @@ def run(
         from rayproof.reports.commands.merge import merge as merge_parts
 
         with told_in_one_line():
-            demanded = gate_demands(expect, against, least_coverage)
+            demanded = gate_demands(expect, against, least_coverage, patterns=patterns)
         code = merge_parts(tuple(map(Path, selectors)), out=out, demanded=demanded, history=history, json=json)
         from rayproof.reports.commands.report import write_one_file
 
@@ -213,7 +217,7 @@ def run(
 
                 stream = SceneStream(scenes, tested)
             heard = panel(required, tested)
-            demanded = gate_demands(expect, against, least_coverage)
+            demanded = gate_demands(expect, against, least_coverage, patterns=patterns)
             kept = images_to_keep(keep_images, cases=len(selectors if stream is None else stream))
         request = RunOptions(
             selectors=selectors,
@@ -273,18 +277,20 @@ def run(
     return code
 
 
-def gate_demands(expect: Path | None, against: Path | None, least_coverage: float | None) -> "Demanded | None":
+def gate_demands(
+    expect: Path | None, against: Path | None, least_coverage: float | None, *, patterns: bool
+) -> "Demanded | None":
     """Return what a gate demands of a run, None where it is nothing; raise ValueError or OSError for an unusable file.
 
     They are read now: OUT may be the folder of the earlier run, and its results are those that are compared with.
     """
     if expect is None and against is None and least_coverage is None:
         return None
-    from rayproof.reports.history.expectations import load_expectations
+    from rayproof.reports.history.expectations import load_known
     from rayproof.reports.history.gating import Demanded, load_base
 
     return Demanded(
-        expected=None if expect is None else (str(expect), load_expectations(expect)),
+        expected=None if expect is None else (str(expect), load_known(expect, patterns=patterns)),
         against=None if against is None else load_base(against),
         least_coverage=least_coverage,
     )

@@ -1,55 +1,90 @@
-"""The file of expectations: JSON, one entry for each check that is known to fail, or for a pattern of them."""
+"""The file of known failures: JSON, one entry for each case and item, with how each of its checks is known to fail."""
 
-import json
-import math
-from collections.abc import Mapping
-from dataclasses import asdict, dataclass, field, fields
+import re
+from collections.abc import Mapping, Sequence
 from datetime import date
 from fnmatch import fnmatchcase
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Literal, get_args
 
-from rayproof.reports.results.case_records import CheckRecord
+import msgspec
+from msgspec import Meta
+
+from rayproof.reports.results.case_records import CheckRecord, Count
 from rayproof.reports.results.files import as_json, write_text
-from rayproof.reports.results.outcomes import Outcome
 from rayproof.reports.results.records import RunRecord
 
-SCHEMA = 1
-# A crash, or a check of which nothing came, is no known failure: it shows nothing.
-EXPECTABLE = (Outcome.FAIL, Outcome.REFERENCE_SUSPECT)
+SCHEMA = 2
+NO_CELLS = "0" * 16  # of a check without a wrong pixel
 SUBJECT = "subject"  # the condition that is about who is under test; all others are about the environment
+Text = Annotated[str, Meta(pattern=r"\S")]
+Bound = Annotated[float, Meta(ge=0)] | Literal["inf"]  # JSON has no infinity
+# A crash, or a check of which nothing came, is no known failure: it shows nothing.
+Expectable = Literal["fail", "reference_suspect"]
+EXPECTABLE: tuple[str, ...] = get_args(Expectable)
 
 
-@dataclass(frozen=True, kw_only=True)
-class Expectation:
-    """Checks that are known to fail, and how. `case`, `configuration`, `reference` and `stage` may be patterns."""
+class KnownCheck(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, omit_defaults=True):
+    """How a check is known to fail."""
 
-    case: str
-    configuration: str
-    reference: str
-    stage: str
-    verdict: str  # fail or reference_suspect
-    reason: str  # why it is known to fail, for whoever reads the file
-    ratio: tuple[float, float]  # lowest and highest worst error over limit; infinities are allowed
-    wrong: tuple[int, int]  # lowest and highest number of pixels over their limit
+    verdict: Expectable
+    ratio: tuple[Bound, Bound]  # lowest and highest worst error over limit
+    wrong: tuple[Count, Count]  # lowest and highest number of pixels over their limit
+    # Which cells of an 8 x 8 grid may hold wrong pixels, as a record's second `cells`; None: any.
+    cells: Annotated[str, Meta(pattern="^[0-9a-f]{16}$")] | None = None
+
+    def __post_init__(self) -> None:
+        """Raise ValueError for a range that ends before it begins."""
+        for key, (low, high) in (("ratio", self.ratio), ("wrong", self.wrong)):
+            if not float(low) <= float(high):
+                raise ValueError(f"{key} must begin with the lowest, got {[low, high]}")
+
+
+class Expectation(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, omit_defaults=True):
+    """Checks of a case that are known to fail. The case, and the words that name a check, may be patterns."""
+
+    case: Text
+    reason: Text  # why they are known to fail, for whoever reads the file
+    checks: Mapping[str, KnownCheck]  # "CONFIGURATION REFERENCE STAGE" -> how it fails
     item: str | None = None  # the specification's id that is blamed in the case; None: whichever
     expires: str | None = None  # the last day on which it holds, as YYYY-MM-DD
     issue: str | None = None  # where it is worked on
-    when: Mapping[str, str] = field(default_factory=dict)  # `subject` or a key of the environment to a pattern
+    when: Mapping[str, str] = {}  # `subject` or a key of the environment to a pattern
+
+    def __post_init__(self) -> None:
+        """Raise ValueError for a day that is none, or a name of a check without its three words."""
+        if self.expires is not None:
+            date.fromisoformat(self.expires)
+        for name in self.checks:
+            if len(name.rsplit(" ", 2)) != 3:
+                raise ValueError(f"a check is named by configuration, reference and stage, got {name!r}")
 
     @property
     def name(self) -> str:
-        """Return the checks that it is about, in words."""
-        return f"{self.case} {self.configuration} {self.reference} {self.stage}"
+        """Return what it is about, in words."""
+        return f"{self.case} ({self.item})" if self.item else self.case
+
+    @property
+    def opens_more(self) -> str | None:
+        """Return in words what of it is about more than the checks and pixels that it names, or None."""
+        for pattern in (self.case, *self.checks):
+            if re.search(r"[*?\[]", re.sub(r"\[(.)\]", "", pattern)):
+                return f"{pattern!r} is a pattern"
+        anywhere = next((name for name, check in self.checks.items() if check.cells is None), None)
+        return None if anywhere is None else f"{anywhere!r} has no `cells`, so that pixels may be wrong anywhere"
 
     def about_case(self, name: str) -> bool:
         """Say whether it is about a case."""
         return fnmatchcase(name, self.case)
 
-    def about(self, case: str, check: CheckRecord) -> bool:
-        """Say whether it is about a check of a case."""
-        named = ((check[key], getattr(self, key)) for key in ("configuration", "reference", "stage"))
-        return self.about_case(case) and all(fnmatchcase(str(value), pattern) for value, pattern in named)
+    def about(self, case: str, check: CheckRecord) -> str | None:
+        """Return the name by which it is about a check of a case, or None."""
+        if not self.about_case(case):
+            return None
+        words = [str(check[key]) for key in ("configuration", "reference", "stage")]
+        if (name := " ".join(map(plainly, words))) in self.checks:
+            return name
+        return next((name for name in self.checks if all(map(fnmatchcase, words, name.rsplit(" ", 2)))), None)
 
     def holds_for(self, results: RunRecord) -> bool:
         """Say whether its conditions are those of a run."""
@@ -61,83 +96,47 @@ class Expectation:
         return self.expires is not None and today > date.fromisoformat(self.expires)
 
 
-def load_expectations(path: Path) -> tuple[Expectation, ...]:
-    """Return the expectations in a file.
+class Known(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """The file: what is known to fail, and how much was answered when it was accepted."""
+
+    schema: Literal[2] = SCHEMA
+    suite: str = ""  # the version of rayproof that it was accepted under
+    answered: Mapping[str, tuple[Count, Count]] = {}  # family -> checks that were answered, of how many
+    expected: Sequence[Expectation] = ()
+
+
+def plainly(name: str) -> str:
+    """Return a pattern that means the name and nothing else."""
+    return "".join(f"[{character}]" if character in "*?[" else character for character in name)
+
+
+def load_known(path: Path, *, patterns: bool) -> Known:
+    """Return the known failures in a file; entries with `patterns` are refused unless they are allowed.
 
     Raises:
         OSError: the file cannot be read.
-        ValueError: it is no file of expectations; the message names the file, the entry and what is wrong there.
+        ValueError: it is no such file; the message names the file, the place and what is wrong there.
 
     """
     try:
-        content = json.loads(path.read_text(encoding="utf-8"))
-    except (ValueError, RecursionError) as error:
+        content = msgspec.json.decode(path.read_bytes())
+    except msgspec.DecodeError as error:
         raise ValueError(f"{path} is no JSON: {error}") from None
-    if (
-        not isinstance(content, dict)
-        or content.get("schema") != SCHEMA
-        or not isinstance(content.get("expected"), list)
-    ):
-        raise ValueError(f"{path} must be an object with schema {SCHEMA} and a list `expected`")
-    found = []
-    for number, entry in enumerate(content["expected"]):
-        try:
-            found.append(_entry(entry))
-        except (ValueError, TypeError) as error:
-            raise ValueError(f"{path}, entry {number}: {error}") from None
-    return tuple(found)
+    if not isinstance(content, dict) or content.get("schema") != SCHEMA:
+        raise ValueError(f"{path} must be an object with schema {SCHEMA}; `rayproof gate accept` writes one")
+    try:
+        known = msgspec.convert(content, Known)
+    except msgspec.ValidationError as error:
+        raise ValueError(f"{path}: {error}") from None
+    for entry in known.expected:
+        if not patterns and (more := entry.opens_more) is not None:
+            raise ValueError(f"{path}: the entry of {entry.name}: {more}; --any allows such entries")
+    return known
 
 
-def save_expectations(path: Path, expected: tuple[Expectation, ...], suite: str) -> None:
-    """Write a file of expectations; `suite` names the version of rayproof that they were accepted under."""
-    entries = [{key: value for key, value in asdict(one).items() if value not in (None, {})} for one in expected]
-    write_text(path, as_json({"schema": SCHEMA, "suite": suite, "expected": entries}, indent=1) + "\n")
-
-
-def _entry(entry: Any) -> Expectation:
-    if not isinstance(entry, dict):
-        raise TypeError(f"must be an object, got {type(entry).__name__}")
-    known = {one.name for one in fields(Expectation)}
-    if unknown := sorted(set(map(str, entry)) - known):
-        raise ValueError(f"unknown key {unknown[0]!r}; known: {', '.join(sorted(known))}")
-    text: dict[str, str] = {}
-    for key in ("case", "configuration", "reference", "stage", "verdict", "reason"):
-        value = entry.get(key)
-        if not isinstance(value, str) or not value.strip():
-            raise ValueError(f"{key} must be a text that says something, got {value!r}")
-        text[key] = value
-    if text["verdict"] not in EXPECTABLE:
-        raise ValueError(f"verdict must be one of {', '.join(EXPECTABLE)}, got {text['verdict']!r}")
-    for key in ("item", "expires", "issue"):
-        if entry.get(key) is not None and not isinstance(entry[key], str):
-            raise ValueError(f"{key} must be a text, got {entry[key]!r}")
-    if entry.get("expires") is not None:
-        date.fromisoformat(entry["expires"])
-    when = entry.get("when", {})
-    if not isinstance(when, dict) or not all(isinstance(one, str) for pair in when.items() for one in pair):
-        raise ValueError("when must be an object of texts")
-    ratio, wrong = (_range(entry.get(key), key) for key in ("ratio", "wrong"))
-    return Expectation(
-        **text,
-        item=entry.get("item"),
-        expires=entry.get("expires"),
-        issue=entry.get("issue"),
-        ratio=ratio,
-        wrong=(int(wrong[0]), int(wrong[1])),
-        when=when,
-    )
-
-
-def _range(value: Any, key: str) -> tuple[float, float]:
-    """Return the lowest and highest of a range; `"inf"` is how JSON carries an infinity here."""
-    if not isinstance(value, list) or len(value) != 2:
-        raise ValueError(f"{key} must be a list of the lowest and the highest, got {value!r}")
-    numbers = [math.inf if one == "inf" else one for one in value]
-    if not all(isinstance(one, int | float) and not isinstance(one, bool) and one >= 0 for one in numbers):
-        raise ValueError(f"{key} must be numbers from 0 on, got {value!r}")
-    low, high = numbers
-    if not low <= high:
-        raise ValueError(f"{key} must begin with the lowest, got {value!r}")
-    if key == "wrong" and not all(float(one).is_integer() for one in numbers):
-        raise ValueError(f"wrong must be whole numbers of pixels, got {value!r}")
-    return low, high
+def save_known(path: Path, known: Known) -> None:
+    """Write a file of known failures, each check on a line of its own."""
+    text = as_json(msgspec.to_builtins(known), indent=1)
+    for kind in (r"\[\n[^][{}]*\]", r"\{\n[^{}]*\}"):  # lists and objects with nothing of their kind in them
+        text = re.sub(kind, lambda found: re.sub(r"\s*\n\s*", " ", found[0]), text)
+    write_text(path, f"{text}\n")

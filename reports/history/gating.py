@@ -3,15 +3,18 @@
 import math
 import shutil
 import tempfile
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import asdict, dataclass, field, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, field
 from datetime import date
 from pathlib import Path
-from typing import Any, cast
+from typing import cast
 
+import msgspec
+
+from rayproof.cases.stages import Stage
 from rayproof.reports.history.database import WORSE_ERROR, append, opened, read_series, revision, worse
-from rayproof.reports.history.expectations import EXPECTABLE, Expectation
-from rayproof.reports.history.run_difference import LEAST_RATIO, ORDER, compared, paired
+from rayproof.reports.history.expectations import EXPECTABLE, NO_CELLS, Expectation, Known, KnownCheck, plainly
+from rayproof.reports.history.run_difference import LEAST_RATIO, ORDER, both, paired
 from rayproof.reports.results.case_records import CaseRecord, CheckRecord
 from rayproof.reports.results.document import load_results
 from rayproof.reports.results.headline import blamed_items, of_the_whole
@@ -19,7 +22,8 @@ from rayproof.reports.results.outcomes import MEASURED, Outcome
 from rayproof.reports.results.records import GateRecord, RunRecord
 
 GOOD = (Outcome.PASS, Outcome.WARN, Outcome.UNDECIDED, Outcome.UNSUPPORTED)
-SHOW_NOTHING = (Outcome.ERROR, Outcome.MISSING)
+RIGHT = (Outcome.PASS, Outcome.WARN)
+SHOW_NOTHING = (Outcome.ERROR, Outcome.MISSING, Outcome.UNDECIDED, Outcome.UNSUPPORTED)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -64,38 +68,58 @@ def _before_run(results: RunRecord, name: str, earlier: RunRecord) -> Standing:
     found, same, cases = [], [], []
     for case in results["cases"]:
         before = known.get(case["name"])
-        told, kept = [], []
+        worsened, kept = [], []
         if before is None:
-            told = [f"{case['verdict']}, and {name} does not have it"] if case["verdict"] not in GOOD else []
+            worsened = [f"{case['verdict']}, and {name} does not have it"] if case["verdict"] not in GOOD else []
         else:
-            for row in compared(before, case, pairs):
-                where = f"{row['configuration']} {row['reference']} {row['stage']}"
-                said = _worse(row)
-                told += [f"{where}: {said}"] if said else []
-                if not said and row["after"] is not None and row["after"][0] not in GOOD:
-                    kept.append(f"{where}: {row['after'][0]}, as in {name}")
-            if not told and not kept and ORDER.index(case["verdict"]) > ORDER.index(before["verdict"]):
-                told = [f"{case['verdict']}, was {before['verdict']}"]
-        found += [f"{case['name']}: {sentence}" for sentence in told]
-        same += [f"{case['name']}: {sentence}" for sentence in kept]
-        if case["verdict"] not in GOOD and not told:
+            for key, (earlier_check, check) in both(before, case, pairs).items():
+                where = " ".join(key)
+                why = _worse(earlier_check, check)
+                worsened += [f"{where}: {why}"] if why else []
+                if not why and check is not None and check["verdict"] not in GOOD:
+                    kept.append(f"{where}: {check['verdict']}, as in {name}")
+            if not worsened and not kept and ORDER.index(case["verdict"]) > ORDER.index(before["verdict"]):
+                worsened = [f"{case['verdict']}, was {before['verdict']}"]
+        found += _for_a_case(case["name"], worsened)
+        same += _for_a_case(case["name"], kept)
+        if case["verdict"] not in GOOD and not worsened:
             cases.append(case["name"])
     return Standing(worse=found, as_before=same, cases=cases)
 
 
-def _worse(row: Mapping[str, Any]) -> str | None:
+def _for_a_case(name: str, sentences: Sequence[str]) -> list[str]:
+    """Return in one sentence what was found of a case's checks: of the first, and of how many more; of none nothing."""
+    more = f" (and {len(sentences) - 1} more of its checks)" if len(sentences) > 1 else ""
+    return [f"{name}: {sentences[0]}{more}"] if sentences else []
+
+
+def _worse(before: CheckRecord | None, after: CheckRecord | None) -> str | None:
     """Return in words how a check became worse, or None."""
-    before, after = row["before"], row["after"]
     if after is None:
-        return f"was {before[0]}, and is not made any more"
+        return f"was {before['verdict']}, and is not made any more" if before is not None else None
+    now = after["verdict"]
     if before is None:
-        return f"{after[0]}, and was not made before" if after[0] not in GOOD else None
-    # A crash shows less than a failure, though it is no worse a verdict.
-    if ORDER.index(after[0]) > ORDER.index(before[0]) or (after[0] in SHOW_NOTHING and after[0] != before[0]):
-        return f"{after[0]}, was {before[0]}"
-    if before[1] is None or after[1] is None or after[1] < LEAST_RATIO or after[1] <= WORSE_ERROR * before[1]:
-        return None
-    return f"worst error / limit {after[1]:.3g}, was {before[1]:.3g}"
+        return f"{now}, and was not made before" if now not in GOOD else None
+    was = before["verdict"]
+    # What shows nothing is no better than a failure.
+    if ORDER.index(now) > ORDER.index(was) or (now in SHOW_NOTHING and now != was):
+        return f"{now}, was {was}"
+    for what, value, earlier in (
+        ("worst error / limit", figures(after)[0], figures(before)[0]),
+        ("wrong pixels", figures(after)[1], figures(before)[1]),
+        ("pixels without a finite number", not_finite(after), not_finite(before)),
+    ):
+        if value >= LEAST_RATIO and value > WORSE_ERROR * earlier:
+            return f"{what} {value:.5g}, was {earlier:.5g}"
+    if "cells" in before and (strays := _elsewhere(after, before["cells"][1])):
+        return f"pixels are wrong in {strays}"
+    return None
+
+
+def _elsewhere(check: CheckRecord, allowed: str) -> str | None:
+    """Return in words in how many cells a check's pixels are wrong where they may not be, or None."""
+    cells = int(check.get("cells", (NO_CELLS,))[0], 16) & ~int(allowed, 16)
+    return f"{cells.bit_count()} of 64 parts of the image in which they were right" if cells else None
 
 
 def _before_history(results: RunRecord, base: Base) -> Standing:
@@ -124,7 +148,7 @@ SHUTTING = ("regressions", "worse", "uncovered", "tighten", "stale", "expired")
 
 @dataclass(kw_only=True)
 class Gate:
-    """What came of it: each list holds sentences that begin with the check or the entry they are about."""
+    """What came of it: each list holds a sentence for each case or entry that begins with its name."""
 
     file: str  # what it holds a run against, in words
     regressions: list[str] = field(default_factory=list)  # fails, and is not expected, or not so
@@ -132,8 +156,8 @@ class Gate:
     stale: list[str] = field(default_factory=list)  # entries about planned cases that meet no check of theirs
     expired: list[str] = field(default_factory=list)  # entries about planned cases whose last day is over
     worse: list[str] = field(default_factory=list)  # what is worse than in the run or history that it is held against
-    uncovered: list[str] = field(default_factory=list)  # that too few of the checks were measured
-    matched: list[str] = field(default_factory=list)  # checks that fail as expected, with the reason given
+    uncovered: list[str] = field(default_factory=list)  # that too few of the checks were measured, or answered
+    matched: list[str] = field(default_factory=list)  # cases with checks that fail as expected, and the reason given
     cases: list[str] = field(default_factory=list)  # names of cases of which all that fails is expected
 
     @property
@@ -144,14 +168,17 @@ class Gate:
     @property
     def sentence(self) -> str:
         """Return what came of it in one sentence."""
-        parts = [f"{len(self.matched)} failing checks are expected"]
-        parts += [f"{len(self.regressions)} regressions"] if self.regressions else []
-        parts += [f"{len(self.tighten)} fail less than expected"] if self.tighten else []
-        parts += [f"{len(self.stale)} entries meet no check"] if self.stale else []
-        parts += [f"{len(self.expired)} entries are expired"] if self.expired else []
-        parts += [f"{len(self.worse)} became worse"] if self.worse else []
+        words = {
+            "regressions": "not expected",
+            "worse": "worse than before",
+            "tighten": "better than expected",
+            "stale": "expected and not there",
+            "expired": "expired",
+        }
+        parts = [f"{len(listed)} {what}" for key, what in words.items() if (listed := getattr(self, key))]
         parts += self.uncovered
-        return f"The gate {self.file} is {'shut' if self.red else 'open'}: {', '.join(parts)}."
+        said = ", ".join(parts) or ("nothing fails" if not self.matched else "what fails is known")
+        return f"The gate {self.file} is {'red' if self.red else 'green'}: {said}."
 
     def record(self) -> GateRecord:
         """Return it as results.json has it."""
@@ -160,9 +187,9 @@ class Gate:
 
 @dataclass(frozen=True, kw_only=True)
 class Demanded:
-    """What a user demands of a run beside that it passes; nothing of it by default."""
+    """What a user demands of a run; nothing of it by default."""
 
-    expected: tuple[str, tuple[Expectation, ...]] | None = None  # what is known to fail: a file's name, its entries
+    expected: tuple[str, Known] | None = None  # what is known to fail: a file's name, and what it holds
     against: Base | None = None  # nothing may be worse than there
     least_coverage: float | None = None  # %, of the checks that must be measured
 
@@ -171,21 +198,16 @@ class Demanded:
         """Say whether some failures are let through."""
         return self.expected is not None or self.against is not None
 
-    @property
-    def anything(self) -> bool:
-        """Say whether anything is demanded."""
-        return self.lets_through or self.least_coverage is not None
-
 
 def held(results: RunRecord, demanded: Demanded, *, today: date | None = None) -> Gate:
     """Return what a run's record (`results.json`) comes to before what is demanded of it."""
-    file, expected = demanded.expected or ("", ())
+    file, known = demanded.expected or ("", Known())
     names = [file] if demanded.expected else []
     names += [f"against {demanded.against.name}"] if demanded.against else []
     names += [f"of at least {demanded.least_coverage:g} % coverage"] if demanded.least_coverage is not None else []
     called = ", ".join(names)
-    if demanded.expected is not None:
-        found = gate(results, expected, file=called, today=today)
+    if demanded.expected is not None or demanded.against is None:
+        found = gate(results, known, file=called, today=today)
     else:
         found = Gate(file=called)
         _hold_the_whole(results, found)
@@ -197,7 +219,7 @@ def held(results: RunRecord, demanded: Demanded, *, today: date | None = None) -
     if demanded.least_coverage is not None:
         share, told = coverage(results)
         if not share >= demanded.least_coverage:
-            found.uncovered = [f"{told}, and {demanded.least_coverage:g} % are demanded"]
+            found.uncovered.append(f"{told}, and {demanded.least_coverage:g} % are demanded")
     return found
 
 
@@ -210,29 +232,33 @@ def coverage(results: RunRecord) -> tuple[float, str]:
     return share, f"{measured} of {planned} checks ({share:.1f} %) were measured"
 
 
-def gate(results: RunRecord, expected: Sequence[Expectation], *, file: str, today: date | None = None) -> Gate:
-    """Return what a run's record (`results.json`) comes to before expectations.
+def gate(results: RunRecord, known: Known, *, file: str, today: date | None = None) -> Gate:
+    """Return what a run's record (`results.json`) comes to before a file of known failures.
 
     Only entries about planned cases count, so that the shards of a suite can share a file.
     """
     today = today or date.today()
     found = Gate(file=file)
     valid: list[Expectation] = []
-    for entry in expected:
+    for entry in known.expected:
         if not any(entry.about_case(case["name"]) for case in results["cases"]) or not entry.holds_for(results):
             continue
         if entry.expired(today):
             found.expired.append(f"{entry.name}: expired on {entry.expires}: {entry.reason}")
         else:
             valid.append(entry)
-    met: dict[int, list[str]] = {place: [] for place in range(len(valid))}
+    met: dict[tuple[int, str], list[str]] = {(k, name): [] for k, entry in enumerate(valid) for name in entry.checks}
     for case in results["cases"]:
         _hold_case(case, valid, met, found)
-    for place, verdicts in met.items():
-        if not verdicts:
-            found.stale.append(f"{valid[place].name}: no check of the run is called so")
-        elif all(verdict in GOOD for verdict in verdicts):
-            found.tighten.append(f"{valid[place].name}: passes now, and is expected to fail: {valid[place].reason}")
+    for place, entry in enumerate(valid):
+        verdicts = {name: met[place, name] for name in entry.checks}
+        gone = [f"no check of the run is called {name}" for name in verdicts if not verdicts[name]]
+        right = [name for name, seen in verdicts.items() if seen and all(verdict in RIGHT for verdict in seen)]
+        silent = {name: seen for name, seen in verdicts.items() if seen and {*seen} <= {*GOOD} and {*seen} - {*RIGHT}}
+        found.stale += _for_a_case(entry.name, gone)
+        found.tighten += _for_a_case(entry.name, [f"{name} passes now, and is expected to fail" for name in right])
+        why = [f"{name} is {seen[0]}, which does not show whether it still fails" for name, seen in silent.items()]
+        found.regressions += _for_a_case(entry.name, why)
     _hold_the_whole(results, found)
     return found
 
@@ -243,54 +269,68 @@ def _hold_the_whole(results: RunRecord, found: Gate) -> None:
         found.regressions.append("the whole run: it is not finished, so that not all is known")
 
 
-def _hold_case(case: CaseRecord, valid: Sequence[Expectation], met: dict[int, list[str]], found: Gate) -> None:
+def _hold_case(
+    case: CaseRecord, valid: Sequence[Expectation], met: dict[tuple[int, str], list[str]], found: Gate
+) -> None:
     """Hold the checks of one case against the entries about them."""
-    bad = expected = 0
-    for check in case["checks"]:
-        about = [place for place, entry in enumerate(valid) if entry.about(case["name"], check)]
-        for place in about:
-            met[place].append(check["verdict"])
+    known: dict[str, int] = {}  # the reasons of what is expected: how many checks
+    wrong: dict[str, list[str]] = {"regressions": [], "tighten": []}
+    entries = [(place, entry) for place, entry in enumerate(valid) if entry.about_case(case["name"])]
+    for check in case["checks"] if entries or case["verdict"] not in RIGHT else ():
+        about = [(entry, name, place) for place, entry in entries if (name := entry.about(case["name"], check))]
+        for _, name, place in about:
+            met[place, name].append(check["verdict"])
         if check["verdict"] in GOOD:
             continue
-        bad += 1
-        where = f"{case['name']} {check['configuration']} {check['reference']} {check['stage']}"
+        where = f"{check['configuration']} {check['reference']} {check['stage']}"
         if not about:
-            found.regressions.append(f"{where}: {check['verdict']}, and no entry is about it")
+            wrong["regressions"].append(f"{where}: {check['verdict']}, and no entry is about it")
             continue
         # Of several entries about a check it is enough to be as one of them says.
-        objections = [_objection(case, check, valid[place]) for place in about]
+        objections = [_objection(case, check, entry, entry.checks[name]) for entry, name, _ in about]
         if None in objections:
-            entry = valid[about[objections.index(None)]]
-            found.matched.append(f"{where}: {entry.reason}")
-            expected += 1
+            entry = about[objections.index(None)][0]
+            known[entry.reason] = known.get(entry.reason, 0) + 1
             continue
-        kind, why = next((each for each in objections if each and each[0] == "tighten"), objections[0] or ("", ""))
-        (found.tighten if kind == "tighten" else found.regressions).append(f"{where}: {why}")
+        kind, why = min(filter(None, objections), key=lambda objection: objection[0] != "tighten")
+        wrong[kind].append(f"{where}: {why}")
     # A closed form fails a case without a check of its own: no entry can be about that.
-    for told in case.get("expectations") or ():
-        if told.get("verdict", Outcome.PASS) not in GOOD:
-            bad += 1
-            found.regressions.append(f"{case['name']}: {told['verdict']} of its expectations, of which no entry can be")
-    if not bad and case["verdict"] not in GOOD:
-        found.regressions.append(f"{case['name']}: {case['verdict']}: {case.get('reason') or 'no check says why'}")
-    elif bad and bad == expected:
+    closed = [told["verdict"] for told in case.get("expectations") or () if told.get("verdict") not in (None, *GOOD)]
+    wrong["regressions"] += [f"{verdict} of its expectations, of which no entry can be" for verdict in closed]
+    if not any([known, *wrong.values()]) and case["verdict"] not in GOOD:
+        wrong["regressions"].append(f"{case['verdict']}: {case.get('reason') or 'no check says why'}")
+    found.regressions += _for_a_case(case["name"], wrong["regressions"])
+    found.tighten += _for_a_case(case["name"], wrong["tighten"])
+    found.matched += [f"{case['name']}: {count} checks fail: {reason}" for reason, count in known.items()]
+    if known and not any(wrong.values()):
         found.cases.append(case["name"])
 
 
-def _objection(case: CaseRecord, check: CheckRecord, entry: Expectation) -> tuple[str, str] | None:
+def _objection(case: CaseRecord, check: CheckRecord, entry: Expectation, known: KnownCheck) -> tuple[str, str] | None:
     """Return what a check that fails has against an entry, or None if it fails as the entry says."""
-    ratio, wrong = figures(check)
-    if check["verdict"] not in EXPECTABLE or math.isnan(ratio) or any(_not_finite(check)):
-        return "regression", f"{check['verdict']}, where nothing can be expected of it: {check.get('reason') or ''}"
-    if check["verdict"] != entry.verdict:
-        return "regression", f"{check['verdict']}, and {entry.verdict} is expected"
+    if (why := unexpectable(check)) is not None:
+        return "regressions", why
+    if check["verdict"] != known.verdict:
+        return "regressions", f"{check['verdict']}, and {known.verdict} is expected"
     if entry.item is not None and entry.item not in (case.get("blamed_items") or [case.get("item")]):
-        return "regression", f"{blamed_items(case) or 'nothing'} is blamed, and {entry.item} is expected"
-    for what, value, (low, high) in (("error over limit", ratio, entry.ratio), ("wrong pixels", wrong, entry.wrong)):
-        if not value <= high:
-            return "regression", f"{value:.4g} {what}, and at most {high:.4g} is expected"
-        if value < low:
-            return "tighten", f"{value:.4g} {what}, and at least {low:.4g} is expected"
+        return "regressions", f"{blamed_items(case) or 'nothing'} is blamed, and {entry.item} is expected"
+    ratio, wrong = figures(check)
+    for what, value, (low, high) in (("error over limit", ratio, known.ratio), ("wrong pixels", wrong, known.wrong)):
+        if not value <= float(high):
+            return "regressions", f"{value:.4g} {what}, and at most {float(high):.4g} is expected"
+        if value < float(low):
+            return "tighten", f"{value:.4g} {what}, and at least {float(low):.4g} is expected"
+    strays = None if known.cells is None else _elsewhere(check, known.cells)
+    return None if strays is None else ("regressions", f"pixels are wrong in {strays}")
+
+
+def unexpectable(check: CheckRecord) -> str | None:
+    """Return in words why no entry can be about a check that fails, or None."""
+    if check["verdict"] not in EXPECTABLE:
+        return f"{check['verdict']}, where nothing can be expected of it: {check.get('reason') or ''}"
+    count = not_finite(check)
+    if count or math.isnan(figures(check)[0]):
+        return f"{count} pixels without a finite number, of which nothing can be expected"
     return None
 
 
@@ -299,14 +339,16 @@ def figures(check: CheckRecord) -> tuple[float, int]:
     return float(check.get("ratio") or 0.0), int((check.get("examined") or {}).get("wrong", 0))
 
 
-def _not_finite(check: CheckRecord) -> Iterator[bool]:
-    """Yield of each value that the check shows of the one under test whether it is NaN or infinite."""
-    for key in ("end_to_end", "continued"):
-        for value in (check.get(key) or {}).get("ours") or ():
-            yield not math.isfinite(float(value))
+def not_finite(check: CheckRecord) -> int:
+    """Return in how many pixels the renderer under test has NaN, or an infinity that is no miss."""
+    counts = []
+    for measured in (check.get("end_to_end") or {}, check.get("continued") or {}):
+        infinite = 0 if check["stage"] == Stage.DISTANCE else measured.get("inf", 0)
+        counts.append(measured.get("nan", 0) + infinite)
+    return max(counts)
 
 
-# Write what fails into a file of expectations, and take out of it what no longer does.
+# Write what fails into a file of known failures, and take out of it what no longer does.
 
 
 SLACK = 0.1  # of error and of wrong pixels, either way: what another processor's roundings may change
@@ -314,78 +356,106 @@ SLACK = 0.1  # of error and of wrong pixels, either way: what another processor'
 
 def accepted(
     results: RunRecord,
-    known: Sequence[Expectation],
+    known: Known,
     *,
     reason: str,
     expires: str | None,
     issue: str | None,
     when: Mapping[str, str],
-) -> tuple[tuple[Expectation, ...], int]:
-    """Return the entries with one more for each failing check that none is about, and how many those are."""
-    new = []
+) -> tuple[Known, int, list[str]]:
+    """Return the file with the failing checks that none of its entries is about, how many, and what cannot be accepted.
+
+    Checks of a case with the same item, reason and conditions are one entry.
+    """
+    entries = list(known.expected)
+    count, refused = 0, []
     for case in results["cases"]:
+        about = [entry for entry in known.expected if entry.about_case(case["name"]) and entry.holds_for(results)]
+        new: dict[str, KnownCheck] = {}
         for check in case["checks"]:
-            if check["verdict"] not in EXPECTABLE or any(
-                one.about(case["name"], check) and one.holds_for(results) for one in known
-            ):
+            if check["verdict"] in GOOD or any(entry.about(case["name"], check) for entry in about):
+                continue
+            where = f"{check['configuration']} {check['reference']} {check['stage']}"
+            if (why := unexpectable(check)) is not None:
+                refused.append(f"{case['name']}: {where}: {why}")
                 continue
             ratio, wrong = figures(check)
-            new.append(
-                Expectation(
-                    case=_plainly(case["name"]),
-                    configuration=_plainly(check["configuration"]),
-                    reference=_plainly(check["reference"]),
-                    stage=check["stage"],
-                    verdict=check["verdict"],
-                    reason=reason,
-                    ratio=(_rounded(ratio / (1 + SLACK)), _rounded(ratio * (1 + SLACK))),
-                    wrong=(math.floor(wrong / (1 + SLACK)), math.ceil(wrong * (1 + SLACK))),
-                    item=case.get("item"),
-                    expires=expires,
-                    issue=issue,
-                    when=when,
-                )
+            new[" ".join(plainly(str(check[key])) for key in ("configuration", "reference", "stage"))] = KnownCheck(
+                verdict=check["verdict"],  # type: ignore[arg-type]
+                ratio=(_rounded(ratio / (1 + SLACK)), _rounded(ratio * (1 + SLACK))),
+                wrong=(math.floor(wrong / (1 + SLACK)), math.ceil(wrong * (1 + SLACK))),
+                cells=check.get("cells", (NO_CELLS, NO_CELLS))[1],
             )
-    return (*known, *new), len(new)
+        if not new:
+            continue
+        count += len(new)
+        entry = Expectation(
+            case=plainly(case["name"]),
+            reason=reason,
+            checks=new,
+            item=case.get("item"),
+            expires=expires,
+            issue=issue,
+            when=when,
+        )
+        alike = (place for place, old in enumerate(entries) if msgspec.structs.replace(old, checks=new) == entry)
+        if (place := next(alike, None)) is None:
+            entries.append(entry)
+        else:
+            entries[place] = msgspec.structs.replace(entry, checks={**entries[place].checks, **new})
+    return msgspec.structs.replace(known, expected=entries), count, refused
 
 
-def pruned(results: RunRecord, known: Sequence[Expectation]) -> tuple[tuple[Expectation, ...], list[str]]:
-    """Return the entries without those whose checks pass, others narrowed to what is there, and what was done.
+def pruned(results: RunRecord, known: Known) -> tuple[Known, list[str]]:
+    """Return the file without checks that pass or are gone, others narrowed to what is there, and a line for each case.
 
-    It only shrinks: no entry is added, and none becomes wider. Entries about cases that were not run stay as they are.
+    It only shrinks: no entry is added, and none becomes wider. What was not run, or not measured, stays as it is.
     """
     kept, done = [], []
-    for entry in known:
-        checks = [check for case in results["cases"] for check in case["checks"] if entry.about(case["name"], check)]
-        planned = any(entry.about_case(case["name"]) for case in results["cases"])
-        if not planned or not entry.holds_for(results):
+    for entry in known.expected:
+        cases = [case for case in results["cases"] if entry.about_case(case["name"])]
+        if not cases or not entry.holds_for(results):
             kept.append(entry)
             continue
-        failing = [check for check in checks if check["verdict"] not in GOOD]
-        if not failing:
-            done.append(f"removed: {entry.name}: {'passes now' if checks else 'no check is called so'}")
-            continue
-        ratios, wrongs = zip(*map(figures, failing), strict=True)
-        narrow = replace(
-            entry,
-            ratio=_narrowed(entry.ratio, _rounded(max(ratios) * (1 + SLACK)), _rounded(min(ratios) / (1 + SLACK))),
-            wrong=_narrowed(entry.wrong, math.ceil(max(wrongs) * (1 + SLACK)), math.floor(min(wrongs) / (1 + SLACK))),
-        )
-        if narrow != entry:
-            done.append(f"narrowed: {entry.name}")
-        kept.append(narrow)
-    return tuple(kept), done
+        seen: dict[str, list[CheckRecord]] = {name: [] for name in entry.checks}
+        for case in cases:
+            for check in case["checks"]:
+                if (name := entry.about(case["name"], check)) is not None:
+                    seen[name].append(check)
+        left = {name: _narrowed(entry.checks[name], checks) for name, checks in seen.items() if not _over(checks)}
+        narrowed = sum(check != entry.checks[name] for name, check in left.items())
+        counts = ((len(entry.checks) - len(left), "pass now or are gone"), (narrowed, "fail less and are narrowed"))
+        if words := ", ".join(f"{count} {what}" for count, what in counts if count):
+            done.append(f"{entry.name}: of {len(entry.checks)} checks {words}")
+        if left:
+            kept.append(msgspec.structs.replace(entry, checks=left))
+    return msgspec.structs.replace(known, expected=kept), done
 
 
-def _narrowed(old: tuple[Any, Any], high: Any, low: Any) -> tuple[Any, Any]:
-    """Return a range that allows no more than before at its upper end, and begins no higher than what is there."""
-    return min(old[0], low), min(old[1], max(high, low))
+def _over(checks: Sequence[CheckRecord]) -> bool:
+    """Say whether what an entry says of some checks is over: they pass, or there are none."""
+    return all(check["verdict"] in RIGHT for check in checks)
+
+
+def _narrowed(known: KnownCheck, checks: Sequence[CheckRecord]) -> KnownCheck:
+    """Return what is known of some checks with ranges that end no higher, and begin no higher than what is there."""
+    failing = [figures(check) for check in checks if check["verdict"] in EXPECTABLE]
+    if not failing:
+        return known
+    ratios, wrongs = zip(*failing, strict=True)
+    ratio, wrong = tuple(map(float, known.ratio)), known.wrong
+    low, high = _rounded(min(ratios) / (1 + SLACK)), _rounded(max(ratios) * (1 + SLACK))
+    least, most = math.floor(min(wrongs) / (1 + SLACK)), math.ceil(max(wrongs) * (1 + SLACK))
+    there = 0
+    for check in checks:
+        there |= int(check.get("cells", (NO_CELLS, NO_CELLS))[1], 16)
+    return msgspec.structs.replace(
+        known,
+        ratio=(min(ratio[0], low), min(ratio[1], max(high, low))),
+        wrong=(min(wrong[0], least), min(wrong[1], max(most, least))),
+        cells=None if known.cells is None else f"{int(known.cells, 16) & there:016x}",
+    )
 
 
 def _rounded(value: float) -> float:
     return float(f"{value:.4g}")
-
-
-def _plainly(name: str) -> str:
-    """Return a pattern that means the name and nothing else."""
-    return "".join(f"[{one}]" if one in "*?[" else one for one in name)

@@ -39,21 +39,30 @@ def compared(before: Case, after: Case, pairs: Mapping[str, str]) -> list[Compar
     `configuration` is the later run's name of it, `before` and `after` are [verdict, worst error over limit] or null,
     `factor` is by how much the ratio grew, null where it was not measured on both sides.
     """
-    named = {value: key for key, value in pairs.items()}
-    one = {_key(check, named): _word(check) for check in before.get("checks", [])}
-    other = {_key(check, {}): _word(check) for check in after.get("checks", [])}
-    rows: list[ComparedCheckRecord] = [
-        {
-            "configuration": key[0],
-            "reference": key[1],
-            "stage": key[2],
-            "before": one.get(key),
-            "after": other.get(key),
-            "factor": _factor(one.get(key), other.get(key)),
-        }
-        for key in dict.fromkeys([*other, *one])
-    ]
+    rows: list[ComparedCheckRecord] = []
+    for (configuration, reference, stage), (one, other) in both(before, after, pairs).items():
+        words = [None if check is None else _word(check) for check in (one, other)]
+        rows.append(
+            {
+                "configuration": configuration,
+                "reference": reference,
+                "stage": stage,
+                "before": words[0],
+                "after": words[1],
+                "factor": _factor(*words),
+            }
+        )
     return sorted(rows, key=lambda row: -weight(row))
+
+
+def both(
+    before: Case, after: Case, pairs: Mapping[str, str]
+) -> dict[tuple[str, str, str], tuple[CheckRecord | None, CheckRecord | None]]:
+    """Return (configuration, reference, stage) -> the check before and after, of every one that either run made."""
+    named = {value: key for key, value in pairs.items()}
+    one = {_key(check, named): check for check in before.get("checks", [])}
+    other = {_key(check, {}): check for check in after.get("checks", [])}
+    return {key: (one.get(key), other.get(key)) for key in dict.fromkeys([*other, *one])}
 
 
 def weight(row: ComparedCheckRecord) -> float:

@@ -15,7 +15,7 @@ from rayproof.cases.scene import Scene
 from rayproof.cases.stages import Stage
 from rayproof.reports.judge.answers import Candidate, Witness, abstention
 from rayproof.reports.judge.checks import Check, unmeasured
-from rayproof.reports.judge.measurement import measure
+from rayproof.reports.judge.measurement import Kind, cells_of, measure
 from rayproof.reports.judge.oracle import FullOracle, stages_of
 from rayproof.reports.judge.scene_truth import Terms, ground
 from rayproof.reports.results.outcomes import Outcome
@@ -78,6 +78,7 @@ def supersampled_check(fine: Terms, ours: np.ndarray, theirs: np.ndarray, sample
         end_to_end=measured,
         ratio=measured.worst_ratio,
         examined=measured.examined,
+        cells=None if good else cells_of(measured.kinds == Kind.WRONG),
     )
 
 

@@ -18,6 +18,7 @@ from rayproof.reports.judge.measurement import (
     Examined,
     Kind,
     Measurement,
+    cells_of,
     counted,
     jsonable,
     most_interval,
@@ -58,6 +59,7 @@ class Check:
     stopped: bool = False  # not measured because a party's time was over
     why: str | None = None  # the derivation of the limit, where it is not the stage's usual one
     examined: Examined | None = None  # what became of every pixel, or camera entry; None until it is accounted for
+    cells: list[str] | None = None  # where wrong pixels are, as `cells_of` says
 
     @property
     def alone(self) -> bool:
@@ -91,6 +93,8 @@ class Check:
             "because": f"{self.why or BECAUSE[self.stage]}; {self.reference}: {calibration(self.reference).origin}"
             + self.steps,
         }
+        if self.cells:
+            record["cells"] = self.cells
         if self.evidence:
             record["evidence"] = self.evidence
         if self.stopped:
@@ -165,6 +169,8 @@ def stage_check(bench: Bench, stage: Stage) -> Check:
     outcome, ratio, reason = _conclusion(
         bench.witness.name, stage, end_to_end, continued, shared=shared, shared_continued=shared_continued
     )
+    kinds = _together(end_to_end, continued)
+    examined = counted(kinds)
     return Check(
         configuration=bench.candidate.name,
         reference=bench.witness.name,
@@ -178,16 +184,17 @@ def stage_check(bench: Bench, stage: Stage) -> Check:
         continued_bias=shared_continued,
         informative=informative,
         steps=bench.terms.because(stage),
-        examined=_together(end_to_end, continued),
+        examined=examined,
+        cells=cells_of(kinds == Kind.WRONG) if examined.wrong else None,
     )
 
 
-def _together(whole: Measurement, continued: Measurement | None) -> Examined:
-    """Return the ledger end to end, with the pixels that are wrong only given the candidate's previous stages."""
+def _together(whole: Measurement, continued: Measurement | None) -> np.ndarray:
+    """Return each pixel's kind end to end, wrong also where it is only given the candidate's previous stages."""
     if continued is None:
-        return whole.examined
+        return whole.kinds
     wrong = continued.kinds == Kind.WRONG
-    return counted(np.where(wrong, continued.kinds, whole.kinds)) if wrong.any() else whole.examined
+    return np.where(wrong, continued.kinds, whole.kinds) if wrong.any() else whole.kinds
 
 
 def _conclusion(

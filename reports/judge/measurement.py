@@ -4,6 +4,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, field, fields
 from enum import IntEnum
+from itertools import product
 from typing import Any, cast
 
 import numpy as np
@@ -70,6 +71,27 @@ def counted(kinds: np.ndarray) -> Examined:
     """Return the ledger of pixels, each a `Kind`; of any shape."""
     counts = np.bincount(kinds.ravel(), minlength=len(Kind)).tolist()
     return Examined(pixels=kinds.size, **{kind.name.lower(): counts[kind] for kind in Kind})
+
+
+CELLS = 8  # rows, and columns, of the grid over an image by which a gate remembers where pixels are wrong
+
+
+def cells_of(wrong: np.ndarray) -> list[str]:
+    """Return which cells of the grid hold a wrong pixel, and which hold one or lie within a pixel of one.
+
+    Each is 64 bits, row by row, as 16 hexadecimal digits. Another processor's roundings move an outline by less than a
+    pixel, so that the second is what may be wrong there.
+    """
+    height, width = wrong.shape
+    rows, columns = np.nonzero(wrong)
+    found = []
+    for reach in ((0,), (-1, 0, 1)):
+        cells = np.zeros((CELLS, CELLS), dtype=bool)
+        for down, right in product(reach, reach):
+            low, left = (rows + down).clip(0, height - 1), (columns + right).clip(0, width - 1)
+            cells[low * CELLS // height, left * CELLS // width] = True
+        found.append(np.packbits(cells).tobytes().hex())
+    return found
 
 
 def unexamined(stage: Stage, camera: Camera) -> Examined:

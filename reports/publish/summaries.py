@@ -123,7 +123,7 @@ def publish_badge(folder: Path, results: RunRecord) -> list[Path]:
 
 
 MOST_BYTES = 900_000
-MOST_OF_A_GATE = 50  # lines of a kind
+MOST_OF_A_GATE = 10  # lines of a kind
 _LONGEST_TEXT = 240  # characters of any one text; a hostile name must not push the rest out
 LONGEST_CAUSE = 1200  # characters of a cause with all that fits as well
 _MARKUP = re.compile(r"([\\`*_{}\[\]()#+!|~@:])")

@@ -111,6 +111,7 @@ class CheckFacts(TypedDict, total=False):
     end_to_end: MeasurementRecord | None
     continued: MeasurementRecord | None
     examined: dict[str, Count] | None
+    cells: list[str]  # of an 8 x 8 grid: which hold wrong pixels, and which do so or lie within a pixel of one
     bias: BiasRecord | None
     because: str | int
 

@@ -50,7 +50,7 @@ if TYPE_CHECKING:
 
 FAILED, NOT_MEASURED, INTERRUPTED = 1, 3, 130
 LOADING = 30.0  # s that a process that draws may take until it has loaded what it needs, on a busy machine
-MOST_OF_A_GATE = 12  # lines of a kind in the terminal
+MOST_OF_A_GATE = 10  # lines of a kind in the terminal
 EXAMINED = 500  # cases that failed, and as many that passed, among which a long run's causes are sought
 MOST_LOOKED_AT = 10_000  # of the best cases, to find those whose images were kept
 DIAGNOSING = 20.0  # s of processor time for naming the mistake

@@ -3,11 +3,14 @@
 from typing import Any
 
 import pytest
+from msgspec.structs import replace
 
-from rayproof.reports.history.expectations import Expectation
+from rayproof.reports.history.expectations import Expectation, Known
 from rayproof.reports.history.gating import Base, Demanded, coverage, held, standing
-from tests.reports.history.test_gating import ENTRY, TODAY, check, run
+from tests.reports.history.test_gating import CHECK, ENTRY, TODAY, as_of, check, run
 
+FIRST, LAST = "8" + "0" * 15, "0" * 15 + "1"
+WRONG, MORE = (run(check(ratio=float("inf"), examined={"wrong": count})) for count in (400, 11_998))
 LEDGER = {"planned": 4, "pass": 2, "warn": 0, "fail": 1, "unsupported": 1}
 
 
@@ -37,10 +40,15 @@ def test_what_fails_as_before_is_let_through_and_named():
         (run(check()), run(check(), check(stage="normal", verdict="pass")), "is not made any more"),
         (run(check(), name="shadows/three"), run(check()), "before does not have it"),
         (run(verdict="error"), run(verdict="pass"), "error, was pass"),
+        (run(check(verdict="undecided"), verdict="undecided"), run(check()), "undecided, was fail"),
+        (run(check(verdict="unsupported"), verdict="unsupported"), run(check()), "unsupported, was fail"),
+        (MORE, WRONG, "wrong pixels 11998, was 400"),
+        (run(check(end_to_end={"nan": 3})), run(check()), "pixels without a finite number 3, was 0"),
+        (run(check(cells=[FIRST, FIRST])), run(check(cells=[LAST, LAST])), "wrong in 1 of 64 parts"),
     ],
     ids=[
         "error", "verdict", "from nothing", "crash", "no answer", "new check without answer", "new check",
-        "lost check", "new case", "no checks",
+        "lost check", "new case", "no checks", "undecided", "unsupported", "more pixels", "NaN", "elsewhere",
     ],
 )  # fmt: skip
 def test_whatever_became_worse_is_red(now: dict[str, Any], before: dict[str, Any], said: str):
@@ -65,12 +73,12 @@ def test_what_became_better_or_a_tenth_worse_is_not_red():
 
 def test_expected_and_worse_than_before_is_red():
     before = run(check(verdict="pass"), verdict="pass")
-    demanded = Demanded(expected=("known.json", (ENTRY,)), against=Base(name="before", results=before))
+    demanded = Demanded(expected=("known.json", Known(expected=(ENTRY,))), against=Base(name="before", results=before))
 
     found = held(run(check()), demanded, today=TODAY)
 
     assert (found.red, found.regressions, len(found.worse)) == (True, [], 1)
-    assert found.sentence.startswith("The gate known.json, against before is shut: 1 failing checks are expected")
+    assert found.sentence == "The gate known.json, against before is red: 1 worse than before."
 
 
 def test_too_little_coverage_is_red_whatever_passes():
@@ -85,12 +93,14 @@ def test_too_little_coverage_is_red_whatever_passes():
 
 
 def test_the_record_has_every_list_that_keeps_a_gate_shut():
-    stale = Expectation(**{**ENTRY.__dict__, "stage": "normal"})
-    old = Expectation(**{**ENTRY.__dict__, "expires": "2026-11-21"})
-    less = Expectation(**{**ENTRY.__dict__, "ratio": (5.0, 9.0)})
+    stale = replace(ENTRY, checks={"float32 analytic normal": CHECK})
+    old = replace(ENTRY, expires="2026-11-21")
+    less = as_of(ratio=(5.0, 9.0))
 
     def shut(*entries: Expectation, **more: Any) -> set[str]:
-        record = held(run(check(**more)), Demanded(expected=("known.json", entries)), today=TODAY).record()
+        record = held(
+            run(check(**more)), Demanded(expected=("known.json", Known(expected=entries))), today=TODAY
+        ).record()
         assert set(record) >= {"regressions", "tighten", "stale", "expired", "matched"}
         assert record["red"] == any(record[key] for key in ("regressions", "tighten", "stale", "expired"))
         return {key for key in ("regressions", "tighten", "stale", "expired") if record[key]}
