@@ -11,7 +11,7 @@ from rayproof.cases.case import ITEMS_OF_OTHERS, Case
 from rayproof.cases.rounding import PRECISIONS
 from rayproof.cases.scene import Scene
 from rayproof.cases.stages import Stage, StageImages
-from rayproof.reports.judge.answers import Candidate, Witness
+from rayproof.reports.judge.answers import Answers
 from rayproof.reports.judge.box_filter import box_mean, finer
 from rayproof.reports.judge.case import judge_case
 from rayproof.reports.judge.oracle import ORACLE, stages_of
@@ -110,7 +110,7 @@ class Conformance:
         judged = judge_case(self.case, [candidate], witnesses, Analytic(), versions)
         return of_what_is_supported(judged, [candidate])
 
-    def _heard(self) -> tuple[list[Witness], dict[str, str]]:
+    def _heard(self) -> tuple[list[Answers], dict[str, str]]:
         from rayproof.reference import REFERENCES
 
         task = ReferenceTask(scene=self.scene, samples=self.case.samples)
@@ -122,13 +122,13 @@ class Conformance:
             versions[name] = reference.version()
         return witnesses, versions
 
-    def _traced(self) -> Candidate:
+    def _traced(self) -> Answers:
         from rayproof.reports.run.tracer_task import shadow_epsilons
         from rayproof.tracer.render import render
 
         scene, chosen, samples = self.scene, self._configuration, self.case.samples
         answers = render(scene, stages_of(scene), chosen)
-        return Candidate(
+        return Answers(
             name=chosen.name,
             precision=chosen.precision,
             items=chosen.items,
@@ -137,7 +137,7 @@ class Conformance:
             fine=render(finer(scene, samples), stages_of(scene), chosen) if samples > 1 else None,
         )
 
-    def _given(self, answer: Renderer | Mapping[str, Any]) -> Candidate:
+    def _given(self, answer: Renderer | Mapping[str, Any]) -> Answers:
         found = answer(self.scene, self.stages) if callable(answer) else answer
         answers: StageImages = {Stage(name): value for name, value in found.items()}
         if missing := [stage for stage in self.stages if stage not in answers]:
@@ -147,11 +147,10 @@ class Conformance:
             for stage, value in answers.items()
         }
         why = "the marker's `stages` leave it out"
-        return Candidate(
+        return Answers(
             name=NAME,
             precision=self._precision,
             items=ITEMS_OF_OTHERS,
-            shadow_epsilon=0.0,
             answers=images,
             mean=self._mean(answer),
             unsupported={stage: why for stage in stages_of(self.scene) if stage not in self._stages},

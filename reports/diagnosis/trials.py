@@ -28,7 +28,7 @@ from rayproof.reports.diagnosis.answering import (
     turned_rays,
     unsteady,
 )
-from rayproof.reports.judge.answers import Candidate, Witness
+from rayproof.reports.judge.answers import Answers
 from rayproof.reports.judge.measurement import ratios
 from rayproof.reports.judge.oracle import ORACLE, FullOracle, stages_of
 from rayproof.reports.judge.scene_truth import Terms, ground
@@ -209,10 +209,8 @@ def undecided(scene: Scene, oracle: FullOracle, *, shadow_epsilon: float) -> np.
     """Return the pixels (height, width) that the judge does not decide for a renderer in float32."""
     truth = oracle.render(scene, stages_of(scene))
     base = ground(scene, stages_of(scene), oracle, known=truth)
-    candidate = Candidate(
-        name="subject", precision=PRECISION, items=frozenset(), shadow_epsilon=shadow_epsilon, answers=None
-    )
-    witness = Witness(name=ORACLE, precision="float64", independent=True, shadow_epsilon=0.0, answers=truth)
+    candidate = Answers(name="subject", precision=PRECISION, shadow_epsilon=shadow_epsilon)
+    witness = Answers(name=ORACLE, precision="float64", independent=True, answers=truth)
     classes = Terms(ground=base, candidate=candidate, witness=witness).classes
     return classes.edge(Stage.RADIANCE) if scene.lights else classes.outline
 

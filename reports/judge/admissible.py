@@ -13,7 +13,7 @@ import numpy as np
 from rayproof.cases.case import Case
 from rayproof.cases.scene import Scene
 from rayproof.cases.stages import IMAGE_STAGES, Stage
-from rayproof.reports.judge.answers import Candidate, length
+from rayproof.reports.judge.answers import Answers, length
 from rayproof.reports.judge.checks import Check
 from rayproof.reports.judge.comparison import GEOMETRY
 from rayproof.reports.judge.conditioning import Conditioning, error_at_eye
@@ -103,7 +103,7 @@ SEEING = dict.fromkeys(("ray_epsilon", "shadow_epsilon", "light_epsilon", "edge_
 ALWAYS = (Stage.CAMERA, Stage.RAY)  # decided whatever the scene
 
 
-def too_little(case: Case, candidate: Candidate, terms: Terms) -> list[str]:
+def too_little(case: Case, candidate: Answers, terms: Terms) -> list[str]:
     """Return a sentence if fewer pixels could be judged than a tuned case fixed in advance, else nothing."""
     if not case.tuned:
         return []
@@ -177,7 +177,6 @@ def with_enough_to_tell(case: Case, check: Check, terms: Terms) -> Check:
 
 def _agreeing(terms: Terms, stage: Stage) -> np.ndarray:
     """Return the pixels (height, width) in which both parties have one value, to within the limit away from edges."""
-    assert terms.candidate.answers is not None
     theirs = np.asarray(terms.witness.answers[stage], dtype=np.float64)
     limit = terms.limits.end_to_end.get(stage, np.zeros(theirs.shape[:2]))
     return ratios(stage, terms.candidate.answers[stage], theirs, limit)[0] <= 1

@@ -3,7 +3,6 @@
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, field, replace
 from functools import reduce
-from typing import TypeVar
 
 import numpy as np
 
@@ -13,60 +12,39 @@ from rayproof.reports.results.outcomes import Outcome
 
 
 @dataclass(frozen=True, kw_only=True)
-class Candidate:
-    """A renderer under test, or the error that it ended in: a tracer configuration, a panel's renderer, a stranger."""
+class Answers:
+    """What a renderer answered to a case, or the error that it ended in: one under test, or a reference."""
 
     name: str
     precision: str
-    items: frozenset[str]  # specification items whose formulas it ran
-    # m, one for all or per pixel: how far it admits to move or ignore things at a feeler's start
-    shadow_epsilon: float | np.ndarray
-    answers: StageImages | None
+    answers: StageImages = field(default_factory=dict)  # none where there is an error
+    items: frozenset[str] = frozenset()  # of one under test: specification items whose formulas it ran
+    independent: bool = False  # of a reference: it shares neither code nor Dr.Jit's compiler with the tracer
     error: str | None = None
     stopped: bool = False  # the error is that its time was over
-    fine: StageImages | None = None  # at the resolution of a case's samples: the tracer's own answers there
-    mean: np.ndarray | None = None  # (height, width, 3): radiance box-filtered by its own means, instead of `fine`
     unsupported: Mapping[Stage, str] = field(default_factory=dict)  # stages that it declares it cannot answer, and why
     lacking: Mapping[Stage, str] = field(default_factory=dict)  # stages that it ought to have answered, and what lacks
+    fine: StageImages | None = None  # at the resolution of a case's samples: the tracer's own answers there
+    mean: np.ndarray | None = None  # (height, width, 3): radiance box-filtered by its own means, instead of `fine`
     resolutions: Mapping[Stage, Resolution] = field(default_factory=dict)  # where its output is coarser than float32
+    # m, one for all or per pixel: how far it admits to move or ignore things at a feeler's start
+    shadow_epsilon: float | np.ndarray = 0.0
     ray_epsilon: float = 0.0  # m: hits nearer to a ray's origin than this it does not see
     light_epsilon: float = 0.0  # of a feeler's length: blockers nearer to the light than this it does not see
     edge_epsilon: float = 0.0  # m: so far beyond an edge it may take points for inside
     tie_epsilon: float = 0.0  # m: of surfaces no farther apart along a ray it may name either
     chained: bool = True  # each stage was computed from the very numbers handed over, not by a pass of its own
-    # Stage -> the first candidate with the same answer to the last bit (`equal_answers`), where that is another one.
+    notes: tuple[str, ...] = ()  # where it answers another question than the one asked, in sentences
+    mishaps: tuple[str, ...] = ()  # what went wrong on the way of its answers, none of which was lost, in sentences
+    settings: Mapping[str, str] = field(default_factory=dict)  # what its answer depends on, for the report
+    cached: bool = False  # its images are those of an earlier run, kept by content
+    # Stage -> the first candidate with the same answer to the last bit (`copied_answers`), where that is another one.
     authors: Mapping[Stage, str] = field(default_factory=dict)
 
     @property
     def by_matrices(self) -> bool:
         """Say whether its rays come by the inverse matrices (CAM-5)."""
         return "CAM-5" in self.items
-
-
-@dataclass(frozen=True, kw_only=True)
-class Witness:
-    """A reference and its answers, with what it declared that it cannot do."""
-
-    name: str
-    precision: str
-    independent: bool  # shares neither code nor Dr.Jit's compiler with the tracer
-    shadow_epsilon: float | np.ndarray  # m, one for all or per pixel
-    answers: StageImages
-    unsupported: Mapping[Stage, str] = field(default_factory=dict)
-    notes: tuple[str, ...] = ()  # where it answers another question than the one asked, in sentences
-    mishaps: tuple[str, ...] = ()  # what went wrong on the way of its answers, none of which was lost, in sentences
-    mean: np.ndarray | None = None  # (height, width, 3): radiance box-filtered over a case's samples
-    error: str | None = None
-    stopped: bool = False  # the error is that its time was over
-    settings: Mapping[str, str] = field(default_factory=dict)  # what its answer depends on, for the report
-    resolutions: Mapping[Stage, Resolution] = field(default_factory=dict)  # where its output is coarse
-    ray_epsilon: float = 0.0  # m: hits nearer to a ray's origin than this it does not see
-    light_epsilon: float = 0.0  # of a feeler's length: blockers nearer to the light than this it does not see
-    edge_epsilon: float = 0.0  # m: so far beyond an edge it may take points for inside
-    tie_epsilon: float = 0.0  # m: of surfaces no farther apart along a ray it may name either
-    cached: bool = False  # its images are those of an earlier run, kept by content
-    by_matrices: bool = False  # its rays come by the inverse matrices (CAM-5)
-    authors: Mapping[Stage, str] = field(default_factory=dict)  # as of a `Candidate`
 
     def answers_at(self, stage: Stage) -> bool:
         """Say whether it is asked about this stage: everything that it did not declare unsupported."""
@@ -76,86 +54,39 @@ class Witness:
 LOST = "it was announced and nothing came of it"
 
 
-def lost(panel: Collection[str], witnesses: Collection[Witness]) -> list[Witness]:
+def lost(panel: Collection[str], witnesses: Collection[Answers]) -> list[Answers]:
     """Return those of an announced panel of whom nothing came: they were planned, and are missing."""
     heard = {witness.name for witness in witnesses}
-    return [
-        Witness(name=name, precision="float32", independent=False, shadow_epsilon=0.0, answers={}, error=LOST)
-        for name in panel
-        if name not in heard
-    ]
+    return [Answers(name=name, precision="float32", error=LOST) for name in panel if name not in heard]
 
 
-def abstention(witness: Witness) -> Outcome:
+def abstention(witness: Answers) -> Outcome:
     """Return what becomes of checks against a reference of which there is no answer: it has no say, or was lost."""
     return Outcome.MISSING if witness.error == LOST else Outcome.UNDECIDED
-
-
-def as_candidate(witness: Witness) -> Candidate:
-    """Return a reference as the one under test: what the panel says of it is judged by the same rules."""
-    return Candidate(
-        name=witness.name,
-        precision=witness.precision,
-        items=frozenset(),
-        shadow_epsilon=witness.shadow_epsilon,
-        answers=None if witness.error is not None else witness.answers,
-        error=witness.error,
-        stopped=witness.stopped,
-        mean=witness.mean,
-        unsupported=witness.unsupported,
-        resolutions=witness.resolutions,
-        ray_epsilon=witness.ray_epsilon,
-        light_epsilon=witness.light_epsilon,
-        edge_epsilon=witness.edge_epsilon,
-        tie_epsilon=witness.tie_epsilon,
-    )
-
-
-def as_witness(candidate: Candidate) -> Witness:
-    """Return the one under test as a baseline for others; its word is no evidence for itself."""
-    return Witness(
-        name=candidate.name,
-        precision=candidate.precision,
-        independent=False,
-        shadow_epsilon=candidate.shadow_epsilon,
-        answers=candidate.answers or {},
-        unsupported=candidate.unsupported,
-        error=candidate.error,
-        resolutions=candidate.resolutions,
-        ray_epsilon=candidate.ray_epsilon,
-        light_epsilon=candidate.light_epsilon,
-        edge_epsilon=candidate.edge_epsilon,
-        tie_epsilon=candidate.tie_epsilon,
-        by_matrices=candidate.by_matrices,
-        authors=candidate.authors,
-    )
 
 
 # Images of the wrong size, or with other channels: found before anything is compared, so that nothing is broadcast.
 
 
-Party = TypeVar("Party", Candidate, Witness)
-
-
-def misshapen(scene: Scene, answers: StageImages | None) -> dict[Stage, str]:
+def misshapen(scene: Scene, answers: StageImages) -> dict[Stage, str]:
     """Return a reason for each image stage of another size than the camera's; nothing is ever broadcast."""
     size, lights = (scene.camera.height, scene.camera.width), len(scene.lights)
     right = {stage: (*size, len(exr_channels(stage, lights=lights))) for stage in IMAGE_STAGES}
     return {
         stage: f"{stage} has shape {np.shape(image)}, not {right[stage]}"
-        for stage, image in (answers or {}).items()
+        for stage, image in answers.items()
         if stage in right and np.shape(image) != right[stage]
     }
 
 
-def without(party: Party, stages: Collection[Stage]) -> Party:
+def without(party: Answers, stages: Collection[Stage]) -> Answers:
     """Return the party without the answers of some stages."""
-    if party.answers is None or not stages:
+    if party.error is not None or not stages:
         return party
     return replace(party, answers={stage: image for stage, image in party.answers.items() if stage not in stages})
 
 
-def well_shaped(scene: Scene, party: Party) -> Party:
+def well_shaped(scene: Scene, party: Answers) -> Answers:
     """Return the party without the images that are no answer to the scene."""
     return without(party, misshapen(scene, party.answers))
 

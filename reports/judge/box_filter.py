@@ -13,7 +13,7 @@ import numpy as np
 from rayproof.cases.case import Case
 from rayproof.cases.scene import Scene
 from rayproof.cases.stages import Stage
-from rayproof.reports.judge.answers import Candidate, Witness, abstention
+from rayproof.reports.judge.answers import Answers, abstention
 from rayproof.reports.judge.checks import Check, unmeasured
 from rayproof.reports.judge.measurement import Kind, cells_of, measure
 from rayproof.reports.judge.oracle import FullOracle, stages_of
@@ -93,8 +93,8 @@ def _largest_near(image: np.ndarray) -> np.ndarray:
 
 
 def mean_checks(
-    case: Case, candidates: Sequence[Candidate], witnesses: Sequence[Witness], oracle: FullOracle
-) -> tuple[list[Check], list[tuple[Candidate, Witness, Stage]]]:
+    case: Case, candidates: Sequence[Answers], witnesses: Sequence[Answers], oracle: FullOracle
+) -> tuple[list[Check], list[tuple[Answers, Answers, Stage]]]:
     """Judge box-filtered radiance, every candidate before every witness that renders it; return checks and plan."""
     scene = finer(case.scene, case.samples)
     planned = [

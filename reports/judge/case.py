@@ -16,7 +16,7 @@ from rayproof.reports.judge.admissible import (
     with_enough_to_tell,
     with_too_little_seen,
 )
-from rayproof.reports.judge.answers import Candidate, Witness, as_candidate, lost, well_shaped, without
+from rayproof.reports.judge.answers import Answers, lost, well_shaped, without
 from rayproof.reports.judge.answers import misshapen as misshapen_answers
 from rayproof.reports.judge.box_filter import mean_checks
 from rayproof.reports.judge.checks import Check, pair_checks, unmeasured
@@ -43,8 +43,8 @@ from rayproof.reports.results.outcomes import Outcome
 
 def judge_case(
     case: Case,
-    candidates: Sequence[Candidate],
-    witnesses: Sequence[Witness],
+    candidates: Sequence[Answers],
+    witnesses: Sequence[Answers],
     oracle: FullOracle,
     versions: Mapping[str, str],
     *,
@@ -106,9 +106,9 @@ class _Measured:
 def _measure(
     measured: _Measured,
     case: Case,
-    candidate: Candidate,
-    witnesses: Sequence[Witness],
-    truth: Witness,
+    candidate: Answers,
+    witnesses: Sequence[Answers],
+    truth: Answers,
     base: Ground,
     misshapen: Mapping[str, Mapping[Stage, str]],
 ) -> None:
@@ -119,7 +119,7 @@ def _measure(
         at = Bench(ground=base, candidate=candidate, witness=witness)
         pair = pair_checks(at, mine, misshapen)
         found += [one if one.end_to_end is None else with_enough_to_tell(case, one, at.terms) for one in pair]
-    if candidate.answers is not None:
+    if candidate.error is None:
         at_oracle = Terms(ground=base, candidate=candidate, witness=truth)
         measured.beyond[candidate.name] = excess(at_oracle)
         measured.expectations.extend(closed_forms(case, candidate, at_oracle))
@@ -133,8 +133,8 @@ def _measure(
 def _settled(
     case: Case,
     measured: _Measured,
-    candidates: Sequence[Candidate],
-    witnesses: Sequence[Witness],
+    candidates: Sequence[Answers],
+    witnesses: Sequence[Answers],
     each: Mapping[Stage, Matrix],
     base: Ground,
     versions: Mapping[str, str],
@@ -154,8 +154,8 @@ def _settled(
 
     def only_edges(check: Check) -> bool:
         candidate, witness = parties[check.configuration], parties[check.reference]
-        assert isinstance(candidate, Candidate)
-        assert isinstance(witness, Witness)
+        assert candidate is not None
+        assert witness is not None
         return only_at_edges(check, checks, Terms(ground=base, candidate=candidate, witness=witness))
 
     checks = [
@@ -170,7 +170,7 @@ def _settled(
 
 
 def _with_known_defect(
-    check: Check, parties: Mapping[str, Candidate | Witness], versions: Mapping[str, str], base: Ground
+    check: Check, parties: Mapping[str, Answers], versions: Mapping[str, str], base: Ground
 ) -> Check:
     """Return the check; where a checked-in finding explains all of its failing pixels it is a warning."""
     guilty = {Outcome.REFERENCE_SUSPECT: check.reference, Outcome.FAIL: check.configuration}.get(check.outcome)
@@ -189,13 +189,13 @@ def _undecided_at_edges(case: Case, check: Check) -> Check:
     return replace(check, outcome=Outcome.ERROR if case.tuned else Outcome.UNDECIDED, reason=reason)
 
 
-def _failing(check: Check, parties: Mapping[str, Candidate | Witness], base: Ground) -> np.ndarray:
+def _failing(check: Check, parties: Mapping[str, Answers], base: Ground) -> np.ndarray:
     """Return the pixels (height, width) that a check fails by: over the limit away from edges, and the worst of all.
 
     Of box-filtered means, whose pixels are others, every pixel that hits something.
     """
     candidate, witness = parties.get(check.configuration), parties.get(check.reference)
-    if not isinstance(candidate, Candidate) or not isinstance(witness, Witness) or check.end_to_end is None:
+    if candidate is None or witness is None or check.end_to_end is None:
         return base.conditioning.hit
     found = Bench(ground=base, candidate=candidate, witness=witness).inside(check.stage) > 1
     for one in (check.end_to_end, check.continued):
@@ -209,7 +209,7 @@ def _failing(check: Check, parties: Mapping[str, Candidate | Witness], base: Gro
 
 
 def adjudication(
-    judged: Judged, candidates: Sequence[Candidate], witnesses: Sequence[Witness], oracle: FullOracle
+    judged: Judged, candidates: Sequence[Answers], witnesses: Sequence[Answers], oracle: FullOracle
 ) -> dict[str, AdjudicationRecord]:
     """Return {stage: matrix, baseline of interior and limits, who stands alone, why} as docs/results.md describes it.
 
@@ -218,7 +218,7 @@ def adjudication(
     """
     names = {candidate.name for candidate in candidates}
     parties = {candidate.name: candidate for candidate in candidates}
-    parties |= {witness.name: as_candidate(witness) for witness in witnesses}
+    parties |= {witness.name: witness for witness in witnesses}
     parties = {name: well_shaped(judged.case.scene, party) for name, party in parties.items()}
     record: dict[str, AdjudicationRecord] = {}
     first: dict[str, Stage] = {}

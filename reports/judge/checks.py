@@ -9,7 +9,7 @@ import numpy as np
 from rayproof.cases.scene import Scene
 from rayproof.cases.stages import Stage, upto
 from rayproof.reports.judge import camera_check
-from rayproof.reports.judge.answers import Candidate, Witness, abstention
+from rayproof.reports.judge.answers import Answers, abstention
 from rayproof.reports.judge.common_factors import Bias
 from rayproof.reports.judge.comparison import Bench
 from rayproof.reports.judge.copied_answers import copied
@@ -267,8 +267,8 @@ def _accounted(check: Check, scene: Scene, *, tuned: bool) -> Check:
 
 
 def unmeasured(
-    candidate: Candidate,
-    witness: Witness,
+    candidate: Answers,
+    witness: Answers,
     stage: Stage,
     outcome: Outcome,
     reason: str,
@@ -329,10 +329,10 @@ def pair_checks(bench: Bench, stages: Sequence[Stage], misshapen: Mapping[str, M
     return checks
 
 
-def _declined(candidate: Candidate, stage: Stage) -> Obstacle | None:
+def _declined(candidate: Answers, stage: Stage) -> Obstacle | None:
     """Return what the candidate itself said of its not answering."""
     name = candidate.name
-    if candidate.answers is None:
+    if candidate.error is not None:
         return Obstacle(outcome=Outcome.ERROR, reason=f"{name}: {candidate.error}", stopped=candidate.stopped)
     if stage in candidate.lacking:
         return Obstacle(outcome=Outcome.MISSING, reason=f"{name}: {candidate.lacking[stage]}")
@@ -345,12 +345,12 @@ def _repeated(bench: Bench) -> dict[Stage, Obstacle]:
     """Return the stages in which the witness has the candidate's own numbers."""
     candidate, witness = bench.candidate, bench.witness
     single = candidate.precision == witness.precision == "float32"
-    stages = copied(candidate.answers or {}, witness.answers, bench.ground.truth, both_float32=single)
+    stages = copied(candidate.answers, witness.answers, bench.ground.truth, both_float32=single)
     reason = f"{witness.name} repeats {candidate.name} to the last bit: it is no witness"
     return {stage: Obstacle(outcome=Outcome.REFERENCE_SUSPECT, reason=reason) for stage in stages}
 
 
-def _abstained(witness: Witness) -> Obstacle | None:
+def _abstained(witness: Answers) -> Obstacle | None:
     if witness.error is None:
         return None
     why = "was stopped by its time limit" if witness.stopped else "abstains"
@@ -358,15 +358,15 @@ def _abstained(witness: Witness) -> Obstacle | None:
     return Obstacle(outcome=abstention(witness), reason=reason, abstains=True, stopped=witness.stopped)
 
 
-def _not_answered(candidate: Candidate, stage: Stage, misshapen: Mapping[Stage, str]) -> Obstacle | None:
+def _not_answered(candidate: Answers, stage: Stage, misshapen: Mapping[Stage, str]) -> Obstacle | None:
     if stage in misshapen:
         return Obstacle(outcome=Outcome.FAIL, reason=misshapen[stage])
-    if stage not in (candidate.answers or {}):
+    if stage not in candidate.answers:
         return Obstacle(outcome=Outcome.UNSUPPORTED, reason=f"{candidate.name} gave no {stage}")
     return None
 
 
-def _not_answered_by_witness(witness: Witness, stage: Stage, misshapen: Mapping[Stage, str]) -> Obstacle | None:
+def _not_answered_by_witness(witness: Answers, stage: Stage, misshapen: Mapping[Stage, str]) -> Obstacle | None:
     if stage in misshapen:
         reason = f"{witness.name}'s {misshapen[stage]}: it is no witness"
         return Obstacle(outcome=Outcome.REFERENCE_SUSPECT, reason=reason)

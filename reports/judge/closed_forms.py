@@ -15,7 +15,7 @@ from rayproof.cases.case import Case, Expectation, Flux, PixelValue, ShadowOutli
 from rayproof.cases.registry import Registry
 from rayproof.cases.scene import Scene
 from rayproof.cases.stages import Stage, StageImages
-from rayproof.reports.judge.answers import Candidate, largest
+from rayproof.reports.judge.answers import Answers, largest
 from rayproof.reports.judge.limits import Roundoff
 from rayproof.reports.judge.measurement import jsonable
 from rayproof.reports.judge.scene_truth import Terms
@@ -23,9 +23,8 @@ from rayproof.reports.results.case_records import ExpectationRecord
 from rayproof.reports.results.outcomes import Outcome
 
 
-def closed_forms(case: Case, candidate: Candidate, terms: Terms) -> list[ExpectationRecord]:
+def closed_forms(case: Case, candidate: Answers, terms: Terms) -> list[ExpectationRecord]:
     """Judge the case's closed forms on one candidate's answers."""
-    assert candidate.answers is not None
     found = []
     for expectation in case.expectations:
         stage = getattr(expectation, "stage", Stage.VISIBILITY if hasattr(expectation, "form") else Stage.IRRADIANCE)

@@ -6,7 +6,7 @@ from functools import cached_property
 import numpy as np
 
 from rayproof.cases.stages import Stage, StageImages, upto
-from rayproof.reports.judge.answers import Candidate, Witness, all_of, any_of
+from rayproof.reports.judge.answers import Answers, all_of, any_of
 from rayproof.reports.judge.common_factors import Bias, bias
 from rayproof.reports.judge.edge_values import (
     Held,
@@ -33,8 +33,8 @@ class Bench:
     """One candidate before one witness, on the ground of the oracle's truth, whoever the witness is."""
 
     ground: Ground
-    candidate: Candidate
-    witness: Witness
+    candidate: Answers
+    witness: Answers
 
     @cached_property
     def terms(self) -> Terms:
@@ -53,7 +53,6 @@ class Bench:
     @cached_property
     def _sides(self) -> Sides:
         """Return the oracle's answers around every edge pixel."""
-        assert self.candidate.answers is not None
         scene, truth, oracle, classes = self.ground.scene, self.ground.truth, self.ground.oracle, self.terms.classes
         twins = self.terms.twins
         # Outlines do not depend on the shadows' epsilons.
@@ -77,7 +76,6 @@ class Bench:
         self, stage: Stage, ratio: np.ndarray, limit: np.ndarray, edge: np.ndarray, *, continued: bool
     ) -> Held:
         """Return the edge pixels that have a side's value; the oracle is asked only if an edge pixel differs at all."""
-        assert self.candidate.answers is not None
         differ = edge & ~(ratio <= 1)
         none = np.zeros(edge.shape, dtype=bool)
         if not np.any(differ):
@@ -168,7 +166,6 @@ class Bench:
         return self.ground.once(key, lambda: self._end_to_end(stage))
 
     def _end_to_end(self, stage: Stage) -> Measurement:
-        assert self.candidate.answers is not None
         classes = self.terms.classes
         shape = classes.outline.shape
         limit = self.terms.limits.end_to_end.get(stage, np.zeros(shape))
@@ -219,7 +216,6 @@ class Bench:
         )
 
     def _ours(self, stage: Stage) -> np.ndarray:
-        assert self.candidate.answers is not None
         return self.candidate.answers[stage]
 
     def _finite(self, stage: Stage) -> bool:
@@ -320,9 +316,7 @@ class Bench:
         )
 
 
-def _oracle(truth: StageImages) -> Witness:
+def _oracle(truth: StageImages) -> Answers:
     """Return the oracle's answers as a witness."""
     authors = dict.fromkeys(truth, "the truth")  # the witness of that name may have been asked apart
-    return Witness(
-        name=ORACLE, precision="float64", independent=True, shadow_epsilon=0.0, answers=truth, authors=authors
-    )
+    return Answers(name=ORACLE, precision="float64", independent=True, answers=truth, authors=authors)

@@ -13,7 +13,7 @@ import numpy as np
 
 from rayproof.cases.scene import Scene
 from rayproof.cases.stages import IMAGE_STAGES, Stage, StageImages
-from rayproof.reports.judge.answers import Candidate, Witness
+from rayproof.reports.judge.answers import Answers
 from rayproof.reports.judge.comparison import Bench
 from rayproof.reports.judge.measurement import jsonable
 from rayproof.reports.judge.oracle import FullOracle, stages_of
@@ -59,9 +59,9 @@ class Tested:
         }
 
 
-def tested(scene: Scene, party: Candidate, stage: Stage, oracle: FullOracle) -> list[Tested]:
+def tested(scene: Scene, party: Answers, stage: Stage, oracle: FullOracle) -> list[Tested]:
     """Return every known convention that could matter to the scene, tested at one image stage of the party."""
-    if stage not in IMAGE_STAGES or party.answers is None or stage not in party.answers:
+    if stage not in IMAGE_STAGES or party.error is not None or stage not in party.answers:
         return []
     found = [_under(what, other, party, stage, oracle, moved) for what, other, moved in _questions(scene)]
     if stage in LIT and len(scene.lights) > 1:
@@ -104,10 +104,9 @@ def _placed(down: int, right: int) -> Moved:
     return moved
 
 
-def _under(what: str, other: Scene, party: Candidate, stage: Stage, oracle: FullOracle, moved: Moved | None) -> Tested:
+def _under(what: str, other: Scene, party: Answers, stage: Stage, oracle: FullOracle, moved: Moved | None) -> Tested:
     """Judge the party against the oracle's answer to another question."""
     base = ground(other, stages_of(other), oracle, known={})
-    assert party.answers is not None
     ours = (
         party
         if moved is None
@@ -117,9 +116,8 @@ def _under(what: str, other: Scene, party: Candidate, stage: Stage, oracle: Full
     return Tested(what=what, ratio=measured.worst_ratio, differing=measured.over_inside, interior=measured.interior)
 
 
-def _one_light(scene: Scene, party: Candidate, stage: Stage, oracle: FullOracle) -> Tested:
+def _one_light(scene: Scene, party: Answers, stage: Stage, oracle: FullOracle) -> Tested:
     """Judge the party pixel by pixel against each light alone, as strong as all of them together would make it."""
-    assert party.answers is not None
     each = []
     for light in scene.lights:
         red, green, blue = (len(scene.lights) * flux for flux in light.flux)
@@ -139,13 +137,13 @@ def _one_light(scene: Scene, party: Candidate, stage: Stage, oracle: FullOracle)
     )
 
 
-def _most(party: Candidate) -> float:
+def _most(party: Answers) -> float:
     """Return the largest of a party's shadow epsilons: in another image its pixels lie elsewhere."""
     return float(np.max(party.shadow_epsilon))
 
 
-def _answer(truth: StageImages) -> Witness:
-    return Witness(name="analytic", precision="float64", independent=True, shadow_epsilon=0.0, answers=truth)
+def _answer(truth: StageImages) -> Answers:
+    return Answers(name="analytic", precision="float64", independent=True, answers=truth)
 
 
 def in_words(results: Sequence[Tested]) -> str:

@@ -10,17 +10,17 @@ from typing import Any
 import numpy as np
 
 from rayproof.cases.stages import Stage, StageImages
-from rayproof.reports.judge.answers import Candidate
+from rayproof.reports.judge.answers import Answers
 
 
-def with_equal_answers_shared(candidates: Sequence[Candidate]) -> list[Candidate]:
+def with_equal_answers_shared(candidates: Sequence[Answers]) -> list[Answers]:
     """Return the candidates, equal answers of theirs being one object that goes by the name of the first of them."""
     known: dict[Stage, list[tuple[str, Any]]] = {}
     return [_shared(candidate, known) for candidate in candidates]
 
 
-def _shared(candidate: Candidate, known: dict[Stage, list[tuple[str, Any]]]) -> Candidate:
-    if candidate.answers is None:
+def _shared(candidate: Answers, known: dict[Stage, list[tuple[str, Any]]]) -> Answers:
+    if candidate.error is not None:
         return candidate
     answers: StageImages = {}
     authors = {}

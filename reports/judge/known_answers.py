@@ -12,7 +12,7 @@ from rayproof.cases.scene import Camera, Cube, Plane, PointLight, Scene, Shape, 
 from rayproof.cases.stages import Resolution, Stage, StageImages
 from rayproof.reference import REFERENCES
 from rayproof.reports.judge import case
-from rayproof.reports.judge.answers import Candidate, Witness
+from rayproof.reports.judge.answers import Answers
 from rayproof.reports.judge.checks import Check
 from rayproof.reports.judge.oracle import ORACLE, FullOracle, stages_of
 from rayproof.reports.results.outcomes import Outcome
@@ -59,7 +59,7 @@ class Sentinel:
     outcome: Outcome
     stage: Stage | None  # the one blamed; None: any
     case: Case = CASE
-    others: tuple[Witness, ...] = ()  # who is heard beside the oracle
+    others: tuple[Answers, ...] = ()  # who is heard beside the oracle
     steps: Mapping[Stage, Resolution] = field(default_factory=dict)  # how coarse the candidate's output is
 
 
@@ -281,9 +281,9 @@ def _checks(
     known: Known,
     oracle: FullOracle,
     truth: StageImages,
-    candidates: Sequence[Candidate],
+    candidates: Sequence[Answers],
     stage: Stage,
-    others: Sequence[Witness] = (),
+    others: Sequence[Answers] = (),
 ) -> list[Check]:
     """Return the checks of one stage; the oracle is the first witness."""
     witnesses = [_witness(ORACLE, "float64", truth), *others]
@@ -291,12 +291,12 @@ def _checks(
     return [check for check in judged.checks if check.stage is stage]
 
 
-def _candidate(name: str, precision: str, answers: StageImages) -> Candidate:
-    return Candidate(name=name, precision=precision, items=frozenset(), shadow_epsilon=0.0, answers=answers)
+def _candidate(name: str, precision: str, answers: StageImages) -> Answers:
+    return Answers(name=name, precision=precision, answers=answers)
 
 
-def _witness(name: str, precision: str, answers: StageImages) -> Witness:
-    return Witness(name=name, precision=precision, independent=True, shadow_epsilon=0.0, answers=answers)
+def _witness(name: str, precision: str, answers: StageImages) -> Answers:
+    return Answers(name=name, precision=precision, independent=True, answers=answers)
 
 
 def _answered(truth: StageImages, precision: str) -> StageImages:

@@ -9,7 +9,7 @@ import numpy as np
 
 from rayproof.cases.stages import Stage, upto
 from rayproof.reference import REFERENCES
-from rayproof.reports.judge.answers import Candidate, Witness, as_candidate, as_witness
+from rayproof.reports.judge.answers import Answers
 from rayproof.reports.judge.checks import Check, check_camera
 from rayproof.reports.judge.comparison import Bench
 from rayproof.reports.judge.limits import WHOLE
@@ -89,24 +89,23 @@ class Matrix:
 
 def matrices(
     ground: Ground,
-    candidates: Sequence[Candidate],
-    witnesses: Sequence[Witness],
+    candidates: Sequence[Answers],
+    witnesses: Sequence[Answers],
     stages: Sequence[Stage],
     checks: Sequence[Check],
 ) -> dict[Stage, Matrix]:
     """Return each stage's matrix over all parties; a stage of the wrong size must have been taken from its party."""
-    tested = [(candidate, as_witness(candidate)) for candidate in candidates]
-    parties = [*tested, *((as_candidate(witness), witness) for witness in witnesses)]
+    parties = [*candidates, *witnesses]
     known = {
         (check.configuration, check.reference, check.stage): check for check in checks if check.end_to_end is not None
     }
-    names = tuple(candidate.name for candidate, _ in parties)
+    names = tuple(party.name for party in parties)
     cells: dict[Stage, dict[tuple[str, str], Cell]] = {stage: {} for stage in stages}
-    able = [{stage for stage in stages if _answers(ground, mine, stage)} for mine, _ in parties]
-    for index, (mine, i_am) in enumerate(parties):
-        for other, (theirs, they_are) in enumerate(parties[index + 1 :], start=index + 1):
-            here = Bench(ground=ground, candidate=mine, witness=they_are)
-            there = Bench(ground=ground, candidate=theirs, witness=i_am)
+    able = [{stage for stage in stages if _answers(ground, mine, stage)} for mine in parties]
+    for index, mine in enumerate(parties):
+        for other, theirs in enumerate(parties[index + 1 :], start=index + 1):
+            here = Bench(ground=ground, candidate=mine, witness=theirs)
+            there = Bench(ground=ground, candidate=theirs, witness=mine)
             for stage in (stage for stage in stages if stage in able[index] and stage in able[other]):
                 check = known.get((mine.name, theirs.name, stage))
                 forth, home = _cells(here, there, stage, check)
@@ -115,9 +114,9 @@ def matrices(
     return {stage: Matrix(stage=stage, renderers=names, cells=found) for stage, found in cells.items()}
 
 
-def _answers(ground: Ground, party: Candidate, stage: Stage) -> bool:
+def _answers(ground: Ground, party: Answers, stage: Stage) -> bool:
     """Say whether a party answers a stage, in the scene's size."""
-    image = (party.answers or {}).get(stage)
+    image = party.answers.get(stage)
     if image is None or stage in party.unsupported:
         return False
     return stage is Stage.CAMERA or (np.ndim(image) == 3 and np.shape(image)[:2] == ground.conditioning.hit.shape)
@@ -144,7 +143,6 @@ def _cells(here: Bench, there: Bench, stage: Stage, check: Check | None) -> tupl
 
 def _within(bench: Bench, stage: Stage) -> Cell | None:
     """Return the cell of two who agree everywhere, edges or not; None if they differ anywhere."""
-    assert bench.candidate.answers is not None
     ours, theirs = bench.candidate.answers[stage], bench.witness.answers[stage]
     if ours is theirs:
         return Cell(ratio=0.0, differing=0)
@@ -240,8 +238,8 @@ class Contradictions:
     """Who may be asked about what the oracle continued."""
 
     ground: Ground
-    candidates: Mapping[str, Candidate]
-    witnesses: Mapping[str, Witness]
+    candidates: Mapping[str, Answers]
+    witnesses: Mapping[str, Answers]
     checks: Sequence[Check]
 
     def sides(self, check: Check) -> dict[str, Side]:
@@ -253,7 +251,6 @@ class Contradictions:
         if not self._continued_alone(check):
             return {}
         candidate, stage = self.candidates[check.configuration], check.stage
-        assert candidate.answers is not None
         bench = Bench(ground=self.ground, candidate=candidate, witness=self.witnesses[ORACLE])
         value = bench.continued_value(stage)
         limit, edge = bench.terms.continued(stage, value)
@@ -289,7 +286,7 @@ class Contradictions:
         )
 
 
-def _differs(ground: Ground, party: Candidate, witness: Witness, stage: Stage, value: np.ndarray) -> np.ndarray:
+def _differs(ground: Ground, party: Answers, witness: Answers, stage: Stage, value: np.ndarray) -> np.ndarray:
     """Return where a party's value at a stage is over the limit of the two from the witness's, (height, width)."""
     limits = Bench(ground=ground, candidate=party, witness=witness).terms.limits.end_to_end
     limit = limits.get(stage, np.zeros(ground.conditioning.hit.shape))

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from rayproof.cases.stages import IMAGE_STAGES, Stage, StageImages
-from rayproof.reports.judge.answers import Candidate, as_witness
+from rayproof.reports.judge.answers import Answers
 from rayproof.reports.judge.measurement import jsonable
 from rayproof.reports.results.case_records import RepeatedRecord
 from rayproof.reports.results.outcomes import Outcome
@@ -49,15 +49,15 @@ def _same_matrices(one: Any, other: Any) -> bool:
     return all(np.array_equal(one[part], other[part], equal_nan=True) for part in one)
 
 
-def repeated(case: str, first: Candidate, again: Candidate, base: "Ground | None", *, varies: bool) -> RepeatedRecord:
+def repeated(case: str, first: Answers, again: Answers, base: "Ground | None", *, varies: bool) -> RepeatedRecord:
     """Return what came of asking a candidate again; `varies` says that it declares to answer otherwise each time.
 
     `base` is what the case was judged on; without one nothing is said of how far two answers differ.
     """
     found: RepeatedRecord = {"configuration": first.name, "stage": None, "pixel": None, "differing": 0, "beyond": 0.0}
-    if first.answers is None:  # its case is an error already
+    if first.error is not None:  # its case is an error already
         return {**found, "verdict": Outcome.UNDECIDED.value, "sentence": ""}
-    if again.answers is None:
+    if again.error is not None:
         sentence = f"{first.name} was put to {case} twice, and the second time it ended in an error: {again.error}"
         return {**found, "verdict": Outcome.FAIL.value, "sentence": sentence}
     differ = changes(first.answers, again.answers)
@@ -87,9 +87,9 @@ def repeated(case: str, first: Candidate, again: Candidate, base: "Ground | None
     return {**found, "verdict": Outcome.FAIL.value, "sentence": sentence}
 
 
-def _beyond(first: Candidate, again: Candidate, base: "Ground | None") -> tuple[float, str]:
+def _beyond(first: Answers, again: Answers, base: "Ground | None") -> tuple[float, str]:
     """Return the largest difference of two answers over what two right ones may differ by, and at which stage."""
-    mine, theirs = first.answers or {}, again.answers or {}
+    mine, theirs = first.answers, again.answers
     if mine.keys() != theirs.keys():
         return np.inf, "the stages that it writes"
     if base is None:
@@ -98,7 +98,7 @@ def _beyond(first: Candidate, again: Candidate, base: "Ground | None") -> tuple[
     # By another name, since the ground remembers whose answers it has measured.
     from rayproof.reports.judge.comparison import Bench  # where images differ, and with it much of the judge
 
-    witness = replace(as_witness(again), name=f"{first.name}, asked again", authors={})
+    witness = replace(again, name=f"{first.name}, asked again", authors={})
     bench = Bench(ground=base.forgetful(), candidate=replace(first, authors={}), witness=witness)
     for stage in IMAGE_STAGES:
         if stage not in mine:

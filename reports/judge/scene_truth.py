@@ -10,7 +10,7 @@ import numpy as np
 
 from rayproof.cases.scene import Scene
 from rayproof.cases.stages import Stage, StageImages
-from rayproof.reports.judge.answers import Candidate, Witness, any_of, largest, length, limit_near
+from rayproof.reports.judge.answers import Answers, any_of, largest, length, limit_near
 from rayproof.reports.judge.conditioning import Conditioning, Unrounded, condition
 from rayproof.reports.judge.edge_classes import Classes, classify, farther, unlit
 from rayproof.reports.judge.edge_values import Edges, Lights
@@ -50,14 +50,14 @@ class Ground:
             self._known[key] = found()
         return self._known[key]
 
-    def author(self, party: Candidate | Witness, stage: Stage) -> str | None:
+    def author(self, party: Answers, stage: Stage) -> str | None:
         """Return the name by which the memo knows a party's answer to a stage; None where it has none.
 
         Raises:
             ValueError: another answer went by that name in this case, so that the memo would take one for the other.
 
         """
-        image = (party.answers or {}).get(stage)
+        image = party.answers.get(stage)
         if image is None:
             return None
         name = party.authors.get(stage, party.name)
@@ -179,7 +179,6 @@ def ground(scene: Scene, stages: tuple[Stage, ...], oracle: FullOracle, *, known
 
 
 AFTER_IRRADIANCE = 7  # roundings from irradiance to radiance, as the end-to-end limits count them
-Party = TypeVar("Party", Candidate, Witness)
 LIGHT = (Stage.IRRADIANCE, Stage.EXITANCE, Stage.RADIANCE)
 
 
@@ -188,8 +187,8 @@ class Terms:
     """Limits, pixel classes and epsilons of one pair, computed once; who is right they do not say."""
 
     ground: Ground
-    candidate: Candidate
-    witness: Witness
+    candidate: Answers
+    witness: Answers
 
     @property
     def scene(self) -> Scene:
@@ -372,7 +371,6 @@ class Terms:
 
     def continued(self, stage: Stage, value: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return limit and edge pixels of a stage held against `value`, continued from the candidate's own stages."""
-        assert self.candidate.answers is not None
         shape = self.classes.outline.shape
         edge = self.classes.outline if stage in (Stage.OBJECT, Stage.DISTANCE, Stage.NORMAL) else np.zeros(shape, bool)
         limit = self.limits.continued.get(stage, np.zeros(shape))
@@ -412,13 +410,13 @@ class Terms:
         return np.where(any_of(ours[Stage.OBJECT] != self.truth[Stage.OBJECT]), own[stage], limit)
 
 
-def roundoff(party: Candidate | Witness) -> Roundoff:
+def roundoff(party: Answers) -> Roundoff:
     """Return a party's rounding: derived for the tracer and the oracle, calibrated for other references."""
     known = calibration(party.name)
     flags = {"baked": known.baked_normals, "placed": known.placed_corners, "local": known.local_hits}
     return Roundoff(party.precision, scale=known.factor, **flags)
 
 
-def _sharp(party: Party) -> Party:
+def _sharp(party: Answers) -> Answers:
     """Return a party whose outlines are where they are."""
     return replace(party, edge_epsilon=0.0, tie_epsilon=0.0)

@@ -16,7 +16,7 @@ from rayproof.cases.placement import frontal_fovy
 from rayproof.cases.scene import Camera, Mesh, Plane, PointLight, Scene, Square
 from rayproof.cases.stages import Resolution, Stage, StageImages
 from rayproof.reports.judge import case
-from rayproof.reports.judge.answers import Candidate, Witness
+from rayproof.reports.judge.answers import Answers
 from rayproof.reports.judge.case import adjudication
 from rayproof.reports.judge.edge_values import Edges
 from rayproof.reports.judge.known_answers import (
@@ -158,9 +158,9 @@ def witness_sentinels(truth: StageImages) -> Iterator[Sentinel]:
     )
 
 
-def third(answers: StageImages) -> Witness:
+def third(answers: StageImages) -> Answers:
     """Return an independent witness beside the oracle."""
-    return Witness(name="third", precision="float64", independent=True, shadow_epsilon=0.0, answers=answers)
+    return Answers(name="third", precision="float64", independent=True, answers=answers)
 
 
 # Sentinels of the panel: what a case's record must say of who differs from whom, of steps, and of conventions.
@@ -391,19 +391,17 @@ class _EdgesOnce:
         return found
 
 
-def _judge(sentinel: Sentinel, oracle: FullOracle) -> tuple[Judged, Candidate, list[Witness]]:
-    candidate = Candidate(
+def _judge(sentinel: Sentinel, oracle: FullOracle) -> tuple[Judged, Answers, list[Answers]]:
+    candidate = Answers(
         name="sentinel",
         precision="float32",
         items=ITEMS,
         shadow_epsilon=1e-6,
-        answers=sentinel.ours,
+        answers=sentinel.ours or {},
         error=None if sentinel.ours else "ended by a signal",
         resolutions=sentinel.steps,
     )
-    witness = Witness(
-        name="analytic", precision="float64", independent=True, shadow_epsilon=0.0, answers=sentinel.theirs
-    )
+    witness = Answers(name="analytic", precision="float64", independent=True, answers=sentinel.theirs)
     witnesses = [witness, *sentinel.others]
     return case.judge_case(sentinel.case, [candidate], witnesses, oracle, {}), candidate, witnesses
 

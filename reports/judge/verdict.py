@@ -6,7 +6,7 @@ from dataclasses import dataclass, field, replace
 from rayproof.cases.case import ITEMS, ITEMS_OF_OTHERS, Case
 from rayproof.cases.scene import Cube, Mesh, Plane, Shape, Sphere, Square, Triangle
 from rayproof.cases.stages import Stage
-from rayproof.reports.judge.answers import Candidate
+from rayproof.reports.judge.answers import Answers
 from rayproof.reports.judge.checks import Check, accounted
 from rayproof.reports.judge.panel import Matrix
 from rayproof.reports.judge.scene_truth import Ground
@@ -41,7 +41,7 @@ def sum_up(
     checks: Sequence[Check],
     expectations: list[ExpectationRecord],
     planned: int,
-    candidates: Mapping[str, Candidate] | None,
+    candidates: Mapping[str, Answers] | None,
     panel: Mapping[Stage, Matrix],
 ) -> Judged:
     """Return the case's verdict: the worst of its checks and expectations, and the first stage to blame.
@@ -165,7 +165,7 @@ def items_to_blame(
 # Checks of such stages stay `unsupported`; a case in which nothing else was measured is `unsupported` as well.
 
 
-def of_what_is_supported(judged: Judged, candidates: Sequence[Candidate]) -> Judged:
+def of_what_is_supported(judged: Judged, candidates: Sequence[Answers]) -> Judged:
     """Return the verdict by what was measured, if nothing is amiss but stages that a candidate declared."""
     if judged.outcome is not Outcome.UNSUPPORTED:
         return judged

@@ -10,7 +10,7 @@ from rayproof.cases.laws import LAWS
 from rayproof.cases.laws.relations import Relation, lit_from_the_eye
 from rayproof.cases.scene import Scene
 from rayproof.cases.stages import Resolution, Stage, StageImages, exr_channels
-from rayproof.reports.judge.answers import Candidate
+from rayproof.reports.judge.answers import Answers
 from rayproof.reports.laws.judging import Judged, judge
 from rayproof.reports.processes.worker import serve
 from rayproof.reports.run.messages import TRACING, UNDER_TEST, SubjectTask, TracerTask
@@ -20,7 +20,7 @@ from rayproof.tracer.kernel.compiler import choose_packaged_llvm
 
 KEPT = 64  # scenes of which the answers are remembered
 
-Render = Callable[[Scene], Candidate]
+Render = Callable[[Scene], Answers]
 
 
 class UnansweredError(Exception):
@@ -62,7 +62,7 @@ class Asked:
             return self._kept[scene]
         drawn = self._render(scene)
         self.scenes += 1
-        if drawn.error is not None or drawn.answers is None:
+        if drawn.error is not None:
             raise SubjectError(drawn.error or "it gave no answer")
         if not drawn.answers:
             raise UnansweredError(next(iter(drawn.unsupported.values()), "It answers no stage."))

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from rayproof.cases.case import Case
-from rayproof.reports.judge.answers import Candidate, Witness
+from rayproof.reports.judge.answers import Answers
 from rayproof.reports.judge.repeated import repeated
 from rayproof.reports.processes.pool import Pool
 from rayproof.reports.processes.worker import Reply
@@ -59,7 +59,7 @@ Steps = Generator[Mapping[str, Request], Replies, CaseRecord]
 class Renders:
     """What the renderers of a case answered; each by its name."""
 
-    candidates: dict[str, Candidate]
+    candidates: dict[str, Answers]
     versions: dict[str, str]
     seconds: dict[str, float]  # by renderer, as the report names it
     notes: tuple[str, ...] = ()  # what the subject says of its answers
@@ -98,7 +98,7 @@ class CaseRun:
         self._own = own  # the user's own formulas, each with the SHA-256 of its file
         self._images = images
         self._limit, self._large = seconds, is_large(planned.case.scene)
-        # Candidate -> who renders it: what is under test.
+        # Name of an answer -> who renders it: what is under test.
         self._asked = dict.fromkeys(planned.configurations, subject)
         self._finished = finished
         self._repeated: list[RepeatedRecord] = []
@@ -229,12 +229,9 @@ class CaseRun:
             reply = replies[name]
             found.seconds[subject.renderer(name)] = reply.seconds
             if reply.error is not None:
-                found.candidates[name] = Candidate(
+                found.candidates[name] = Answers(
                     name=name,
                     precision=name.split("/")[0] if subject.is_tracer else "float32",
-                    items=frozenset(),
-                    shadow_epsilon=0.0,
-                    answers=None,
                     error=reply.error,
                     stopped=reply.stopped,
                 )
@@ -245,20 +242,19 @@ class CaseRun:
                 found.notes = more[0]
         return found
 
-    def _second(self, name: str, replies: Replies) -> Candidate:
+    def _second(self, name: str, replies: Replies) -> Answers:
         """Return what one configuration answered when it was asked again."""
         reply = replies[f"{name}{AGAIN}"]
         if reply.error is None:
-            answered: Candidate = reply.value[0]
+            answered: Answers = reply.value[0]
             return answered
-        lost = {"precision": "float32", "items": frozenset(), "shadow_epsilon": 0.0, "answers": None}
-        return Candidate(name=name, **lost, error=reply.error)
+        return Answers(name=name, precision="float32", error=reply.error)
 
-    def _held_together(self, again: Candidate, renders: Renders) -> RepeatedRecord:
+    def _held_together(self, again: Answers, renders: Renders) -> RepeatedRecord:
         """Return whether a second answer is the first to the last bit."""
         return repeated(self.planned.case.name, renders.candidates[again.name], again, None, varies=False)
 
-    def _witnesses(self, answers: Replies, damaged: Mapping[str, str], renders: Renders) -> tuple[Witness, ...]:
+    def _witnesses(self, answers: Replies, damaged: Mapping[str, str], renders: Renders) -> tuple[Answers, ...]:
         """Return the references in the plan's order; `damaged` says of whom a kept render could not be read, and why.
 
         Their versions and times are added to what `renders` knows.
@@ -268,8 +264,7 @@ class CaseRun:
             reply = answers[name]
             renders.seconds[name] = reply.seconds
             if reply.error is not None:
-                lost = {"precision": "float32", "independent": False, "shadow_epsilon": 0.0, "answers": {}}
-                witnesses.append(Witness(name=name, **lost, error=reply.error, stopped=reply.stopped))
+                witnesses.append(Answers(name=name, precision="float32", error=reply.error, stopped=reply.stopped))
                 continue
             witness, versions = reply.value
             if name in damaged:
@@ -297,7 +292,7 @@ class CaseRun:
         return record
 
 
-def flawless(record: CaseRecord, witnesses: tuple[Witness, ...]) -> bool:
+def flawless(record: CaseRecord, witnesses: tuple[Answers, ...]) -> bool:
     """Say whether nothing happened to a case that would not happen again."""
     return record["verdict"] != Outcome.ERROR and not any(one.error or one.mishaps for one in witnesses)
 

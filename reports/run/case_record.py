@@ -13,7 +13,7 @@ import numpy as np
 from rayproof.cases.case import Case
 from rayproof.cases.scene_json import PACKED, scene_to_json
 from rayproof.reports.called import called
-from rayproof.reports.judge.answers import Candidate, Witness
+from rayproof.reports.judge.answers import Answers
 from rayproof.reports.judge.measurement import unexamined
 from rayproof.reports.judge.oracle import stages_of
 from rayproof.reports.processes.worker import Reply
@@ -53,8 +53,8 @@ def reproduce(folder: Path, case: Case, configurations: tuple[str, ...], subject
 
 def unjudged(
     case: Case,
-    candidates: Sequence[Candidate],
-    witnesses: Sequence[Witness],
+    candidates: Sequence[Answers],
+    witnesses: Sequence[Answers],
     reply: Reply,
     *,
     folder: Path,
@@ -118,7 +118,7 @@ def unjudged(
     }
 
 
-def said(witness: Witness) -> dict[str, str]:
+def said(witness: Answers) -> dict[str, str]:
     """Return name to value with its unit; only what is set or not zero."""
     told = dict(witness.settings)
     if witness.ray_epsilon:

@@ -9,7 +9,7 @@ from rayproof.cases.stages import IMAGE_STAGES, Stage, StageImages
 from rayproof.reference import REFERENCES
 from rayproof.reference.analytic import Analytic
 from rayproof.reports.interchange.framing import DARK
-from rayproof.reports.judge.answers import Witness, well_shaped
+from rayproof.reports.judge.answers import Answers, well_shaped
 from rayproof.reports.judge.case import adjudication, judge_case
 from rayproof.reports.judge.edge_classes import mask
 from rayproof.reports.judge.oracle import ORACLE
@@ -69,7 +69,7 @@ def masks(task: JudgeTask, base: Ground | None) -> MasksRecord | None:
     `base` is what the case was judged on; None where the oracle had no answer.
     """
     truth = next((witness for witness in task.witnesses if witness.name == ORACLE), None)
-    candidate = next((one for one in task.candidates if one.answers is not None), None)
+    candidate = next((one for one in task.candidates if one.error is None), None)
     if truth is None or base is None or candidate is None:
         return None
     found = mask(Terms(ground=base, candidate=candidate, witness=truth).classes, base.edges)
@@ -116,7 +116,7 @@ def _guarded(*, cached: bool) -> None:
         stand_guard(_ORACLE)
 
 
-def _excused(witness: Witness) -> bool:
+def _excused(witness: Answers) -> bool:
     """Say whether an optional program said of a scene that it cannot; that it answered none, the run's end tells."""
     return witness.error is None and bool(REFERENCES.about(witness.name).get("optional", False))
 

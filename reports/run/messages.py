@@ -5,7 +5,7 @@ from pathlib import Path
 
 from rayproof.cases.case import Case
 from rayproof.cases.scene import Scene
-from rayproof.reports.judge.answers import Candidate, Witness
+from rayproof.reports.judge.answers import Answers
 from rayproof.reports.run.options import EVERY_CASE, KeptImages
 from rayproof.reports.subjects import THE_TRACER, Subject
 from rayproof.reports.subjects.calls import Keep
@@ -24,7 +24,7 @@ class TracerTask:
 
 @dataclass(frozen=True, kw_only=True)
 class ReferenceTask:
-    """Render a scene by the worker's reference; the answer is a Witness with its version."""
+    """Render a scene by the worker's reference; the answer is a Answers with its version."""
 
     scene: Scene
     samples: int
@@ -35,7 +35,7 @@ class ReferenceTask:
 class RecallTask:
     """Ask the cache what references answered before.
 
-    The answer is name -> (Witness, its version) of those found, and name -> a sentence of each entry that was damaged.
+    The answer is name -> (Answers, its version) of those found, and name -> a sentence of each entry that was damaged.
     """
 
     names: tuple[str, ...]
@@ -44,7 +44,7 @@ class RecallTask:
 
 @dataclass(frozen=True, kw_only=True)
 class SubjectTask:
-    """Render a scene by the subject; the answer is a Candidate with its version and notes."""
+    """Render a scene by the subject; the answer is a Answers with its version and notes."""
 
     scene: Scene
     samples: int
@@ -73,8 +73,8 @@ class JudgeTask:
     """Judge a case and write its images and scene below `folder`; the answer is the case's record."""
 
     case: Case
-    candidates: tuple[Candidate, ...]
-    witnesses: tuple[Witness, ...]
+    candidates: tuple[Answers, ...]
+    witnesses: tuple[Answers, ...]
     versions: dict[str, str]
     folder: Path
     require: tuple[str, ...]
@@ -83,7 +83,7 @@ class JudgeTask:
     notes: tuple[str, ...] = ()  # what the subject says of its answers
     images: KeptImages = EVERY_CASE  # of which cases they are kept
     cached: bool = False  # the oracle's edges may be taken from the cache
-    again: tuple[Candidate, ...] = ()  # the candidates' second answers, where one of them differs
+    again: tuple[Answers, ...] = ()  # the candidates' second answers, where one of them differs
 
 
 TRACING = "tracer"

@@ -7,7 +7,7 @@ import numpy as np
 
 from rayproof.cases.scene import Scene
 from rayproof.cases.stages import Stage, StageImages
-from rayproof.reports.judge.answers import Candidate
+from rayproof.reports.judge.answers import Answers
 from rayproof.reports.judge.box_filter import finer
 from rayproof.reports.judge.oracle import stages_of
 from rayproof.reports.run.messages import TracerTask
@@ -45,7 +45,7 @@ def prepare() -> None:
         formula.load()
 
 
-def trace(task: TracerTask) -> tuple[Candidate, dict[str, str]]:
+def trace(task: TracerTask) -> tuple[Answers, dict[str, str]]:
     """Return what the tracer answered, and the versions of what computed it."""
     for path, copy in task.copies:
         copied(path, Path(copy))
@@ -54,7 +54,7 @@ def trace(task: TracerTask) -> tuple[Candidate, dict[str, str]]:
         _unchanged(configuration, task.own)
     answers = _images(task.scene, configuration)
     fine = _images(finer(task.scene, task.samples), configuration) if task.samples > 1 else None
-    candidate = Candidate(
+    candidate = Answers(
         name=configuration.name,
         precision=configuration.precision,
         items=configuration.items,

@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 
 from rayproof.cases.case import Case
-from rayproof.reports.judge.answers import Candidate
+from rayproof.reports.judge.answers import Answers
 from rayproof.reports.results.case_records import CaseRecord
 from rayproof.reports.run.cache_store import About, DamagedEntryError, Entry, Store
 from rayproof.reports.run.options import Demands
@@ -39,7 +39,7 @@ class Memory:
         """Ask the references for their versions, once: while the first renders are on their way it costs nothing."""
         _ = self._versions
 
-    def key(self, case: Case, candidates: Sequence[Candidate], notes: Sequence[str]) -> str:
+    def key(self, case: Case, candidates: Sequence[Answers], notes: Sequence[str]) -> str:
         """Return the question that a case is, given what the subject answered and said of it."""
         return judgement_key(case, candidates, self._versions, self._demands, notes).digest
 
@@ -91,14 +91,14 @@ class JudgementKey(Key):
     """A verdict: of whose answers, on which case, before which references, and what the run demanded."""
 
     case: Case
-    candidates: tuple[Candidate, ...]
+    candidates: tuple[Answers, ...]
     versions: Mapping[str, str]  # the references', by name
     demands: Any  # `reports.run.options.Demands`, which this folder does not import
     notes: tuple[str, ...]  # what the subject says of its answers
 
 
 def judgement_key(
-    case: Case, candidates: Sequence[Candidate], versions: Mapping[str, str], demands: Any, notes: Sequence[str]
+    case: Case, candidates: Sequence[Answers], versions: Mapping[str, str], demands: Any, notes: Sequence[str]
 ) -> JudgementKey:
     """Return all that a verdict depends on, the code among it."""
     return JudgementKey(

@@ -9,7 +9,7 @@ import numpy as np
 from rayproof.cases.case import ITEMS_OF_OTHERS
 from rayproof.cases.scene import Scene
 from rayproof.cases.stages import Reference, Stage, StageImages
-from rayproof.reports.judge.answers import Candidate, Witness, as_candidate
+from rayproof.reports.judge.answers import Answers
 from rayproof.reports.judge.oracle import stages_of
 from rayproof.reports.run import reference_cache as cache
 from rayproof.reports.run.cache_store import DamagedEntryError
@@ -28,14 +28,14 @@ from rayproof.reports.subjects import PROGRAM
 from rayproof.tracer.kernel.compiler import choose_packaged_llvm
 
 
-def heard(name: str, reference: Reference, task: ReferenceTask, *, independent: bool) -> Witness:
+def heard(name: str, reference: Reference, task: ReferenceTask, *, independent: bool) -> Answers:
     """Return a reference's answers to a task's scene, with all that it says of them."""
     question, unsupported = _question(name, reference, task)
     found = _rendered(question, task)
     return _witness(question, found, unsupported, independent=independent)
 
 
-def recalled(name: str, reference: Reference, task: ReferenceTask, *, independent: bool) -> Witness | None:
+def recalled(name: str, reference: Reference, task: ReferenceTask, *, independent: bool) -> Answers | None:
     """Return what `heard` would, if nothing needs rendering for it; None if something does.
 
     Raises:
@@ -61,12 +61,12 @@ def _question(name: str, reference: Reference, task: ReferenceTask) -> tuple[Que
     return question, unsupported
 
 
-def _witness(question: Question, found: Rendered, unsupported: dict[Stage, str], *, independent: bool) -> Witness:
+def _witness(question: Question, found: Rendered, unsupported: dict[Stage, str], *, independent: bool) -> Answers:
     reference, scene, answers = question.reference, question.scene, found.answers
     notes, settings = _ability(reference, "notes"), _ability(reference, "settings")
     resolution = _ability(reference, "resolution")
     coarse = {stage: resolution(scene, stage) for stage in question.stages} if resolution is not None else {}
-    return Witness(
+    return Answers(
         name=question.name,
         precision=reference.precision,
         independent=independent,
@@ -103,9 +103,9 @@ def _rendered(question: Question, task: ReferenceTask) -> Rendered:
     return Rendered(answers=answers, mean=mean, cached=False)
 
 
-def put_to_test(witness: Witness) -> Candidate:
+def put_to_test(witness: Answers) -> Answers:
     """Return a reference's answers as those of the one under test."""
-    return replace(as_candidate(witness), items=ITEMS_OF_OTHERS, chained=False)
+    return replace(witness, items=ITEMS_OF_OTHERS, independent=False, chained=False, cached=False, mishaps=())
 
 
 def _shadow_epsilon(reference: Reference, scene: Scene, answers: StageImages) -> float | np.ndarray:
@@ -144,21 +144,21 @@ def handler(kind: str) -> Callable[[Any], Any]:
     return _refer(kind.removeprefix("reference:"))
 
 
-def _refer(name: str) -> Callable[[ReferenceTask], tuple[Witness, dict[str, str]]]:
+def _refer(name: str) -> Callable[[ReferenceTask], tuple[Answers, dict[str, str]]]:
     """Return the task of one reference."""
     from rayproof.reference import REFERENCES
 
     reference = REFERENCES[name]()
     independent = bool(REFERENCES.about(name).get("independent", False))
 
-    def refer(task: ReferenceTask) -> tuple[Witness, dict[str, str]]:
+    def refer(task: ReferenceTask) -> tuple[Answers, dict[str, str]]:
         witness = heard(name, reference, task, independent=independent)
         return witness, {name: reference.version()}
 
     return refer
 
 
-def _recall(task: RecallTask) -> tuple[dict[str, tuple[Witness, str]], dict[str, str]]:
+def _recall(task: RecallTask) -> tuple[dict[str, tuple[Answers, str]], dict[str, str]]:
     """Return what the cache knows, and what is to be told of entries that were damaged.
 
     One worker asks it for all references, none of which need start for it.
@@ -179,13 +179,13 @@ def _recall(task: RecallTask) -> tuple[dict[str, tuple[Witness, str]], dict[str,
     return found, damaged
 
 
-def _tested(name: str) -> Callable[[SubjectTask], tuple[Candidate, dict[str, str], tuple[str, ...]]]:
+def _tested(name: str) -> Callable[[SubjectTask], tuple[Answers, dict[str, str], tuple[str, ...]]]:
     """Return the task of a reference under test; nothing of it is taken from a cache."""
     from rayproof.reference import REFERENCES
 
     reference = REFERENCES[name]()
 
-    def test(task: SubjectTask) -> tuple[Candidate, dict[str, str], tuple[str, ...]]:
+    def test(task: SubjectTask) -> tuple[Answers, dict[str, str], tuple[str, ...]]:
         asked = ReferenceTask(scene=task.scene, samples=task.samples)
         witness = heard(name, reference, asked, independent=False)
         return put_to_test(witness), {name: reference.version()}, witness.notes

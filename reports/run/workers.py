@@ -8,7 +8,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from rayproof.cases.scene import Scene
-from rayproof.reports.judge.answers import Candidate
+from rayproof.reports.judge.answers import Answers
 from rayproof.reports.processes.pool import Pool
 from rayproof.reports.processes.worker import Channel, Reply, serve
 from rayproof.reports.run.messages import JUDGE, TRACING, UNDER_TEST, QuestionTask, SubjectTask
@@ -84,7 +84,7 @@ def ask(subject: Subject) -> Capabilities:
     raise ValueError(reply.value if reply.error is None else reply.error)
 
 
-def answered(subject: Subject, scene: Scene, *, keep: Keep | None = None) -> Candidate:
+def answered(subject: Subject, scene: Scene, *, keep: Keep | None = None) -> Answers:
     """Return what a subject that is not the tracer answers to a scene; a program's call is kept in a folder, if given.
 
     Raises:

@@ -11,7 +11,7 @@ from scipy.ndimage import uniform_filter
 from rayproof.cases.scene import Scene
 from rayproof.cases.stages import Stage, StageImages
 from rayproof.reference.analytic import Analytic
-from rayproof.reports.judge.answers import Candidate
+from rayproof.reports.judge.answers import Answers
 from rayproof.reports.judge.case import judge_case
 from rayproof.reports.judge.checks import Check
 from rayproof.reports.judge.measurement import Kind, Measurement
@@ -28,7 +28,7 @@ from rayproof.tracer.configuration import Configuration
 AROUND = 5  # px a side of the window in which failing neighbours of a failing pixel are counted
 MOST_PIXELS = 4  # failing pixels at which the camera is aimed
 
-Renderer = Callable[[Scene], Candidate]
+Renderer = Callable[[Scene], Answers]
 
 
 class Way(StrEnum):
@@ -78,14 +78,14 @@ def renderer(subject: Subject, configuration: Configuration) -> Renderer:
     return lambda scene: ask(SubjectTask(scene=scene, samples=1, case="shrink", subject=subject))[0]
 
 
-def judged(scene: Scene, render: Renderer) -> tuple[Judged, Candidate, StageImages] | None:
+def judged(scene: Scene, render: Renderer) -> tuple[Judged, Answers, StageImages] | None:
     """Return the verdict of the oracle alone, the answers and the truth; None where either has no answer."""
     oracle = Analytic()
     try:
         candidate = render(scene)
     except ValueError:  # beyond what the subject's precision can hold
         return None
-    if candidate.answers is None:
+    if candidate.error is not None:
         return None
     case = case_of_scene(scene, name="shrink/scene", stresses="A scene on its way to the smallest one.")
     with np.errstate(all="ignore"):  # of scenes that nobody made, and answers that may be anything
@@ -104,7 +104,6 @@ def failure(scene: Scene, render: Renderer, stage: Stage | None = None) -> Failu
     guilty = min(failed, key=lambda one: (not one.alone, order.index(one.stage), -one.ratio), default=None)
     if guilty is None:
         return None
-    assert candidate.answers is not None
     items = verdict.blamed
     if guilty.stage is not verdict.stage:
         checks = [(one.stage.value, one.outcome.value) for one in verdict.checks]

@@ -21,7 +21,7 @@ import numpy as np
 from rayproof.cases.case import ITEMS_OF_OTHERS
 from rayproof.cases.scene import Scene
 from rayproof.cases.stages import IMAGE_STAGES, Resolution, Stage, exr_channels
-from rayproof.reports.judge.answers import Candidate
+from rayproof.reports.judge.answers import Answers
 from rayproof.reports.judge.box_filter import box_mean, finer
 from rayproof.reports.judge.oracle import stages_of
 from rayproof.reports.subjects import Subject
@@ -227,19 +227,18 @@ def allowance(scene: Scene) -> int:
     return ROOM + GENEROUS * channels * scene.camera.width * scene.camera.height * 4
 
 
-def candidate(subject: Subject, scene: Scene, *, case: str, samples: int, keep: Keep | None = None) -> Candidate:
+def candidate(subject: Subject, scene: Scene, *, case: str, samples: int, keep: Keep | None = None) -> Answers:
     """Return the program's answers to a scene, or the error that it ended in; never raises for what it does.
 
     `keep` says where to leave the call itself, to be looked at: what it was handed, and what it said.
     """
     able, stages = subject.capabilities, stages_of(scene)
-    blank = Candidate(
+    blank = Answers(
         name=subject.name,
         precision="float32",  # never better than what the file holds, whatever it computes in
         items=ITEMS_OF_OTHERS,
         shadow_epsilon=able.shadow_epsilon,
         ray_epsilon=able.ray_epsilon,
-        answers=None,
         chained=able.chained,
     )
     why = able.refusal(scene)

@@ -12,7 +12,7 @@ from rayproof.cases.families import all_cases
 from rayproof.cases.stages import Stage
 from rayproof.reference.analytic import Analytic
 from rayproof.reports.cli import main
-from rayproof.reports.judge.answers import Witness
+from rayproof.reports.judge.answers import Answers
 from rayproof.reports.judge.case import judge_case
 from rayproof.reports.judge.oracle import stages_of
 from rayproof.reports.judge.verdict import Judged, of_what_is_supported
@@ -94,7 +94,7 @@ def judged(subject: Subject, case: Case) -> Judged:
     """Judge a program on a case before the oracle alone."""
     given = candidate(subject, case.scene, case=case.name, samples=1)
     answers = ORACLE.render(case.scene, stages_of(case.scene))
-    truth = Witness(name="analytic", precision="float64", independent=True, shadow_epsilon=0.0, answers=answers)
+    truth = Answers(name="analytic", precision="float64", independent=True, answers=answers)
     return of_what_is_supported(judge_case(case, [given], [truth], ORACLE, {}), [given])
 
 

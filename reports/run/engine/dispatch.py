@@ -15,7 +15,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from rayproof.reports.judge.answers import Candidate
+from rayproof.reports.judge.answers import Answers
 from rayproof.reports.processes.worker import Reply
 from rayproof.reports.results.case_records import CaseRecord
 from rayproof.reports.results.records import EngineRecord
@@ -247,12 +247,9 @@ class Dispatch:
         why = f"it lost {len(story.ends)} workers, each of which had nothing else to do: {'; '.join(story.ends)}"
         subject = self._terms.subject
         candidates = [
-            Candidate(
+            Answers(
                 name=name,
                 precision=name.split("/")[0] if subject.is_tracer else "float32",
-                items=frozenset(),
-                shadow_epsilon=0.0,
-                answers=None,
                 error=why,
             )
             for name in one.configurations

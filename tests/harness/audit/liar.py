@@ -17,7 +17,7 @@ from rayproof.cases.case import ITEMS_OF_OTHERS
 from rayproof.cases.rounding import UNIT_ROUNDOFF
 from rayproof.cases.scene import Scene
 from rayproof.cases.stages import Stage, StageImages
-from rayproof.reports.judge.answers import Candidate, Witness
+from rayproof.reports.judge.answers import Answers
 from rayproof.reports.judge.checks import Check, stage_check
 from rayproof.reports.judge.comparison import Bench
 from rayproof.reports.judge.known_answers import rounded
@@ -90,9 +90,9 @@ def _liars(truth: StageImages, stages: tuple[Stage, ...]) -> Iterator[tuple[Stag
         yield {stage: good[stage] for stage in (Stage.CAMERA, Stage.RADIANCE)}, (Stage.RADIANCE,)
 
 
-def _candidate(answers: StageImages, order: LiarOrder) -> Candidate:
+def _candidate(answers: StageImages, order: LiarOrder) -> Answers:
     """Return a stranger's program that gave these answers, each stage by a pass of its own."""
-    return Candidate(
+    return Answers(
         name="liar",
         precision="float32",
         items=ITEMS_OF_OTHERS,
@@ -122,7 +122,7 @@ def _garbage(
     return {name: images for name, images in found.items() if images}
 
 
-def _hidden(base: Ground, honest: Candidate, lies: Mapping[Stage, np.ndarray]) -> dict[Stage, dict[str, np.ndarray]]:
+def _hidden(base: Ground, honest: Answers, lies: Mapping[Stage, np.ndarray]) -> dict[Stage, dict[str, np.ndarray]]:
     """Return where lies hide of each stage, by kind (height, width)."""
     good = honest.answers
     assert good is not None
@@ -142,8 +142,8 @@ def _hidden(base: Ground, honest: Candidate, lies: Mapping[Stage, np.ndarray]) -
     return {check.stage: _by_kind(bench, check, spoilt) for check in checks if check.stage in lies}
 
 
-def _bench(base: Ground, candidate: Candidate) -> Bench:
-    witness = Witness(name=ORACLE, precision="float64", independent=True, shadow_epsilon=0.0, answers=base.truth)
+def _bench(base: Ground, candidate: Answers) -> Bench:
+    witness = Answers(name=ORACLE, precision="float64", independent=True, answers=base.truth)
     return Bench(ground=base, candidate=candidate, witness=witness)
 
 
@@ -171,7 +171,6 @@ def _by_kind(bench: Bench, check: Check, spoilt: np.ndarray) -> dict[str, np.nda
     """Return where a stage is spoiled, by what the judge says of those pixels."""
     stage, truth = check.stage, bench.ground.truth
     assert check.end_to_end is not None
-    assert bench.candidate.answers is not None
     ours, kinds = bench.candidate.answers[stage], check.end_to_end.kinds
     limit = bench.terms.limits.end_to_end.get(stage, np.zeros(spoilt.shape))
     over = spoilt & (ratios(stage, ours, truth[stage], limit)[0] > 1)

@@ -12,7 +12,7 @@ from rayproof.cases.case import Case
 from rayproof.cases.scene import Scene, Sphere
 from rayproof.cases.stages import Stage, StageImages
 from rayproof.reference.analytic import Analytic
-from rayproof.reports.judge.answers import Candidate, Witness
+from rayproof.reports.judge.answers import Answers
 from rayproof.reports.judge.case import judge_case
 from rayproof.reports.results.outcomes import Outcome
 from rayproof.reports.run import worker_tasks
@@ -69,22 +69,22 @@ def _task(kind: str) -> Any:
     return worker_tasks.handler(kind)
 
 
-def candidate(configuration: str, scene: Scene) -> Candidate:
+def candidate(configuration: str, scene: Scene) -> Answers:
     """Return the tracer's answers by one configuration."""
     return _task("tracer")(TracerTask(scene=scene, configuration=configuration, samples=1))[0]
 
 
-def witness(name: str, scene: Scene) -> Witness:
+def witness(name: str, scene: Scene) -> Answers:
     """Return a reference's answers."""
     return _task(f"reference:{name}")(ReferenceTask(scene=scene, samples=1))[0]
 
 
-def judge(case: Case, one: Candidate, witnesses: Sequence[Witness], oracle: Any) -> Any:
+def judge(case: Case, one: Answers, witnesses: Sequence[Answers], oracle: Any) -> Any:
     """Return the verdict on one candidate."""
     return judge_case(case, [one], witnesses, oracle, {})
 
 
-def _of_tracer(case: Case, fault: PlantedFault, witnesses: Mapping[str, Witness], oracle: PatientOracle) -> Sighting:
+def _of_tracer(case: Case, fault: PlantedFault, witnesses: Mapping[str, Answers], oracle: PatientOracle) -> Sighting:
     """Judge the tracer with one wrong formula, or with a fault in one of its paths."""
     if fault.configuration is not None:
         one, differing = candidate(fault.configuration, case.scene), None
@@ -105,19 +105,18 @@ def _of_tracer(case: Case, fault: PlantedFault, witnesses: Mapping[str, Witness]
     return _sighting(fault.name, case, judged, looks)
 
 
-def _on_a_path(case: Case, fault: PlantedFault) -> tuple[Candidate, Comparison | None]:
+def _on_a_path(case: Case, fault: PlantedFault) -> tuple[Answers, Comparison | None]:
     """Return what the tracer answers with one of its paths spoilt, and the first of its routes that differs."""
     scene, configuration = case.scene, Configuration(precision=fault.precision)
     with FAULTS[fault.name]():
         one = candidate(fault.precision, scene)
-        assert one.answers is not None
         compared = [
             compare(by, scene, configuration, one.answers) for by in suiting(fault.routes, scene, configuration)
         ]
     return one, next((entry for entry in compared if entry["verdict"] == Outcome.FAIL), None)
 
 
-def _of_reference(case: Case, fault: PlantedFault, witnesses: Mapping[str, Witness], usual: Candidate) -> Sighting:
+def _of_reference(case: Case, fault: PlantedFault, witnesses: Mapping[str, Answers], usual: Answers) -> Sighting:
     """Judge the unchanged tracer while a reference is spoilt; the oracle too, if that is the one."""
     with FAULTS[fault.name]():
         spoilt = {name: witness(name, case.scene) if name in fault.who else one for name, one in witnesses.items()}
@@ -155,7 +154,7 @@ def _sighting(name: str, case: Case, judged: Any, looks: dict[str, Look] | None 
     )
 
 
-def _look(judged: Any, name: str, one: Witness, fault: PlantedFault) -> Look:
+def _look(judged: Any, name: str, one: Answers, fault: PlantedFault) -> Look:
     """Return what the checks against one reference alone said."""
     order = list(Stage)
     failed = [check for check in judged.checks if check.reference == name and check.outcome is Outcome.FAIL]
@@ -251,9 +250,8 @@ def grade(order: GradedOrder) -> GradedReport:
     return GradedReport(quantity=order.quantity, precision=order.precision, smallest=in_order)
 
 
-def _tilted(scene: Scene, usual: Candidate, amount: float, oracle: PatientOracle) -> Candidate:
+def _tilted(scene: Scene, usual: Answers, amount: float, oracle: PatientOracle) -> Answers:
     """Return the tracer's answers with every normal turned by `amount` [rad], and what follows from that."""
-    assert usual.answers is not None
     kind = np.float64 if usual.precision == "float64" else np.float32
     normals = usual.answers[Stage.NORMAL]
     aside = np.cross(normals, (0.36, -0.48, 0.8))

@@ -16,7 +16,7 @@ from rayproof import ROOT
 from rayproof.cases.case import Case, PixelValue
 from rayproof.cases.scene import Camera, Cube, Mesh, Plane, PointLight, Scene, Sphere, Square, Triangle
 from rayproof.cases.stages import Resolution, Stage
-from rayproof.reports.judge.answers import Candidate
+from rayproof.reports.judge.answers import Answers
 from rayproof.reports.run import plan, reference_cache, verdict_memory
 from rayproof.reports.run.options import Demands, RunOptions, demands
 from rayproof.reports.run.plan import PlannedCase
@@ -59,7 +59,7 @@ CASE = Case(
     ),
 )
 _IMAGE = np.linspace(0.1, 1, 36, dtype=np.float32).reshape(3, 4, 3)
-OURS = Candidate(
+OURS = Answers(
     name="guard",
     precision="float32",
     items=frozenset({"HIT-1"}),
@@ -100,12 +100,15 @@ OTHERS: Mapping[tuple[str, str], Any] = {
     ("Mesh", "file"): "mesh.obj",
     ("Case", "stresses"): "Nothing else.",
     ("Case", "covers"): ("HIT-2",),
-    ("Candidate", "error"): "it fell",
-    ("Candidate", "fine"): {Stage.RADIANCE: _IMAGE},
-    ("Candidate", "mean"): _IMAGE,
-    ("Candidate", "unsupported"): {Stage.NORMAL: "a guard says so"},
-    ("Candidate", "lacking"): {Stage.NORMAL: "a guard says so"},
-    ("Candidate", "authors"): {Stage.NORMAL: "a guard says so"},
+    ("Answers", "error"): "it fell",
+    ("Answers", "fine"): {Stage.RADIANCE: _IMAGE},
+    ("Answers", "mean"): _IMAGE,
+    ("Answers", "unsupported"): {Stage.NORMAL: "a guard says so"},
+    ("Answers", "lacking"): {Stage.NORMAL: "a guard says so"},
+    ("Answers", "notes"): ("a guard says so",),
+    ("Answers", "mishaps"): ("a guard says so",),
+    ("Answers", "settings"): {"quality": "2"},
+    ("Answers", "authors"): {Stage.NORMAL: "a guard says so"},
     ("RunOptions", "require"): ("analytic",),
     ("Subject", "identity"): ("another program",),
     ("Demands", "identity"): ("another program",),
@@ -229,7 +232,7 @@ def _parts(kind: str, name: str, value: Any) -> Iterator[tuple[str, Any]]:
         yield name, float(np.nextafter(value, np.inf))
 
 
-def _judgement(case: Case, ours: Candidate, asked: Demands, versions: Mapping[str, str] = VERSIONS) -> Key:
+def _judgement(case: Case, ours: Answers, asked: Demands, versions: Mapping[str, str] = VERSIONS) -> Key:
     return verdict_memory.judgement_key(case, (ours,), versions, asked, ())
 
 

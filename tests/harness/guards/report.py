@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from rayproof.cases.stages import Stage
-from rayproof.reports.judge.answers import Candidate, Witness
+from rayproof.reports.judge.answers import Answers
 from rayproof.reports.judge.known_answers import CASE
 from rayproof.reports.judge.oracle import ORACLE, stages_of
 from rayproof.reports.judge.scene_truth import Ground, ground
@@ -35,18 +35,16 @@ def guard_report(oracle: Any) -> None:
     shown = {"tracer-float32": 1.0, "tracer-float64": 2.0, ORACLE: 3.0, "third": 4.0}
     given = {name: truth | {Stage.RADIANCE: np.full(shape, number)} for name, number in shown.items()}
     one, two = (
-        Candidate(
+        Answers(
             name=name.removeprefix("tracer-"),
             precision="float32",
-            items=frozenset(),
             shadow_epsilon=epsilon,
             answers=given[name],
         )
         for name, epsilon in (("tracer-float32", 0.0), ("tracer-float64", 0.2))
     )
     witnesses = tuple(
-        Witness(name=name, precision="float64", independent=True, shadow_epsilon=0.0, answers=given[name])
-        for name in (ORACLE, "third")
+        Answers(name=name, precision="float64", independent=True, answers=given[name]) for name in (ORACLE, "third")
     )
     with tempfile.TemporaryDirectory() as name:
         task = JudgeTask(

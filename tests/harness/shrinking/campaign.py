@@ -21,7 +21,7 @@ from rayproof.cases.families import all_cases
 from rayproof.cases.scene import Mesh, Scene
 from rayproof.cases.scene_json import scene_to_json
 from rayproof.cases.stages import IMAGE_STAGES, Stage
-from rayproof.reports.judge.answers import Candidate
+from rayproof.reports.judge.answers import Answers
 from rayproof.reports.results.files import write_text
 from rayproof.reports.shrinking.attempts import Limits
 from rayproof.reports.shrinking.failure import Renderer, failure, renderer
@@ -255,9 +255,9 @@ def answering(wrong: Wrong, program: Path) -> Renderer:
     return renderer(replace(subject, capabilities=able), Configuration())
 
 
-def by_radiance(candidate: Candidate) -> Candidate:
+def by_radiance(candidate: Answers) -> Answers:
     """Return a renderer that has written its radiance and nothing else."""
-    if candidate.answers is None:
+    if candidate.error is not None:
         return candidate
     left = {stage: image for stage, image in candidate.answers.items() if stage is Stage.RADIANCE}
     unsaid = {stage: "It is not written." for stage in (Stage.CAMERA, *IMAGE_STAGES) if stage is not Stage.RADIANCE}

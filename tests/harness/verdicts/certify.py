@@ -17,7 +17,7 @@ from rayproof.cases.stages import Stage
 from rayproof.reference.certified.camera import camera_answer
 from rayproof.reference.certified.stages import continued
 from rayproof.reports.judge import camera_check
-from rayproof.reports.judge.answers import Candidate, Witness, as_candidate
+from rayproof.reports.judge.answers import Answers
 from rayproof.reports.judge.checks import Check
 from rayproof.reports.judge.common_factors import bias
 from rayproof.reports.judge.comparison import GEOMETRY
@@ -114,14 +114,14 @@ class Inquest:
     known: dict[tuple[str, bool, Pixel], tuple[Stage, ...]] = field(default_factory=dict)
     shares: dict[tuple[str, bool, float], float] = field(default_factory=dict)
 
-    def of(self, party: Candidate) -> Held:
+    def of(self, party: Answers) -> Held:
         """Return a party's values, held against certified ones."""
         if party.name not in self.held:
             self.held[party.name] = Held(ground=self.base, truth=self.truth, party=party)
         return self.held[party.name]
 
     def wrong_at(
-        self, party: Candidate, pixels: Sequence[Pixel], *, strictly: bool = False
+        self, party: Answers, pixels: Sequence[Pixel], *, strictly: bool = False
     ) -> dict[Pixel, tuple[Stage, ...]]:
         """Return of pixels the stages at which a party is wrong; only those with any."""
         key = (party.name, strictly)
@@ -130,7 +130,7 @@ class Inquest:
         self.known |= {(*key, pixel): found.get(pixel, ()) for pixel in new}
         return {pixel: self.known[*key, pixel] for pixel in pixels if self.known[*key, pixel]}
 
-    def decidable(self, candidate: Candidate, check: Check, witnesses: Sequence[Witness]) -> bool:
+    def decidable(self, candidate: Answers, check: Check, witnesses: Sequence[Answers]) -> bool:
         """Return whether most of what a check asks about is the same in every scene within rounding.
 
         A check is no more decidable than the coarser of its two parties.
@@ -171,7 +171,7 @@ class Inquest:
 
 
 def certify(
-    judged: Judged, candidates: Sequence[Candidate], witnesses: Sequence[Witness], oracle: FullOracle
+    judged: Judged, candidates: Sequence[Answers], witnesses: Sequence[Answers], oracle: FullOracle
 ) -> Certified:
     """Return which of a case's verdicts are wrong, and which are missing where there is one to be had."""
     scene, stages = judged.case.scene, stages_of(judged.case.scene)
@@ -189,7 +189,7 @@ def certify(
     for candidate in candidates:
         checks = [check for check in judged.checks if check.configuration == candidate.name]
         outcome = worst([check.outcome for check in checks])
-        if candidate.answers is None:
+        if candidate.error is not None:
             pass
         elif outcome is Outcome.FAIL:
             wrong += _accused(inquest, candidate, [check for check in checks if check.outcome is Outcome.FAIL])
@@ -204,7 +204,7 @@ def certify(
     for witness in witnesses:
         checks = [check for check in judged.checks if _blamed(check) == witness.name]
         if checks and witness.error is None:
-            wrong += _accused(inquest, as_candidate(witness), checks)
+            wrong += _accused(inquest, witness, checks)
     return Certified(
         wrong=tuple(wrong),
         undecided=tuple(name for name, decidable in decided.items() if decidable),
@@ -214,7 +214,7 @@ def certify(
     )
 
 
-def _stopped_of(check: Check, candidate: Candidate) -> str:
+def _stopped_of(check: Check, candidate: Answers) -> str:
     """Return which party's time was over."""
     return candidate.name if candidate.stopped else check.reference
 
@@ -230,7 +230,7 @@ def _blamed(check: Check) -> str | None:
     return None
 
 
-def _passed(inquest: Inquest, candidate: Candidate, outcome: Outcome) -> list[WrongVerdict]:
+def _passed(inquest: Inquest, candidate: Answers, outcome: Outcome) -> list[WrongVerdict]:
     """Return the wrong verdicts on a renderer that nobody failed: values that are nobody's within rounding."""
     held = inquest.of(candidate)
     wrong = inquest.wrong_at(candidate, held.chosen, strictly=True)
@@ -251,7 +251,7 @@ def _passed(inquest: Inquest, candidate: Candidate, outcome: Outcome) -> list[Wr
     return found[:MOST_NAMED]
 
 
-def _accused(inquest: Inquest, party: Candidate, checks: Sequence[Check]) -> list[WrongVerdict]:
+def _accused(inquest: Inquest, party: Answers, checks: Sequence[Check]) -> list[WrongVerdict]:
     """Return the wrong verdicts on a renderer that was failed or put under suspicion, none if one check is right."""
     held = inquest.of(party)
     found: list[WrongVerdict] = []
@@ -267,11 +267,11 @@ def _accused(inquest: Inquest, party: Candidate, checks: Sequence[Check]) -> lis
     return list({(one.stage, one.pixel): one for one in found}.values())[:MOST_NAMED]
 
 
-def _stands(inquest: Inquest, party: Candidate, check: Check) -> bool:
+def _stands(inquest: Inquest, party: Answers, check: Check) -> bool:
     """Return whether certified arithmetic bears out what one check says of a party."""
     if check.stage is Stage.CAMERA:
         return _camera_ratio(inquest, party) > 1
-    answers = party.answers or {}
+    answers = party.answers
     if check.end_to_end is None:
         # An image of another size is wrong without being measured; a copy is none.
         return check.stage in answers and check.stage not in inquest.of(party).stages
@@ -288,10 +288,10 @@ def _stands(inquest: Inquest, party: Candidate, check: Check) -> bool:
     return own is not None and not own.worst_ratio <= 1 and _stands_alone(inquest, party, check.stage, own)
 
 
-def _biased(inquest: Inquest, party: Candidate, check: Check) -> bool:
+def _biased(inquest: Inquest, party: Answers, check: Check) -> bool:
     """Return whether a factor that many pixels share, and that a check found off, is so against certified values."""
     held, stage = inquest.of(party), check.stage
-    ours = np.asarray((party.answers or {}).get(stage))
+    ours = np.asarray(party.answers.get(stage))
     if check.bias is not None and check.bias.ratio > 1:
         base = inquest.base
         exact = Ground(
@@ -305,11 +305,11 @@ def _biased(inquest: Inquest, party: Candidate, check: Check) -> bool:
             return True
     if check.continued_bias is None or not check.continued_bias.ratio > 1:
         return False
-    value = CERTIFIED.continue_from(inquest.base.scene, stage, party.answers or {})
+    value = CERTIFIED.continue_from(inquest.base.scene, stage, party.answers)
     return bias(held.terms, stage, ours, value).ratio > 1
 
 
-def _stands_alone(inquest: Inquest, party: Candidate, stage: Stage, measured: Measurement) -> bool:
+def _stands_alone(inquest: Inquest, party: Answers, stage: Stage, measured: Measurement) -> bool:
     """Return whether a stage is wrong given the party's own previous ones, as certified arithmetic continues them."""
     answers = party.answers
     if answers is None or measured.pixel is None:
@@ -336,10 +336,10 @@ def _stands_alone(inquest: Inquest, party: Candidate, stage: Stage, measured: Me
     return True
 
 
-def _camera_ratio(inquest: Inquest, party: Candidate) -> float:
+def _camera_ratio(inquest: Inquest, party: Answers) -> float:
     """Return error over limit of a party's camera against the certified one."""
     view = inquest.base.scene.camera
-    mine = (party.answers or {}).get(Stage.CAMERA)
+    mine = party.answers.get(Stage.CAMERA)
     if mine is None:
         return 0.0
     return camera_check.compared(mine, camera_answer(view), view, Roundoff(party.precision)).ratio

@@ -12,7 +12,7 @@ from rayproof.cases.stages import IMAGE_STAGES, Stage, StageImages
 from rayproof.reference.certified import Certified
 from rayproof.reference.certified.stages import continued
 from rayproof.reports.judge.admissible import ALLOWED, needed_shadow
-from rayproof.reports.judge.answers import Candidate, Witness, all_of, any_of, largest, widest_near
+from rayproof.reports.judge.answers import Answers, all_of, any_of, largest, widest_near
 from rayproof.reports.judge.comparison import GEOMETRY
 from rayproof.reports.judge.limits import Roundoff, calibration, continued_light_limit
 from rayproof.reports.judge.measurement import ratios
@@ -77,12 +77,12 @@ class Held:
 
     ground: Ground
     truth: StageImages  # certified, NaN where undecided
-    party: Candidate
+    party: Answers
 
     @cached_property
     def stages(self) -> tuple[Stage, ...]:
         """Return the image stages that the party answered in the right size."""
-        answers = self.party.answers or {}
+        answers = self.party.answers
         return tuple(
             stage
             for stage in IMAGE_STAGES
@@ -90,13 +90,13 @@ class Held:
         )
 
     @cached_property
-    def exact(self) -> Witness:
+    def exact(self) -> Answers:
         """Return exact arithmetic as a witness; where it leaves a tie open it has the party's own value."""
         answers = dict(self.truth)
         for stage in self.stages:
-            ours = np.asarray((self.party.answers or {})[stage], dtype=np.float64)
+            ours = np.asarray(self.party.answers[stage], dtype=np.float64)
             answers[stage] = np.where(np.isnan(self.truth[stage]), ours, self.truth[stage])
-        return Witness(name=NAME, precision="float64", independent=True, shadow_epsilon=0.0, answers=answers)
+        return Answers(name=NAME, precision="float64", independent=True, answers=answers)
 
     @cached_property
     def terms(self) -> Terms:
@@ -110,7 +110,6 @@ class Held:
 
     def ratio(self, stage: Stage) -> np.ndarray:
         """Return error over limit (height, width) against the certified value; infinite where that is a tie's."""
-        assert self.party.answers is not None
         ours = np.asarray(self.party.answers[stage], dtype=np.float64)
         return ratios(stage, ours, self.truth[stage], self.limit(stage))[0]
 
@@ -200,7 +199,7 @@ class Held:
         small = np.array([*(_size(shape) <= 4 * step for shape in scene.shapes), False])
         thin = np.array([*map(_thickness, scene.shapes), np.inf])
         found = np.zeros(len(rows), dtype=bool)
-        for answers in (self.truth, self.party.answers or {}):
+        for answers in (self.truth, self.party.answers):
             if Stage.OBJECT in answers:
                 index = np.nan_to_num(np.asarray(answers[Stage.OBJECT])[rows, columns, 0], nan=-1.0)
                 shape = np.where((index >= 0) & (index < len(scene.shapes)), index, -1).astype(int)
@@ -255,7 +254,6 @@ class Held:
 
     def _like(self, stage: Stage, near: Nearby, rows: np.ndarray, columns: np.ndarray) -> np.ndarray:
         """Return where (n,) the party's value is one that a scene within rounding has."""
-        assert self.party.answers is not None
         if stage is Stage.RAY:
             return np.zeros(len(rows), dtype=bool)
         ours = {name: np.asarray(self.party.answers[name])[rows, columns] for name in self.stages}
@@ -300,7 +298,6 @@ class Held:
 
     def _felt_otherwise(self, seen: np.ndarray, rows: np.ndarray, columns: np.ndarray) -> np.ndarray:
         """Return where (n,) the party's feelers see what it says, and not the lights that are `seen` (n, lights)."""
-        assert self.party.answers is not None
         ours = {name: np.asarray(self.party.answers[name])[rows, columns] for name in self.stages}
         if Stage.VISIBILITY not in ours:
             return np.zeros(len(rows), dtype=bool)

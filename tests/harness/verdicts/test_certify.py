@@ -12,7 +12,7 @@ from rayproof.cases.rounding import gamma
 from rayproof.cases.stages import IMAGE_STAGES, Stage, StageImages
 from rayproof.reference.analytic import Analytic
 from rayproof.reports.judge import limits
-from rayproof.reports.judge.answers import Candidate, Witness
+from rayproof.reports.judge.answers import Answers
 from rayproof.reports.judge.case import judge_case
 from rayproof.reports.judge.oracle import stages_of
 from rayproof.reports.judge.scene_truth import ground
@@ -41,22 +41,22 @@ def rounded(changes: Mapping[Stage, float] | None = None) -> StageImages:
     }
 
 
-def candidate(answers: StageImages) -> Candidate:
+def candidate(answers: StageImages) -> Answers:
     """Return a renderer in float32 that answers so."""
-    return Candidate(name="ours", precision="float32", items=frozenset(), shadow_epsilon=0.0, answers=answers)
+    return Answers(name="ours", precision="float32", answers=answers)
 
 
-def witness(answers: StageImages, *, name: str = "analytic", precision: str = "float64") -> Witness:
+def witness(answers: StageImages, *, name: str = "analytic", precision: str = "float64") -> Answers:
     """Return a reference that answers so."""
-    return Witness(name=name, precision=precision, independent=True, shadow_epsilon=0.0, answers=answers)
+    return Answers(name=name, precision=precision, independent=True, answers=answers)
 
 
-def judge(case: Case, ours: Candidate, witnesses: list[Witness]) -> Judged:
+def judge(case: Case, ours: Answers, witnesses: list[Answers]) -> Judged:
     """Return what the judge says, sentinels aside."""
     return judge_case(case, [ours], witnesses, ORACLE, {})
 
 
-def certified(judged: Judged, ours: Candidate, witnesses: list[Witness]) -> Certified:
+def certified(judged: Judged, ours: Answers, witnesses: list[Answers]) -> Certified:
     """Return what certified arithmetic says of that."""
     return certify(judged, [ours], witnesses, ORACLE)
 
@@ -255,7 +255,6 @@ def test_light_follows_from_a_position_only_as_well_as_the_way_to_the_light_is_k
     # Lights 8 mm away, 760 m from the origin: float32 knows the way to half a percent.
     found, (column, row) = inquest("random/51201/38"), (3, 29)
     (ours,), _ = answers_of(found.case, THE_TRACER, ("float32",))
-    assert ours.answers is not None
     assert ours.answers[Stage.VISIBILITY][row, column, 0] != found.base.truth[Stage.VISIBILITY][row, column, 0]
 
     assert found.of(ours).wrong([(column, row)], strictly=True) == {}

@@ -16,7 +16,7 @@ from rayproof.cases.case import Case
 from rayproof.cases.random_scenes import numbers, random_case
 from rayproof.cases.random_scenes.draft import Draws
 from rayproof.reference.analytic import Analytic
-from rayproof.reports.judge.answers import Candidate
+from rayproof.reports.judge.answers import Answers
 from rayproof.reports.judge.case import judge_case
 from rayproof.reports.judge.verdict import Judged, of_what_is_supported
 from rayproof.reports.processes.worker import serve
@@ -130,7 +130,7 @@ def serve_scenes(kind: str, connection: Any) -> None:
 _task = cache(handler)
 
 
-def answers_of(case: Case, subject: Subject, configurations: Iterable[str]) -> tuple[list[Candidate], dict[str, str]]:
+def answers_of(case: Case, subject: Subject, configurations: Iterable[str]) -> tuple[list[Answers], dict[str, str]]:
     """Return what a subject answers, the tracer by each configuration, and the versions of what computed it."""
     if subject.is_tracer:
         tasks = [TracerTask(scene=case.scene, configuration=name, samples=1) for name in configurations]
@@ -151,7 +151,7 @@ def judge_scene(order: SceneOrder) -> SceneRecord:
         witnesses.append(witness)
         versions |= version
 
-    def judged(some: list[Candidate]) -> Judged:
+    def judged(some: list[Answers]) -> Judged:
         verdict = judge_case(case, some, witnesses, oracle, versions, panel=order.panel)
         return of_what_is_supported(verdict, some)
 

@@ -12,7 +12,7 @@ from rayproof.reports.diagnosis.blaming import Blamed, by_stages, narrowed, put
 from rayproof.reports.diagnosis.diagnosing import entries, narrow
 from rayproof.reports.diagnosis.search import search
 from rayproof.reports.diagnosis.trials import Evidence
-from rayproof.reports.judge.answers import Witness
+from rayproof.reports.judge.answers import Answers
 from rayproof.reports.judge.case import judge_case
 from rayproof.reports.judge.oracle import stages_of
 from rayproof.reports.judge.verdict import of_what_is_supported
@@ -43,7 +43,7 @@ def shown(
     for case in select(names):
         given = candidate(subject, case.scene, case=case.name, samples=1)
         answers = ORACLE.render(case.scene, stages_of(case.scene))
-        truth = Witness(name="analytic", precision="float64", independent=True, shadow_epsilon=0.0, answers=answers)
+        truth = Answers(name="analytic", precision="float64", independent=True, answers=answers)
         found = of_what_is_supported(judge_case(case, [given], [truth], ORACLE, {}), [given])
         record = {
             "name": case.name,

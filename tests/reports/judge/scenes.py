@@ -6,7 +6,7 @@ from rayproof.cases.case import ITEMS_OF_OTHERS, Case
 from rayproof.cases.scene import Camera, Plane, PointLight, Scene, Sphere
 from rayproof.cases.stages import Stage
 from rayproof.reference.analytic import Analytic
-from rayproof.reports.judge.answers import Candidate, Witness
+from rayproof.reports.judge.answers import Answers
 from rayproof.reports.judge.case import judge_case
 from rayproof.reports.judge.oracle import stages_of
 from rayproof.reports.judge.verdict import Judged
@@ -44,23 +44,23 @@ def rounded(answers: dict) -> dict:
     return spoilt
 
 
-def candidate(answers: dict, *, name: str = "float32", error: str | None = None) -> Candidate:
+def candidate(answers: dict, *, name: str = "float32", error: str | None = None) -> Answers:
     """Return a float32 candidate with these answers."""
-    return Candidate(
+    return Answers(
         name=name,
         precision="float32",
         items=ITEMS,
         shadow_epsilon=1e-6,
-        answers=None if error else answers,
+        answers={} if error else answers,
         error=error,
     )
 
 
-def witness(answers: dict, *, name: str = "analytic", precision: str = "float64", **more) -> Witness:
+def witness(answers: dict, *, name: str = "analytic", precision: str = "float64", **more) -> Answers:
     """Return a witness with these answers."""
-    return Witness(name=name, precision=precision, independent=True, shadow_epsilon=0.0, answers=answers, **more)
+    return Answers(name=name, precision=precision, independent=True, answers=answers, **more)
 
 
-def verdict(ours: dict, *others: Witness, case: Case = CASE) -> Judged:
+def verdict(ours: dict, *others: Answers, case: Case = CASE) -> Judged:
     """Judge answers against the oracle and others."""
     return judge_case(case, [candidate(ours)], [witness(truth()), *others], ORACLE, {})

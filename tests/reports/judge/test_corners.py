@@ -10,7 +10,7 @@ from rayproof.cases.case import Case
 from rayproof.cases.placement import world_triangles
 from rayproof.cases.scene import Camera, Cube, PointLight, Scene, Square, Triangle, Vector
 from rayproof.cases.stages import Stage
-from rayproof.reports.judge.answers import Candidate
+from rayproof.reports.judge.answers import Answers
 from rayproof.reports.judge.case import judge_case
 from rayproof.reports.judge.limits import WHOLE
 from rayproof.reports.judge.oracle import stages_of
@@ -80,7 +80,7 @@ def judged_normal(shape, name: str, precision: str, turned: float) -> Outcome:
     hit = truth[Stage.OBJECT][..., :1] >= 0
     off = np.where(hit, truth[Stage.NORMAL] + turned * (normal_by_corners(shape) - truth[Stage.NORMAL]), 0.0)
     other = dict(truth) | {Stage.NORMAL: off}
-    mine = Candidate(name="float64", precision="float64", items=ITEMS, shadow_epsilon=0.0, answers=truth)
+    mine = Answers(name="float64", precision="float64", items=ITEMS, answers=truth)
     result = judge_case(
         case, [mine], [witness(dict(truth)), witness(other, name=name, precision=precision)], ORACLE, {}
     )
@@ -115,7 +115,7 @@ def test_a_ray_that_hits_where_the_right_one_misses_is_blamed_for_nothing_that_f
     for stage in stages[stages.index(Stage.OBJECT) :]:
         # As a renderer computes them, in numbers of its own: away from the oracle's by a rounding.
         ours[stage] = ORACLE.continue_from(scene, stage, ours) * (1.0 if stage in WHOLE else 1 + 2.0**-52)
-    mine = Candidate(name="float64", precision="float64", items=ITEMS, shadow_epsilon=0.0, answers=ours)
+    mine = Answers(name="float64", precision="float64", items=ITEMS, answers=ours)
 
     result = judge_case(case, [mine], [witness(truth)], ORACLE, {})
 

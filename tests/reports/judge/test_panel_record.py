@@ -9,7 +9,7 @@ import pytest
 from rayproof.cases.case import Case
 from rayproof.cases.scene import PointLight, Scene
 from rayproof.cases.stages import Stage, StageImages
-from rayproof.reports.judge.answers import Candidate, Witness
+from rayproof.reports.judge.answers import Answers
 from rayproof.reports.judge.case import adjudication, judge_case
 from rayproof.reports.judge.oracle import stages_of
 from rayproof.reports.judge.verdict import Judged
@@ -19,7 +19,7 @@ from tests.reports.judge.scenes import CAMERA, CASE, LIGHT, ORACLE, SCENE, candi
 HEIGHT, WIDTH = CAMERA.height, CAMERA.width
 
 
-def other(answers: StageImages, name: str, **more) -> Witness:
+def other(answers: StageImages, name: str, **more) -> Answers:
     """Return an independent float32 witness, told from others by its last bits."""
     moved = {
         stage: image if stage in (Stage.CAMERA, Stage.OBJECT, Stage.VISIBILITY) else image * (1 + 2.0**-26)
@@ -28,7 +28,7 @@ def other(answers: StageImages, name: str, **more) -> Witness:
     return witness(moved, name=name, precision="float32", **more)
 
 
-def heard(ours: Candidate, witnesses: list[Witness], case: Case = CASE) -> tuple:
+def heard(ours: Answers, witnesses: list[Answers], case: Case = CASE) -> tuple:
     """Return the verdict and what the record says of the panel."""
     oracle = ORACLE
     judged = judge_case(case, [ours], witnesses, oracle, {})
@@ -210,7 +210,7 @@ class Continuing:
         return found
 
 
-def continued_wrong(*others: Witness) -> Judged:
+def continued_wrong(*others: Answers) -> Judged:
     """Judge a right renderer before an oracle that continues wrongly in one lit pixel far from every edge."""
     edges = ORACLE.edges(SCENE)
     clear = np.minimum(edges.silhouette, np.minimum(edges.shadow, edges.terminator)[..., 0])

@@ -127,8 +127,8 @@ def test_clipping_makes_outlines_of_a_surface_at_the_eye_only_along_its_plane():
 
     assert not away.classes.outline.any()
     assert 0 < np.mean(along.classes.outline) < 0.05
-    angle, leaning = along.ground._unrounded.cut[0]
-    assert angle > 0
+    error, leaning, _ = along.ground._unrounded.cut[0]
+    assert error > 0
     assert leaning.min() < 1e-3 < np.median(leaning)
 
 

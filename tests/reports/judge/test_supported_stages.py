@@ -8,7 +8,7 @@ import pytest
 
 from rayproof.cases.case import ITEMS_OF_OTHERS
 from rayproof.cases.stages import Stage
-from rayproof.reports.judge.answers import Candidate
+from rayproof.reports.judge.answers import Answers
 from rayproof.reports.judge.case import judge_case
 from rayproof.reports.judge.edge_values import Sides, excused_anyhow
 from rayproof.reports.judge.verdict import Judged, of_what_is_supported
@@ -19,11 +19,11 @@ from tests.reports.judge.scenes import CASE, ORACLE, rounded, truth, witness
 CANNOT = "It has nothing of the kind."
 
 
-def subject(*stages: Stage, wrong: Stage | None = None) -> Candidate:
+def subject(*stages: Stage, wrong: Stage | None = None) -> Answers:
     """Return a renderer that has only some stages, as float32 gives them, one of them a little wrong."""
     given = rounded(truth())
     answers = {stage: given[stage] * 1.001 if stage is wrong else given[stage] for stage in stages}
-    return Candidate(
+    return Answers(
         name="subject",
         precision="float32",
         items=ITEMS_OF_OTHERS,
@@ -34,7 +34,7 @@ def subject(*stages: Stage, wrong: Stage | None = None) -> Candidate:
     )
 
 
-def judged(one: Candidate) -> Judged:
+def judged(one: Answers) -> Judged:
     return of_what_is_supported(judge_case(CASE, [one], [witness(truth())], ORACLE, {}), [one])
 
 
@@ -124,7 +124,7 @@ def test_at_an_edge_a_nameless_distance_is_a_sides_or_wrong(distance: float, goo
 
 def test_the_reason_of_a_lost_stage_is_its_own_and_not_a_declared_ones() -> None:
     complete = subject(Stage.NORMAL, Stage.RADIANCE)
-    assert complete.answers is not None
+    assert complete.answers
     lost = replace(complete, answers={Stage.NORMAL: complete.answers[Stage.NORMAL]})
 
     found = judged(lost)

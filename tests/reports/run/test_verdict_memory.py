@@ -9,7 +9,7 @@ import pytest
 
 from rayproof.reference.analytic import Analytic
 from rayproof.reports.cli import main
-from rayproof.reports.judge.answers import Witness
+from rayproof.reports.judge.answers import Answers
 from rayproof.reports.processes.pool import Pool
 from rayproof.reports.run import messages, verdict_memory
 from rayproof.reports.run.case import flawless
@@ -107,9 +107,7 @@ def test_other_answers_and_runs_without_memory_are_judged_anew(
 
 
 def test_a_case_whose_references_or_judge_failed_is_not_kept() -> None:
-    abstained = Witness(
-        name="embree", precision="float32", independent=True, shadow_epsilon=0.0, answers={}, error="it was killed"
-    )
+    abstained = Answers(name="embree", precision="float32", independent=True, error="it was killed")
 
     assert flawless({"verdict": "fail"}, ())
     assert not flawless({"verdict": "error"}, ())

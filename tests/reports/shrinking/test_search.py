@@ -7,7 +7,7 @@ import pytest
 from rayproof.cases.families import select
 from rayproof.cases.scene import Cube, Mesh, Scene, Sphere, Square, Triangle
 from rayproof.cases.stages import Stage
-from rayproof.reports.judge.answers import Candidate
+from rayproof.reports.judge.answers import Answers
 from rayproof.reports.shrinking.attempts import Limits, Search, size
 from rayproof.reports.shrinking.failure import Renderer, Way, failure, renderer
 from rayproof.reports.shrinking.search import NothingFailsError, shrink
@@ -112,9 +112,8 @@ def test_a_scene_that_passes_cannot_be_shrunk() -> None:
 def test_a_number_that_is_none_stays_none() -> None:
     right = tracer()
 
-    def lost(given: Scene) -> Candidate:
+    def lost(given: Scene) -> Answers:
         answered = right(given)
-        assert answered.answers is not None
         normals = answered.answers[Stage.NORMAL].copy()
         normals[normals[..., 0] > 0.2] = float("nan")
         return replace(answered, answers={**answered.answers, Stage.NORMAL: normals})

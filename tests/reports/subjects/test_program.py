@@ -11,7 +11,7 @@ import pytest
 
 from rayproof.cases.scene import Scene
 from rayproof.cases.stages import Stage
-from rayproof.reports.judge.answers import Candidate
+from rayproof.reports.judge.answers import Answers
 from rayproof.reports.subjects import Subject
 from rayproof.reports.subjects.program import allowance, ask_capabilities, candidate
 from tests.reports.subjects.conftest import SCENE, Writing
@@ -22,7 +22,7 @@ SIZE = (SCENE.camera.height, SCENE.camera.width)
 SLEEPER = "86399.125"  # s; no other process sleeps as long
 
 
-def outcome(subject: Subject, scene: Scene = SCENE) -> Candidate:
+def outcome(subject: Subject, scene: Scene = SCENE) -> Answers:
     return candidate(subject, scene, case="test/program", samples=1)
 
 
@@ -62,7 +62,7 @@ HOSTILE = {
 def test_what_gives_no_image_ends_in_one_sentence(program: Writing, lines: list[str], said: str) -> None:
     ended = outcome(program(*lines))
 
-    assert ended.answers is None
+    assert not ended.answers
     assert ended.error is not None
     assert said in ended.error
     assert "\n" not in ended.error
@@ -151,7 +151,7 @@ def test_what_is_written_is_answered_and_the_rest_is_unsupported(program: Writin
     given = outcome(program(f"import shutil; shutil.copyfile({str(path)!r}, OUTPUT)"))
 
     assert given.error is None
-    assert given.answers is not None
+    assert given.answers
     assert set(given.answers) == {Stage.RADIANCE, Stage.DISTANCE}
     assert np.isnan(given.answers[Stage.RADIANCE]).all(), "NaN is an answer, for the judge to find wrong"
     assert given.resolutions[Stage.DISTANCE].relative == 2.0**-11

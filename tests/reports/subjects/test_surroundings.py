@@ -163,6 +163,6 @@ def test_confined_a_program_draws_what_it_would(program: Writing) -> None:
     )
 
     assert (loose.error, confined.error) == (None, None)
-    assert loose.answers is not None
-    assert confined.answers is not None
+    assert loose.answers
+    assert confined.answers
     assert set(confined.answers) == set(loose.answers) == {Stage.RADIANCE}

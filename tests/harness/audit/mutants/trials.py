@@ -16,7 +16,7 @@ from rayproof.cases.case import Case
 from rayproof.cases.families import select
 from rayproof.cases.random_scenes import wide_case
 from rayproof.cases.stages import Stage
-from rayproof.reports.judge.answers import Candidate, Witness
+from rayproof.reports.judge.answers import Answers
 from rayproof.reports.judge.case import judge_case
 from rayproof.reports.judge.oracle import ORACLE, stages_of
 from rayproof.reports.results.outcomes import Outcome
@@ -82,10 +82,9 @@ class Question:
         right = self._oracle.render(case.scene, self._stages)
         self.right: Rows = {stage: right[stage].reshape(-1, right[stage].shape[-1]) for stage in self._stages}
         self._rounded = {stage: _rounded(rows) for stage, rows in self.right.items()}
-        self._witness = Witness(
-            name=ORACLE, precision="float64", independent=True, shadow_epsilon=0.0, answers=right,
-            unsupported={Stage.CAMERA: "mutants have images alone"},
-        )  # fmt: skip
+        self._witness = Answers(
+            name=ORACLE, precision="float64", independent=True, answers=right,
+            unsupported={Stage.CAMERA: "mutants have images alone"},)  # fmt: skip
 
     def kills(self, mutant: Mutant, ways: Sequence[str]) -> Iterator[Kill | None]:
         """Yield for each way in which the mutant differs from the oracle the kill, or None where it passes."""
@@ -105,11 +104,9 @@ class Question:
 
     def _kill(self, mutant: Mutant, way: str, stages: Sequence[Stage], rows: Rows) -> Kill | None:
         camera = self.case.scene.camera
-        candidate = Candidate(
+        candidate = Answers(
             name="mutant",
             precision="float32",
-            items=frozenset(),
-            shadow_epsilon=0.0,
             answers={
                 stage: rows[stage].astype(np.float64).reshape(camera.height, camera.width, -1) for stage in stages
             },

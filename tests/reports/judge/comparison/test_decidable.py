@@ -168,7 +168,7 @@ def test_a_reference_that_crashed_abstains_and_one_that_was_lost_is_missing():
 def test_whom_a_time_limit_stopped_is_told_apart_from_what_cannot_be_decided():
     late = {"error": "no answer within 120 s; stopped", "stopped": True}
     ours, right = candidate(rounded(truth())), witness(truth())
-    reference, tested = replace(witness({}, name="embree"), **late), replace(ours, name="slow", answers=None, **late)
+    reference, tested = replace(witness({}, name="embree"), **late), replace(ours, name="slow", answers={}, **late)
 
     found = judge_case(CASE, [ours, tested], [right, reference], ORACLE, {})
     named = certify(found, [ours, tested], [right, reference], ORACLE)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from rayproof.cases.stages import Stage
-from rayproof.reports.judge.answers import Candidate
+from rayproof.reports.judge.answers import Answers
 from rayproof.reports.judge.case import judge_case
 from rayproof.reports.judge.checks import Check
 from rayproof.reports.judge.measurement import Kind
@@ -81,7 +81,7 @@ def test_the_tracers_own_clearance_passes_and_twenty_times_as_much_does_not():
     declared = shadow_epsilons(case.scene, answers, Configuration.parse("float32"))
     outcomes = []
     for times in (1, 20):
-        mine = Candidate(
+        mine = Answers(
             name="float32",
             precision="float32",
             items=frozenset({"CAM-4"}),

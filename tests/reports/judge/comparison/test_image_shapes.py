@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from rayproof.cases.stages import IMAGE_STAGES, Stage
-from rayproof.reports.judge.answers import Candidate, Witness
+from rayproof.reports.judge.answers import Answers
 from rayproof.reports.judge.case import adjudication, judge_case
 from rayproof.reports.judge.verdict import Judged
 from rayproof.reports.results.outcomes import Outcome
@@ -22,7 +22,7 @@ SPOILT = {
 PARTS = ("view", "view_inverse", "projection", "projection_inverse", "frustum_corners", "ndc", "pixel")
 
 
-def judged(ours: dict, theirs: dict) -> tuple[Judged, list[Candidate], list[Witness]]:
+def judged(ours: dict, theirs: dict) -> tuple[Judged, list[Answers], list[Answers]]:
     """Judge answers before the oracle and a third that answers `theirs`, and sum up the panel too."""
     parties = [candidate(ours)], [witness(truth()), witness(theirs, name="third")]
     found = judge_case(CASE, *parties, ORACLE, {})

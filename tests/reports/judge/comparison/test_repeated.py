@@ -8,7 +8,7 @@ import pytest
 from rayproof.cases.families import select
 from rayproof.cases.stages import Stage
 from rayproof.reference.analytic import Analytic
-from rayproof.reports.judge.answers import Candidate
+from rayproof.reports.judge.answers import Answers
 from rayproof.reports.judge.oracle import stages_of
 from rayproof.reports.judge.repeated import changes, repeated
 from rayproof.reports.judge.scene_truth import ground
@@ -17,11 +17,11 @@ ORACLE = Analytic()
 SCENE = select(["primitives/sphere"])[0].scene
 TRUTH = ORACLE.render(SCENE, stages_of(SCENE))
 BASE = ground(SCENE, stages_of(SCENE), ORACLE, known=TRUTH)
-FIRST = Candidate(name="exec", precision="float32", items=frozenset(), shadow_epsilon=0.0, answers=TRUTH)
+FIRST = Answers(name="exec", precision="float32", answers=TRUTH)
 MIDDLE = np.s_[SCENE.camera.height // 2, SCENE.camera.width // 2, 1]
 
 
-def spoiled(stage: Stage, value: float | None = None, *, factor: float = 1.0) -> Candidate:
+def spoiled(stage: Stage, value: float | None = None, *, factor: float = 1.0) -> Answers:
     image = np.array(TRUTH[stage])
     image[MIDDLE] = image[MIDDLE] * factor if value is None else value
     return replace(FIRST, answers={**TRUTH, stage: image})
@@ -57,7 +57,7 @@ def test_a_sign_of_zero_counts_and_one_nan_is_as_good_as_another() -> None:
 
 def test_a_stage_that_is_missing_the_second_time_differs_and_so_does_an_error() -> None:
     less = replace(FIRST, answers={stage: image for stage, image in TRUTH.items() if stage is not Stage.NORMAL})
-    lost = replace(FIRST, answers=None, error="it was ended by SIGSEGV")
+    lost = replace(FIRST, error="it was ended by SIGSEGV")
 
     assert repeated("a/case", FIRST, less, BASE, varies=True)["verdict"] == "fail"
     assert "SIGSEGV" in repeated("a/case", FIRST, lost, BASE, varies=False)["sentence"]

@@ -11,7 +11,7 @@ from rayproof.cases.case import Case
 from rayproof.cases.families import CASE_FAMILIES
 from rayproof.cases.scene import PointLight
 from rayproof.cases.stages import Stage
-from rayproof.reports.judge.answers import Candidate
+from rayproof.reports.judge.answers import Answers
 from rayproof.reports.judge.case import judge_case
 from rayproof.reports.judge.checks import Check
 from rayproof.reports.judge.edge_values import Lights, _met, _Ranges
@@ -42,14 +42,14 @@ def truth_of(name: str) -> dict:
     return ORACLE.render(case_named(name).scene, stages_of(case_named(name).scene))
 
 
-def party(ours: dict, *, staged: bool, **more) -> Candidate:
+def party(ours: dict, *, staged: bool, **more) -> Answers:
     """Return a program's answers: all of them, by passes of their own, or radiance alone."""
     kept = ours if staged else {Stage.RADIANCE: ours[Stage.RADIANCE]}
     unable = {stage: "radiance alone" for stage in Stage if stage not in kept}
     return replace(candidate(kept), chained=False, unsupported=unable, **({"shadow_epsilon": 0.0} | more))
 
 
-def checked(name: str, mine: Candidate, stage: Stage = Stage.RADIANCE) -> Check:
+def checked(name: str, mine: Answers, stage: Stage = Stage.RADIANCE) -> Check:
     """Return the check of one stage before the oracle."""
     judged = judge_case(case_named(name), [mine], [witness(truth_of(name))], ORACLE, {})
     return next(check for check in judged.checks if check.stage is stage)
@@ -67,7 +67,7 @@ def kinds_of(check: Check) -> np.ndarray:
     return check.end_to_end.kinds
 
 
-def terms(name: str, mine: Candidate) -> Terms:
+def terms(name: str, mine: Answers) -> Terms:
     """Return the terms before the oracle, whose classes say where the edges are."""
     scene = case_named(name).scene
     base = ground(scene, stages_of(scene), ORACLE, known=truth_of(name))
@@ -115,7 +115,7 @@ def test_of_two_lights_only_the_undecided_one_may_be_seen_or_not():
         row, column = np.argwhere(classes.light[..., 0] & ~classes.light[..., 1] & ~classes.outline)[0]
         image = truth_of("still_life")[Stage.VISIBILITY].copy()
         image[row, column, light] = 1 - image[row, column, light]
-        other = replace(mine, answers=(mine.answers or {}) | {Stage.VISIBILITY: image})
+        other = replace(mine, answers=mine.answers | {Stage.VISIBILITY: image})
         kinds[light] = kinds_of(checked("still_life", other, Stage.VISIBILITY))[row, column]
 
     assert kinds[0] != Kind.WRONG

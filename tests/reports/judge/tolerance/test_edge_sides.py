@@ -8,7 +8,6 @@ import pytest
 
 from rayproof.cases.scene import Scene, Sphere, Square
 from rayproof.cases.stages import Stage, StageImages
-from rayproof.reports.judge.answers import as_candidate
 from rayproof.reports.judge.comparison import Bench
 from rayproof.reports.judge.edge_values import Sides, excused, sides, with_ends
 from rayproof.reports.judge.measurement import Kind
@@ -140,7 +139,7 @@ def layered(gap: float) -> Terms:
 def test_a_surface_that_lies_deeper_than_rounding_cannot_tell_apart_is_no_side(depths: float, kind: Kind) -> None:
     """At the border of the upper square its neighbour is the middle one, and never the lowest one right below that."""
     terms = layered(depths * float(layered(0.5).classes.depth[BORDER]))
-    answers = dict(terms.candidate.answers or {})
+    answers = dict(terms.candidate.answers)
     answers[Stage.OBJECT] = answers[Stage.OBJECT].copy()
     answers[Stage.OBJECT][BORDER] = (2.0, 0.0)
     spoilt = replace(terms.candidate, name="spoilt", answers=answers)
@@ -159,7 +158,7 @@ def test_where_two_surfaces_coincide_light_is_known_as_well_as_how_deep_they_lie
     share = 3 * float(terms.classes.depth[pixel]) / r
 
     def kind(shares: float) -> Kind:
-        answers = dict(terms.candidate.answers or {})
+        answers = dict(terms.candidate.answers)
         answers[Stage.IRRADIANCE] = answers[Stage.IRRADIANCE].copy()
         answers[Stage.IRRADIANCE][pixel] *= 1 + shares * share
         spoilt = replace(terms.candidate, name=f"spoilt by {shares}", answers=answers)
@@ -179,7 +178,7 @@ def test_surfaces_nearer_to_each_other_than_a_reference_declares_are_one_to_it(e
     answers[Stage.OBJECT] = np.where(answers[Stage.OBJECT] == (1.0, 0.0), (2.0, 0.0), answers[Stage.OBJECT])
     second = replace(terms.witness, name="second", answers=answers, tie_epsilon=epsilon)
 
-    found = Bench(ground=terms.ground, candidate=as_candidate(second), witness=terms.witness).end_to_end(Stage.OBJECT)
+    found = Bench(ground=terms.ground, candidate=second, witness=terms.witness).end_to_end(Stage.OBJECT)
 
     assert terms.truth[Stage.OBJECT][pixel][0] == 1
     assert found.kinds[pixel] == kind

@@ -10,7 +10,7 @@ import pytest
 from rayproof.cases.families import select
 from rayproof.cases.stages import Stage
 from rayproof.reference.analytic import Analytic
-from rayproof.reports.judge.answers import Candidate, Witness
+from rayproof.reports.judge.answers import Answers
 from rayproof.reports.judge.case import judge_case
 from rayproof.reports.results.images import read_answers, read_pixels
 from rayproof.reports.results.outcomes import Outcome
@@ -30,12 +30,9 @@ def answered():
 def task(answered, tmp_path):
     """Return a task of two configurations and two witnesses, one of which is not independent."""
     case, answers = answered
-    candidates = tuple(
-        Candidate(name=name, precision="float32", items=frozenset(), shadow_epsilon=0.0, answers=answers)
-        for name in ("float32", "float64")
-    )
+    candidates = tuple(Answers(name=name, precision="float32", answers=answers) for name in ("float32", "float64"))
     witnesses = tuple(
-        Witness(name=name, precision="float64", independent=name == "analytic", shadow_epsilon=0.0, answers=answers)
+        Answers(name=name, precision="float64", independent=name == "analytic", answers=answers)
         for name in ("analytic", "mitsuba_llvm")
     )
 

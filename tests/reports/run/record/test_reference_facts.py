@@ -3,16 +3,20 @@
 import numpy as np
 
 from rayproof.cases.stages import Resolution, Stage
-from rayproof.reports.judge.answers import Witness
+from rayproof.reports.judge.answers import Answers
 from rayproof.reports.run.case_record import said
 
 
 def test_settings_epsilons_and_coarse_output_are_told() -> None:
-    witness = Witness(
-        name="a", precision="float32", independent=True, answers={}, settings={"tolerance": "1e-5"}, ray_epsilon=1e-3,
+    witness = Answers(
+        name="a",
+        precision="float32",
+        independent=True,
+        settings={"tolerance": "1e-5"},
+        ray_epsilon=1e-3,
         shadow_epsilon=np.array([[1e-4, np.nan], [3e-4, 2e-4]]),
         resolutions={Stage.DISTANCE: Resolution(relative=0, absolute=1e-4, because="printed with 4 decimals")},
-    )  # fmt: skip
+    )
 
     assert said(witness) == {
         "tolerance": "1e-5",
@@ -23,6 +27,6 @@ def test_settings_epsilons_and_coarse_output_are_told() -> None:
 
 
 def test_a_reference_without_any_says_nothing() -> None:
-    witness = Witness(name="a", precision="float64", independent=True, answers={}, shadow_epsilon=0.0)
+    witness = Answers(name="a", precision="float64", independent=True)
 
     assert said(witness) == {}
