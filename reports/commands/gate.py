@@ -74,7 +74,8 @@ def gate(
         known = Known() if what == "accept" and not file.exists() else load_known(file, patterns=patterns)
     known = structs.replace(known, suite=f"rayproof {results.get('rayproof', '')}".strip())
     if what == "check":
-        from rayproof.reports.history.gating import SHUTTING, Demanded, held, load_base
+        from rayproof.reports.history.gating import Demanded, held, load_base
+        from rayproof.reports.results.records import SHUTTING
 
         with told_in_one_line():
             base = None if against is None else load_base(against)

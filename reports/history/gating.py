@@ -19,10 +19,11 @@ from rayproof.reports.results.case_records import CaseRecord, CheckRecord
 from rayproof.reports.results.document import load_results
 from rayproof.reports.results.headline import blamed_items, of_the_whole
 from rayproof.reports.results.outcomes import MEASURED, Outcome
-from rayproof.reports.results.records import GateRecord, RunRecord
+from rayproof.reports.results.records import SHUTTING, GateRecord, RunRecord
 
 GOOD = (Outcome.PASS, Outcome.WARN, Outcome.UNDECIDED, Outcome.UNSUPPORTED)
 RIGHT = (Outcome.PASS, Outcome.WARN)
+LEAST_OF_BEFORE = 0.99  # of the share of the checks that was answered when it was accepted
 SHOW_NOTHING = (Outcome.ERROR, Outcome.MISSING, Outcome.UNDECIDED, Outcome.UNSUPPORTED)
 
 
@@ -142,10 +143,6 @@ def _before_history(results: RunRecord, base: Base) -> Standing:
 # Hold a finished run against what is expected of it.
 
 
-# What keeps a gate shut, the most telling first.
-SHUTTING = ("regressions", "worse", "uncovered", "tighten", "stale", "expired")
-
-
 @dataclass(kw_only=True)
 class Gate:
     """What came of it: each list holds a sentence for each case or entry that begins with its name."""
@@ -176,7 +173,7 @@ class Gate:
             "expired": "expired",
         }
         parts = [f"{len(listed)} {what}" for key, what in words.items() if (listed := getattr(self, key))]
-        parts += self.uncovered
+        parts += [*self.uncovered[:1], *([f"and {len(self.uncovered) - 1} more"] if len(self.uncovered) > 1 else [])]
         said = ", ".join(parts) or ("nothing fails" if not self.matched else "what fails is known")
         return f"The gate {self.file} is {'red' if self.red else 'green'}: {said}."
 
@@ -260,6 +257,21 @@ def gate(results: RunRecord, known: Known, *, file: str, today: date | None = No
         why = [f"{name} is {seen[0]}, which does not show whether it still fails" for name, seen in silent.items()]
         found.regressions += _for_a_case(entry.name, why)
     _hold_the_whole(results, found)
+    found.uncovered += _answers_less(results, known)
+    return found
+
+
+def _answers_less(results: RunRecord, known: Known) -> list[str]:
+    """Return in sentences of which families a smaller share of the checks is answered than when that was accepted."""
+    found = []
+    for family, (done, planned) in (results.get("answered") or {}).get("families", {}).items():
+        before, of = known.answered.get(family, (0, 0))
+        # Times both numbers of checks, so that nothing is rounded.
+        if done * of < LEAST_OF_BEFORE * before * planned:
+            was = f"{100 * before / of:.4g} %"
+            found.append(
+                f"{family}: {done} of {planned} checks ({100 * done / planned:.4g} %) are answered, {was} were"
+            )
     return found
 
 
@@ -365,6 +377,7 @@ def accepted(
 ) -> tuple[Known, int, list[str]]:
     """Return the file with the failing checks that none of its entries is about, how many, and what cannot be accepted.
 
+    Of each family it also says how many checks were answered.
     Checks of a case with the same item, reason and conditions are one entry.
     """
     entries = list(known.expected)
@@ -403,7 +416,8 @@ def accepted(
             entries.append(entry)
         else:
             entries[place] = msgspec.structs.replace(entry, checks={**entries[place].checks, **new})
-    return msgspec.structs.replace(known, expected=entries), count, refused
+    answered = {**known.answered, **(results.get("answered") or {}).get("families", {})}
+    return msgspec.structs.replace(known, expected=entries, answered=answered), count, refused
 
 
 def pruned(results: RunRecord, known: Known) -> tuple[Known, list[str]]:

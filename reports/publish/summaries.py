@@ -1,6 +1,6 @@
 """What a CI service shows of a run: annotations.txt, badge.svg and summary.md.
 
-* annotations.txt holds GitHub's workflow commands for the worst ten cases: GitHub shows ten errors a step. Source:
+* annotations.txt holds GitHub's workflow commands, one for each of ten causes: GitHub shows ten errors a step. Source:
   GitHub Actions, "Workflow commands", with its escapes of %, line ends and, in properties, of colon and comma.
 * badge.svg shows the verdict, flat, without fonts or requests of its own.
 * summary.md has warnings, verdict, totals, failures with small pictures, and coverage. GitHub refuses a step summary of
@@ -8,7 +8,9 @@
 """
 
 import html
+import math
 import re
+from collections import Counter
 from pathlib import Path
 from urllib.parse import quote
 
@@ -23,9 +25,14 @@ from rayproof.reports.results.headline import (
     causes,
     examined_line,
     headline,
+    left_out_in_words,
     no_say,
     of_the_whole,
+    says_little,
+    share_answered,
     shouts,
+    standing,
+    with_its_name,
     worst_first,
 )
 from rayproof.reports.results.outcomes import LEDGER, Outcome
@@ -53,32 +60,38 @@ def publish_annotations(folder: Path, results: RunRecord) -> list[Path]:
     lines = [f"::error title=rayproof::{message(line)}" for line in shouts(results)]
     told = results.get("gate")
     expected = set(told["cases"] if told else ())  # what a gate let through annotates nothing
-    bad = 0
+    lines += [f"::warning title=rayproof::{message(line)}" for line in left_out_in_words(results)]
+    causes: dict[
+        str, list[CaseRecord]
+    ] = {}  # what is wrong -> its cases, the worst first; of more than the first, none
+    counts: Counter[str] = Counter()
     for case in briefs(worst_first(results["cases"])):
         if Outcome(case["verdict"]) not in BAD:
             break  # the rest is better
-        if case["name"] in expected:
-            continue
-        bad += 1
-        if bad > MOST:
-            continue
+        if case["name"] not in expected:
+            what = cause_of(results, case) or f"{case['verdict']} {blame(case)}"
+            causes.setdefault(what, []).extend([case][: not counts[what]])
+            counts[what] += 1
+    for what, (case, *_) in list(causes.items())[:MOST]:
         ratio = worst_ratio(case)
         size = "" if ratio is None else f" (error / limit {ratio:.3g})"
-        what = cause_of(results, case) or blame(case)
-        said = ": ".join(filter(None, [f"{case['verdict']}{size}", what, str(case.get("reason") or "")]))
-        lines.append(f"::error title={prop('rayproof ' + case['name'])}::{message(said)}")
-    left = f" The worst {MOST} of {bad} are annotated." if bad > MOST else ""
-    level = "error" if bad or (told and told["red"]) else "notice"
+        why = with_its_name(results, case.get("reason") or "")
+        said = ": ".join(filter(None, [f"{case['verdict']}{size}", cause_of(results, case) or blame(case), why]))
+        more = f" and {counts[what] - 1} more cases" if counts[what] > 1 else ""
+        lines.append(f"::error title={prop('rayproof ' + case['name'] + more)}::{message(said)}")
+    left = f" The worst {MOST} of {len(causes)} causes are annotated." if len(causes) > MOST else ""
+    level = "error" if (told["red"] if told else counts) else "notice"
     lines.append(f"::{level} title=rayproof::{message(headline(results) + left)}")
     return [write_text(folder / "annotations.txt", "\n".join(lines) + "\n")]
 
 
 LABEL = "rayproof"
 CHARACTER = 7.0  # px that a character of 11 px Verdana takes on average
+YELLOW = "#dfb317"
 # Told apart without colour too: by their words.
 COLORS = {
     Outcome.PASS: "#2a7f3f",
-    Outcome.WARN: "#7a6a00",
+    Outcome.WARN: YELLOW,
     Outcome.UNDECIDED: "#5a5a5a",
     Outcome.UNSUPPORTED: "#5a5a5a",
     Outcome.MISSING: "#a34700",
@@ -91,7 +104,7 @@ _BADGE = """<svg xmlns="http://www.w3.org/2000/svg" width="{width:g}" height="20
 <title>{title}</title>
 <rect width="{left:g}" height="20" fill="#444"/><rect x="{left:g}" width="{right:g}" height="20" fill="{color}"/>
 <g fill="#fff" text-anchor="middle" font-family="Verdana,DejaVu Sans,sans-serif" font-size="11">
-<text x="{label_x:g}" y="14">{label}</text><text x="{said_x:g}" y="14">{said}</text>
+<text x="{label_x:g}" y="14">{label}</text><text x="{said_x:g}" y="14" fill="{ink}">{said}</text>
 </g>
 </svg>
 """
@@ -103,8 +116,17 @@ def publish_badge(folder: Path, results: RunRecord) -> list[Path]:
     verdict = Outcome(results.get("verdict", Outcome.MISSING))
     good = summary[Outcome.PASS.value] + summary[Outcome.WARN.value]
     said, color = f"{good} of {summary['planned']} pass", COLORS[verdict]
-    if verdict not in (Outcome.PASS, Outcome.WARN):
+    if "gate" in results:
+        verdict = Outcome.FAIL if results["gate"]["red"] else Outcome.PASS
+        color, said = COLORS[verdict], f"{standing(results)}: {said}"
+        known = len(results["gate"]["cases"])
+        said += f", {known} known to fail" if known else ""
+    elif verdict not in (Outcome.PASS, Outcome.WARN):
         said = f"{verdict.value.replace('_', ' ')}: {said}"
+    if (share := share_answered(results)) < 1:
+        said += f", {math.floor(100 * share)} % answered"
+    if verdict is Outcome.PASS and says_little(results):
+        color = YELLOW
     if shouts(results):
         said, color = "not a verdict", COLORS[Outcome.ERROR]
     left, right = (CHARACTER * len(text) + 10 for text in (LABEL, said))
@@ -113,6 +135,7 @@ def publish_badge(folder: Path, results: RunRecord) -> list[Path]:
         left=left,
         right=right,
         color=color,
+        ink="#222" if color == YELLOW else "#fff",
         label=LABEL,
         said=html.escape(said),
         label_x=left / 2,
@@ -139,7 +162,7 @@ def escaped(text: object, *, longest: int = _LONGEST_TEXT) -> str:
 def publish_summary(folder: Path, results: RunRecord) -> list[Path]:
     """Write summary.md."""
     head = [f"**{escaped(line)}**\n" for line in shouts(results)]
-    head += [f"# rayproof: {escaped(headline(results))}\n", *_totals(results)]
+    head += [f"# rayproof: {escaped(headline(results), longest=LONGEST_CAUSE)}\n", *_totals(results)]
     head += _gate(results)
     if sentences := [*of_the_whole(results), *causes(results)]:
         head += ["## What is wrong\n", *(f"* {escaped(sentence, longest=LONGEST_CAUSE)}" for sentence in sentences), ""]

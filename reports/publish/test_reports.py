@@ -16,11 +16,12 @@ from xml.etree import ElementTree
 from rayproof.reports.results.case_records import CaseRecord, worst_ratio
 from rayproof.reports.results.case_table import briefs, by_family, named
 from rayproof.reports.results.files import as_json, legible, legible_json, legible_lines, replacing
-from rayproof.reports.results.headline import blame, cause_of, headline, shouts
+from rayproof.reports.results.headline import answered_in_words, blame, cause_of, headline, shouts
 from rayproof.reports.results.outcomes import Outcome
-from rayproof.reports.results.records import RunRecord
+from rayproof.reports.results.records import SHUTTING, GateRecord, RunRecord
 
 _ILLEGAL = re.compile("[^\t\n\r\u0020-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
+MOST_OF_A_GATE = 10  # lines of a kind
 MOST_LISTED = 10_000  # cases; of a longer run those are listed that did not pass
 _ELEMENTS = {
     Outcome.FAIL: "failure",
@@ -42,10 +43,13 @@ def publish_junit(folder: Path, results: RunRecord) -> list[Path]:
     # Shouted where both a reader and a parser meet it first: the root's name, on the line of the declaration.
     cases, expected = results["cases"], frozenset(results.get("gate", {}).get("cases", ()))
     few = len(cases) <= MOST_LISTED
-    counts = _counts(briefs(cases), expected) | {"time": f"{float(results.get('seconds') or 0):.3f}"}
+    gate = results.get("gate")
+    counts = _counts(briefs(cases), expected, gate) | {"time": f"{float(results.get('seconds') or 0):.3f}"}
     del counts["skipped"]  # which Jenkins' schema knows of suites alone
     root = ElementTree.Element("testsuites", {"name": legal(" ".join([*shouts(results), "rayproof"])), **counts})
     about = {"verdict": headline(results), **results.get("environment", {})}
+    if words := answered_in_words(results):
+        about["answered"] = words[0]
     if not few:
         summary = results["summary"]
         about["left out"] = left_out(summary[Outcome.PASS.value] + summary[Outcome.WARN.value])
@@ -59,6 +63,14 @@ def publish_junit(folder: Path, results: RunRecord) -> list[Path]:
     ):
         opening = ElementTree.tostring(root, encoding="unicode").removesuffix(" />")
         file.write(f'<?xml version="1.0" encoding="UTF-8"?>{opening}>\n')
+        if (
+            gate is not None and properties is not None
+        ):  # first, and as a test of its own: some things that shut it are about no case
+            _open(file, ElementTree.Element("testsuite", {"name": "gate", **_counts((), expected, gate)}))
+            _write(file, properties, level=2)
+            properties = None
+            _write(file, _gate_test(gate), level=2)
+            file.write("  </testsuite>\n")
         for family, members in by_family(cases):
             suite = ElementTree.Element(
                 "testsuite", {"name": legal(legible(family)), **_counts(briefs(members), expected)}
@@ -73,6 +85,17 @@ def publish_junit(folder: Path, results: RunRecord) -> list[Path]:
             file.write("  </testsuite>\n")
         file.write("</testsuites>\n")
     return [path]
+
+
+def _gate_test(gate: GateRecord) -> ElementTree.Element:
+    test = ElementTree.Element("testcase", classname="gate", name="gate", time="0.000")
+    if gate["red"]:
+        lines = [legible(f"{key}: {line}") for key in SHUTTING for line in gate.get(key, ())[:MOST_OF_A_GATE]]
+        message = legal(legible(gate["sentence"]))
+        element = ElementTree.SubElement(test, "failure", message=message, type="gate")
+        element.text = legal("\n".join(lines))
+    ElementTree.SubElement(test, "system-out").text = legal(legible(gate["sentence"]))
+    return test
 
 
 def left_out(passed: int) -> str:
@@ -97,8 +120,8 @@ def _kind(case: CaseRecord, expected: frozenset[str]) -> str | None:
     return "skipped" if case["name"] in expected else _ELEMENTS.get(Outcome(case["verdict"]))
 
 
-def _counts(cases: Iterable[CaseRecord], expected: frozenset[str]) -> dict[str, str]:
-    kinds: Counter[str | None] = Counter()
+def _counts(cases: Iterable[CaseRecord], expected: frozenset[str], gate: GateRecord | None = None) -> dict[str, str]:
+    kinds: Counter[str | None] = Counter() if gate is None else Counter(["failure" if gate["red"] else None])
     seconds = 0.0
     for case in cases:
         kinds[_kind(case, expected)] += 1
@@ -194,17 +217,23 @@ class CtrfTest(TypedDict):
 
 def publish_ctrf(folder: Path, results: RunRecord) -> list[Path]:
     """Write ctrf.json; what must be shouted is its first field and its report name."""
-    loud = shouts(results)
+    loud, gate = shouts(results), results.get("gate")
+    expected = frozenset(gate["cases"] if gate else ())
     few = len(results["cases"]) <= MOST_LISTED
     counts: dict[str, int] = dict.fromkeys(("passed", "failed", "skipped", "pending", "other"), 0)
     families = set()
     for case in briefs(results["cases"]):
-        counts[_STATUSES[Outcome(case["verdict"])]] += 1
+        counts[_status(case, expected)] += 1
         families.add(case["family"])
     start, seconds = _milliseconds(results.get("started")), float(results.get("seconds") or 0)
     extra = {"shouts": loud, "verdict": headline(results), "checks": results["checks"]}
     if not few:
         extra["left_out"] = left_out(counts["passed"])
+    if words := answered_in_words(results):
+        extra["answered"] = words[0]
+    if gate is not None:
+        counts["failed" if gate["red"] else "passed"] += 1
+        families.add("gate")
     document = {
         "extra": extra,
         "reportFormat": "CTRF",
@@ -213,7 +242,7 @@ def publish_ctrf(folder: Path, results: RunRecord) -> list[Path]:
         "results": {
             "tool": {"name": "rayproof", "version": str(results.get("rayproof", ""))},
             "summary": {
-                "tests": len(results["cases"]),
+                "tests": len(results["cases"]) + (gate is not None),
                 **counts,
                 "suites": len(families),
                 "start": start,
@@ -232,18 +261,28 @@ def publish_ctrf(folder: Path, results: RunRecord) -> list[Path]:
     path = folder / "ctrf.json"
     with replacing(path) as draft, draft.open("w", encoding="utf-8", newline="\n") as file:
         between = f"{head}["
+        if gate is not None:
+            status = "failed" if gate["red"] else "passed"
+            first = {"name": "gate", "status": status, "duration": 0, "suite": ["gate"], "message": gate["sentence"]}
+            file.write(between + legible_json(as_json(first)))
+            between = ","
         for case in briefs(results["cases"]):
             if few or Outcome(case["verdict"]) not in (Outcome.PASS, Outcome.WARN):
-                file.write(between + legible_json(as_json(_test(case, cause_of(results, case)))))
+                file.write(between + legible_json(as_json(_test(case, cause_of(results, case), expected))))
                 between = ","
         file.write(("" if between == "," else between) + f"]{tail}\n")
     return [path]
 
 
-def _test(case: CaseRecord, cause: str) -> CtrfTest:
+def _status(case: CaseRecord, expected: frozenset[str]) -> str:
+    """Return a case's status; one that a gate let through is skipped, as in junit.xml."""
+    return "skipped" if case["name"] in expected else _STATUSES[Outcome(case["verdict"])]
+
+
+def _test(case: CaseRecord, cause: str, expected: frozenset[str]) -> CtrfTest:
     test: CtrfTest = {
         "name": legible(case["name"]),
-        "status": _STATUSES[Outcome(case["verdict"])],
+        "status": _status(case, expected),
         "rawStatus": case["verdict"],
         "duration": round(float(case.get("seconds") or 0) * 1000),
         "suite": [legible(case["family"])],

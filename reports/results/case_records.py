@@ -273,6 +273,9 @@ class CaseFacts(TypedDict, total=False):
     abstained: dict[str, str]
     stopped: list[str]
     notes: list[NoteRecord]
+    dark: bool  # a user's scene of which no pixel is lit
+    kinds: list[str]  # of another subject than the tracer: what kind of case it is, in words
+    refused: bool  # by what the program declares, it cannot draw the scene
     expectations: list[ExpectationRecord]
     adjudication: dict[str, AdjudicationRecord] | None
     repeated: list[RepeatedRecord]

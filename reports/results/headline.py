@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 from typing import cast
 
-from rayproof.cases.stages import Stage
+from rayproof.cases.stages import IMAGE_STAGES, Stage
 from rayproof.reports.results.case_records import CaseRecord, worst_ratio
 from rayproof.reports.results.case_table import Cases, briefs, named
 from rayproof.reports.results.files import legible
@@ -30,10 +30,86 @@ def shouts(results: RunRecord) -> list[str]:
     return found
 
 
+def standing(results: RunRecord) -> str:
+    """Return in two words at most how the run stands: before its gate, where one is set, or else its verdict."""
+    if "gate" in results:
+        return f"gate {'red' if results['gate']['red'] else 'green'}"
+    return str(results.get("verdict", Outcome.MISSING.value))
+
+
+def last_line(results: RunRecord) -> str:
+    """Return how a run stands, what its cases come to where a gate is set, and how much was answered if not all."""
+    cases = [f"cases: {results['verdict']}"] if "gate" in results and "verdict" in results else []
+    return "; ".join([standing(results), *cases, *answered_in_words(results)])
+
+
 def headline(results: RunRecord) -> str:
-    """Return the verdict of the run in one sentence, with who was under test if not the tracer, and what is blamed."""
+    """Return what the run comes to: of its gate, where one is set, and then of its cases."""
+    if "gate" not in results:
+        return _of_cases(results)
+    through = "" if results["gate"]["red"] or not results["gate"]["cases"] else "Let through: "
+    return f"{legible(results['gate']['sentence'])} {through}{_of_cases(results)}"
+
+
+def subject_of(results: RunRecord) -> str:
+    """Return the name of who was under test: that which a program declares, or else what the user wrote."""
+    return legible(results.get("declared", {}).get("name") or results.get("subject", THE_USUAL))
+
+
+def with_its_name(results: RunRecord, text: object) -> str:
+    """Return a text that begins with what a program is called in records with the program's own name instead."""
+    names = results.get("configurations") or []
+    if len(names) != 1 or "name" not in results.get("declared", {}):
+        return str(text)
+    left, mark, rest = str(text).partition(f"{names[0]} against ")
+    return f"{subject_of(results)} against {rest}" if mark and not left else str(text)
+
+
+FEWEST = 3  # stages that are named as those that are answered; of more those are that are not
+
+
+def share_answered(results: RunRecord) -> float:
+    """Return which share of the planned checks was answered; 1 where a record does not say."""
+    answered = results.get("answered") or {}
+    return answered.get("checks", 0) / answered["planned"] if answered.get("planned") else 1.0
+
+
+def answered_in_words(results: RunRecord) -> list[str]:
+    """Return how many of the planned checks were answered, with the stages, where not all were; else nothing."""
+    answered = results.get("answered") or {}
+    if not share_answered(results) < 1:
+        return []
+    stages = list(map(legible, answered.get("stages", [])))
+    lacking = [stage.value for stage in IMAGE_STAGES if stage.value not in stages]
+    which = f"{', '.join(stages)} only" if len(stages) <= FEWEST else f"without {', '.join(lacking)}"
+    words = f" ({which})" if lacking and stages else ""
+    return [f"{answered.get('checks')} of {answered.get('planned')} checks answered{words}"]
+
+
+def left_out_in_words(results: RunRecord) -> list[str]:
+    """Return in sentences which kinds of cases the subject answers in part, and what it leaves out of them."""
+    return [f"{subject_of(results)} {legible(part)}" for part in (results.get("answered") or {}).get("left_out", ())]
+
+
+def says_little(results: RunRecord) -> bool:
+    """Say whether a pass would say less than it seems to: cases are left out, or less than half is answered.
+
+    A program that declares that it writes radiance alone does what it says if it answers it wherever its shapes allow.
+    """
+    if left_out_in_words(results):
+        return True
+    alone = results.get("declared", {}).get("stages") == [Stage.RADIANCE.value]
+    left = (results.get("answered") or {}).get("without_radiance", 0)
+    return share_answered(results) < LEAST_SHARE and not (alone and not left)
+
+
+LEAST_SHARE = 0.5  # of the planned checks
+
+
+def _of_cases(results: RunRecord) -> str:
+    """Return the verdict of the cases in one sentence, with who was under test if not the tracer, and the blame."""
     summary = results["summary"]
-    subject = legible(results.get("subject", THE_USUAL))
+    subject = subject_of(results)
     total = f"{summary['planned']} case{'' if summary['planned'] == 1 else 's'}"
     total = total if subject == THE_USUAL else f"{subject}: {total}"
     worst_first = [outcome for outcome in reversed(Outcome) if summary[outcome.value]]
@@ -44,10 +120,15 @@ def headline(results: RunRecord) -> str:
         shared += f" A time limit stopped {name} in {len(cases)} case{'' if len(cases) == 1 else 's'}."
     for name, cases in _abstained(results).items():
         shared += f" {name} had no say in {len(cases)} case{'' if len(cases) == 1 else 's'}."
-    shared += f" {legible(results['gate']['sentence'])}" if "gate" in results else ""
+    shared += "".join(f" {sentence}." for sentence in left_out_in_words(results))
+    answered = answered_in_words(results)
     if worst_first == [Outcome.PASS]:
+        if answered:
+            pass_on = f"pass{'es' if summary['planned'] == 1 else ''} on the"
+            return f"{total} {pass_on} {answered[0].replace('answered', 'that are answered')}.{shared}"
         every = "each passes" if of_the_whole(results) else "all pass"
         return f"{total}: {every}, in {_checks(cast('dict[str, int]', results['checks']))}.{shared}"
+    shared += f" {answered[0]}." if answered else ""
     parts = [f"{summary[outcome.value]} {outcome.value.replace('_', ' ')}" for outcome in worst_first]
     # In the order of the light path: what goes wrong first is most likely what is wrong.
     order = list(Stage)

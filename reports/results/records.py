@@ -159,6 +159,28 @@ CauseRecord = TypedDict(
 )
 
 
+class AnsweredRecord(TypedDict, total=False):
+    """How many of the planned checks were answered, without those for which the protocol has no channel."""
+
+    checks: Count
+    planned: Count
+    stages: list[str]  # of which some check was answered, in their order
+    families: dict[str, tuple[Count, Count]]  # checks answered, and planned
+    left_out: list[str]  # of whom answers some cases of a kind and leaves out others, in sentences
+    without_radiance: Count  # cases that the program does not refuse, and whose radiance it leaves out
+
+
+class DeclaredRecord(TypedDict, total=False):
+    """What a program under test declares of itself."""
+
+    name: str
+    stages: list[str]
+
+
+# What keeps a gate red, the most telling first.
+SHUTTING = ("regressions", "worse", "uncovered", "tighten", "stale", "expired")
+
+
 class GateRecord(TypedDict):
     """A run held against what is known to fail, and against an earlier one."""
 
@@ -305,6 +327,8 @@ class RunFacts(TypedDict, total=False):
     stopped: dict[str, list[str]]
     summary: Required[LedgerRecord]
     checks: Required[LedgerRecord]
+    answered: AnsweredRecord
+    declared: DeclaredRecord
     examined: dict[str, Count] | None
     examined_passing: dict[str, Count] | None
     common_factors: list[CommonFactorRecord]

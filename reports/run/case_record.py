@@ -11,7 +11,9 @@ from pathlib import Path
 import numpy as np
 
 from rayproof.cases.case import Case
-from rayproof.cases.scene_json import PACKED, scene_to_json
+from rayproof.cases.scene import Scene, is_similarity
+from rayproof.cases.scene_json import NAMES, PACKED, scene_to_json
+from rayproof.cases.stages import Stage, StageImages
 from rayproof.reports.called import called
 from rayproof.reports.judge.answers import Answers
 from rayproof.reports.judge.measurement import unexamined
@@ -49,6 +51,28 @@ def reproduce(folder: Path, case: Case, configurations: tuple[str, ...], subject
     if case.family != FAMILY:
         return f"{called()} run {case.name}{chosen}"
     return f"{called()} run {shlex.quote(str(folder / 'scenes' / f'{place_of(case.name)}.json'))}{chosen}"
+
+
+# What of a scene a program can declare that it does not draw; see `reports.subjects.protocol`.
+DECLARABLE = "declarable: "
+
+
+def kinds_of(scene: Scene, truth: StageImages) -> list[str]:
+    """Return what kind of case a scene makes, in words; those that a program can declare not to draw are marked."""
+    found = [f"{DECLARABLE}with a {NAMES[kind]}" for kind in dict.fromkeys(map(type, scene.shapes))]
+    found += [f"{DECLARABLE}with a two-sided surface"] if any(shape.two_sided for shape in scene.shapes) else []
+    if not all(is_similarity(shape.to_world) for shape in scene.shapes):
+        found.append(f"{DECLARABLE}with a stretched or sheared shape")
+    found += [f"{DECLARABLE}with {scene.shading} light", f"{DECLARABLE}clipped by {scene.clip}"]
+    if len(scene.lights) > 1:
+        found.append("with several lights")
+    if {Stage.POSITION, Stage.NORMAL, Stage.VISIBILITY} <= {*truth}:
+        for number, light in enumerate(scene.lights):
+            towards = np.asarray(light.position) - truth[Stage.POSITION]
+            faces = np.einsum("...c,...c", towards, truth[Stage.NORMAL]) > 0
+            if (faces & (truth[Stage.VISIBILITY][..., number] == 0)).any():
+                return ["with a blocked light", *found]
+    return found
 
 
 def unjudged(

@@ -22,7 +22,7 @@ from rayproof.reports.results.float_codec import pack
 from rayproof.reports.results.images import write_answers, write_pixels
 from rayproof.reports.results.outcomes import Outcome
 from rayproof.reports.run.cache_store import usual_store
-from rayproof.reports.run.case_record import said, write_scene
+from rayproof.reports.run.case_record import kinds_of, said, write_scene
 from rayproof.reports.run.common_factors import camera_and_lights
 from rayproof.reports.run.messages import GuardTask, JudgeTask
 from rayproof.reports.run.reference_cache import KeepingOracle
@@ -156,10 +156,11 @@ def _record(task: JudgeTask, judged: Judged, scene: str, images: dict[str, str])
     notes = [(task.subject.name, note) for note in task.notes] + [
         (w.name, note) for w in task.witnesses for note in (*w.notes, *w.mishaps)
     ]
-    if case.family == FAMILY and judged.ground is not None:  # a user's scene: those of the suite are dark on purpose
-        radiance = judged.ground.truth.get(Stage.RADIANCE)
-        notes += [(ORACLE, DARK)] if radiance is not None and not (radiance > 0).any() else []
-    return {
+    truth = {} if judged.ground is None else judged.ground.truth
+    # Of a user's scene: those of the suite are dark on purpose.
+    dark = case.family == FAMILY and Stage.RADIANCE in truth and not (truth[Stage.RADIANCE] > 0).any()
+    notes += [(ORACLE, DARK)] if dark else []
+    record: CaseRecord = {
         "name": case.name,
         "family": case.family,
         "verdict": judged.outcome.value,
@@ -199,3 +200,9 @@ def _record(task: JudgeTask, judged: Judged, scene: str, images: dict[str, str])
         "checks": [check.as_json() for check in judged.checks],
         "expectations": judged.expectations,
     }
+    if dark:
+        record["dark"] = True
+    if not task.subject.is_tracer:
+        record["kinds"] = kinds_of(case.scene, truth)
+        record["refused"] = task.subject.capabilities.refusal(case.scene) is not None
+    return record

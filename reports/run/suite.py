@@ -22,11 +22,19 @@ from rayproof.reports.results.case_table import NAME as JOURNAL
 from rayproof.reports.results.case_table import amend, amending, briefs, named
 from rayproof.reports.results.document import save_early, save_results, write_results
 from rayproof.reports.results.files import legible, remove_drafts
-from rayproof.reports.results.headline import causes, examined_line, no_say, of_the_whole, worse_by_cause
+from rayproof.reports.results.headline import (
+    causes,
+    examined_line,
+    last_line,
+    left_out_in_words,
+    no_say,
+    of_the_whole,
+    worse_by_cause,
+)
 from rayproof.reports.results.headline import worst_first as worst_cases_first
 from rayproof.reports.results.images import keeps_images
 from rayproof.reports.results.outcomes import Outcome, concerning, exit_code
-from rayproof.reports.results.records import RunRecord
+from rayproof.reports.results.records import SHUTTING, RunRecord
 from rayproof.reports.run import totals
 from rayproof.reports.run.cache_store import usual_store
 from rayproof.reports.run.messages import JUDGE, GuardTask
@@ -118,7 +126,7 @@ def run(request: RunOptions, workers: "Pool | Dispatch | None" = None) -> int:
     remove_stale(request.out, records)
     find_out(request, results, console, tracer=subject.is_tracer, whole=not interrupted)
     results["seconds"] = round(time.perf_counter() - start, 3)
-    conclude(request, results, why, console)
+    conclude(request, results, why, console, found)
     if found.dark:
         more = f" (and of {len(found.dark) - 1} others)" if len(found.dark) > 1 else ""
         console.print(legible(f"{found.dark[0]}{more}: {DARK}"), style="yellow", soft_wrap=True, markup=False)
@@ -143,14 +151,19 @@ def find_out(request: RunOptions, results: RunRecord, console: Console, *, trace
         _diagnose(request, results, console)
 
 
-def conclude(request: RunOptions, results: RunRecord, why: str | None, console: Console) -> None:
+def conclude(
+    request: RunOptions, results: RunRecord, why: str | None, console: Console, found_in: totals.Totals
+) -> None:
     """Hold a run against what is demanded, keep it in its history, publish it; `why` says why pictures are left out."""
     demanded = request.demanded
+    silent = [f"{name} is required and answered nothing" for name in found_in.silent(request.require)]
     if demanded is not None:
         from rayproof.reports.history.gating import held
 
         # Before the run is in its history: it may be held against what that held so far.
-        results["gate"] = held(results, demanded).record()
+        found = held(results, demanded)
+        found.regressions += [f"the whole run: {sentence}" for sentence in silent]
+        results["gate"] = found.record()
     worse = _remember(request, results, console)
     _publish(request, results, why, console)
     for sentence in worse:
@@ -362,12 +375,12 @@ def _publish(request: RunOptions, results: RunRecord, why: str | None, console: 
         console.print(f"{before} cases were answered as before, to the last bit, and not judged again", soft_wrap=True)
     if "gate" in results:
         told = results["gate"]
-        from rayproof.reports.history.gating import SHUTTING
-
         for key in SHUTTING:
             for sentence in told[key][:MOST_OF_A_GATE]:
                 console.print(legible(f"{key}: {sentence}"), style="bold red", soft_wrap=True, markup=False)
             if len(told[key]) > MOST_OF_A_GATE:
                 console.print(f"and {len(told[key]) - MOST_OF_A_GATE} more {key}, in results.json", soft_wrap=True)
         console.print(legible(told["sentence"]), soft_wrap=True, markup=False)
-    console.print(f"{results['verdict']}: {request.out / 'index.html'}", soft_wrap=True)
+    for sentence in left_out_in_words(results):
+        console.print(f"{sentence}, and answers others", style="yellow", soft_wrap=True, markup=False)
+    console.print(f"{last_line(results)}: {request.out / 'index.html'}", soft_wrap=True, markup=False)

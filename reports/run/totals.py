@@ -9,15 +9,23 @@ from importlib.metadata import version
 from typing import Any, TypedDict, cast
 
 from rayproof.cases.case import ITEMS
-from rayproof.cases.stages import Stage
-from rayproof.reports.interchange.framing import DARK
+from rayproof.cases.stages import IMAGE_STAGES, Stage
 from rayproof.reports.judge.known_defects import known_findings
 from rayproof.reports.judge.measurement import Examined
 from rayproof.reports.results.case_records import CaseRecord, CheckRecord, Number
 from rayproof.reports.results.files import at_worst, legible
 from rayproof.reports.results.images import keeps_images
 from rayproof.reports.results.outcomes import MEASURED, Outcome, concerning, ledger, worst
-from rayproof.reports.results.records import CoverageRecord, FindingRecord, LedgerRecord, ReviewRecord, RunRecord
+from rayproof.reports.results.records import (
+    AnsweredRecord,
+    CoverageRecord,
+    DeclaredRecord,
+    FindingRecord,
+    LedgerRecord,
+    ReviewRecord,
+    RunRecord,
+)
+from rayproof.reports.run.case_record import DECLARABLE
 from rayproof.reports.run.common_factors import CommonFactors, wrong
 from rayproof.reports.run.plan import Panel, PlannedCase, configurations_of
 from rayproof.reports.subjects import Subject
@@ -63,6 +71,7 @@ class Totals:
         self._examined, self._passing = _nothing_examined(), _nothing_examined()
         self._coverage = _nothing_covered()
         self._limits = Limits()
+        self._answered = Answered()
         self._met: dict[str, list[str]] = {}
         self._heard: set[str] = set()
 
@@ -79,11 +88,12 @@ class Totals:
             self.with_images += 1
         elif record["verdict"] == Outcome.PASS:
             self.without_images += 1
-        if len(self.dark) < LISTED and any(note["note"] == DARK for note in record.get("notes", [])):
+        if len(self.dark) < LISTED and record.get("dark"):
             self.dark.append(record["name"])
         self.factors.add(record)
         self.changing += [one["sentence"] for one in record.get("repeated", []) if one["verdict"] == Outcome.FAIL]
         self._limits.add(record)
+        self._answered.add(record)
         _cover(self._coverage, record)
         for check in record["checks"]:
             outcome = Outcome(check["verdict"])
@@ -136,6 +146,11 @@ class Totals:
         return {item: {**entry, "references": sorted(entry["references"])} for item, entry in self._coverage.items()}
 
     @property
+    def answered(self) -> AnsweredRecord:
+        """Return how many of the planned checks the subject answered, and what it leaves out."""
+        return self._answered.record()
+
+    @property
     def review(self) -> list[ReviewRecord]:
         """Return the limits to look at again: slack in all cases of a kind, or tight in one."""
         return self._limits.review
@@ -151,6 +166,92 @@ class Totals:
     def silent(self, required: Iterable[str]) -> tuple[str, ...]:
         """Return the required references that measured nothing in any case."""
         return tuple(name for name in dict.fromkeys(required) if name not in self._heard)
+
+
+NEITHER = frozenset({Outcome.UNSUPPORTED, Outcome.MISSING, Outcome.ERROR})  # of a check that was not answered
+
+
+class Answered:
+    """How much of what was asked the subject answered, and what it leaves out though it can answer its like."""
+
+    def __init__(self) -> None:
+        self._families: dict[str, tuple[int, int]] = {}  # checks answered, and planned
+        # Kinds of a case, whether it is refused, the stages that are answered and those that are not: how many cases.
+        self._cases: Counter[tuple[tuple[str, ...], bool, frozenset[str], frozenset[str]]] = Counter()
+
+    def add(self, record: CaseRecord) -> None:
+        """Take up another case. A stage is answered if a check of it measured something, or none of them lacks it."""
+        outcomes: dict[tuple[str, str], list[Outcome]] = {}
+        for check in record["checks"]:
+            outcomes.setdefault((check["configuration"], check["stage"]), []).append(Outcome(check["verdict"]))
+        there: dict[bool, set[str]] = {True: set(), False: set()}
+        done, planned = self._families.get(record["family"], (0, 0))
+        for (_, stage), found in outcomes.items():
+            if stage == Stage.CAMERA and {*found} <= {Outcome.UNSUPPORTED, Outcome.UNDECIDED}:
+                continue  # the protocol has no channel for it
+            answered = not MEASURED.isdisjoint(found) or NEITHER.isdisjoint(found)
+            there[answered].add(stage)
+            done, planned = done + answered * len(found), planned + len(found)
+        self._families[record["family"]] = done, planned
+        kinds = (*record.get("kinds", ()), f"of the family {record['family']}")
+        refused = bool(record.get("refused")) or "kinds" not in record
+        self._cases[kinds, refused, frozenset(there[True]), frozenset(there[False])] += 1
+
+    def record(self) -> AnsweredRecord:
+        """Return it as results.json has it."""
+        answered = {stage for _, _, stages, _ in self._cases for stage in stages}
+        return {
+            "checks": sum(done for done, _ in self._families.values()),
+            "planned": sum(planned for _, planned in self._families.values()),
+            "stages": [stage.value for stage in Stage if stage.value in answered],
+            "families": self._families,
+            "left_out": self._left_out(),
+            "without_radiance": sum(
+                count
+                for (_, refused, yes, _), count in self._cases.items()
+                if not refused and Stage.RADIANCE not in yes
+            ),
+        }
+
+    def _left_out(self) -> list[str]:
+        """Return which stages are left out in some cases of a kind, in sentences.
+
+        Where all cases with a shape, say, are left out the program just does not draw it.
+        """
+        sentences: dict[tuple[int, int, str], list[str]] = {}
+        for stage in IMAGE_STAGES:
+            groups = [
+                (kinds, stage.value in lacking, count)
+                for (kinds, refused, there, lacking), count in self._cases.items()
+                if not refused and stage.value in there | lacking
+            ]
+            drawn = {kind for kinds, lacks, _ in groups for kind in kinds if not lacks}
+            everywhere = [sum(count for _, lacks, count in groups if lacks or every) for every in (False, True)]
+            groups = [
+                (("", *kinds), lacks, count)
+                for kinds, lacks, count in groups
+                if all(kind in drawn for kind in kinds if kind.startswith(DECLARABLE))
+            ]
+            lost = sum(count for _, lacks, count in groups if lacks)
+            if not lost or all(lacks for _, lacks, _ in groups):
+                continue
+            best: tuple[float, int, int, str] = (0.0, 0, 0, "")
+            for kind in dict.fromkeys(kind for kinds, lacks, _ in groups for kind in kinds if lacks):
+                without, cases = (
+                    sum(count for kinds, lacks, count in groups if kind in kinds and (lacks or every))
+                    for every in (False, True)
+                )
+                # How well the kind describes what is left out: its share of that, times how much of it is left out.
+                best = max(best, (without / lost * without / cases, without, cases, kind), key=lambda each: each[0])
+            where = best[1:] if best[3] else (everywhere[0], everywhere[1], "")
+            sentences.setdefault(where, []).append(stage.value)
+        found, given = [], {stage for _, _, stages, _ in self._cases for stage in stages} - {Stage.CAMERA}
+        for (without, cases, kind), stages in sentences.items():
+            many = f"{without} of the {cases}" if without < cases else f"all {cases}"
+            what = ", ".join(stages[:-1]) + f" and {stages[-1]}" if len(stages) > 1 else stages[0]
+            what = "answers nothing" if {*stages} == given else f"leaves out {what}"
+            found.append(f"{what} in {many} cases {kind.removeprefix(DECLARABLE)}".rstrip())
+        return found
 
 
 class Limits:
@@ -294,8 +395,15 @@ def results_document(
         },
         "absent": heard.absent,
         **come_to(found, planned=len(planned), tracer=subject.is_tracer),
+        "declared": _declared(subject),
         "cases": cast("list[CaseRecord]", records),
     }
+
+
+def _declared(subject: Subject) -> DeclaredRecord:
+    able = subject.capabilities
+    name: DeclaredRecord = {"name": able.title} if able.name else {}
+    return name if able.stages is None else {**name, "stages": [stage.value for stage in able.stages]}
 
 
 def come_to(found: Totals, *, planned: int, tracer: bool) -> RunRecord:
@@ -310,6 +418,7 @@ def come_to(found: Totals, *, planned: int, tracer: bool) -> RunRecord:
         "stopped": found.stopped,
         "summary": found.case_ledger(planned=planned),
         "checks": found.check_ledger(),
+        "answered": found.answered,
         "examined": found.examined,
         "examined_passing": found.examined_passing,
         "common_factors": pooled,

@@ -24,6 +24,7 @@ from rayproof.reports.results.headline import (
     headline,
     no_say,
     shouts,
+    standing,
 )
 from rayproof.reports.results.outcomes import LEDGER, TITLES, Outcome
 from rayproof.reports.results.outcomes import worst as worst_outcome
@@ -194,7 +195,8 @@ class FrontData(TypedDict):
     command: str | None
     started: str | None
     seconds: float | None
-    verdict: str | None
+    verdict: str | None  # that of the gate, where one is set
+    standing: str
     environment: dict[str, str] | None
     configurations: list[str] | None
     references: dict[str, ReferenceRecord] | None
@@ -272,7 +274,8 @@ class Front:
             "command": results.get("command"),
             "started": results.get("started"),
             "seconds": results.get("seconds"),
-            "verdict": results.get("verdict"),
+            "verdict": _tone(results),
+            "standing": standing(results),
             "environment": results.get("environment"),
             "configurations": results.get("configurations"),
             "references": results.get("references"),
@@ -304,6 +307,13 @@ class Front:
         else:
             front["cases"] = self._rows.get(0, [])
         return front
+
+
+def _tone(results: RunRecord) -> str | None:
+    """Return the verdict that the page's first line is coloured by: that of the gate, where one is set."""
+    if "gate" in results:
+        return (Outcome.FAIL if results["gate"]["red"] else Outcome.PASS).value
+    return results.get("verdict")
 
 
 class Columns:

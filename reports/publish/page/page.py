@@ -48,7 +48,7 @@ from rayproof.reports.results.case_records import CaseRecord
 from rayproof.reports.results.case_table import briefs
 from rayproof.reports.results.files import replacing, write_text
 from rayproof.reports.results.float_codec import pack_json, pack_text
-from rayproof.reports.results.headline import headline, shouts, worst_first
+from rayproof.reports.results.headline import headline, shouts, standing, worst_first
 from rayproof.reports.results.images import handed_over, inert, inside, script
 from rayproof.reports.results.records import FindingRecord, RunRecord
 
@@ -144,7 +144,7 @@ def page_parts(
     head = _HEAD.format(
         shout=html.escape(loud).replace("--", "&#45;&#45;"),
         policy=html.escape(policy([digest(script), *digests[0]], [digest(style), *digests[1]], alone=alone)),
-        title=html.escape(f"{'! ' if loud else ''}rayproof: {results.get('verdict') or 'report'}"),
+        title=html.escape(f"{'! ' if loud else ''}rayproof: {standing(results)}"),
         headline=html.escape(headline(results)),
         style=style,
         data=script_safe(data),

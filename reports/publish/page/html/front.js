@@ -17,7 +17,7 @@
 
   rayproof.title = function (results, wanted) {
     const loud = results.shouts.length ? "! " : "";
-    return `${loud}rayproof: ${wanted.case ?? rayproof.pages.get(wanted.page)?.title ?? results.verdict ?? "report"}`;
+    return `${loud}rayproof: ${wanted.case ?? rayproof.pages.get(wanted.page)?.title ?? results.standing ?? "report"}`;
   };
 
   // The first screen: shouts, the verdict in one line, the ledgers, what is blamed, and at the end the environment.

@@ -1,4 +1,4 @@
-"""Annotations: the worst ten, one line each, and no name can begin a command of its own."""
+"""Annotations: one line for each of ten causes, and no name can begin a command of its own."""
 
 from pathlib import Path
 
@@ -16,16 +16,37 @@ def test_what_did_not_pass_is_annotated(tmp_path: Path) -> None:
     assert not any("sphere/plain" in line for line in lines)
 
 
-def test_only_the_worst_ten_are(tmp_path: Path) -> None:
+def test_only_ten_causes_are(tmp_path: Path) -> None:
     results = make_folder(tmp_path)
     failing = next(case for case in results["cases"] if case["verdict"] == "fail")
-    many = results_of([failing | {"name": f"many/{number}"} for number in range(25)])
+    many = results_of([failing | {"name": f"many/{number}", "blamed_items": [f"X-{number}"]} for number in range(25)])
 
     (path,) = publish(tmp_path, many)
 
     lines = path.read_text().splitlines()
     assert len([line for line in lines if "many/" in line]) == MOST
-    assert "The worst 10 of 25" in lines[-1]
+    assert "The worst 10 of 25 causes" in lines[-1]
+
+
+def test_a_cause_is_annotated_once_with_the_number_of_its_cases_and_the_programs_own_name(tmp_path: Path) -> None:
+    failing = next(case for case in make_folder(tmp_path)["cases"] if case["verdict"] == "fail")
+    why = {"reason": "exec against analytic, normal: off"}
+    many = results_of([failing | {"name": f"many/{number}"} | why for number in range(25)])
+    many |= {"configurations": ["exec"], "declared": {"name": "mine 1.2"}}
+
+    (path,) = publish(tmp_path, many)
+
+    (line,) = [line for line in path.read_text().splitlines() if "many/" in line]
+    assert line.startswith("::error title=rayproof many/0 and 24 more cases::fail")
+    assert line.endswith("mine 1.2 against analytic, normal: off")
+
+
+def test_what_a_program_leaves_out_is_a_warning(tmp_path: Path) -> None:
+    results = results_of([]) | {"answered": {"left_out": ["leaves out normal in 2 of the 3 cases"]}}
+
+    (path,) = publish(tmp_path, results)
+
+    assert path.read_text().startswith("::warning title=rayproof::tracer leaves out normal in 2 of the 3 cases\n")
 
 
 def test_a_run_that_passes_gives_a_notice(tmp_path: Path) -> None:

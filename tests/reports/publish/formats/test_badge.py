@@ -1,10 +1,12 @@
 """The badge says the verdict in words, and nothing else."""
 
 from pathlib import Path
+from typing import Any
 from xml.etree import ElementTree
 
 import pytest
 
+from rayproof.reports.publish.summaries import YELLOW
 from rayproof.reports.publish.summaries import publish_badge as publish
 from tests.reports.publish.sample import make_folder, results_of
 
@@ -28,6 +30,40 @@ def test_a_passing_run_counts(tmp_path: Path) -> None:
     (path,) = publish(tmp_path, results_of(cases) | {"verdict": "pass"})
 
     assert said(path) == "rayproof 1 of 1 pass"
+
+
+GATE = {"red": False, "sentence": "The gate known.json is green: what fails is known.", "cases": ["a/b"]}
+HALF = {"answered": {"checks": 40, "planned": 100, "without_radiance": 0, "left_out": []}}
+
+
+@pytest.mark.parametrize(
+    ("change", "words", "color"),
+    [
+        ({"verdict": "fail", "gate": GATE}, "gate green: 1 of 1 pass, 1 known to fail", "#2a7f3f"),
+        ({"verdict": "pass", "gate": GATE | {"red": True, "cases": []}}, "gate red: 1 of 1 pass", "#b3261e"),
+        ({"verdict": "pass", **HALF}, "1 of 1 pass, 40 % answered", YELLOW),
+        ({"verdict": "pass", "answered": {"checks": 50, "planned": 100}}, "1 of 1 pass, 50 % answered", "#2a7f3f"),
+        ({"verdict": "pass", "answered": {"left_out": ["leaves out normal"]}}, "1 of 1 pass", YELLOW),
+        ({"verdict": "pass", **HALF, "declared": {"stages": ["radiance"]}}, "1 of 1 pass, 40 % answered", "#2a7f3f"),
+        (
+            {"verdict": "pass", "answered": HALF["answered"] | {"without_radiance": 1}}
+            | {"declared": {"stages": ["radiance"]}},
+            "1 of 1 pass, 40 % answered",
+            YELLOW,
+        ),
+        ({"verdict": "fail", **HALF}, "fail: 1 of 1 pass, 40 % answered", "#b3261e"),
+    ],
+    ids=["green", "red", "little", "half", "left out", "radiance alone", "not even that", "little and wrong"],
+)
+def test_the_gate_comes_first_and_a_pass_that_says_little_is_yellow(
+    change: dict[str, Any], words: str, color: str, tmp_path: Path
+) -> None:
+    cases = [case for case in make_folder(tmp_path)["cases"] if case["verdict"] == "pass"]
+
+    (path,) = publish(tmp_path, results_of(cases) | change)
+
+    assert said(path) == f"rayproof {words}"
+    assert f'fill="{color}"/>' in path.read_text()
 
 
 @pytest.mark.parametrize("change", [{"faults": ["sphere/inside_out"]}, {"finished": False}])

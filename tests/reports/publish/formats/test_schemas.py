@@ -70,18 +70,18 @@ def complaints(element: ElementTree.Element) -> Iterator[str]:
 
 @pytest.fixture(scope="module")
 def folders(tmp_path_factory: pytest.TempPathFactory) -> list[Path]:
-    """Return published folders: the sample as it is, and with a gate that let a failing case through."""
+    """Return published folders: the sample, with a gate that let a failing case through, and with a red one."""
     found = []
-    for name in ("plain", "gated"):
+    for name in ("plain", "gated", "red"):
         folder = tmp_path_factory.mktemp(name)
         results = make_folder(folder)
-        if name == "gated":
+        if name != "plain":
             failing = [case["name"] for case in results["cases"] if case["verdict"] == "fail"]
             lists = {key: [] for key in ("regressions", "tighten", "stale", "expired")}
             results["gate"] = {
                 "file": "f",
                 "sentence": "s",
-                "red": False,
+                "red": name == "red",
                 **lists,
                 "matched": failing,
                 "cases": failing,
@@ -143,3 +143,18 @@ def test_ctrf_is_valid_by_its_own_schema(folders: list[Path]) -> None:
     broken["results"]["tests"][0]["status"] = "broken"
     with pytest.raises(jsonschema.ValidationError):
         jsonschema.validate(broken, schema)
+
+
+def test_the_gate_is_the_first_test_of_both_forms_and_what_it_lets_through_is_skipped(folders: list[Path]) -> None:
+    for folder, status in zip(folders[1:], ("passed", "failed"), strict=True):
+        document = json.loads((folder / "ctrf.json").read_text())["results"]
+        root = ElementTree.parse(folder / "junit.xml").getroot()
+        first = next(root.iter("testcase"))
+
+        assert (document["tests"][0]["name"], document["tests"][0]["status"]) == ("gate", status)
+        assert {test["status"] for test in document["tests"] if test.get("rawStatus") == "fail"} == {"skipped"}
+        assert (first.get("name"), first.find("failure") is not None) == ("gate", status == "failed")
+        assert document["summary"]["tests"] == len(document["tests"]) == int(root.get("tests", "0"))
+        assert document["summary"]["failed"] == (status == "failed") + sum(
+            test.get("rawStatus") == "reference_suspect" for test in document["tests"]
+        )

@@ -1,9 +1,12 @@
 """Ledgers add up or the run fails; coverage counts only what ran and was measured."""
 
+from typing import Any
+
 import pytest
 
 from rayproof.reports.results.outcomes import Outcome, exit_code, ledger
 from rayproof.reports.run import totals
+from rayproof.reports.run.case_record import DECLARABLE
 from rayproof.reports.run.totals import of
 
 
@@ -20,6 +23,7 @@ def check(**changed):
 def record(**changed):
     return {
         "name": "family/case",
+        "family": "family",
         "verdict": "pass",
         "covers": ["HIT-1", "RAD-2"],
         "planned": 1,
@@ -99,3 +103,59 @@ def test_of_many_tight_limits_the_tightest_are_listed_in_the_order_of_all(monkey
     monkeypatch.setattr(totals, "LISTED", 7)
 
     assert of(records).review == everything[:7]
+
+
+BLOCKED, CUBE = "with a blocked light", f"{DECLARABLE}with a cube"
+
+
+def answering(number: int, kinds: list[str], *, without: tuple[str, ...] = (), refused: bool = False) -> list[Any]:
+    """Return so many cases of a kind of a program that writes two stages, `without` some."""
+    checks = [
+        check(configuration="exec", stage=stage, verdict="unsupported" if refused or stage in without else "pass")
+        for stage in ("camera", "normal", "visibility")
+    ]
+    checks[0]["verdict"] = "unsupported"  # for which the protocol has no channel
+    return [record(checks=checks, kinds=kinds, refused=refused, planned=3) for _ in range(number)]
+
+
+BOTH = ("normal", "visibility")
+
+
+@pytest.mark.parametrize(
+    ("cases", "said"),
+    [
+        (answering(12, [BLOCKED]) + answering(5, []), []),
+        (
+            answering(3, [BLOCKED]) + answering(9, [BLOCKED], without=("visibility",)) + answering(5, []),
+            ["leaves out visibility in 9 of the 12 cases with a blocked light"],
+        ),
+        (
+            answering(4, [BLOCKED], without=("visibility",)) + answering(5, []),
+            ["leaves out visibility in all 4 cases with a blocked light"],
+        ),
+        (answering(11, [], without=BOTH) + answering(2, []), ["answers nothing in 11 of the 13 cases"]),
+        # It draws no cubes, and says so by its exit code or beforehand; or it never writes a stage.
+        (answering(4, [CUBE], without=BOTH) + answering(5, []), []),
+        (answering(4, [CUBE], refused=True) + answering(5, [CUBE]), []),
+        (answering(9, [BLOCKED], without=("visibility",)), []),
+        (answering(2, [CUBE], without=BOTH) + answering(3, [CUBE]), ["answers nothing in 2 of the 5 cases"]),
+    ],
+    ids=["all", "in part", "where a light is blocked", "hardly any", "a shape", "refused", "a stage", "some cubes"],
+)
+def test_what_is_left_out_of_cases_of_a_kind_is_named(cases: list[Any], said: list[str]) -> None:
+    assert of(cases).answered["left_out"] == said
+
+
+def test_the_share_that_was_answered_leaves_out_what_the_protocol_does() -> None:
+    answered = of(answering(2, [], without=("visibility",)) + answering(1, [])).answered
+
+    assert (answered["checks"], answered["planned"], answered["stages"]) == (4, 6, ["normal", "visibility"])
+    assert answered["families"] == {"family": (4, 6)}
+
+
+def test_a_check_without_a_witness_was_answered_if_the_stage_is_measured_elsewhere() -> None:
+    abstains = check(reference="embree", verdict="undecided")
+
+    assert of([record(checks=[check(), abstains], planned=2)]).answered["checks"] == 2
+    crashed = [check(verdict="error"), abstains]
+    assert of([record(checks=crashed, planned=2)]).answered["checks"] == 0
