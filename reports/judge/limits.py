@@ -101,7 +101,10 @@ def limits(scene: Scene, truth: StageImages, conditioning: Conditioning, g: Roun
     sine = np.sqrt(np.clip(1 - c.cosine**2, 0, 1))
     all_distance = distance + ray * c.swing * sine
     # An object-space hit is on its own ray, which rounding has moved off the pixel's in any direction.
-    all_position = all_distance + ray * c.distance + point + (g(HIT) * c.carried if g.local else 0.0)
+    carried = g(HIT) * c.carried if g.local else 0.0
+    all_position = all_distance + ray * c.distance + point + carried
+    # Who takes a hit from object space is asked for its position, of which its distance is the length to the eye.
+    distance, all_distance = distance + carried, all_distance + carried
     all_normal = normal + c.turned(all_position)
     own = {Stage.RAY: ray, Stage.DISTANCE: distance, Stage.POSITION: point, Stage.NORMAL: normal}
     whole = {Stage.RAY: ray, Stage.DISTANCE: all_distance, Stage.POSITION: all_position, Stage.NORMAL: all_normal}

@@ -1,5 +1,6 @@
 """A renderer's values held against certified ones: pixel by pixel right, wrong, or nobody's to decide."""
 
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from functools import cached_property
 
@@ -147,19 +148,22 @@ class Held:
             # Of all these pixels few are left, of which so many scenes may be asked that a rare one is among them.
             rare = [(amount, batch) for batch in range(1, RARE + 1) for amount in AMOUNTS]
             again, also = self._left(np.array(pixels)[doubtful], rare, strictly=strictly)
+            horizon = self._on_the_horizon(np.array(pixels)[doubtful])
             for stage, mask in left.items():
                 mask[doubtful] &= again[stage]
-            tied[doubtful] |= also | self._on_the_horizon(np.array(pixels)[doubtful])
-        return {
-            pixels[i]: tuple(stage for stage in self.stages if left[stage][i])
-            for i in doubtful
-            if not tied[i] and any(mask[i] for mask in left.values())
+                tied[stage][doubtful] |= also[stage] | (horizon & (Stage.VISIBILITY in (stage, *LIT[stage])))
+        wrong = {
+            pixels[i]: tuple(stage for stage in self.stages if left[stage][i] and not tied[stage][i]) for i in doubtful
         }
+        return {pixel: stages for pixel, stages in wrong.items() if stages}
 
     def _left(
         self, pixels: np.ndarray, amounts: list[tuple[float, int]], *, strictly: bool
-    ) -> tuple[dict[Stage, np.ndarray], np.ndarray]:
-        """Return of pixels (n, 2) by stage which values (n,) no scene has, and which pixels stay tied in some."""
+    ) -> tuple[dict[Stage, np.ndarray], dict[Stage, np.ndarray]]:
+        """Return of pixels (n, 2) by stage which values (n,) no scene has, and which stay tied in some.
+
+        What is decided before a stage is tied for it as well.
+        """
         columns, rows = pixels.T
         left = {stage: self.over[stage][rows, columns] for stage in self.stages}
         truth = {stage: self.truth[stage][rows, columns] for stage in self.stages}
@@ -180,8 +184,12 @@ class Held:
                 if strictly:
                     like &= ~self._steady(stage, near, rows, columns) | (self.ratio(stage)[rows, columns] <= SLACK)
                 left[stage] = mask & ~like
-        tied = np.any([np.isnan(samples).any(axis=(0, 2)) for samples in near.samples.values()], axis=0)
-        return left, tied | self._lost(rows, columns)
+        undecided = {stage: np.isnan(samples).any(axis=(0, 2)) for stage, samples in near.samples.items()}
+        tied = {stage: self._lost(rows, columns) for stage in self.stages}
+        for stage in self.stages:
+            for before in {stage, *LIT[stage]} & set(undecided):
+                tied[stage] |= undecided[before]
+        return left, tied
 
     def _lost(self, rows: np.ndarray, columns: np.ndarray) -> np.ndarray:
         """Return which pixels (n,) show a shape that the least rounding moves by half of its own size.
@@ -270,14 +278,33 @@ class Held:
         if stage in LIGHT and Stage.VISIBILITY in ours:
             alike = same & all_of(near.samples[Stage.VISIBILITY] == ours[Stage.VISIBILITY])
             return _among(value, theirs, alike, bound) | self._follows(stage, ours, value, bound, rows, columns)
-        return _among(value, theirs, same, bound)
+        like = _among(value, theirs, same, bound)
+        return like | self._faces(ours, bound, rows, columns) if stage is Stage.NORMAL else like
+
+    def _about(self, ours: dict[Stage, np.ndarray], heights: Iterable[np.ndarray]) -> Iterator[dict[Stage, np.ndarray]]:
+        """Yield the answers with the hit that the party names moved by heights [m] along its normal, to either side.
+
+        A hit is off its surface by rounding. No scene within rounding shows that: its hits are on their surfaces.
+        """
+        for height in heights:
+            for side in (1.0, -1.0):
+                start = ours[Stage.POSITION] + side * height[:, np.newaxis] * ours[Stage.NORMAL]
+                yield ours | {Stage.POSITION: start}
+
+    def _faces(self, ours: dict[Stage, np.ndarray], bound: np.ndarray, rows: np.ndarray, columns: np.ndarray):
+        """Return where (n,) the party's normal is that of a point at its own hit: at a cube's edge, of either face."""
+        found = np.zeros(len(rows), dtype=bool)
+        if {Stage.OBJECT, Stage.POSITION, Stage.NORMAL} <= set(ours):
+            lifted = self.terms.limits.lifted[rows, columns]
+            for about in self._about(ours, (0 * lifted, lifted)):
+                expected = continued(self.ground.scene, Stage.NORMAL, about)
+                found |= all_of(np.abs(ours[Stage.NORMAL] - expected) <= bound)
+        return found
 
     def _feels(self, ours: dict[Stage, np.ndarray], value: np.ndarray, rows: np.ndarray, columns: np.ndarray):
         """Return which lights (n, lights) are seen or not, as `value` says, from about the hit that the party names.
 
-        That hit is off its surface by rounding, to either side, and feelers start above it by what the party declares,
-        as far as rounding needs it.
-        No scene within rounding shows that: its hits are on their surfaces.
+        Feelers start above it by what the party declares, as far as rounding needs it.
         """
         found = np.zeros(value.shape, dtype=bool)
         if not {Stage.OBJECT, Stage.POSITION, Stage.NORMAL} <= set(ours):
@@ -290,10 +317,9 @@ class Held:
             Roundoff(self.party.precision),
         )
         above = np.minimum(self.party.shadow_epsilon, ALLOWED * needed)
-        for height in (-lifted, 0 * lifted, lifted, lifted + above[rows, columns]):
-            for side in (1.0, -1.0):
-                start = ours[Stage.POSITION] + side * height[:, np.newaxis] * ours[Stage.NORMAL]
-                found |= continued(self.ground.scene, Stage.VISIBILITY, ours | {Stage.POSITION: start}) == value
+        heights = -lifted, 0 * lifted, lifted, lifted + above[rows, columns]
+        for about in self._about(ours, heights):
+            found |= continued(self.ground.scene, Stage.VISIBILITY, about) == value
         return found
 
     def _felt_otherwise(self, seen: np.ndarray, rows: np.ndarray, columns: np.ndarray) -> np.ndarray:
