@@ -14,48 +14,26 @@ import socket
 import subprocess
 import sys
 import tempfile
-import traceback
 import weakref
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import IO, Any, NotRequired, TypedDict
+from typing import IO
 
 from rayproof import HOLDER
 from rayproof.cases.case import Case
 from rayproof.cases.scene import Scene
-from rayproof.cases.scene_json import load_scene, save_scene
-from rayproof.cases.stages import IMAGE_STAGES, Stage
-from rayproof.reports.api.asking import answers_from, image_stages
+from rayproof.cases.scene_json import save_scene
+from rayproof.reports.api.asking import image_stages
+from rayproof.reports.api.function import Renderer, answered
 from rayproof.reports.api.outcome import Run, loaded
-from rayproof.reports.judge.oracle import stages_of
 from rayproof.reports.results.document import has_results
-from rayproof.reports.results.images import write_answers
+from rayproof.reports.subjects import SERVED
 
-Renderer = Callable[[Scene, Sequence[Stage]], Mapping[str, Any] | Any]
 RELAY = Path(__file__).with_name("relay.py")
 WAITING = 128  # calls that may wait for their turn
 LONGEST = 2**16  # bytes of a call: two paths
 PATIENCE = 10.0  # s for a program that has connected to say what it wants
-
-
-class Declared(TypedDict):
-    """What is said of the function, in the words of docs/protocol.md."""
-
-    protocol: int
-    name: str
-    version: str
-    precision: str
-    stages: NotRequired[list[str]]
-    deterministic: NotRequired[bool]
-
-
-class Answer(TypedDict, total=False):
-    """What a call is told; nothing where the images lie where it wants them."""
-
-    capabilities: Declared
-    unsupported: str
-    error: str
 
 
 class Served:
@@ -68,9 +46,7 @@ class Served:
             ValueError: there is no such image stage.
 
         """
-        self._renderer = renderer
-        self._stages = tuple(IMAGE_STAGES if stages is None else image_stages(stages))
-        self._declared = stages is not None
+        self._renderer, self._stages = renderer, None if stages is None else [*map(str, image_stages(stages))]
         self._place = folder / "calls.sock"
         self.listener = socket.socket(socket.AF_UNIX)
         self.listener.bind(str(self._place))
@@ -79,8 +55,7 @@ class Served:
     @property
     def command(self) -> str:
         """Return what `--subject` is to be told."""
-        words = [sys.executable, "-I", "-S", str(RELAY), str(self._place)]
-        return f"exec:{shlex.join(words)} {{scene}} {{output}}"
+        return f"{SERVED}:{shlex.join([sys.executable, '-I', '-S', str(RELAY), str(self._place)])}"
 
     def __enter__(self) -> "Served":
         return self
@@ -94,37 +69,10 @@ class Served:
         with end:
             end.settimeout(PATIENCE)
             try:
-                words = json.loads(_line(end))
-                end.sendall(json.dumps(self._answer(words)).encode())
+                request = json.loads(_line(end))
+                end.sendall(json.dumps(answered(self._renderer, request, self._stages)).encode())
             except OSError:  # the caller has ended, by its time limit or with its run
                 return
-
-    def _answer(self, words: list[str]) -> Answer:
-        if words == ["--capabilities"]:
-            return {"capabilities": self._capabilities()}
-        scene_file, output = words
-        try:
-            scene = load_scene(scene_file)
-            asked = tuple(stage for stage in stages_of(scene) if stage in self._stages)
-            answers = answers_from(self._renderer(scene, asked), scene, asked)
-            missing = [stage.value for stage in asked if stage not in answers]
-            if missing and (self._declared or not answers):
-                raise ValueError(f"it gave no {', '.join(missing)}")
-            write_answers(Path(output), answers, len(scene.lights))
-        except NotImplementedError as reason:
-            return {"unsupported": " ".join(str(reason).split()) or "it says so"}
-        except Exception:  # the boundary: whatever a renderer raises is that case's error
-            return {"error": traceback.format_exc()}
-        return {}
-
-    def _capabilities(self) -> Declared:
-        name = getattr(self._renderer, "__qualname__", type(self._renderer).__name__)
-        known: Declared = {"protocol": 1, "name": str(name), "version": "", "precision": "float64"}
-        if self._declared:
-            known["stages"] = [stage.value for stage in self._stages]
-        if getattr(self._renderer, "deterministic", True) is False:
-            known["deterministic"] = False
-        return known
 
 
 def _line(end: socket.socket) -> bytes:
@@ -163,12 +111,13 @@ def run(
 
     `cases` are selectors (families, family/case, patterns, scene files), cases of `select_cases`, or scenes; None is
     the default suite. `subject` is who is under test: None for the tracer, a reference's name, "exec:COMMAND {scene}
-    {output}", or a function `(scene, stages) -> {stage: array}`, which is called in this process and thread, once for
-    a scene, twice for one of the first. Its arrays are (height, width, channels), of any library that speaks DLPack;
-    they are written as float32 and judged as such. It answers the stages that it gives, or those that `stages` names;
-    NotImplementedError says that it cannot draw a scene. Its attribute `deterministic`, if False, says that two of its
-    images of one scene may differ within the limits. The other arguments are the command's options (`rayproof run
-    --help`). Without `out` results lie in a temporary folder that goes with the returned object.
+    {output}", "serve:COMMAND", "python:FILE.py:FUNCTION", or a function `(scene, stages) -> {stage: array}`, which is
+    called in this process and thread, once for a scene, twice for twenty of them. Its arrays are (height, width,
+    channels), of any library that speaks DLPack; they are written as float32 and judged as such. It answers the stages
+    that it gives, or those that `stages` names; NotImplementedError says that it cannot draw a scene. Its attribute
+    `deterministic`, if False, says that two of its images of one scene may differ within the limits. The other
+    arguments are the command's options (`rayproof run --help`). Without `out` results lie in a temporary folder that
+    goes with the returned object.
 
     Raises:
         ValueError: the request itself is wrong; the message is the command's one line.

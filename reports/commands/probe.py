@@ -202,11 +202,11 @@ def keep_call(case: str, folder: Path, *, subject: str, timeout: float, env: tup
     scene = scene_named(case)
     tested = subject_named(subject, env, confine=confine, seconds=timeout)
     from rayproof.reports.run.workers import answered
-    from rayproof.reports.subjects import PROGRAM
     from rayproof.reports.subjects.calls import TOLD, Keep
+    from rayproof.reports.subjects.choosing import KNOWN
 
-    if tested.name != PROGRAM:
-        raise UsageError(f"--subject: a call is a program's, exec:COMMAND; got {subject!r}")
+    if not tested.is_program:
+        raise UsageError(f"--subject: a call is a program's, {KNOWN}; got {subject!r}")
     scene = tested.capabilities.under_its_light(scene)
     with told_in_one_line():
         writable_folder(folder)

@@ -4,6 +4,7 @@ import errno
 import os
 import sys
 from contextlib import ExitStack, nullcontext
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
@@ -17,6 +18,7 @@ from rayproof.reports.run.cache_store import usual_limit
 
 if TYPE_CHECKING:
     from rayproof.reports.history.gating import Demanded
+    from rayproof.reports.processes.pool import Pool
     from rayproof.reports.subjects import Subject, Surroundings
 
 # The headings of `run --help`, in their order.
@@ -95,7 +97,8 @@ def run(
         A formula for every configuration, such as triangle=signed_areas, or a function of your own, such as
         sphere=./mine.py:nearest_hit. Repeatable.
     subject
-        The renderer under test instead of the tracer: a reference by name, or "exec:COMMAND {scene} {output}".
+        The renderer under test instead of the tracer: a reference by name, "exec:COMMAND {scene} {output}" (called for
+        each scene), "serve:COMMAND" (started once), or "python:FILE.py:FUNCTION".
     memory
         Limit [GiB] of the address space of a program under test.
     env
@@ -194,11 +197,12 @@ def run(
     from rayproof.reports.processes.scratch import scratch
     from rayproof.reports.run.workers import early_workers
 
-    early = subject == TRACER and not dry_run and place is None
+    stays = subject.startswith(("serve:", "python:"))  # a program that is started once: to be asked what it can, too
+    early = place is None and (stays or (subject == TRACER and not dry_run))
     with (
         scratch(),
         ExitStack() as engine,
-        early_workers(jobs=count, timeout=timeout) if early else nullcontext() as pool,
+        early_workers(subject, jobs=count, timeout=timeout) if early else nullcontext() as pool,
     ):
         required = tuple(name.strip() for names in require for name in names.split(",") if name.strip())
         references_named(required)
@@ -209,7 +213,8 @@ def run(
         with told_in_one_line():
             chosen = configurations(configuration, formula)
             surroundings = Surroundings(variables=env, confined=confine)
-            tested = under_test(subject, seconds=timeout, memory=memory, surroundings=surroundings)
+            about = {"seconds": timeout, "memory": memory, "surroundings": surroundings}
+            tested = under_test(subject, **about, pool=pool if stays else None)
             check_selectors(selectors, tested)
             stream = None
             if scenes is not None:
@@ -320,22 +325,31 @@ def drawn(selectors: tuple[str, ...], count: int | None, seed: int | None) -> tu
 
 
 def under_test(
-    subject: str, *, seconds: float, memory: float, surroundings: "Surroundings", before_oracle: bool = True
+    subject: str,
+    *,
+    seconds: float,
+    memory: float,
+    surroundings: "Surroundings",
+    before_oracle: bool = True,
+    pool: "Pool | None" = None,
 ) -> "Subject":
-    """Return the subject that is named so; raise ValueError, LookupError or OSError if it cannot be put under test."""
+    """Return the subject that is named so; raise ValueError, LookupError or OSError if it cannot be put under test.
+
+    One that stays alive is started in the `pool` that will ask it, if there is one.
+    """
     from rayproof.reports.run.workers import ask
     from rayproof.reports.subjects import THE_TRACER
-    from rayproof.reports.subjects.choosing import chosen
+    from rayproof.reports.subjects.choosing import KNOWN, chosen
 
     if subject == TRACER:
         if surroundings.variables or surroundings.confined:
-            raise ValueError("--env and --confine are for a program under test: --subject 'exec:COMMAND'")
+            raise ValueError(f"--env and --confine are for a program under test: --subject {KNOWN}")
         return THE_TRACER
     return chosen(
         subject,
         seconds=seconds,
         memory=int(memory * 2**30),
-        ask=ask,
+        ask=partial(ask, pool=pool),
         surroundings=surroundings,
         before_oracle=before_oracle,
     )

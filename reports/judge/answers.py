@@ -22,6 +22,7 @@ class Answers:
     independent: bool = False  # of a reference: it shares neither code nor Dr.Jit's compiler with the tracer
     error: str | None = None
     stopped: bool = False  # the error is that its time was over
+    lost: bool = False  # the error is that a program that stays alive died or exceeded a limit
     unsupported: Mapping[Stage, str] = field(default_factory=dict)  # stages that it declares it cannot answer, and why
     lacking: Mapping[Stage, str] = field(default_factory=dict)  # stages that it ought to have answered, and what lacks
     fine: StageImages | None = None  # at the resolution of a case's samples: the tracer's own answers there

@@ -13,9 +13,9 @@ from rayproof.cases.stages import Resolution, Stage, StageImages, exr_channels
 from rayproof.reports.judge.answers import Answers
 from rayproof.reports.laws.judging import Judged, judge
 from rayproof.reports.processes.worker import serve
-from rayproof.reports.run.messages import TRACING, UNDER_TEST, SubjectTask, TracerTask
+from rayproof.reports.run.messages import TRACING, SubjectTask, TracerTask, kind_of
 from rayproof.reports.run.worker_tasks import handler
-from rayproof.reports.subjects import PROGRAM, Subject
+from rayproof.reports.subjects import Subject
 from rayproof.tracer.kernel.compiler import choose_packaged_llvm
 
 KEPT = 64  # scenes of which the answers are remembered
@@ -36,7 +36,7 @@ def renderer(subject: Subject, configuration: str) -> Render:
     if subject.is_tracer:
         trace = handler(TRACING)
         return lambda scene: trace(TracerTask(scene=scene, configuration=configuration, samples=1))[0]
-    test = handler(PROGRAM if subject.name == PROGRAM else f"{UNDER_TEST}{subject.name}")
+    test = handler(kind_of(subject))
     return lambda scene: test(SubjectTask(scene=scene, samples=1, case="law", subject=subject))[0]
 
 

@@ -272,6 +272,8 @@ class CaseFacts(TypedDict, total=False):
     unsupported: list[UnsupportedRecord]
     abstained: dict[str, str]
     stopped: list[str]
+    lost: list[str]  # who died or exceeded a limit, of programs that stay alive
+    growth: Count  # bytes of memory a scene, where a program that stays alive grows from scene to scene
     notes: list[NoteRecord]
     dark: bool  # a user's scene of which no pixel is lit
     kinds: list[str]  # of another subject than the tracer: what kind of case it is, in words

@@ -116,6 +116,7 @@ def _of_cases(results: RunRecord) -> str:
     if not worst_first:
         return "Nothing was measured."
     shared = "".join(f" But {legible(sentence)}." for sentence in of_the_whole(results))
+    shared += "".join(f" Warning: {legible(sentence)}." for sentence in results.get("growing", []))
     for name, cases in _stopped(results).items():
         shared += f" A time limit stopped {name} in {len(cases)} case{'' if len(cases) == 1 else 's'}."
     for name, cases in _abstained(results).items():
@@ -189,8 +190,8 @@ def _checks(ledger: Mapping[str, int]) -> str:
 
 
 def no_say(results: RunRecord) -> list[str]:
-    """Return in sentences which references of the announced panel answered nothing in some cases, and why."""
-    found = []
+    """Return in sentences which references of the announced panel answered nothing in some cases, and what grows."""
+    found = [*map(legible, results.get("growing", []))]
     for name, names in _stopped(results).items():
         more = f" and {len(names) - 1} more" if len(names) > 1 else ""
         found.append(f"a time limit stopped {name} in {names[0]}{more}")

@@ -335,6 +335,7 @@ class RunFacts(TypedDict, total=False):
     wide_limits: list[WideLimitsRecord]
     wrong_factors: list[str]
     changing: list[str]
+    growing: list[str]
     gate: GateRecord
     engine: EngineRecord
     shard: ShardRecord  # of a part of a run

@@ -5,11 +5,13 @@ judge for the other processors, so few pixels that their answers, up to 2 KB a p
 processor is idle, because all cases wait for a slow or sleeping renderer, as many again are started.
 """
 
+import pickle
+import tempfile
 from collections.abc import Callable, Collection, Generator, Mapping
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import IO, Any
 
 from rayproof.cases.case import Case
 from rayproof.reports.judge.answers import Answers
@@ -23,19 +25,20 @@ from rayproof.reports.run.case_record import unjudged
 from rayproof.reports.run.messages import (
     JUDGE,
     RECALLING,
-    UNDER_TEST,
     GuardTask,
     JudgeTask,
     RecallTask,
     ReferenceTask,
+    RepeatTask,
     SubjectTask,
     TracerTask,
+    kind_of,
 )
 from rayproof.reports.run.options import EVERY_CASE, Demands, KeptImages
 from rayproof.reports.run.plan import PlannedCase
 from rayproof.reports.run.scenes import deadline, is_large, place_of
 from rayproof.reports.run.verdict_memory import Memory
-from rayproof.reports.subjects import PROGRAM, THE_TRACER, TRACER, Subject
+from rayproof.reports.subjects import THE_TRACER, TRACER, Subject
 from rayproof.reports.subjects.calls import FOLDER as CALLS
 from rayproof.reports.subjects.calls import Keep
 
@@ -63,6 +66,7 @@ class Renders:
     versions: dict[str, str]
     seconds: dict[str, float]  # by renderer, as the report names it
     notes: tuple[str, ...] = ()  # what the subject says of its answers
+    growth: float = 0.0  # bytes of memory a scene, of a program that stays alive
 
 
 class CaseRun:
@@ -102,6 +106,7 @@ class CaseRun:
         self._asked = dict.fromkeys(planned.configurations, subject)
         self._finished = finished
         self._repeated: list[RepeatedRecord] = []
+        self.first: Answers | None = None  # the answer of one that is asked again once all are answered
 
     def start(self) -> None:
         """Submit the renders of the one under test; what else is needed, what they are tells."""
@@ -123,8 +128,8 @@ class CaseRun:
 
         for name, request in requests.items():
             seconds = self._limit
-            if seconds is not None and request.kind == PROGRAM:
-                seconds = 3 * seconds  # its own limit ends it, with a reason; it may be called twice
+            if seconds is not None and self._subject.is_program and request.kind == kind_of(self._subject):
+                seconds = 4 * seconds  # its own limit ends it, with a reason; it may start, and be called twice
             about = {"first": request.first, "seconds": seconds, "large": self._large}
             self._pool.submit(request.kind, request.task, partial(take, name), **about)
         if not requests:
@@ -137,11 +142,14 @@ class CaseRun:
         """
         # Before what others are asked: all else waits for the one under test, which has one worker.
         requests = {name: self._render(name) for name in self._asked}
-        if self.planned.twice:
+        twice = self.planned.twice and not self._subject.stays
+        if twice:
             requests |= {f"{name}{AGAIN}": self._render(name, again=True) for name in self.planned.configurations}
         replies = yield requests
         renders = self._rendered(replies)
-        again = tuple(self._second(name, replies) for name in self.planned.configurations if self.planned.twice)
+        if self.planned.twice and not twice:
+            self.first = renders.candidates[self.planned.configurations[0]]
+        again = tuple(self._second(name, replies) for name in self.planned.configurations if twice)
         self._repeated = [self._held_together(one, renders) for one in again]
         varied = any(one["verdict"] == Outcome.FAIL for one in self._repeated)
         key = None
@@ -216,11 +224,10 @@ class CaseRun:
             return Request(kind=TRACER, task=TracerTask(**about, own=self._own, copies=self._copies), first=True)
         if self._limit is not None:
             subject = replace(subject, seconds=max(subject.seconds, self._limit))
-        kept = subject.name == PROGRAM == self._subject.name and not again
+        kept = subject.is_program and not again
         keep = Keep(folder=self._folder / CALLS / place_of(case.name)) if kept else None
         task = SubjectTask(scene=case.scene, samples=case.samples, case=case.name, subject=subject, keep=keep)
-        kind = subject.name if subject.name == PROGRAM else f"{UNDER_TEST}{subject.name}"
-        return Request(kind=kind, task=task, first=True)
+        return Request(kind=kind_of(subject), task=task, first=True)
 
     def _rendered(self, replies: Replies) -> Renders:
         """Return what those under test answered, in the plan's order."""
@@ -234,21 +241,27 @@ class CaseRun:
                     precision=name.split("/")[0] if subject.is_tracer else "float32",
                     error=reply.error,
                     stopped=reply.stopped,
+                    lost=subject.stays,
                 )
                 continue
             found.candidates[name], versions, *more = reply.value
             found.versions |= versions
             if subject == self._subject and more:
                 found.notes = more[0]
+            if subject.stays:
+                found.seconds[name] -= more[1].start
+                found.growth = more[1].growth
         return found
+
+    def ask_again(self, done: Callable[[Reply], None]) -> None:
+        """Ask the one under test once more; `done` gets its reply."""
+        request = self._render(self.planned.configurations[0], again=True)
+        seconds = None if self._limit is None else 4 * self._limit
+        self._pool.submit(request.kind, request.task, done, seconds=seconds, large=self._large)
 
     def _second(self, name: str, replies: Replies) -> Answers:
         """Return what one configuration answered when it was asked again."""
-        reply = replies[f"{name}{AGAIN}"]
-        if reply.error is None:
-            answered: Answers = reply.value[0]
-            return answered
-        return Answers(name=name, precision="float32", error=reply.error)
+        return second_answer(name, replies[f"{name}{AGAIN}"])
 
     def _held_together(self, again: Answers, renders: Renders) -> RepeatedRecord:
         """Return whether a second answer is the first to the last bit."""
@@ -288,8 +301,20 @@ class CaseRun:
             render["seconds"] = round(renders.seconds.get(render["renderer"], 0.0), 4)
         if self.planned.twice:
             record["repeated"] = self._repeated
+        if lost := [one.name for one in renders.candidates.values() if one.lost]:
+            record["lost"] = lost
+        if renders.growth:
+            record["growth"] = round(renders.growth)
         record["seconds"] = round(sum(renders.seconds.values()) + record["judge_seconds"], 4)
         return record
+
+
+def second_answer(name: str, reply: Reply) -> Answers:
+    """Return what the one under test answered when it was asked again."""
+    if reply.error is None:
+        answered: Answers = reply.value[0]
+        return answered
+    return Answers(name=name, precision="float32", error=reply.error)
 
 
 def flawless(record: CaseRecord, witnesses: tuple[Answers, ...]) -> bool:
@@ -325,7 +350,10 @@ class Terms:
 
 
 class CasesUnderWay:
-    """Start cases and step the pool; `finished` gets each planned case and its record, whose files are in `folder`."""
+    """Start cases and step the pool; `finished` gets each planned case and its record, whose files are in `folder`.
+
+    Of a program that stays alive some are asked again at the end: `amended` gets their records once more.
+    """
 
     def __init__(
         self,
@@ -335,8 +363,11 @@ class CasesUnderWay:
         folder: Path,
         store: Store | None,
         finished: Callable[[PlannedCase, CaseRecord], None],
+        amended: Callable[[PlannedCase, CaseRecord], None],
     ) -> None:
-        self._terms, self._pool, self._folder, self._finished = terms, pool, folder, finished
+        self._terms, self._pool, self._folder, self._finished, self._amended = terms, pool, folder, finished, amended
+        self._first: list[tuple[CaseRun, CaseRecord, IO[bytes]]] = []  # answered, and to be asked again
+        self.asked_again: set[str] = set()  # names of cases under way for the second time
         self._memory = None if store is None else Memory(store, terms.demands)
         self._pixels: dict[str, int] = {}  # by name
 
@@ -382,7 +413,39 @@ class CasesUnderWay:
 
     def _done(self, run: CaseRun, record: CaseRecord) -> None:
         del self._pixels[run.planned.case.name]
+        if run.first is not None and run.first.error is None:
+            kept = tempfile.TemporaryFile()  # noqa: SIM115  closed once it was asked again; images are too large to hold
+            pickle.dump(run.first, kept)
+            self._first.append((run, record, kept))
+        run.first = None
         self._finished(run.planned, record)
+
+    def ask_again(self) -> None:
+        """Ask about the cases that are kept for it once more, in another order."""
+        while self._first:
+            run, record, kept = self._first.pop()
+            self.asked_again.add(run.planned.case.name)
+            run.ask_again(partial(self._hold, run.planned, record, kept))
+
+    def _hold(self, planned: PlannedCase, record: CaseRecord, kept: IO[bytes], reply: Reply) -> None:
+        """Hold a second answer against the first; where they differ the judge says by how much."""
+        with kept:
+            kept.seek(0)
+            first: Answers = pickle.load(kept)
+        again, varies = second_answer(first.name, reply), not self._terms.subject.capabilities.deterministic
+        found = repeated(planned.case.name, first, again, None, varies=False)
+
+        def amend(reply: Reply) -> None:
+            record["repeated"] = [found if reply.error is not None else reply.value]
+            record["lost"] = [again.name] if again.lost or reply.error is not None else []
+            self.asked_again.discard(planned.case.name)
+            self._amended(planned, record)
+
+        if found["verdict"] == Outcome.FAIL and again.error is None:
+            task = RepeatTask(case=planned.case, first=first, again=again, varies=varies)
+            self._pool.submit(JUDGE, task, amend, seconds=self._patience(planned))
+        else:
+            amend(replace(reply, value=found, error=None))
 
     def _patience(self, planned: PlannedCase) -> float | None:
         """Return how long each task of a case may take, or None where the user said."""

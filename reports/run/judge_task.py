@@ -12,19 +12,19 @@ from rayproof.reports.interchange.framing import DARK
 from rayproof.reports.judge.answers import Answers, well_shaped
 from rayproof.reports.judge.case import adjudication, judge_case
 from rayproof.reports.judge.edge_classes import mask
-from rayproof.reports.judge.oracle import ORACLE
+from rayproof.reports.judge.oracle import ORACLE, stages_of
 from rayproof.reports.judge.repeated import repeated
-from rayproof.reports.judge.scene_truth import Ground, Terms
+from rayproof.reports.judge.scene_truth import Ground, Terms, ground
 from rayproof.reports.judge.sentinels import stand_guard
 from rayproof.reports.judge.verdict import Judged, of_what_is_supported
-from rayproof.reports.results.case_records import CaseRecord, MasksRecord
+from rayproof.reports.results.case_records import CaseRecord, MasksRecord, RepeatedRecord
 from rayproof.reports.results.float_codec import pack
 from rayproof.reports.results.images import write_answers, write_pixels
 from rayproof.reports.results.outcomes import Outcome
 from rayproof.reports.run.cache_store import usual_store
 from rayproof.reports.run.case_record import kinds_of, said, write_scene
 from rayproof.reports.run.common_factors import camera_and_lights
-from rayproof.reports.run.messages import GuardTask, JudgeTask
+from rayproof.reports.run.messages import GuardTask, JudgeTask, RepeatTask
 from rayproof.reports.run.reference_cache import KeepingOracle
 from rayproof.reports.run.scenes import FAMILY, place_of
 from rayproof.reports.run.verdict_memory import ask_once
@@ -121,8 +121,11 @@ def _excused(witness: Answers) -> bool:
     return witness.error is None and bool(REFERENCES.about(witness.name).get("optional", False))
 
 
-def judge(task: JudgeTask | GuardTask) -> CaseRecord | None:
+def judge(task: JudgeTask | GuardTask | RepeatTask) -> CaseRecord | RepeatedRecord | None:
     """Judge one case and return its record; of sentinels there is none."""
+    if isinstance(task, RepeatTask):
+        base = ground(task.case.scene, stages_of(task.case.scene), _ORACLE)
+        return repeated(task.case.name, task.first, task.again, base, varies=task.varies)
     _guarded(cached=task.cached)
     if isinstance(task, GuardTask):
         return None

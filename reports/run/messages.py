@@ -69,6 +69,16 @@ class GuardTask:
 
 
 @dataclass(frozen=True, kw_only=True)
+class RepeatTask:
+    """Hold a second answer to a case against the first; the answer is a `RepeatedRecord`."""
+
+    case: Case
+    first: Answers
+    again: Answers
+    varies: bool  # the subject declares that its answers do
+
+
+@dataclass(frozen=True, kw_only=True)
 class JudgeTask:
     """Judge a case and write its images and scene below `folder`; the answer is the case's record."""
 
@@ -90,3 +100,10 @@ TRACING = "tracer"
 JUDGE = "judge"
 RECALLING = "cache"
 UNDER_TEST = "subject:"  # and the name of a reference that is under test
+
+
+def kind_of(subject: Subject) -> str:
+    """Return the kind of the workers that ask a subject."""
+    if subject.is_tracer:
+        return TRACING
+    return subject.name if subject.is_program else f"{UNDER_TEST}{subject.name}"

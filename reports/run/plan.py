@@ -4,7 +4,7 @@ The default suite runs the default configuration in float32 and in float64 on ev
 formula, in float32, on the cases that cover its specification item.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from typing import overload
@@ -67,20 +67,32 @@ def alternatives() -> dict[str, frozenset[str]]:
 
 MOST_TWICE = 2**14  # px of the image that is rendered twice: two of the suite's usual ones
 LOOKED_AT = 32  # cases of a plan among which it is sought, so that it is an early one
+ASKED_AGAIN = 20  # cases of a program that stays alive, once all are answered
 
 
-def with_one_twice(planned: Sequence[PlannedCase]) -> Sequence[PlannedCase]:
-    """Return a plan of which one early case, small and lit, is rendered twice; none where there is no small one."""
+def with_some_twice(planned: Sequence[PlannedCase], subject: Subject = THE_TRACER) -> Sequence[PlannedCase]:
+    """Return a plan of which one early case, small and lit, is rendered twice.
+
+    Of a program the smallest early case where none is small. Of a program that stays alive, which may carry something
+    from one scene to the next, as many as `ASKED_AGAIN` all over the plan.
+    """
+    if subject.stays:
+        count = min(ASKED_AGAIN, len(planned))
+        return _with_twice(planned, {(2 * number + 1) * len(planned) // (2 * count) for number in range(count)})
     firsts = [(place, planned[place]) for place in range(min(LOOKED_AT, len(planned)))]
     small = [(place, one) for place, one in firsts if one.case.samples == 1 and _pixels(one) <= MOST_TWICE]
     lit = [(place, one) for place, one in small if one.case.scene.lights]
-    if not small:
-        return planned
-    place, chosen = (lit or small)[0]
+    if not small and subject.is_program:
+        small = sorted(firsts, key=lambda entry: _pixels(entry[1]) * entry[1].case.samples ** 2)[:1]
+    return _with_twice(planned, {place for place, _ in (lit or small)[:1]})
+
+
+def _with_twice(planned: Sequence[PlannedCase], places: Collection[int]) -> Sequence[PlannedCase]:
+    """Return a plan of which the cases in some places are rendered twice."""
     if isinstance(planned, PlannedScenes):
-        planned.twice = place
+        planned.twice = frozenset(places)
         return planned
-    return (*planned[:place], replace(chosen, twice=True), *planned[place + 1 :])
+    return tuple(replace(case, twice=place in places) for place, case in enumerate(planned))
 
 
 def _pixels(planned: PlannedCase) -> int:
@@ -92,7 +104,7 @@ class PlannedScenes(Sequence[PlannedCase]):
 
     def __init__(self, cases: SceneStream, planned: Callable[[Case], PlannedCase]) -> None:
         self._cases, self._planned = cases, planned
-        self.twice: int | None = None  # the place of the scene that is rendered twice
+        self.twice: frozenset[int] = frozenset()  # the places of the scenes that are rendered twice
         # Of all: which are asked depends on what a scene covers.
         firsts = cases.covers.values()
         self.configurations = frozenset(name for number in firsts for name in planned(cases[number]).configurations)
@@ -108,7 +120,7 @@ class PlannedScenes(Sequence[PlannedCase]):
         if isinstance(index, slice):
             return [self[number] for number in range(len(self))[index]]
         found = self._planned(self._cases[index])
-        return replace(found, twice=self.twice is not None and range(len(self))[index] == self.twice)
+        return replace(found, twice=range(len(self))[index] in self.twice)
 
 
 def configurations_of(planned: Sequence[PlannedCase]) -> frozenset[str]:

@@ -39,7 +39,7 @@ from rayproof.reports.run import totals
 from rayproof.reports.run.cache_store import usual_store
 from rayproof.reports.run.messages import JUDGE, GuardTask
 from rayproof.reports.run.options import RunOptions
-from rayproof.reports.run.plan import PlannedCase, PlannedScenes, configurations_of, panel, plan, with_one_twice
+from rayproof.reports.run.plan import PlannedCase, PlannedScenes, configurations_of, panel, plan, with_some_twice
 from rayproof.reports.run.progress import worst_first
 from rayproof.reports.run.scenes import place_of
 from rayproof.reports.run.shards import part, told
@@ -285,8 +285,8 @@ def planned_cases(request: RunOptions) -> Sequence[PlannedCase]:
         def planned(case: Case) -> PlannedCase:
             return plan((case,), names, subject)[0]
 
-        return with_one_twice(PlannedScenes(request.scenes, planned))
-    return with_one_twice(plan(cases_of(request.selectors), names, subject))
+        return with_some_twice(PlannedScenes(request.scenes, planned), subject)
+    return with_some_twice(plan(cases_of(request.selectors), names, subject), subject)
 
 
 def cases_of(selectors: tuple[str, ...]) -> tuple[Case, ...]:

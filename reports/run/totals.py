@@ -67,7 +67,8 @@ class Totals:
         self.with_images = self.without_images = 0  # cases; of those without, the run kept none since they passed
         self.factors = CommonFactors()
         self.dark: list[str] = []  # the first scenes of which no pixel is lit
-        self.changing: list[str] = []  # what was rendered twice and is not the same, in sentences
+        self._changing: list[str] = []  # what was rendered twice and is not the same, in sentences
+        self._growth: tuple[int, str] = (0, "")  # bytes of memory a scene by which the subject grew most, and the case
         self._examined, self._passing = _nothing_examined(), _nothing_examined()
         self._coverage = _nothing_covered()
         self._limits = Limits()
@@ -91,7 +92,8 @@ class Totals:
         if len(self.dark) < LISTED and record.get("dark"):
             self.dark.append(record["name"])
         self.factors.add(record)
-        self.changing += [one["sentence"] for one in record.get("repeated", []) if one["verdict"] == Outcome.FAIL]
+        self._changing += [one["sentence"] for one in record.get("repeated", []) if one["verdict"] == Outcome.FAIL]
+        self._growth = max(self._growth, (record.get("growth", 0), record["name"]))
         self._limits.add(record)
         self._answered.add(record)
         _cover(self._coverage, record)
@@ -117,6 +119,19 @@ class Totals:
     def check_ledger(self) -> LedgerRecord:
         """Return the ledger of checks; raise ValueError if it does not add up to what the cases planned."""
         return cast(LedgerRecord, ledger(self.checks, planned=self.planned_checks))
+
+    @property
+    def changing(self) -> list[str]:
+        """Return in sentences what was rendered twice and is not the same: the first, and how many others there are."""
+        more = len(self._changing) - 1
+        others = "another case that was" if more == 1 else f"{more} more cases that were"
+        return self._changing[:1] + [f"so it is with {others} asked again"] * (more > 0)
+
+    @property
+    def growing(self) -> list[str]:
+        """Return in a sentence that the subject's memory grows, if it does."""
+        growth, case = self._growth
+        return [f"at {case} the program's memory grew by {growth / 1e6:.1f} MB a scene over 100 scenes"] * (growth > 0)
 
     def verdict(self, *, planned: int, tracer: bool = True) -> Outcome:
         """Return the run's verdict: its worst case's; a case that was not reached is missing.
@@ -425,6 +440,7 @@ def come_to(found: Totals, *, planned: int, tracer: bool) -> RunRecord:
         "wide_limits": wide,
         "wrong_factors": shared,
         "changing": found.changing,
+        "growing": found.growing,
         "coverage": {item: entry["cases"] for item, entry in detail.items()},
         "coverage_detail": detail,
         "images_kept": {"cases": found.with_images, "left_out": found.without_images},

@@ -1,5 +1,6 @@
 """What workers do: render with the tracer, a reference or a user's program; judge a case."""
 
+import atexit
 from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
@@ -24,7 +25,7 @@ from rayproof.reports.run.messages import (
     SubjectTask,
 )
 from rayproof.reports.run.reference_cache import Question, Rendered, damage
-from rayproof.reports.subjects import PROGRAM
+from rayproof.reports.subjects import FUNCTION, PROGRAM, SERVED, Subject
 from rayproof.tracer.kernel.compiler import choose_packaged_llvm
 
 
@@ -137,8 +138,8 @@ def handler(kind: str) -> Callable[[Any], Any]:
         return judge
     if kind == RECALLING:
         return _recall
-    if kind == PROGRAM:
-        return _run_program
+    if kind in (PROGRAM, SERVED, FUNCTION):
+        return _program()
     if kind.startswith(UNDER_TEST):
         return _tested(kind.removeprefix(UNDER_TEST))
     return _refer(kind.removeprefix("reference:"))
@@ -193,16 +194,39 @@ def _tested(name: str) -> Callable[[SubjectTask], tuple[Answers, dict[str, str],
     return test
 
 
-def _run_program(task: SubjectTask | QuestionTask) -> Any:
-    """Have a stranger's program render, or say what it can."""
+def _program() -> Callable[[SubjectTask | QuestionTask], Any]:
+    """Return the task of a user's program, which renders or says what it can; one that stays alive is started once."""
     from rayproof.reports.subjects.program import ask_capabilities, candidate
+    from rayproof.reports.subjects.serving import Server
 
-    if isinstance(task, QuestionTask):
-        try:
-            return ask_capabilities(task.subject, seconds=task.seconds)
-        except ValueError as wrong:
-            return str(wrong)
-    able = task.subject.capabilities
-    versions = {task.subject.name: f"{able.title} ({able.precision}, written as float32)"}
-    answered = candidate(task.subject, task.scene, case=task.case, samples=task.samples, keep=task.keep)
-    return answered, versions, able.told(task.scene)
+    kept: list[Server] = []
+
+    def server(subject: Subject) -> Server | None:
+        if not subject.stays:
+            return None
+        if not kept:
+            kept.append(Server(subject))
+            atexit.register(kept[0].close)
+        kept[0].subject = subject
+        return kept[0]
+
+    def run_program(task: SubjectTask | QuestionTask) -> Any:
+        subject = task.subject
+        if isinstance(task, QuestionTask):
+            stays = server(subject)
+            try:
+                found = ask_capabilities(subject, seconds=task.seconds, server=stays)
+                if stays is not None:
+                    stays.standing()  # its start is no part of the first case
+                return found
+            except ValueError as wrong:
+                return str(wrong)
+        able, stays = subject.capabilities, server(subject)
+        versions = {subject.name: f"{able.title} ({able.precision}, written as float32)"}
+        answered = candidate(subject, task.scene, case=task.case, samples=task.samples, keep=task.keep, server=stays)
+        notes = able.told(task.scene)
+        if stays is not None:
+            return answered, versions, (*notes, *stays.notes()), stays.standing()
+        return answered, versions, notes
+
+    return run_program

@@ -11,8 +11,8 @@ from rayproof.cases.scene import Scene
 from rayproof.reports.judge.answers import Answers
 from rayproof.reports.processes.pool import Pool
 from rayproof.reports.processes.worker import Channel, Reply, serve
-from rayproof.reports.run.messages import JUDGE, TRACING, UNDER_TEST, QuestionTask, SubjectTask
-from rayproof.reports.subjects import PROGRAM, Subject
+from rayproof.reports.run.messages import JUDGE, TRACING, UNDER_TEST, QuestionTask, SubjectTask, kind_of
+from rayproof.reports.subjects import FUNCTION, PROGRAM, SERVED, TRACER, Subject
 from rayproof.reports.subjects.calls import Keep
 from rayproof.reports.subjects.protocol import Capabilities
 
@@ -25,18 +25,26 @@ def serve_run(kind: str, connection: Channel) -> None:
 
 
 @contextmanager
-def early_workers(*, jobs: int, timeout: float) -> Iterator[Pool]:
-    """Start the tracer's worker while the request is still being read; all workers end with the block."""
-    # Judging is the longest part and shares nothing: it may take every processor.
-    pool = Pool(jobs=jobs, timeout=timeout, copies={JUDGE: jobs}, target=serve_run)
-    pool.prepare(TRACING)
+def early_workers(name: str, *, jobs: int, timeout: float) -> Iterator[Pool]:
+    """Start the tracer's worker while the request is still being read; all workers end with the block.
+
+    Of a program that stays alive, none; the request's questions start it.
+    """
+    if name == TRACER:
+        # Judging is the longest part and shares nothing: it may take every processor.
+        pool = Pool(jobs=jobs, timeout=timeout, copies={JUDGE: jobs}, target=serve_run)
+        pool.prepare(TRACING)
+    else:
+        kind = name.partition(":")[0]
+        pool = workers(Subject(name=kind, title=name, seconds=timeout), jobs=jobs, timeout=timeout)
     try:
         yield pool
     finally:
         pool.close()
 
 
-# A program of the user's may sleep; that of a reference that does says so.
+# A program of the user's may sleep; that of a reference that does says so. What one computes that stays alive is not
+# seen until it ends.
 MAY_SLEEP = (PROGRAM,)
 RELIEF = 10.0  # s that a reference may take for one case before another of it renders the others
 PATIENCE = 120.0  # s for references and the judge, where --timeout speaks of another program's renders
@@ -52,7 +60,7 @@ def sleeping() -> frozenset[str]:
 
 def workers(subject: Subject, *, jobs: int, timeout: float, folder: Path | None = None) -> Pool:
     """Return a pool, none of whose workers has started; they have their temporary files in `folder`, if it is given."""
-    copies = {JUDGE: jobs, PROGRAM: jobs}
+    copies = {JUDGE: jobs, PROGRAM: jobs, SERVED: jobs, FUNCTION: jobs}
     if subject.is_tracer:
         return Pool(jobs=jobs, timeout=timeout, copies=copies, folder=folder, target=serve_run)
     return Pool(
@@ -62,7 +70,12 @@ def workers(subject: Subject, *, jobs: int, timeout: float, folder: Path | None 
         copies=copies,
         may_sleep=MAY_SLEEP,
         # A program's own limit ends it, with a reason; it may be called twice for a case, and its image is to be read.
-        timeouts={PROGRAM: 2 * subject.seconds + PATIENCE, f"{UNDER_TEST}{subject.name}": timeout},
+        # One that stays alive starts before that.
+        timeouts={
+            f"{UNDER_TEST}{subject.name}": timeout,
+            PROGRAM: 2 * subject.seconds + PATIENCE,
+            **dict.fromkeys((SERVED, FUNCTION), 3 * subject.seconds + PATIENCE),
+        },
         folder=folder,
     )
 
@@ -70,15 +83,18 @@ def workers(subject: Subject, *, jobs: int, timeout: float, folder: Path | None 
 LONGEST = 30.0  # s; a program that starts more slowly need not be asked
 
 
-def ask(subject: Subject) -> Capabilities:
+def ask(subject: Subject, pool: Pool | None = None) -> Capabilities:
     """Return what the program declares; nothing if it does not know the question.
+
+    One that stays alive stays so in a `pool`.
 
     Raises:
         ValueError: its answer is not as the protocol asks.
 
     """
-    seconds = min(LONGEST, subject.seconds)
-    reply = _reply(PROGRAM, QuestionTask(subject=subject, seconds=seconds), timeout=2 * LONGEST)
+    seconds = subject.seconds if subject.stays else min(LONGEST, subject.seconds)
+    task = QuestionTask(subject=subject, seconds=seconds)
+    reply = _reply(kind_of(subject), task, timeout=seconds + LONGEST, pool=pool)
     if isinstance(reply.value, Capabilities):
         return reply.value
     raise ValueError(reply.value if reply.error is None else reply.error)
@@ -91,21 +107,21 @@ def answered(subject: Subject, scene: Scene, *, keep: Keep | None = None) -> Ans
         ValueError: its worker crashed or ran out of time; what a program comes to is the candidate's error.
 
     """
-    kind = PROGRAM if subject.name == PROGRAM else f"{UNDER_TEST}{subject.name}"
     task = SubjectTask(scene=scene, samples=1, case="call", subject=subject, keep=keep)
-    reply = _reply(kind, task, timeout=2 * subject.seconds + LONGEST)
+    reply = _reply(kind_of(subject), task, timeout=2 * subject.seconds + LONGEST)
     if reply.error is not None:
         raise ValueError(reply.error)
     return reply.value[0]
 
 
-def _reply(kind: str, task: QuestionTask | SubjectTask, *, timeout: float) -> Reply:
-    pool = Pool(jobs=1, timeout=timeout, target=serve_run)
+def _reply(kind: str, task: QuestionTask | SubjectTask, *, timeout: float, pool: Pool | None = None) -> Reply:
+    asked = pool or Pool(jobs=1, timeout=timeout, target=serve_run)
     replies: list[Reply] = []
     try:
-        pool.submit(kind, task, replies.append)
+        asked.submit(kind, task, replies.append)
         while not replies:
-            pool.step()
+            asked.step()
     finally:
-        pool.close()
+        if pool is None:
+            asked.close()
     return replies[0]

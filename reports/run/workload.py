@@ -30,7 +30,7 @@ from rayproof.reports.run.case_record import reproduce
 from rayproof.reports.run.options import RunOptions, demands
 from rayproof.reports.run.plan import PlannedCase, record_key
 from rayproof.reports.run.progress import CaseProgress
-from rayproof.reports.subjects import PROGRAM
+from rayproof.reports.subjects import Subject
 
 if TYPE_CHECKING:
     from rayproof.reports.run.engine.dispatch import Dispatch
@@ -144,6 +144,7 @@ def _settled(folder: Path) -> dict[str, CaseRecord]:
 
 
 FIRST = 3  # calls of a program; if they fail alike, so will the rest
+MOST_LOST = 3  # deaths or exceeded limits in a row, of a program that stays alive
 _CHANGING = re.compile(r"\S*rayproof-\S*|\d+")  # a call's own folder, and numbers such as a process's
 
 
@@ -166,7 +167,13 @@ class Recording:
         record["reproduce"] = self._reproduce(one)
         self.journal.append(key, record)
         self.progress.finished(record, again=False)
-        self.calls.finished(record)
+        if self.request.subject.capabilities.refusal(one.case.scene) is None:
+            self.calls.finished(record)
+
+    def amended(self, one: PlannedCase, record: CaseRecord) -> None:
+        """Record what came of asking about a finished case again."""
+        self.journal.append(self.keys[one.case.name], record)
+        self.calls.asked_again(record)
 
     def taken_up(self, one: PlannedCase) -> bool:
         """Take up what the journal knows of a case; say whether it does."""
@@ -202,7 +209,7 @@ def render_and_judge(
     asked = demands(request, references)
     keys = {one.case.name: record_key(one, asked).digest for one in planned}
     interrupted, gone = False, None
-    calls = FirstCalls(len(planned) if request.subject.name == PROGRAM else 0)
+    calls = FirstCalls(request.subject, len(planned))
     with (
         Journal(request.out, resume=request.resume) as journal,
         CaseProgress(console, total=len(planned)) as progress,
@@ -218,11 +225,22 @@ def render_and_judge(
                     cached=store is not None,
                     patient=request.patient,
                 )
-                under_way = CasesUnderWay(terms, workers, folder=request.out, store=store, finished=recording.finished)
+                under_way = CasesUnderWay(
+                    terms,
+                    workers,
+                    folder=request.out,
+                    store=store,
+                    finished=recording.finished,
+                    amended=recording.amended,
+                )
                 while len(recording.done) < len(planned) and calls.hopeless is None:
                     while under_way.has_room and (one := next(pending, None)) is not None:
                         under_way.start(one)
                     progress.working(under_way.doing, workers.busy)
+                    under_way.step()
+                under_way.ask_again()
+                while under_way.asked_again and calls.hopeless is None:
+                    progress.working(under_way.asked_again, workers.busy)
                     under_way.step()
             else:
                 workers.put_through(
@@ -241,27 +259,41 @@ def render_and_judge(
     if gone is not None:
         return found, interrupted, f"{gone}; {len(found)} of {len(planned)} cases are finished, go on with --resume"
     if calls.hopeless is not None:
-        said = f"the first {FIRST} calls fail alike: {calls.hopeless}; `{called()} probe --keep FOLDER` makes one"
-        return found, interrupted, said
+        return found, interrupted, f"{calls.hopeless}; `{called()} probe --keep FOLDER` makes one call"
     return found, interrupted, None
 
 
 class FirstCalls:
-    """The first calls of a program: whether they all failed, in the same words. Any other subject has none."""
+    """The first calls of a program: whether they all failed, in the same words. Of one that stays alive every call.
 
-    def __init__(self, planned: int) -> None:
-        self._asked = planned > FIRST  # of so few cases all are made
+    Any other subject has none.
+    """
+
+    def __init__(self, subject: Subject, planned: int) -> None:
+        self._name = subject.name
+        self._asked = subject.is_program and planned > FIRST  # of so few cases all are made
         self._said: list[str] = []
-        self.hopeless: str | None = None  # what they all ended in
+        self._lost = 0  # in a row
+        self.hopeless: str | None = None  # why no call is made any more
 
     def finished(self, record: CaseRecord) -> None:
         """Take up what became of another case."""
+        self.asked_again(record)
         if not self._asked:
             return
-        error = next(
-            (str(one["error"]) for one in record["renders"] if one["renderer"] == PROGRAM and one["error"]), None
-        )
+        error = self._error(record)
         self._said.append("" if error is None else _CHANGING.sub("", error))
         self._asked = error is not None and len(self._said) < FIRST
         if error is not None and len(self._said) == FIRST and len({*self._said}) == 1:
-            self.hopeless = error
+            self.hopeless = self.hopeless or f"the first {FIRST} calls fail alike: {error}"
+
+    def asked_again(self, record: CaseRecord) -> None:
+        """Take up whether a program that stays alive was lost."""
+        self._lost = self._lost + 1 if record.get("lost") else 0
+        if self._lost >= MOST_LOST:
+            why = self._error(record) or next((one["sentence"] for one in record.get("repeated", [])), "")
+            self.hopeless = f"the program died or exceeded a limit {MOST_LOST} times in a row, without an answer: {why}"
+
+    def _error(self, record: CaseRecord) -> str | None:
+        renders = record["renders"]
+        return next((str(one["error"]) for one in renders if one["renderer"] == self._name and one["error"]), None)

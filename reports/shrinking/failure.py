@@ -19,10 +19,10 @@ from rayproof.reports.judge.oracle import ORACLE
 from rayproof.reports.judge.verdict import Judged, items_to_blame
 from rayproof.reports.results.outcomes import Outcome
 from rayproof.reports.run import worker_tasks
-from rayproof.reports.run.messages import TRACING, UNDER_TEST, ReferenceTask, SubjectTask, TracerTask
+from rayproof.reports.run.messages import TRACING, ReferenceTask, SubjectTask, TracerTask, kind_of
 from rayproof.reports.run.scenes import case_of_scene
 from rayproof.reports.run.worker_tasks import heard
-from rayproof.reports.subjects import PROGRAM, Subject
+from rayproof.reports.subjects import Subject
 from rayproof.tracer.configuration import Configuration
 
 AROUND = 5  # px a side of the window in which failing neighbours of a failing pixel are counted
@@ -74,7 +74,7 @@ def renderer(subject: Subject, configuration: Configuration) -> Renderer:
     if subject.is_tracer:
         trace = worker_tasks.handler(TRACING)
         return lambda scene: trace(TracerTask(scene=scene, configuration=configuration.name, samples=1))[0]
-    ask = worker_tasks.handler(PROGRAM if subject.name == PROGRAM else f"{UNDER_TEST}{subject.name}")
+    ask = worker_tasks.handler(kind_of(subject))
     return lambda scene: ask(SubjectTask(scene=scene, samples=1, case="shrink", subject=subject))[0]
 
 

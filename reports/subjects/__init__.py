@@ -1,4 +1,4 @@
-"""The renderer under test: the tracer, any reference of the panel, or a user's program behind a command line.
+"""The renderer under test: the tracer, any reference of the panel, or a user's program or function.
 
 The tracer is put to the test by its configurations. Every other subject is one candidate under its own name, judged by
 the references that share no code with it; what it declares that it cannot do is `unsupported`. Of this user's
@@ -186,16 +186,18 @@ def _apart(path: Path, closed: Sequence[Path]) -> bool:
 
 
 TRACER = "tracer"
-PROGRAM = "exec"  # the name of a stranger's program in checks, images and the report
+# The names of a stranger's program in checks, images and the report: one that is called for each image, one that stays
+# alive, and a Python function, which is called by a program of ours that stays alive.
+PROGRAM, SERVED, FUNCTION = "exec", "serve", "python"
 
 
 @dataclass(frozen=True, kw_only=True)
 class Subject:
     """The renderer under test, as plain data that travels between processes."""
 
-    name: str  # TRACER, a reference's name or PROGRAM
+    name: str  # TRACER, a reference's name, PROGRAM, SERVED or FUNCTION
     title: str  # what the user wrote
-    command: tuple[str, ...] = ()  # of a program: its arguments, with {scene} and {output} still in them
+    command: tuple[str, ...] = ()  # of a program: its arguments; {scene} and {output} are filled in for each call
     capabilities: Capabilities = field(default_factory=Capabilities)
     identity: tuple[str, ...] = ()  # what a result of it depends on: a finished case of another one is not taken up
     seconds: float = 120.0  # of a program: how long one call may take
@@ -206,6 +208,27 @@ class Subject:
     def is_tracer(self) -> bool:
         """Say whether the tracer's configurations are under test."""
         return self.name == TRACER
+
+    @property
+    def is_program(self) -> bool:
+        """Say whether a user's program or function is under test."""
+        return self.name == PROGRAM or self.stays
+
+    @property
+    def stays(self) -> bool:
+        """Say whether it is a program that is started once and answers one scene after another."""
+        return self.name in (SERVED, FUNCTION)
+
+    @property
+    def averages(self) -> bool:
+        """Say whether a program averages over the points of a pixel itself."""
+        return self.capabilities.samples or any("{samples}" in word for word in self.command)
+
+    @property
+    def image_name(self) -> str:
+        """Return the name of the file that a program writes."""
+        pfm = self.capabilities.format == "pfm" or any("{output.pfm}" in word for word in self.command)
+        return "image.pfm" if pfm else "image.exr"
 
     def renderer(self, configuration: str) -> str:
         """Return the name under which a candidate's images are filed."""

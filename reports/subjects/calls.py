@@ -4,17 +4,16 @@ A call that is kept can be looked at and made again: what the program was handed
 """
 
 import os
-import shlex
 import shutil
 import signal
 import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import IO
+from typing import IO, Any
 
 from rayproof.cases.scene import Scene
 from rayproof.reports.processes.signals import adopt_orphans, descendants, end_below
@@ -30,6 +29,7 @@ GLANCE = 0.2  # s between looks at what the program has written
 MOST_SAID = 64 * 2**10  # bytes kept of what it printed
 NEAR = 0.8  # of a limit of time
 LONGEST_LINE = 200  # characters of its complaint that a verdict repeats
+LAST_LINES = 3  # of them, of a program that stays alive
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -42,6 +42,12 @@ class Ended:
     complaint: str = ""  # what it printed on standard error, the end of it
     stopped: bool = False  # its time was over
     code: int | None = None  # its exit code, or less a signal's number
+    lost: bool = False  # of a program that stays alive: it died or exceeded a limit, and must be started again
+    astray: bool = False  # likewise: it answered out of turn
+    reported: bool = False  # the problem is what it says itself
+    declared: Mapping[str, Any] | None = None  # its capabilities
+    prints: int = 0  # lines on standard output that are no answers
+    first_print: str = ""
 
 
 class Overrun(str):
@@ -115,17 +121,17 @@ def _called(
         if problem is None and process.returncode == CANNOT:
             return Ended(problem=None, refusal=_first_line(text) or "It says that it cannot.", **about)
         if problem is None and process.returncode != 0:
-            problem = _end(process.returncode, output)
-            note = _withheld(surroundings)
+            problem = how_it_ended(process.returncode, output)
+            note = withheld(surroundings)
         if problem is None and left:
             problem = f"it left {len(left)} process{'es' if len(left) > 1 else ''} running ({left[0]}), now ended"
-        last = _last_line(wrong) if problem is not None else ""
+        last = last_lines(wrong, 1) if problem is not None else ""
         if problem is not None:
             problem = f"{problem}: {last}{note}" if last else f"{problem}{note}"
         return Ended(problem=problem, refusal=None, **about)
 
 
-def _withheld(surroundings: Surroundings) -> str:
+def withheld(surroundings: Surroundings) -> str:
     """Return what a program that failed may have lacked, to be said of it."""
     count = surroundings.withheld
     said = (
@@ -145,11 +151,11 @@ def _watch(process: subprocess.Popen[bytes], folder: Path, seconds: float, outpu
         except subprocess.TimeoutExpired:
             if time.monotonic() >= deadline:
                 return Overrun(f"it did not end within {seconds:g} s and was stopped")
-            if _size(folder) > output:
+            if size_below(folder) > output:
                 return f"it wrote more than {output / 2**20:g} MiB and was stopped"
 
 
-def _size(folder: Path) -> int:
+def size_below(folder: Path) -> int:
     """Return how much the files below `folder` hold [bytes]; they may come and go meanwhile."""
     total = 0
     for where, _, names in os.walk(folder):
@@ -161,7 +167,8 @@ def _size(folder: Path) -> int:
     return total
 
 
-def _end(code: int, output: int) -> str:
+def how_it_ended(code: int, output: int) -> str:
+    """Return in words how a program ended that may write `output` bytes into a file."""
     if code > SHELLS_WORD and code - SHELLS_WORD in set(signal.Signals):
         return f"it ended with exit code {code}, a shell's word for {signal.Signals(code - SHELLS_WORD).name}"
     if code >= 0:
@@ -185,8 +192,10 @@ def _first_line(text: str) -> str:
     return next(iter(_lines(text)), "")
 
 
-def _last_line(text: str) -> str:
-    return next(iter(reversed(_lines(text))), "")
+def last_lines(text: str, most: int = LAST_LINES) -> str:
+    """Return the last lines that say something, in one."""
+    said = [line for line in _lines(text) if any(letter.isalnum() for letter in line)]
+    return " | ".join(said[-most:])
 
 
 def _lines(text: str) -> list[str]:
@@ -224,15 +233,10 @@ def filled(command: Sequence[str], folder: Path, *, samples: int) -> list[str]:
     return words
 
 
-def image_name(command: Sequence[str]) -> str:
-    """Return the name of the file that a command writes."""
-    return "image.pfm" if any("{output.pfm}" in word for word in command) else "image.exr"
-
-
-def keep_call(folder: Path, scene: Scene, words: Sequence[str], ended: Ended, *, notes: Sequence[str]) -> None:
+def keep_call(folder: Path, scene: Scene, line: str, ended: Ended, *, notes: Sequence[str]) -> None:
     """Write the scene and its meshes as they were handed over, and in call.txt the command and how it ended.
 
-    `notes` say what of the scene was handed over as something else.
+    `line` is the command as a shell takes it; `notes` say what of the scene was handed over as something else.
     """
     folder.mkdir(parents=True, exist_ok=True)
     if (folder / TOLD).is_file():  # an earlier call's: nothing of it must pass for this one's
@@ -240,7 +244,7 @@ def keep_call(folder: Path, scene: Scene, words: Sequence[str], ended: Ended, *,
             for path in folder.glob(name):
                 path.unlink()
     hand_over(scene, folder)
-    (folder / TOLD).write_text("\n".join(told(words, ended, notes)) + "\n", encoding="utf-8")
+    (folder / TOLD).write_text("\n".join(told(line, ended, notes)) + "\n", encoding="utf-8")
 
 
 def keep_output(folder: Path, image: Path) -> None:
@@ -249,13 +253,13 @@ def keep_output(folder: Path, image: Path) -> None:
         shutil.copyfile(image, folder / image.name)
 
 
-def told(words: Sequence[str], ended: Ended, notes: Sequence[str]) -> list[str]:
-    """Return a call in lines: the command, to be run in its folder, how it ended, and what it printed."""
+def told(line: str, ended: Ended, notes: Sequence[str]) -> list[str]:
+    """Return a call in lines: the command `line`, to be run in its folder, how it ended, and what it printed."""
     lines = [f"# {note}" for note in notes] + [
         "# In this folder:",
-        legible(shlex.join(words)),
+        legible(line),
         "",
-        f"exit code: {ended.code}",
+        *([f"exit code: {ended.code}"] if ended.code is not None else []),
     ]
     lines += [f"problem: {legible(ended.problem)}"] if ended.problem is not None else []
     lines += [f"it says that it cannot: {legible(ended.refusal)}"] if ended.refusal is not None else []

@@ -1,19 +1,23 @@
-"""From what a user names to the subject under test: a reference of the panel, or `exec:` and a command line."""
+"""From what a user names to the subject under test: a reference, `exec:` or `serve:` and a command, or a function."""
 
 import hashlib
 import os
 import shlex
 import shutil
+import sys
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
+from rayproof import HOLDER, ROOT
 from rayproof.reports.judge.oracle import ORACLE
-from rayproof.reports.subjects import PROGRAM, Subject, Surroundings, reason_unconfined
+from rayproof.reports.subjects import FUNCTION, PROGRAM, SERVED, Subject, Surroundings, reason_unconfined
 from rayproof.reports.subjects.protocol import Capabilities
 
-PREFIX = f"{PROGRAM}:"
+PREFIXES = tuple(f"{name}:" for name in (PROGRAM, SERVED, FUNCTION))
+KNOWN = "exec:COMMAND, serve:COMMAND or python:FILE.py:FUNCTION"
 OUTPUTS = ("{output}", "{output.pfm}")
+START = "import sys; sys.path[0] = sys.argv[1]; from rayproof.reports.api.function import serve; serve(*sys.argv[3:])"
 
 
 def chosen(
@@ -35,16 +39,14 @@ def chosen(
         OSError: a program's file cannot be read.
 
     """
-    if text.startswith(PREFIX):
+    if text.startswith(PREFIXES):
         return _program(text, seconds=seconds, memory=memory, ask=ask, surroundings=surroundings or Surroundings())
     if surroundings is not None and surroundings != Surroundings():
-        raise ValueError(f"--env and --confine are for a program under test, --subject {PREFIX}COMMAND; got {text!r}")
+        raise ValueError(f"--env and --confine are for a program under test, {KNOWN}; got {text!r}")
     from rayproof.reference import REFERENCES
 
     if text not in REFERENCES:
-        raise LookupError(
-            f"--subject: no renderer is called {text!r}; known: {', '.join(REFERENCES)}, or {PREFIX}COMMAND"
-        )
+        raise LookupError(f"--subject: no renderer is called {text!r}; known: {', '.join(REFERENCES)}, {KNOWN}")
     if text == ORACLE and before_oracle:
         raise ValueError(
             f"--subject {ORACLE}: it draws the edges and limits by which everyone is judged, so that nothing could "
@@ -66,35 +68,56 @@ def reason_missing(reference: str) -> str | None:
 def _program(
     text: str, *, seconds: float, memory: int, ask: Callable[[Subject], Capabilities], surroundings: Surroundings
 ) -> Subject:
-    try:
-        words = shlex.split(text.removeprefix(PREFIX))
-    except ValueError as error:
-        raise ValueError(f"--subject {text}: {error}") from None
-    if not words:
-        raise ValueError(f"--subject {text}: there is no command after {PREFIX!r}")
-    found = shutil.which(words[0])
-    if found is None:
-        raise ValueError(f"--subject {text}: {words[0]!r} is no program that can be run")
-    if not any(output in word for word in words for output in OUTPUTS):
-        raise ValueError(
-            f"--subject {text}: none of its words is {' or '.join(OUTPUTS)}, the path of the image that it is to write"
-        )
-    # Every call has a folder of its own: what is named relative to this one must be found from there.
-    command = (str(Path(found).absolute()), *map(_absolute, words[1:]))
-    for name in surroundings.variables:
-        if name not in os.environ:
-            raise ValueError(f"--env {name}: there is no environment variable of this name")
+    name, _, rest = text.partition(":")
+    command = _function(text, rest) if name == FUNCTION else _command(text, rest, once=name == PROGRAM)
+    for variable in surroundings.variables:
+        if variable not in os.environ:
+            raise ValueError(f"--env {variable}: there is no environment variable of this name")
     if surroundings.confined and (why := reason_unconfined()) is not None:
         raise ValueError(f"--confine: {why}")
-    subject = Subject(
-        name=PROGRAM, title=text, command=command, seconds=seconds, memory=memory, surroundings=surroundings
-    )
+    subject = Subject(name=name, title=text, command=command, seconds=seconds, memory=memory, surroundings=surroundings)
     try:
         capabilities = ask(subject)
     except ValueError as error:
-        raise ValueError(f"--subject {text}: its answer to --capabilities: {error}") from None
+        what = {SERVED: "its answer to the request for capabilities", FUNCTION: "it cannot be loaded"}
+        raise ValueError(f"--subject {text}: {what.get(name, 'its answer to --capabilities')}: {error}") from None
     subject = replace(subject, capabilities=capabilities)
     return replace(subject, identity=identity(subject))
+
+
+def _command(text: str, rest: str, *, once: bool) -> tuple[str, ...]:
+    """Return the words of a command, with absolute paths; raise ValueError where it cannot be called."""
+    try:
+        words = shlex.split(rest)
+    except ValueError as error:
+        raise ValueError(f"--subject {text}: {error}") from None
+    if not words:
+        raise ValueError(f"--subject {text}: there is no command after {text[: len(text) - len(rest)]!r}")
+    found = shutil.which(words[0])
+    if found is None:
+        raise ValueError(f"--subject {text}: {words[0]!r} is no program that can be run")
+    places = [output for word in words for output in OUTPUTS if output in word]
+    if once and not places:
+        raise ValueError(
+            f"--subject {text}: none of its words is {' or '.join(OUTPUTS)}, the path of the image that it is to write"
+        )
+    if not once and places:
+        raise ValueError(
+            f"--subject {text}: leave {places[0]} out; a program that stays alive gets paths in its requests"
+        )
+    # Every call has a folder of its own: what is named relative to this one must be found from there.
+    return str(Path(found).absolute()), *map(_absolute, words[1:])
+
+
+def _function(text: str, rest: str) -> tuple[str, ...]:
+    """Return the command by which a Python function stays alive; raise ValueError where there is no such file."""
+    file, _, function = rest.rpartition(":")
+    if not file.endswith(".py") or not function.isidentifier():
+        raise ValueError(f"--subject {text}: a function is named as {FUNCTION}:FILE.py:FUNCTION")
+    if not Path(file).is_file():
+        raise ValueError(f"--subject {text}: there is no file {file}")
+    # Its folder and rayproof's are among the words, so that a confined one sees them.
+    return sys.executable, "-c", START, str(HOLDER), str(ROOT), str(Path(file).absolute()), function
 
 
 def identity(program: Subject) -> tuple[str, ...]:

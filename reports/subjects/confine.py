@@ -35,6 +35,8 @@ def keep(caller: int) -> None:
         if os.getppid() != keeper:
             os._exit(CANNOT_START)
         return
+    for descriptor in (0, 1):  # the program's: whoever reads its output must see that it is closed
+        os.close(descriptor)
     ended, status = os.wait()
     while ended != child:
         ended, status = os.wait()

@@ -1,4 +1,4 @@
-"""A user's program under test: called once for each image; whatever goes wrong becomes one sentence.
+"""A user's program under test: called once for each image, or asked for one; whatever goes wrong becomes one sentence.
 
 Its image is OpenEXR with named channels, or PFM for radiance: three float32 channels, rows from the bottom up (Debevec,
 "PFM Portable FloatMap Image Format", 2001).
@@ -6,8 +6,10 @@ Its image is OpenEXR with named channels, or PFM for radiance: three float32 cha
 
 import ctypes
 import io
+import json
 import os
 import re
+import shlex
 import shutil
 import stat
 import tempfile
@@ -24,9 +26,18 @@ from rayproof.cases.stages import IMAGE_STAGES, Resolution, Stage, exr_channels
 from rayproof.reports.judge.answers import Answers
 from rayproof.reports.judge.box_filter import box_mean, finer
 from rayproof.reports.judge.oracle import stages_of
-from rayproof.reports.subjects import Subject
-from rayproof.reports.subjects.calls import Ended, Keep, call, filled, image_name, keep_call, keep_output
-from rayproof.reports.subjects.protocol import Capabilities, capabilities_from, hand_over, rebuilt
+from rayproof.reports.subjects import FUNCTION, Subject
+from rayproof.reports.subjects.calls import Ended, Keep, call, filled, keep_call, keep_output
+from rayproof.reports.subjects.protocol import (
+    NAME,
+    STAYS,
+    Capabilities,
+    capabilities_from,
+    capabilities_of,
+    hand_over,
+    rebuilt,
+)
+from rayproof.reports.subjects.serving import Server
 
 MAGIC = b"PF"
 _HEADER = re.compile(rb"PF\s+(\d{1,9})\s+(\d{1,9})\s+([+-]?[0-9.eE+-]{1,20})\s")
@@ -190,19 +201,26 @@ class ProgramError(Exception):
     """A program that gave nothing that could be judged; the message is one sentence."""
 
     stopped = False  # its time was over
+    lost = False  # it stays alive, and died or exceeded a limit
 
 
 class Refused(Exception):  # noqa: N818  an answer, not a mishap
     """A program that says it cannot draw a scene, in its own words."""
 
 
-def ask_capabilities(subject: Subject, *, seconds: float) -> Capabilities:
-    """Return what the program declares; nothing if it does not know the question.
+def ask_capabilities(subject: Subject, *, seconds: float, server: Server | None = None) -> Capabilities:
+    """Return what the program declares; nothing if it does not know the question. One that stays alive has a `server`.
 
     Raises:
-        ValueError: its answer is not as the protocol asks.
+        ValueError: its answer is not as the protocol asks, or a function cannot be loaded.
 
     """
+    if server is not None:
+        ended = server.ask({"capabilities": True}, seconds=subject.seconds, output=ROOM)
+        unknown = ended.lost or ended.reported or ended.refusal is not None  # a program need not know the question
+        if ended.problem is not None and (subject.name == FUNCTION or not unknown):
+            raise ValueError(ended.problem)
+        return Capabilities(protocol=STAYS) if ended.declared is None else capabilities_of(ended.declared, STAYS)
     with _Place("capabilities") as place:
         arguments = [word for word in subject.command if "{" not in word] + [ASKING]
         ended = _called(subject, arguments, place, seconds=seconds, output=ROOM)
@@ -227,11 +245,21 @@ def allowance(scene: Scene) -> int:
     return ROOM + GENEROUS * channels * scene.camera.width * scene.camera.height * 4
 
 
-def candidate(subject: Subject, scene: Scene, *, case: str, samples: int, keep: Keep | None = None) -> Answers:
+def candidate(
+    subject: Subject,
+    scene: Scene,
+    *,
+    case: str,
+    samples: int,
+    keep: Keep | None = None,
+    server: Server | None = None,
+) -> Answers:
     """Return the program's answers to a scene, or the error that it ended in; never raises for what it does.
 
-    `keep` says where to leave the call itself, to be looked at: what it was handed, and what it said.
+    `keep` says where to leave the call itself, to be looked at: what it was handed, and what it said. A program that
+    stays alive has a `server`.
     """
+    asking = _Asking(subject=subject, case=case, server=server)
     able, stages = subject.capabilities, stages_of(scene)
     blank = Answers(
         name=subject.name,
@@ -245,12 +273,12 @@ def candidate(subject: Subject, scene: Scene, *, case: str, samples: int, keep: 
     try:
         if why is not None:
             raise Refused(why)
-        taken = _image(subject, scene, case, keep=keep)
-        mean = _mean(subject, scene, case, samples) if samples > 1 and Stage.RADIANCE in taken.images else None
+        taken = _image(asking, scene, keep=keep)
+        mean = _mean(asking, scene, samples) if samples > 1 and Stage.RADIANCE in taken.images else None
     except Refused as cannot:
         return replace(blank, answers={}, unsupported=dict.fromkeys(stages, str(cannot)))
     except ProgramError as wrong:
-        return replace(blank, error=str(wrong), stopped=wrong.stopped)
+        return replace(blank, error=str(wrong), stopped=wrong.stopped, lost=wrong.lost)
     unsupported = {stage: UNSAID for stage in stages if stage not in taken.images and stage not in taken.lacking}
     unsupported[Stage.CAMERA] = CAMERA
     answers = {stage: image for stage, image in taken.images.items() if stage in stages}
@@ -262,7 +290,33 @@ def candidate(subject: Subject, scene: Scene, *, case: str, samples: int, keep: 
     return replace(found, lacking=taken.lacking)
 
 
-def _image(subject: Subject, scene: Scene, case: str, *, samples: int = 1, keep: Keep | None = None) -> Taken:
+@dataclass(frozen=True, kw_only=True)
+class _Asking:
+    """A program that is asked about a case; one that stays alive has a `server`."""
+
+    subject: Subject
+    case: str
+    server: Server | None
+
+    def ended(self, place: "_Place", scene: Path, *, samples: int, output: int) -> Ended:
+        """Return how a call ended of which the scene lies in `place`, and the image is to."""
+        subject, image = self.subject, place.folder / self.subject.image_name
+        if self.server is None:
+            arguments = filled(subject.command, place.folder, samples=samples)
+            return _called(subject, arguments, place, seconds=subject.seconds, output=output)
+        request = {"scene": str(scene), "output": str(image), "samples": samples}
+        return self.server.ask(request, seconds=subject.seconds, output=output)
+
+    def line(self, *, samples: int) -> str:
+        """Return what makes the call again, for a shell in a folder with the scene."""
+        command = shlex.join(filled(self.subject.command, Path(), samples=samples))
+        if self.server is None:
+            return command
+        request = {"id": 0, "scene": NAME, "output": self.subject.image_name, "samples": samples}
+        return f"echo {shlex.quote(json.dumps(request))} | {command}"
+
+
+def _image(asking: _Asking, scene: Scene, *, samples: int = 1, keep: Keep | None = None) -> Taken:
     """Return one image of the program.
 
     Raises:
@@ -270,18 +324,16 @@ def _image(subject: Subject, scene: Scene, case: str, *, samples: int = 1, keep:
         Refused: it says that it cannot.
 
     """
-    able = subject.capabilities
-    with _Place(case) as place:
+    able = asking.subject.capabilities
+    with _Place(asking.case, within=asking.server.folder if asking.server is not None else None) as place:
         given = rebuilt(scene, able.stand_ins)
         path = hand_over(given.scene, place.folder)
-        arguments = filled(subject.command, path.parent, samples=samples)
         most = allowance(scene)
-        ended = _called(subject, arguments, place, seconds=subject.seconds, output=most)
+        ended = asking.ended(place, path, samples=samples, output=most)
         if keep is not None:
-            words = filled(subject.command, Path(), samples=samples)
-            keep_call(keep.folder, given.scene, words, ended, notes=able.told(scene))
-        _conclude(ended, place)
-        image = place.folder / image_name(subject.command)
+            keep_call(keep.folder, given.scene, asking.line(samples=samples), ended, notes=able.told(scene))
+        _conclude(ended, place, asking.subject)
+        image = place.folder / asking.subject.image_name
         try:
             taken = take_back(image, scene, most=most)
         except ValueError as wrong:
@@ -300,41 +352,47 @@ def _image(subject: Subject, scene: Scene, case: str, *, samples: int = 1, keep:
     )
 
 
-def _conclude(ended: Ended, place: "_Place") -> None:
+def _conclude(ended: Ended, place: "_Place", subject: Subject) -> None:
     """Raise what the call came to, if it came to no image."""
     if ended.refusal is not None:
         raise Refused(ended.refusal)
     if ended.problem is not None:
-        error = ProgramError(f"the program gave no image: {ended.problem}")
-        error.stopped = ended.stopped
+        said = "the function fails:" if subject.name == FUNCTION else "the program answers with an error:"
+        error = ProgramError(f"{said if ended.reported else 'the program gave no image:'} {ended.problem}")
+        error.stopped, error.lost = ended.stopped, ended.lost
         raise error
     if strays := place.strays():
         raise ProgramError(f"the program wrote outside of its folder: {strays[0]}")
 
 
-def _mean(subject: Subject, scene: Scene, case: str, samples: int) -> np.ndarray:
+def _mean(asking: _Asking, scene: Scene, samples: int) -> np.ndarray:
     """Return radiance box-filtered over samples x samples points a pixel: its own mean, or ours of a finer image."""
-    averages = any("{samples}" in word for word in subject.command)
-    taken = _image(subject, scene, case, samples=samples) if averages else _image(subject, finer(scene, samples), case)
+    averages = asking.subject.averages
+    taken = _image(asking, scene, samples=samples) if averages else _image(asking, finer(scene, samples))
     if Stage.RADIANCE not in taken.images:
         raise ProgramError("the program wrote no channel of the radiance that is to be averaged")
     return taken.images[Stage.RADIANCE] if averages else box_mean(taken.images[Stage.RADIANCE], samples)
 
 
 class _Place:
-    """A folder for one call, with nothing beside it: what appears there was written outside of the folder."""
+    """A folder for one call, with nothing beside it: what appears there was written outside of the folder.
 
-    def __init__(self, case: str) -> None:
-        self._case = case
+    One that stays alive has it in the folder `within` which it works, and where it may write.
+    """
+
+    def __init__(self, case: str, *, within: Path | None = None) -> None:
+        self._case, self._within = case, within
 
     def __enter__(self) -> "_Place":
-        self._above = Path(tempfile.mkdtemp(prefix="rayproof-"))
+        self._above = Path(tempfile.mkdtemp(prefix="rayproof-")) if self._within is None else self._within
         self.folder = Path(tempfile.mkdtemp(prefix=self._case.replace("/", "-") + "-", dir=self._above))
         return self
 
     def strays(self) -> list[str]:
         """Return what lies beside the folder."""
+        if self._within is not None:
+            return []
         return sorted(name for name in os.listdir(self._above) if name != self.folder.name)  # noqa: PTH208
 
     def __exit__(self, *_: object) -> None:
-        shutil.rmtree(self._above, ignore_errors=True)
+        shutil.rmtree(self._above if self._within is None else self.folder, ignore_errors=True)

@@ -30,7 +30,9 @@ from rayproof.cases.scene_json import NAMES, SHAPES, scene_to_json
 from rayproof.cases.stages import IMAGE_STAGES, Stage
 from rayproof.reports.results.files import number
 
-PROTOCOL = 1
+ONCE, STAYS = 1, 2  # versions of the protocol: a program is called for each image, or stays alive
+OF_STAYS = ("samples", "format")  # keys of the second alone
+FORMATS = ("exr", "pfm")
 EPSILONS = ("shadow", "ray")
 FLAT = ("cube", "square", "triangle", "mesh")  # types of shapes that triangles can stand for
 LONGEST_NAME = 80
@@ -41,7 +43,7 @@ PIECES = {"mesh": "a mesh of triangles", "triangle": "single triangles"}
 class Capabilities:
     """What a program declares. Nothing declared means: every scene, and whatever stages it writes."""
 
-    protocol: int = PROTOCOL
+    protocol: int = ONCE
     name: str = ""
     version: str = ""
     precision: str = "float32"
@@ -54,6 +56,8 @@ class Capabilities:
     triangulated: bool = False  # wants cubes, squares and triangles as meshes
     chained: bool = False  # each stage is made of the very numbers written for the stages before it, but for rounding
     deterministic: bool = True  # the same scene gives the same image, to the last bit
+    samples: bool = False  # of one that stays alive: it averages n x n points itself
+    format: str = "exr"  # of one that stays alive: what it writes
     shadow_epsilon: float = 0.0  # m
     ray_epsilon: float = 0.0  # m
 
@@ -114,26 +118,30 @@ def capabilities_from(text: str) -> Capabilities | None:
         declared = json.loads(text)
     except (ValueError, RecursionError):
         return None
-    if not isinstance(declared, dict):
-        return None
+    return capabilities_of(declared, ONCE) if isinstance(declared, dict) else None
+
+
+def capabilities_of(declared: Mapping[str, Any], protocol: int) -> Capabilities:
+    """Return what an object declares by a version of the protocol; raise ValueError, whose one line names the key."""
     known = {field.name for field in fields(Capabilities)} - {"shadow_epsilon", "ray_epsilon"} | {"epsilons"}
+    known -= set(OF_STAYS) if protocol == ONCE else set()
     if unknown := sorted(set(declared) - known):
         raise ValueError(f"{unknown[0]!r} is not known; known: {', '.join(sorted(known))}")
-    if declared.get("protocol") != PROTOCOL:
-        raise ValueError(f"protocol must be {PROTOCOL}, got {declared.get('protocol')!r}")
-    found = Capabilities()
+    if declared.get("protocol") != protocol:
+        raise ValueError(f"protocol must be {protocol}, got {declared.get('protocol')!r}")
+    found = Capabilities(protocol=protocol)
     for name, known_names in (("shapes", tuple(SHAPES)), ("shading", SHADINGS), ("clip", CLIPS)):
         if name in declared:
             found = replace(found, **{name: _names(name, declared[name], known_names)})
     if "stages" in declared:
         found = replace(found, stages=tuple(map(Stage, _names("stages", declared["stages"], IMAGE_STAGES))))
-    if "precision" in declared:
-        (precision,) = _names("precision", [declared["precision"]], PRECISIONS)
-        found = replace(found, precision=precision)
+    for name, known_names in (("precision", PRECISIONS), ("format", FORMATS)):
+        if name in declared:
+            found = replace(found, **{name: _names(name, [declared[name]], known_names)[0]})
     for name in ("name", "version"):
         if name in declared:
             found = replace(found, **{name: _text(name, declared[name])})
-    for name in ("two_sided", "affine", "triangulated", "chained", "deterministic"):
+    for name in ("two_sided", "affine", "triangulated", "chained", "deterministic", "samples"):
         if name in declared:
             if not isinstance(declared[name], bool):
                 raise ValueError(f"{name} must be true or false, got {declared[name]!r}")

@@ -12,7 +12,6 @@ from importlib.metadata import PackageNotFoundError, version
 from rayproof.reports.run.case import Terms
 from rayproof.reports.run.reference_cache import PACKAGES, code, processor
 from rayproof.reports.run.verdict_memory import version as reference_version
-from rayproof.reports.subjects import PROGRAM
 from rayproof.reports.subjects.choosing import identity
 from rayproof.tracer.kernel.compiler import VARIABLE, packaged_library
 
@@ -55,7 +54,7 @@ def facts(terms: Terms) -> Facts:
         "RAYPROOF_BACKEND": os.environ.get("RAYPROOF_BACKEND", ""),
     }
     told |= {f"reference {name}": reference_version(name) for name in terms.demands.references}
-    if terms.subject.name == PROGRAM:
+    if terms.subject.is_program:
         told["program under test"] = " ".join(identity(terms.subject))
     return Facts(told=told, model=model)
 

@@ -74,7 +74,7 @@ class Machine:
                 done.append(packed(one.case.name, record, scratch.folder))
 
             under_way = CasesUnderWay(
-                self._terms, self._pool, folder=scratch.folder, store=self._store, finished=finished
+                self._terms, self._pool, folder=scratch.folder, store=self._store, finished=finished, amended=finished
             )
             waiting = iter(batch.cases)
             while len(done) < len(batch.cases):
@@ -82,6 +82,9 @@ class Machine:
                     raise StoppedError
                 while under_way.has_room and (one := next(waiting, None)) is not None:
                     under_way.start(one)
+                under_way.step()
+            under_way.ask_again()
+            while under_way.asked_again and not stopped.is_set():
                 under_way.step()
         answers: tuple[Finished, ...] = tuple(done)
         return Answer(finished=answers, seconds=time.perf_counter() - start)

@@ -8,7 +8,7 @@ from rayproof.cases.case import ITEMS
 from rayproof.cases.families import all_cases, select
 from rayproof.cases.scene import SHADINGS
 from rayproof.reports.judge.scene_truth import LIGHT
-from rayproof.reports.run.plan import ALTERNATIVES, alternatives, plan, with_one_twice, within_reach
+from rayproof.reports.run.plan import ALTERNATIVES, alternatives, plan, with_some_twice, within_reach
 from rayproof.reports.subjects.protocol import Capabilities
 
 
@@ -30,14 +30,14 @@ def test_one_early_case_is_rendered_twice_and_it_is_small_and_lit() -> None:
     cases = select(["antialiased/sphere", "primitives/sphere", "primitives/plane"])
     dark = tuple(replace(case, scene=replace(case.scene, lights=())) for case in cases)
 
-    planned = with_one_twice(plan(cases, ("float32",)))
+    planned = with_some_twice(plan(cases, ("float32",)))
 
     assert [one.case.name for one in planned if one.twice] == ["primitives/sphere"]
-    assert sum(one.twice for one in with_one_twice(plan(dark, ("float32",)))) == 1
+    assert sum(one.twice for one in with_some_twice(plan(dark, ("float32",)))) == 1
     (one,) = plan(cases[-1:], ("float32",))
     camera = replace(one.case.scene.camera, width=1000, height=1000)
     large = replace(one, case=replace(one.case, scene=replace(one.case.scene, camera=camera)))
-    assert not any(one.twice for one in with_one_twice((large,)))
+    assert not any(one.twice for one in with_some_twice((large,)))
 
 
 def test_every_case_runs_the_default_in_both_precisions():

@@ -7,6 +7,7 @@ import pytest
 from rayproof.reports.processes.pool import Pool
 from rayproof.reports.run.case import AT_LEAST, PIXELS, CasesUnderWay, has_room
 from rayproof.reports.run.workload import FirstCalls
+from rayproof.reports.subjects import PROGRAM, SERVED, Subject
 from tests.reports.run.workers import obey
 
 
@@ -38,13 +39,14 @@ def test_as_many_again_start_where_those_under_way_leave_a_processor_without_wor
     assert not under_way.has_room
 
 
-def record(error: str | None) -> dict[str, Any]:
+def record(error: str | None, name: str = "exec", *, lost: bool = False) -> dict[str, Any]:
     """Return the record of a case in which a program ended so."""
-    return {"renders": [{"renderer": "exec", "error": error}, {"renderer": "analytic", "error": None}]}
+    renders = [{"renderer": name, "error": error}, {"renderer": "analytic", "error": None}]
+    return {"renders": renders} | ({"lost": [name]} if lost else {})
 
 
 def after(*errors: str | None, planned: int = 9) -> str | None:
-    calls = FirstCalls(planned)
+    calls = FirstCalls(Subject(name=PROGRAM, title="exec:mine"), planned)
     for error in errors:
         calls.finished(record(error))
     return calls.hopeless
@@ -53,7 +55,7 @@ def after(*errors: str | None, planned: int = 9) -> str | None:
 def test_first_calls_that_fail_alike_are_hopeless_whatever_their_folder_is_called():
     said = [f"exit code 1: no file /tmp/rayproof-{word}/a-b/model.bin" for word in ("x", "y", "z")]
 
-    assert after(*said) == said[-1]
+    assert after(*said) == f"the first 3 calls fail alike: {said[-1]}"
     assert after(*said[:2]) is None
 
 
@@ -61,3 +63,20 @@ def test_one_image_other_words_or_few_cases_are_a_reason_to_go_on():
     assert after("exit code 1", None, "exit code 1", "exit code 1") is None
     assert after("exit code 1", "it was ended by SIGSEGV", "exit code 1") is None
     assert after("exit code 1", "exit code 1", "exit code 1", planned=3) is None
+
+
+def test_a_program_that_is_lost_three_times_without_an_answer_between_is_hopeless():
+    def hopeless(*lost: bool, again: bool = False) -> str | None:
+        calls = FirstCalls(Subject(name=SERVED, title="serve:mine"), 9)
+        calls.finished(record(None, SERVED))
+        for number, died in enumerate(lost):
+            (calls.asked_again if again else calls.finished)(
+                record(f"exit {number}" if died else None, SERVED, lost=died)
+            )
+        return calls.hopeless
+
+    assert hopeless(True, True, False, True, True) is None
+    assert hopeless(True, True, True) == (
+        "the program died or exceeded a limit 3 times in a row, without an answer: exit 2"
+    )
+    assert hopeless(True, True, True, again=True) is not None

@@ -1,0 +1,133 @@
+"""A Python function under test, as a program that stays alive (docs/protocol.md, version 2): one answer a request.
+
+`rayproof run --subject python:FILE.py:FUNCTION` starts `serve` in a process of its own; `rayproof.run(cases, function)`
+calls `answered` in the caller's process.
+"""
+
+import importlib.util
+import json
+import os
+import sys
+import traceback
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import Any, TypedDict
+
+from rayproof.cases.scene import Scene
+from rayproof.cases.scene_json import load_scene
+from rayproof.cases.stages import IMAGE_STAGES, Stage
+from rayproof.reports.api.asking import answers_from, image_stages
+from rayproof.reports.judge.oracle import stages_of
+from rayproof.reports.results.images import write_answers
+from rayproof.reports.subjects.protocol import STAYS
+
+Renderer = Callable[[Scene, Sequence[Stage]], Mapping[str, Any] | Any]
+MODULE = "rayproof_function_under_test"  # its name, which no module beside the file can have by chance
+
+
+class Answer(TypedDict, total=False):
+    """What a request is answered."""
+
+    id: int
+    capabilities: Mapping[str, Any]
+    ok: bool
+    unsupported: str
+    error: str
+    trace: str  # where an exception was raised, for standard error
+
+
+def answered(renderer: Renderer, request: Mapping[str, Any], stages: Sequence[str] | None = None) -> Answer:
+    """Return the answer to a request, whose image is written; what the function raises is an answer, too.
+
+    `stages` are those that it must answer; without them it answers those that it gives.
+
+    Raises:
+        ValueError: there is no such image stage.
+
+    """
+    wanted = tuple(IMAGE_STAGES if stages is None else image_stages(stages))
+    number = request["id"]
+    if "capabilities" in request:
+        return {"id": number, "capabilities": _declared(renderer, None if stages is None else wanted)}
+    try:
+        scene = load_scene(request["scene"])
+        asked = tuple(stage for stage in stages_of(scene) if stage in wanted)
+        answers = answers_from(renderer(scene, asked), scene, asked)
+        missing = [stage.value for stage in asked if stage not in answers]
+        if missing and (stages is not None or not answers):
+            raise ValueError(f"it gave no {', '.join(missing)}")
+        write_answers(Path(request["output"]), answers, len(scene.lights))
+    except NotImplementedError as reason:
+        return {"id": number, "unsupported": " ".join(str(reason).split()) or "it says so"}
+    except Exception as error:  # the boundary: whatever a renderer raises is that case's error
+        return _failure(number, error, _folder(renderer))
+    return {"id": number, "ok": True}
+
+
+def _declared(renderer: Renderer, stages: Sequence[Stage] | None) -> dict[str, Any]:
+    """Return the function's capabilities, in the words of docs/protocol.md."""
+    name = getattr(renderer, "__qualname__", type(renderer).__name__)
+    known: dict[str, Any] = {"protocol": STAYS, "name": str(name)[:80], "version": "", "precision": "float64"}
+    if stages is not None:
+        known["stages"] = [stage.value for stage in stages]
+    if getattr(renderer, "deterministic", True) is False:
+        known["deterministic"] = False
+    return known
+
+
+def _folder(renderer: Renderer) -> Path | None:
+    """Return the folder of the function's file, as far as that is known."""
+    code = getattr(renderer, "__code__", None) or getattr(getattr(type(renderer), "__call__", None), "__code__", None)  # noqa: B004
+    return None if code is None else Path(code.co_filename).parent
+
+
+def _failure(number: int, error: BaseException, folder: Path | None) -> Answer:
+    trace = "".join(traceback.format_exception(error))
+    return {"id": number, "error": raised(error, folder), "trace": trace}
+
+
+def raised(error: BaseException, folder: Path | None) -> str:
+    """Return an exception with the file and the line in `folder` that led to it."""
+    said = " ".join(f"{type(error).__name__}: {error}".split()) if str(error) else type(error).__name__
+    if isinstance(error, SyntaxError) and error.filename is not None:
+        return f"{said.split(' (')[0]} ({Path(error.filename).name}, line {error.lineno})"
+    frames = traceback.extract_tb(error.__traceback__)
+    own = [frame for frame in frames if folder is not None and Path(frame.filename).is_relative_to(folder)]
+    return f"{said} ({Path(own[-1].filename).name}, line {own[-1].lineno})" if own else said
+
+
+def serve(file: str, function: str) -> None:
+    """Load a function and answer requests until standard input closes; one that cannot be loaded says why.
+
+    What the function starts must not read the requests, and its prints may have no end.
+    """
+    requests = os.fdopen(os.dup(0), encoding="utf-8")
+    nowhere = os.open(os.devnull, os.O_RDONLY)
+    os.dup2(nowhere, 0)
+    renderer: Renderer | None = None
+    failure: Answer = {}
+    try:
+        renderer = _loaded(Path(file), function)
+    except Exception as error:  # the boundary: whatever a file raises while it is loaded
+        failure = _failure(0, error, Path(file).parent)
+    for line in requests:
+        request = json.loads(line)
+        answer = {**failure, "id": request["id"]} if renderer is None else answered(renderer, request)
+        sys.stderr.write(str(answer.pop("trace", "")))
+        sys.stdout.flush()
+        os.write(1, f"\n{json.dumps(answer)}\n".encode())
+
+
+def _loaded(file: Path, function: str) -> Renderer:
+    """Return a function of a file, which may import what lies beside it."""
+    sys.path[0] = str(file.parent)
+    spec = importlib.util.spec_from_file_location(MODULE, file)
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[MODULE] = module
+    spec.loader.exec_module(module)
+    found = getattr(module, function, None)
+    if not callable(found):
+        raise LookupError(f"{file.name} has no function {function}")
+    return found

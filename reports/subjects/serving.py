@@ -1,0 +1,315 @@
+"""A program that stays alive: started once for a worker, asked line by line, ended with the worker.
+
+Requests and answers are JSON objects, one a line, over standard input and output (docs/protocol.md, version 2). An
+answer is awaited before the next request is sent. The program and all that it starts may have so much memory, so many
+processes and so much output together. A program that dies, exceeds a limit or answers out of turn is started again for
+the next request.
+"""
+
+import contextlib
+import json
+import os
+import select
+import shutil
+import subprocess
+import sys
+import tempfile
+import time
+import weakref
+from collections import deque
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import IO, Any
+
+import psutil
+
+from rayproof.reports.processes.signals import adopt_orphans, descendants, end_below
+from rayproof.reports.results.files import legible
+from rayproof.reports.subjects import Subject
+from rayproof.reports.subjects.calls import (
+    CONFINE,
+    GLANCE,
+    LONGEST_LINE,
+    MOST_SAID,
+    Ended,
+    Overrun,
+    how_it_ended,
+    last_lines,
+    size_below,
+    withheld,
+)
+
+LARGEST_FILE = 2**32  # bytes; what is written in all is looked at, and stopped long before
+LONGEST_ANSWER = 2**20  # bytes of a line that is kept; a longer one is no answer
+MOST_PROCESSES = 256  # that a program may have at once
+PARTING = 2.0  # s for a program that has closed its output to be gone
+SCENES, MUCH = 100, 10**6  # over so many scenes a program may grow by this many bytes a scene
+ANSWERS = {"ok": bool, "unsupported": str, "error": str, "capabilities": dict}
+
+
+@dataclass(frozen=True, kw_only=True)
+class Standing:
+    """What a program that stays alive costs beside its answers."""
+
+    start: float  # s that it took to start since this was last asked; 0 if it ran
+    growth: float  # bytes of memory a scene, where its memory grows from scene to scene
+
+
+class Server:
+    """A program under test, which is started when it is first asked, and the folder in which it works."""
+
+    def __init__(self, subject: Subject) -> None:
+        self.subject = subject
+        self.folder = Path(tempfile.mkdtemp(prefix="rayproof-"))
+        self._start = 0.0  # s that the program took to start, since it was last told
+        self._running: _Running | None = None
+        self._sizes: deque[int] = deque(maxlen=SCENES + 1)  # bytes of memory after each of the last scenes
+        self._prints, self._first_print = 0, ""  # since they were last told
+
+    def ask(self, request: Mapping[str, Any], *, seconds: float, output: int) -> Ended:
+        """Send a request and return what came of it within `seconds`; `output` [bytes] is what may lie in the folder.
+
+        A program that is started for it is asked for its capabilities first, so that its start is no part of the time.
+        """
+        if self._running is None:
+            begun = time.monotonic()
+            self._running = _Running(self.subject, self.folder)
+            self._sizes.clear()
+            ended = self._asked({"capabilities": True}, seconds=self.subject.seconds, output=output)
+            self._start += time.monotonic() - begun
+            if "capabilities" in request or ended.lost or self._running is None:
+                return ended
+        ended = self._asked(request, seconds=seconds, output=output)
+        if self._running is not None and "scene" in request:
+            self._sizes.append(self._running.memory())
+        return ended
+
+    def _asked(self, request: Mapping[str, Any], *, seconds: float, output: int) -> Ended:
+        assert self._running is not None
+        ended = self._running.ask(request, seconds=seconds, output=output)
+        self._prints, self._first_print = self._prints + ended.prints, self._first_print or ended.first_print
+        if ended.lost or ended.astray:
+            self.stop()
+        return ended
+
+    def standing(self) -> Standing:
+        """Return how the program stands; its start is told once."""
+        start, self._start = self._start, 0.0
+        return Standing(start=start, growth=self._growth())
+
+    def notes(self) -> tuple[str, ...]:
+        """Return in a sentence what it printed since this was last asked."""
+        count, first = self._prints, self._first_print
+        self._prints, self._first_print = 0, ""
+        lines = f"{count} line{'' if count == 1 else 's'}"
+        return (f"It printed {lines} to standard output that are no answers, which are ignored: {first}",) * (count > 0)
+
+    def _growth(self) -> float:
+        """Return by how many bytes a scene its memory has grown over the last hundred; 0 where that is little.
+
+        Both halves must show it: what is loaded once, or kept for a larger image, grows in one of them alone.
+        """
+        if len(self._sizes) <= SCENES:
+            return 0.0
+        first, middle, last = (self._sizes[place] for place in (0, SCENES // 2, SCENES))
+        grown = 2 * min(middle - first, last - middle) / SCENES
+        return (last - first) / SCENES if grown > MUCH else 0.0
+
+    def stop(self) -> None:
+        """End the program with all that it started."""
+        if self._running is not None:
+            self._running.end()
+            self._running = None
+
+    def close(self) -> None:
+        """End the program and remove its folder."""
+        self.stop()
+        shutil.rmtree(self.folder, ignore_errors=True)
+
+
+class _Running:
+    """A program that was started, and what it has written so far."""
+
+    def __init__(self, subject: Subject, folder: Path) -> None:
+        adopt_orphans()
+        self._others = frozenset(process.pid for process in descendants(os.getpid()))
+        self._subject, self._folder = subject, folder
+        self._complaint: IO[bytes] = tempfile.TemporaryFile()  # noqa: SIM115  closed by `end`
+        limits = [str(os.getpid()), str(subject.memory), str(LARGEST_FILE)]
+        self._process = subprocess.Popen(
+            [sys.executable, "-I", "-S", CONFINE, *limits, *subject.surroundings.wrapped(subject.command, folder)],
+            cwd=folder,
+            env=subject.surroundings.environment(),
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=self._complaint,
+            start_new_session=True,
+            bufsize=0,
+        )
+        assert self._process.stdin is not None
+        assert self._process.stdout is not None
+        self._input, self._output = self._process.stdin, self._process.stdout
+        os.set_blocking(self._output.fileno(), False)
+        self._rest = b""  # of its output, after the last line's end
+        self._number = -1  # of the last request
+        self._written = 0  # bytes of standard output
+        self._finalizer = weakref.finalize(
+            self, _end, self._process, self._others, (self._input, self._output, self._complaint)
+        )
+
+    def ask(self, request: Mapping[str, Any], *, seconds: float, output: int) -> Ended:
+        """Send a request, wait for its answer and return what came of it."""
+        self._number += 1
+        complained = os.fstat(self._complaint.fileno()).st_size
+        lines: list[bytes] = []
+        with contextlib.suppress(BrokenPipeError):  # it has ended, which its output tells
+            self._input.write(json.dumps({"id": self._number, **request}).encode() + b"\n")
+        problem, answers = self._watch(lines, seconds, output)
+        prints = [line for line in lines if _answer(line) is None]
+        about: dict[str, Any] = {
+            "said": b"\n".join(lines)[-MOST_SAID:].decode(errors="replace"),
+            "complaint": self._complained(complained),
+            "prints": len(prints),
+            "first_print": legible(prints[0].decode(errors="replace").strip())[:LONGEST_LINE] if prints else "",
+        }
+        if answers:
+            if (astray := self._astray(answers)) is not None:
+                return Ended(problem=astray, refusal=None, astray=True, **about)
+            problem = self._exceeded(output)
+            if problem is None:
+                return self._concluded(answers[0], **about)
+        stopped, code = isinstance(problem, Overrun), self._process.returncode
+        if self._rest.strip():
+            half = legible(self._rest[:LONGEST_LINE].decode(errors="replace"))
+            problem = f"{problem}; the last line of its output has no end: {half!r}"
+        last, note = last_lines(about["complaint"]), withheld(self._subject.surroundings) if code else ""
+        problem = f"{problem}: {last}{note}" if last else f"{problem}{note}"
+        return Ended(problem=problem, refusal=None, stopped=stopped, code=code, lost=True, **about)
+
+    def _watch(self, lines: list[bytes], seconds: float, output: int) -> tuple[str | None, list[dict[str, Any]]]:
+        """Collect lines until one is an answer; return why none will come, or the answers, of which one is expected."""
+        poll = select.poll()
+        poll.register(self._output.fileno(), select.POLLIN | select.POLLHUP)
+        looked = time.monotonic()
+        deadline = looked + seconds
+        while True:
+            ended = self._process.poll() is not None
+            new, closed = self._read()
+            lines += new
+            if answers := [answer for line in new if (answer := _answer(line)) is not None]:
+                return None, answers
+            if ended or closed:
+                with contextlib.suppress(subprocess.TimeoutExpired):
+                    self._process.wait(timeout=PARTING)
+                code = self._process.returncode
+                why = "it closed its standard output" if code is None else how_it_ended(code, LARGEST_FILE)
+                return f"{why} without an answer", []
+            now = time.monotonic()
+            if now >= deadline:
+                return Overrun(f"it did not answer within {seconds:g} s and was stopped"), []
+            if now - looked >= GLANCE:
+                looked = now
+                if (problem := self._exceeded(output)) is not None:
+                    return problem, []
+            poll.poll(1000 * max(0.0, min(GLANCE, deadline - now)))
+
+    def _read(self) -> tuple[list[bytes], bool]:
+        """Return the whole lines that have come, and whether the output has closed."""
+        try:
+            piece = self._output.read(2**16)
+        except BlockingIOError:
+            piece = None
+        if piece is None:
+            return [], False
+        self._written += len(piece)
+        *whole, self._rest = (self._rest + piece).split(b"\n")
+        self._rest = self._rest[:LONGEST_ANSWER]
+        return [line for line in whole if line.strip()], not piece
+
+    def _astray(self, answers: list[dict[str, Any]]) -> str | None:
+        """Return what is wrong with the number of an answer, or with another answer after it."""
+        number = answers[0]["id"]
+        if type(number) is not int or number != self._number:
+            again = " a second time" if type(number) is int and number == self._number - 1 else ""
+            return f"request {self._number} was under way, and it answered {_short(number)}{again}"
+        new, _ = self._read()
+        if len(answers) > 1 or any(_answer(line) is not None for line in new):
+            return f"it answered request {self._number} twice"
+        return None
+
+    def _concluded(self, answer: Mapping[str, Any], **about: Any) -> Ended:
+        """Return what an answer says, or what is wrong with its type."""
+        keys = [key for key in ANSWERS if key in answer]
+        said = answer[keys[0]] if len(keys) == 1 else None
+        if len(keys) != 1:
+            problem = f"its answer must have one of {', '.join(ANSWERS)}, got {_short(answer)}"
+        elif type(said) is not ANSWERS[keys[0]] or said is False:
+            wanted = {bool: "true", str: "a text", dict: "an object"}[ANSWERS[keys[0]]]
+            problem = f"`{keys[0]}` of its answer must be {wanted}, got {_short(said)}"
+        elif keys[0] == "unsupported":
+            refusal = legible(said).strip()[:LONGEST_LINE] or "It says that it cannot."
+            return Ended(problem=None, refusal=refusal, **about)
+        elif keys[0] == "error":
+            reason = legible(said).strip()[:LONGEST_LINE] or "it does not say why"
+            return Ended(problem=reason, refusal=None, reported=True, **about)
+        else:
+            return Ended(problem=None, refusal=None, declared=said if keys[0] == "capabilities" else None, **about)
+        return Ended(problem=problem, refusal=None, **about)
+
+    def _exceeded(self, output: int) -> str | None:
+        """Return in words the limit that the program and what it started exceed together, or None."""
+        written = size_below(self._folder) + self._written + os.fstat(self._complaint.fileno()).st_size
+        if written > output:
+            return f"it wrote more than {output / 2**20:g} MiB and was stopped"
+        below = descendants(self._process.pid)
+        if len(below) > MOST_PROCESSES:
+            return f"it had more than {MOST_PROCESSES} processes and was stopped"
+        if self.memory(below) > self._subject.memory:
+            return f"it took more than {self._subject.memory / 2**30:g} GiB of memory and was stopped"
+        return None
+
+    def memory(self, below: list[psutil.Process] | None = None) -> int:
+        """Return how much of the machine's memory the program and its helpers have [bytes]."""
+        total = 0
+        for process in descendants(self._process.pid) if below is None else below:
+            with contextlib.suppress(psutil.Error):
+                total += process.memory_info().rss
+        return total
+
+    def _complained(self, begin: int) -> str:
+        """Return the end of what it wrote to standard error since then."""
+        end = os.fstat(self._complaint.fileno()).st_size
+        begin = max(begin, end - MOST_SAID)
+        return os.pread(self._complaint.fileno(), end - begin, begin).decode(errors="replace")
+
+    def end(self) -> None:
+        """End the program, and what it started."""
+        self._finalizer()
+
+
+def _end(process: subprocess.Popen[bytes], others: frozenset[int], files: tuple[IO[bytes], ...]) -> None:
+    if process.poll() is None:
+        end_below(process.pid)
+        process.kill()
+        process.wait()
+    end_below(os.getpid(), besides=others)
+    for file in files:
+        with contextlib.suppress(OSError):
+            file.close()
+
+
+def _answer(line: bytes) -> dict[str, Any] | None:
+    """Return the JSON object with an `id` that a line is, or None for anything else."""
+    if not line.lstrip().startswith(b"{"):
+        return None
+    try:
+        known = json.loads(line)
+    except (ValueError, RecursionError):
+        return None
+    return known if isinstance(known, dict) and "id" in known else None
+
+
+def _short(value: object) -> str:
+    """Return a value as JSON, fit for a sentence."""
+    return legible(json.dumps(value))[:80]
