@@ -1,6 +1,7 @@
 """The plan asks every specification item, and a record goes by all the code that a verdict goes by."""
 
 from dataclasses import replace
+from itertools import pairwise
 
 import pytest
 
@@ -9,6 +10,7 @@ from rayproof.cases.families import all_cases, select
 from rayproof.cases.scene import SHADINGS
 from rayproof.reports.judge.scene_truth import LIGHT
 from rayproof.reports.run.plan import ALTERNATIVES, alternatives, plan, with_some_twice, within_reach
+from rayproof.reports.subjects import PROGRAM, SERVED, Subject
 from rayproof.reports.subjects.protocol import Capabilities
 
 
@@ -38,6 +40,18 @@ def test_one_early_case_is_rendered_twice_and_it_is_small_and_lit() -> None:
     camera = replace(one.case.scene.camera, width=1000, height=1000)
     large = replace(one, case=replace(one.case, scene=replace(one.case.scene, camera=camera)))
     assert not any(one.twice for one in with_some_twice((large,)))
+    assert all(one.twice for one in with_some_twice((large,), Subject(name=PROGRAM, title="exec:mine")))
+
+
+@pytest.mark.parametrize(("count", "twice"), [(3, 3), (20, 20), (257, 20)])
+def test_of_a_program_that_stays_alive_twenty_cases_all_over_the_plan_are_asked_again(count: int, twice: int) -> None:
+    (sphere,) = plan(select(["primitives/sphere"]), ("float32",))
+
+    planned = with_some_twice((sphere,) * count, Subject(name=SERVED, title="serve:mine"))
+
+    places = [place for place, one in enumerate(planned) if one.twice]
+    assert len(places) == twice
+    assert {after - before for before, after in pairwise(places)} <= {count // twice, count // twice + 1}
 
 
 def test_every_case_runs_the_default_in_both_precisions():
