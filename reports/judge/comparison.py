@@ -5,8 +5,10 @@ from functools import cached_property
 
 import numpy as np
 
+from rayproof.cases.placement import world_triangles
+from rayproof.cases.scene import Mesh, Plane, Scene, Square, Triangle
 from rayproof.cases.stages import Stage, StageImages, upto
-from rayproof.reports.judge.answers import Answers, all_of, any_of
+from rayproof.reports.judge.answers import Answers, all_of, any_of, dot, length
 from rayproof.reports.judge.common_factors import Bias, bias
 from rayproof.reports.judge.edge_values import (
     Held,
@@ -20,6 +22,7 @@ from rayproof.reports.judge.edge_values import (
     with_twins,
     with_what_is_behind,
 )
+from rayproof.reports.judge.limits import HIT, POINT, Roundoff
 from rayproof.reports.judge.measurement import Kind, Measurement, held_to, measure, ratios
 from rayproof.reports.judge.oracle import ORACLE
 from rayproof.reports.judge.scene_truth import LIGHT, Ground, Terms
@@ -198,9 +201,47 @@ class Bench:
         if stage is Stage.VISIBILITY:
             return self._visibility(theirs, limit, edge)
         compared = ratios(stage, self._ours(stage), theirs, limit)
-        return self._measure(
-            stage, theirs, limit, edge, self._excused(stage, compared[0], limit, edge, continued=continued), compared
-        )
+        side = self._excused(stage, compared[0], limit, edge, continued=continued)
+        if stage is not Stage.RAY and self._within_faces.any():
+            within = self._within_faces
+            if continued and stage is Stage.RADIANCE:
+                within = within & self._either_side(theirs)
+            if not continued or stage in (Stage.OBJECT, Stage.DISTANCE, Stage.NORMAL, Stage.RADIANCE):
+                edge, side = edge | within, replace(side, good=side.good | within)
+        return self._measure(stage, theirs, limit, edge, side, compared)
+
+    @cached_property
+    def _within_faces(self) -> np.ndarray:
+        """Return the pixels (height, width) whose ray runs within a face that holds the eye and ends on that face.
+
+        Where along the ray is a matter of rounding, so the answer is held to its own earlier stages alone.
+        """
+        slack, ours, scene = self.terms.classes.skimming, self.candidate.answers, self.ground.scene
+        good = np.zeros(slack.shape, dtype=bool)
+        if not slack.any() or not set(GEOMETRY) <= set(ours):
+            return good
+        eye, near, g = np.asarray(scene.camera.eye), scene.camera.near, max(self.terms.roundoffs, key=lambda g: g(1))
+        for row, column in np.argwhere(slack > 0):
+            point, distance = ours[Stage.POSITION][row, column], float(ours[Stage.DISTANCE][row, column, 0])
+            expected = eye + distance * self.ground.truth[Stage.RAY][row, column]
+            off = float(slack[row, column]) * (1 + distance / near)
+            moved = self.terms.limits.end_to_end[Stage.RAY][row, column] * distance
+            close = length(point - expected) <= off + moved + g(POINT) * (length(eye) + distance)
+            index, face = ours[Stage.OBJECT][row, column].astype(int)
+            corners = _corners(scene, index, face)
+            if corners is not None and close and distance >= near * (1 - g(HIT)):
+                normal = ours[Stage.NORMAL][row, column]
+                endless = isinstance(scene.shapes[index], Plane)
+                good[row, column] = _on_face(corners, point, normal, off, endless=endless)
+        return good
+
+    def _either_side(self, expected: np.ndarray) -> np.ndarray:
+        """Return where (height, width) radiance is that of a surface seen from its other side: nothing, or something.
+
+        A ray that runs within a face sees its front or its back by rounding.
+        """
+        ours, most = self._ours(Stage.RADIANCE), self.candidate.answers.get(Stage.EXITANCE, np.inf)
+        return (all_of(ours == 0) | all_of(expected == 0)) & all_of((ours >= 0) & (ours <= most))
 
     def _visibility(self, theirs: np.ndarray, limit: np.ndarray, edge: np.ndarray) -> Measurement:
         """Measure visibility, where edges are a matter of each light: of an undecided one both 0 and 1 are right."""
@@ -285,8 +326,6 @@ class Bench:
         compared: tuple[np.ndarray, np.ndarray],
     ) -> Measurement:
         near, good = self.terms.near, side.good
-        if stage is not Stage.RAY:
-            edge, good = edge | self.terms.classes.skimming, good | self.terms.classes.skimming
         if stage is not Stage.RAY and near.any():
             edge = edge | near
             differ = near & ~good & ~(compared[0] <= 1)
@@ -320,3 +359,28 @@ def _oracle(truth: StageImages) -> Answers:
     """Return the oracle's answers as a witness."""
     authors = dict.fromkeys(truth, "the truth")  # the witness of that name may have been asked apart
     return Answers(name=ORACLE, precision="float64", independent=True, answers=truth, authors=authors)
+
+
+def _corners(scene: Scene, index: int, face: int) -> np.ndarray | None:
+    """Return the corners (n, 3) [m] of a flat shape's face, of a plane those of a square in it; None of others."""
+    shape = scene.shapes[index] if 0 <= index < len(scene.shapes) else None
+    if isinstance(shape, Triangle | Mesh):
+        faces = world_triangles(shape).astype(np.float64)
+        return faces[face] if 0 <= face < len(faces) else None
+    if isinstance(shape, Square | Plane):
+        matrix = np.asarray(shape.to_world)
+        corners = np.array([(-0.5, -0.5, 0), (0.5, -0.5, 0), (0.5, 0.5, 0), (-0.5, 0.5, 0)])
+        return corners @ matrix[:3, :3].T + matrix[:3, 3]
+    return None
+
+
+def _on_face(corners: np.ndarray, point: np.ndarray, normal: np.ndarray, slack: float, *, endless: bool) -> bool:
+    """Say whether a point (3,) is within `slack` [m] of a face, and a normal is the face's by corners in float32."""
+    right = np.cross(corners[1] - corners[0], corners[2] - corners[0])
+    right = right / length(right)
+    inwards = np.cross(right, np.roll(corners, -1, axis=0) - corners)
+    heights = dot(point - corners, inwards) / length(inwards)
+    turned = Roundoff("float32")(HIT) * np.abs(corners).max() / dot(corners.mean(axis=0) - corners, inwards).min()
+    turned = turned * length(inwards).max()
+    straight = min(length(normal - right), length(normal + right)) <= turned
+    return bool(straight and abs(dot(point - corners[0], right)) <= slack and (endless or heights.min() >= -slack))

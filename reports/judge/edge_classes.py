@@ -30,7 +30,8 @@ class Classes:
     # (height, width) m: how far an end of clipping may seem moved, where that decides what is seen; elsewhere 0
     clipped: np.ndarray
     flagged: np.ndarray  # (height, width): a light lies on the surface here, within rounding
-    # (height, width): the ray runs within a flat face that holds the eye, within rounding: it may be met anywhere
+    # (height, width) m: how far rounding takes a ray off the flat face in which it runs, between the eye, which is in
+    # that face as well, and where clipping begins: along it the face is met anywhere; 0 where no face is so near
     skimming: np.ndarray
     # (height, width): of these the object, or some light, is undecided by no distance in the image (surfaces that
     # coincide, or hold the eye or a light; a light at the horizon), so that who has one side's value has it by chance.
@@ -71,7 +72,7 @@ class Unlit:
     depth: np.ndarray  # (height, width) m
     clipped: np.ndarray  # (height, width) m
     flagged: np.ndarray  # (height, width)
-    skimming: np.ndarray  # (height, width)
+    skimming: np.ndarray  # (height, width) m
     lights: tuple["_Lit", ...]  # none where no light is asked about
     ends: tuple[np.ndarray, ...]  # (height, width) m for each of the edges' light ends: how far off it may seem
 
@@ -128,10 +129,10 @@ def unlit(about: Unrounded, limits: Limits, g: Roundoff) -> Unlit:
     # Without clipping a surface that holds the eye is before it or behind it, and seen in every pixel or in none.
     if any(gap <= g(HIT) * error for gap, error in zip(edges.eye_gaps, about.at_eye, strict=True)):
         tied = np.ones_like(tied)
-    skimming = np.zeros_like(tied)
+    skimming = np.zeros(tied.shape)
     for error, _, off in about.cut:
-        skimming |= off <= 2 * g(HIT) * error
-    tied = tied | skimming
+        skimming = np.maximum(skimming, np.where(off <= 2 * g(HIT) * error, 2 * g(HIT) * error, 0.0))
+    tied = tied | (skimming > 0)
     return Unlit(
         outline=(edges.silhouette <= reach) | tied,
         object_tied=tied,

@@ -209,7 +209,7 @@ class Terms:
     def rounding(self) -> tuple:
         """Return what the limits depend on beside the ground."""
         steps = tuple(tuple(party.resolutions.items()) for party in (self.candidate, self.witness))
-        return tuple(each.key for each in self._roundoffs), self._by_matrices, steps
+        return tuple(each.key for each in self.roundoffs), self._by_matrices, steps
 
     @cached_property
     def rules(self) -> tuple:
@@ -219,7 +219,8 @@ class Terms:
         return self.rounding, epsilon.tobytes(), near, self.candidate.chained
 
     @cached_property
-    def _roundoffs(self) -> tuple[Roundoff, Roundoff]:
+    def roundoffs(self) -> tuple[Roundoff, Roundoff]:
+        """Return how the two round."""
         return roundoff(self.candidate), roundoff(self.witness)
 
     @property
@@ -242,7 +243,7 @@ class Terms:
     @cached_property
     def limits(self) -> Limits:
         """Return the limits: the candidate's rounding and output steps plus the witness's."""
-        rounding = self.ground.together(*self._roundoffs, by_matrices=self._by_matrices)
+        rounding = self.ground.together(*self.roundoffs, by_matrices=self._by_matrices)
         if not self._coarse:
             return rounding
         return self.ground.once(("coarse", self.rounding), lambda: self._coarsened(rounding))
@@ -287,7 +288,7 @@ class Terms:
 
         `blind` says that what a party does not see before a light counts.
         """
-        g, light_epsilon = max(self._roundoffs, key=lambda each: each(1)), self._light_epsilon if blind else 0.0
+        g, light_epsilon = max(self.roundoffs, key=lambda each: each(1)), self._light_epsilon if blind else 0.0
         found = self.ground.classes(self.limits, g, shadow_epsilon, light_epsilon, key=self.rounding)
         if not any(self.blurred):
             return found
@@ -352,7 +353,7 @@ class Terms:
             free=free,
             close=close & self.conditioning.hit[rows, columns][:, np.newaxis],
             relative=relative + shifted[:, np.newaxis],
-            rounding=sum(g(AFTER_IRRADIANCE) for g in self._roundoffs),
+            rounding=sum(g(AFTER_IRRADIANCE) for g in self.roundoffs),
             step=steps[0] + steps[1],
         )
 
@@ -378,11 +379,11 @@ class Terms:
             limit = self._where_it_hit(stage, limit)
         if stage is Stage.POSITION:
             # By the tracer's own distance: at an outline it may have hit where the oracle's ray misses.
-            limit = continued_position_limit(self.scene, self.candidate.answers, self._roundoffs)
+            limit = continued_position_limit(self.scene, self.candidate.answers, self.roundoffs)
         if stage in LIGHT:
             edge = self.classes.flagged
             mine, other = (
-                continued_light_limit(self.scene, stage, self.candidate.answers, value, g) for g in self._roundoffs
+                continued_light_limit(self.scene, stage, self.candidate.answers, value, g) for g in self.roundoffs
             )
             limit = mine + other
         if self._coarse:
@@ -392,7 +393,7 @@ class Terms:
         if not self.candidate.chained and stage in self.limits.end_to_end:
             # Stages by passes of their own: each is off by its own end-to-end error, and by as much what it is
             # continued from; at an edge the passes need not agree on the side.
-            own = self.ground.limits(self._roundoffs[0], by_matrices=self.candidate.by_matrices)
+            own = self.ground.limits(self.roundoffs[0], by_matrices=self.candidate.by_matrices)
             limit, edge = limit + 2 * own.end_to_end[stage], edge | self.classes.edge(stage)
         return limit, edge
 
@@ -405,7 +406,7 @@ class Terms:
         authors = tuple(self.ground.author(self.candidate, one) for one in (Stage.RAY, Stage.OBJECT))
         own = self.ground.once(
             ("where it hit", self.rounding, *authors),
-            lambda: self.ground.continued_limits(ours, self._roundoffs, by_matrices=self._by_matrices),
+            lambda: self.ground.continued_limits(ours, self.roundoffs, by_matrices=self._by_matrices),
         )
         return np.where(any_of(ours[Stage.OBJECT] != self.truth[Stage.OBJECT]), own[stage], limit)
 
