@@ -53,8 +53,6 @@ def merge(
         demanded=demanded,
         diagnose=about["diagnose"],
     )
-    if (sentence := suite.replaced(out)) is not None:
-        say(sentence)
     suite.clear(out)
     with told_in_one_line():
         results, found = merge(shards, out, tracer=tracer)

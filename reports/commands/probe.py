@@ -34,6 +34,7 @@ def probe(
     x: int | None = None,
     y: int | None = None,
     *,
+    configuration: Repeated = (),
     formula: Repeated = (),
     require: Repeated = (),
     subject: str = "tracer",
@@ -59,6 +60,8 @@ def probe(
         The pixel's column; 0 is the left one. X and Y may be left out with --keep or --certified.
     y
         The pixel's row; 0 is the top one.
+    configuration
+        A configuration of the tracer, as in `rayproof run`. Repeatable. Default: float32 and float64.
     formula
         A formula for the tracer, such as triangle=signed_areas, or a function of your own, such as
         sphere=./mine.py:nearest_hit. Repeatable.
@@ -96,13 +99,13 @@ def probe(
     if (x is None) != (y is None):
         raise UsageError("X and Y go together")
     if keep is not None:
-        if certified or x is not None or formula or require or json is not None:
+        if certified or x is not None or configuration or formula or require or json is not None:
             raise UsageError("--keep takes --subject, --env, --timeout and --confine only")
         return keep_call(
             case, keep, subject=subject, timeout=USUAL_LIMIT if timeout is None else timeout, env=env, confine=confine
         )
     if certified:
-        if formula or require or env or subject != "tracer":
+        if configuration or formula or require or env or subject != "tracer":
             raise UsageError("--certified takes --pixels, --stages and --json only")
         if x is not None and pixels is not None:
             raise UsageError("name either X and Y or --pixels")
@@ -114,7 +117,7 @@ def probe(
     width, height = scene.camera.width, scene.camera.height
     if not (0 <= x < width and 0 <= y < height):
         raise UsageError(f"pixel ({x}, {y}) lies outside the image: X from 0 to {width - 1}, Y from 0 to {height - 1}")
-    chosen = configurations(["float32", "float64"], formula)
+    chosen = configurations(configuration or ("float32", "float64"), formula)
     names = references_named(require)
     tested = subject_named(subject, env)
     scene = tested.capabilities.under_its_light(scene)

@@ -44,6 +44,8 @@ def reproduce(folder: Path, case: Case, configurations: tuple[str, ...], subject
     """
     if not subject.is_tracer:
         chosen = f" --subject {shlex.quote(subject.title)}"
+        chosen += "".join(f" --env {shlex.quote(name)}" for name in subject.surroundings.variables)
+        chosen += " --confine" if subject.surroundings.confined else ""
     elif configurations[: len(DEFAULTS)] == DEFAULTS:
         chosen = ""
     else:

@@ -13,19 +13,21 @@ import html
 import json
 import math
 import os
+import shlex
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from contextlib import contextmanager
 from importlib.resources import files
 from itertools import islice
 from multiprocessing import get_context
-from pathlib import Path
+from pathlib import Path, PurePath
 from typing import Any, TypedDict, TypeVar
 
 import numpy as np
 
 from rayproof.cases.scene_json import pack, unpack
 from rayproof.cases.stages import IMAGE_STAGES, Stage, exr_channels
+from rayproof.reports.called import NAME
 from rayproof.reports.judge.edge_classes import NAMES
 from rayproof.reports.publish.scene3d.parts import look, thinned
 from rayproof.reports.publish.scene3d.stills import compared, picture_path
@@ -164,14 +166,17 @@ def write_case_data(folder: Path, path: Path, case: CaseRecord) -> list[Path]:
             written.append(write_pixels(images, pixels, renders, scene))
     if pixels is None and not keeps_images(case) and case["verdict"] == Outcome.PASS:
         notes.append("It passed, and this run keeps no images of such a case; its command makes them again.")
+    command, probe = commands_of(case)
     if pixels is not None and pixels == case.get("pixels") and case["verdict"] == Outcome.PASS:
-        command = f"`{case['reproduce']} --keep-images all`" if case.get("reproduce") else "--keep-images all"
-        notes.append(f"Of a case that passed a run keeps the images of two renderers; {command} keeps everybody's.")
+        kept = f"`{command} --keep-images all`"
+        notes.append(f"Of a case that passed a run keeps the images of two renderers; {kept} keeps everybody's.")
     lights = case.get("lights")
     lights = lights if isinstance(lights, int) and 0 <= lights < 1000 else 0
     record = {
         **case,
         "pixels": pixels,
+        "command": command,
+        "probe": probe,
         "picture": picture_of(folder, case),
         "view": None if scene is None else view_of(scene, case),
         "call": call_of(folder, case),
@@ -182,6 +187,25 @@ def write_case_data(folder: Path, path: Path, case: CaseRecord) -> list[Path]:
     }
     text = pack_json(compact_case(record))
     return [write_text(path, script(path.relative_to(folder).as_posix(), text)), *written]
+
+
+def commands_of(case: CaseRecord) -> tuple[str, tuple[str, str]]:
+    """Return the command that runs a case again, and of that which shows a pixel what stands before and after it.
+
+    The page may be read on another machine: the program's and the scene's paths are not absolute ones. A scene of the
+    user's is found from the results folder.
+    """
+    try:
+        program, _, file, *options = shlex.split(str(case.get("reproduce") or ""))
+    except ValueError:
+        program, file, options = NAME, "", []
+    name = str(case.get("scene")) if file.endswith(".json") else case["name"]
+    head = NAME if PurePath(program).is_absolute() else program
+    # Of the tracer the page names the configuration that is looked at.
+    pairs = zip(options[::2], options[1::2], strict=False)
+    asked = [word for pair in pairs if pair[0] in ("--subject", "--env") for word in pair]
+    tail = f" {shlex.join(asked)}" if asked else ""
+    return shlex.join([head, "run", name, *options]), (shlex.join([head, "probe", name]), tail)
 
 
 def picture_of(folder: Path, case: CaseRecord) -> str | None:

@@ -136,7 +136,6 @@ class CaseRow(TypedDict):
     stresses: str | None
     covers: list[str] | None
     seconds: float | None
-    reproduce: str | None
     file: str  # that has the rest, below the results folder
     blame: str
     excluded: NotRequired[str]
@@ -416,7 +415,6 @@ def case_row(folder: Path, file: str, case: CaseRecord, cause: str) -> CaseRow:
         "stresses": case.get("stresses"),
         "covers": case.get("covers"),
         "seconds": case.get("seconds"),
-        "reproduce": case.get("reproduce"),
         "file": file,
         "blame": blame(case),
         "excluded": excluded(case),

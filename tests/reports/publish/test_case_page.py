@@ -1,14 +1,18 @@
 """A case in a real browser, from disk: every tab, every mode, every float as in the EXR files."""
 
+import shlex
 from typing import Any
 
 import numpy as np
 import pytest
 
 from rayproof.cases.stages import Stage, exr_channels
+from rayproof.reports.publish.page.case_data import commands_of
 from rayproof.reports.results.files import legible
 from rayproof.reports.results.images import read_answers
+from tests.reports.publish.modules import loaded
 from tests.reports.publish.sample import HOSTILE
+from tests.reports.publish.visits import Visit
 
 pytestmark = pytest.mark.browser
 
@@ -86,7 +90,7 @@ def test_the_inspector_shows_the_floats_of_the_files_bit_for_bit(visit, publishe
 def test_special_values_have_colours_of_their_own(visit):
     page = opened(visit, case="lights/broken", stage="radiance")
 
-    for pane in (1, 2):
+    for pane in (0, 2):
         assert page.evaluate(LAYER, [pane, 0, 3, 2]) == [255, 0, 255]
         assert page.evaluate(LAYER, [pane, 0, 5, 4]) == [0, 255, 255]
     assert page.evaluate(LAYER, [2, 0, 39, 0]) == [12, 12, 16]
@@ -105,7 +109,7 @@ def test_the_error_is_that_of_float64_numpy(visit, published):
 
     assert f"at {column}, {row} " in note
     assert f"{np.count_nonzero(difference)} of {difference.size} pixels differ" in note
-    assert f"worst {difference.max():.3g} " in note.replace("e-0", "e-")
+    assert f"largest {difference.max():.3g} " in note.replace("e-0", "e-")
 
 
 def test_every_metric_and_scale_draws(visit):
@@ -167,7 +171,7 @@ def test_exposure_tone_colours_channel_reference_and_configuration_can_be_chosen
 
 def test_modes_show_one_image_over_the_other(visit):
     page = opened(visit, case="sphere/sheared", stage="normal")
-    ours, theirs = (page.evaluate(LAYER, [pane, 0, 20, 15]) for pane in (1, 0))
+    ours, theirs = (page.evaluate(LAYER, [pane, 0, 20, 15]) for pane in (0, 1))
     assert ours != theirs
 
     page.get_by_role("radio", name="swipe").click()
@@ -273,7 +277,7 @@ def test_edges_of_one_configuration_are_not_shown_over_anothers_images(visit):
 def test_limits_show_their_derivation_and_closed_forms_and_unsupported_are_listed(visit):
     page = opened(visit, case="sphere/sheared", stage="normal")
 
-    page.get_by_role("button", name="limit & metrics").first.click()
+    page.get_by_role("button", name="details").first.click()
 
     derivation = page.locator(".derivation:visible")
     assert "gamma(9) of float32" in derivation.inner_text()
@@ -298,7 +302,7 @@ def test_the_keyboard_moves_the_pixel_and_the_tabs(visit):
     page.locator(".pane .frame > canvas").first.focus()
     for key in ("ArrowRight", "ArrowRight", "ArrowDown", "Shift+ArrowRight"):
         page.keyboard.press(key)
-    page.wait_for_selector(".inspector h3:has-text('column 12, row 1')")
+    page.wait_for_selector(".inspector h3:has-text('column 30, row 15')")
     page.get_by_role("tab", selected=True).focus()
     page.keyboard.press("ArrowRight")
     page.wait_for_selector("#tab-visibility[aria-selected=true]:focus")
@@ -335,6 +339,43 @@ def test_a_link_shows_the_same_case_stage_mode_and_pixel_again(visit):
     page.keyboard.press("Escape")
     hover(page, 9, 9)
     page.wait_for_url("**at=9%2C9**")
+
+
+@pytest.mark.parametrize("width", [1280, 390])
+def test_the_worst_pixel_is_that_of_the_check_and_ours_come_first(browser, published, width):
+    visit = Visit(browser, published.folder, viewport={"width": width, "height": 844})
+    page = opened(visit, case="sphere/sheared", stage="normal")
+
+    assert page.locator(".pane figcaption strong").all_inner_texts() == ["ours", "reference", "absolute error"]
+    assert page.locator(".inspector h3").inner_text().endswith("column 18, row 14")
+    assert page.locator(".checks tr.current").get_by_role("button", name="18, 14").count() == 1
+    assert "`" not in page.locator("main").inner_text()
+    visit.end()
+
+
+@pytest.mark.parametrize(
+    ("reproduce", "ours", "probe"),
+    [
+        ("/opt/x/bin/rayproof run sphere/plain", "tracer-float64", "rayproof probe sphere/plain 3 4"),
+        ("rayproof run sphere/plain", "tracer-float32/sphere=textbook",
+         "rayproof probe sphere/plain 3 4 --configuration float32/sphere=textbook"),
+        ("./rayproof run sphere/plain --subject 'exec:a b {scene}' --env KEY --confine", "exec",
+         "./rayproof probe sphere/plain 3 4 --subject 'exec:a b {scene}' --env KEY"),
+        ("rayproof run '/tmp/o u/scenes/a.json' --subject embree", "embree",
+         "rayproof probe scenes/sphere/plain.json 3 4 --subject embree"),
+    ],
+)  # fmt: skip
+def test_the_command_of_a_pixel_names_configuration_subject_and_scene(browser, reproduce, ours, probe):
+    record = {"name": "sphere/plain", "reproduce": reproduce, "scene": "scenes/sphere/plain.json"}
+    run, parts = commands_of(record)
+    page = loaded(browser)
+
+    assert page.evaluate("([probe, ours]) => rayproof.probeCommand({ probe }, 3, 4, ours)", [parts, ours]) == probe
+    assert not any(word.startswith("/") for word in shlex.split(run))
+    assert page.evaluate("rayproof.prose('by `a b` and ` c').map((one) => one.outerHTML ?? one).join('')") == (
+        "by <code><span>a</span> <span>b</span></code> and ` c"
+    )
+    page.close()
 
 
 @pytest.mark.parametrize(

@@ -97,7 +97,8 @@ def test_the_page_shows_them_on_its_first_screen_and_each_checks_on_its_case(bro
     page = visit.open()
 
     assert FACTOR in page.locator("h1").inner_text()
-    assert page.locator(".examined").bounding_box()["y"] < 900
+    assert page.locator(".counted").bounding_box()["y"] < 900
+    assert page.locator(".counted").inner_text().endswith("0 not examined")
     assert "4,300,000 strictly" in page.locator(".kinds").inner_text()
     assert "0 not examined" in page.locator(".kinds").inner_text()
     assert "embree had no say in lights/acne and 1 more" in page.locator(".no-say").inner_text()
@@ -108,7 +109,7 @@ def test_the_page_shows_them_on_its_first_screen_and_each_checks_on_its_case(bro
     page.wait_for_selector(".checks tbody")
     row = page.locator(".checks tbody tr").first
     assert "1169 strictly, 31 at an edge by the value of a side" in row.inner_text()
-    row.get_by_role("button", name="limit & metrics").click()
+    row.get_by_role("button", name="details").click()
     shared = page.locator(".derivation:not([hidden]) table").inner_text()
     assert shared.splitlines()[1].split()[:4] == ["0", "1", "of", "0,"], "what is farthest over its limit comes first"
     assert page.evaluate("document.documentElement.scrollWidth") <= width

@@ -25,6 +25,38 @@ def test_the_first_screen_says_verdict_totals_and_coverage(visit):
     assert page.locator(".shout").count() == 0
 
 
+def test_only_what_is_blamed_is_red_in_the_coverage(visit):
+    page = visit.open()
+
+    row = page.locator(".coverage tbody tr")
+    assert [row.nth(i).locator("th").inner_text() for i in range(29) if row.nth(i).locator(".v-fail").count()] == [
+        "NRM-3",
+        "LIT-5",
+        "RAD-4",
+    ]
+
+
+def test_a_run_that_passes_shows_a_contact_sheet_first_and_a_key_changes_its_stage(browser, tmp_path):
+    results = make_folder(tmp_path, extra_cases=3)
+    publish(tmp_path, results_of([case for case in results["cases"] if case["verdict"] in ("pass", "warn")]))
+    visit = Visit(browser, tmp_path, viewport={"width": 1280, "height": 720})
+    page = visit.open()
+    pictures = """() => Array.from(document.querySelectorAll('.sheet canvas'), (canvas) => canvas.toDataURL())"""
+
+    page.wait_for_selector(".sheet[data-painted=radiance]")
+    assert page.locator(".sheet a").first.inner_text().split()[-1] == "plane/tilted"
+    assert page.locator(".sheet a").count() == 5
+    box = page.locator(".sheet").bounding_box()
+    assert box["y"] + box["height"] < 720
+    radiance = page.evaluate(pictures)
+    page.keyboard.press("[")
+    page.wait_for_selector(".sheet[data-painted=exitance]")
+    assert all(a != b for a, b in zip(radiance, page.evaluate(pictures), strict=True))
+    page.locator(".sheet a").first.click()
+    page.wait_for_selector("#tab-exitance[aria-selected=true]")
+    visit.end()
+
+
 def test_what_differs_is_seen_at_once_the_worst_first_and_by_what_is_wrong(browser, tmp_path):
     make_folder(tmp_path)
     publish_all(tmp_path)

@@ -11,13 +11,13 @@
       e("h1", {}, rayproof.pill(row.verdict), " ", e("bdi", {}, row.name)),
       row.cause ? e("p", { class: "reason cause" }, e("strong", {}, "Cause: "), e("bdi", {}, row.cause)) : null,
       row.excluded ? e("p", { class: "reason" }, e("strong", {}, "Excluded: "), e("bdi", {}, row.excluded)) : null,
-      row.reason ? e("p", { class: "reason" }, row.blame ? e("strong", {}, `${row.blame}: `) : null, e("bdi", {}, row.reason)) : null,
-      e("p", {}, row.stresses),
+      row.reason ? e("p", { class: "reason" }, row.blame ? e("strong", {}, `${row.blame}: `) : null, e("bdi", {}, rayproof.prose(row.reason))) : null,
+      e("p", {}, rayproof.prose(row.stresses)),
       e("p", {}, (row.covers || []).map((id) => e("a", { class: "chip", href: rayproof.link({ id }) }, id)), " ",
         e("span", { class: "muted" }, [data.width && `${data.width} \u00D7 ${data.height} px`,
           data.lights !== undefined && `${data.lights} light${data.lights === 1 ? "" : "s"}`,
           [...new Set(data.shapes || [])].slice(0, 8).join(", "), rayproof.seconds(row.seconds)].filter(Boolean).join(" \u00B7 "))),
-      rayproof.command(row.reproduce || `rayproof run ${rayproof.quoted(row.name)}`));
+      rayproof.command(data.command));
   }
 
   function tabs(stages, data, current, onpick) {
@@ -43,11 +43,8 @@
     const checks = data.checks || [];
     const stages = results.stages.filter((stage) => checks.some((check) => check.stage === stage.name)
       || data.renderers.some((renderer) => data.has(renderer, stage.name)));
-    // Whoever is not a reference of this run was put to the test, whatever its name.
     const earlier = results.comparison?.renderers || {};
-    const witnesses = new Set([...Object.keys(results.references || {}), ...Object.values(earlier), ...checks.map((check) => check.reference)]);
-    const ours = data.renderers.filter((name) => !witnesses.has(name));
-    const theirs = data.renderers.filter((name) => witnesses.has(name));
+    const { ours, theirs } = rayproof.sides(results, data);
     const panel = { tabs: e("div"), meaning: e("p", { class: "muted" }), checks: e("div"), panel: e("div") };
     let shown = null, turn = 0, later = 0;
 
@@ -79,6 +76,8 @@
       const [a, b] = await Promise.all([data.image(own, stage.name), data.image(other, stage.name)]);
       if (mine !== turn) return;
       const first = shown === null;
+      const elsewhere = first || shown.stage !== stage || shown.mine !== own || shown.other !== other;
+      const check = checks.find((one) => one.stage === stage.name && one.configuration === rayproof.configurationOf(own) && one.reference === other);
       shown = { stage, mine: own, other, settings };
       rayproof.replace(panel.tabs, tabs(stages, data, stage.name, (name, held) => set({ stage: name, channel: "" , low: "", high: "" }).then(() => held && document.getElementById(`tab-${name}`)?.focus())));
       // On a narrow screen the tabs scroll; the chosen one is in sight.
@@ -90,16 +89,17 @@
         configuration: rayproof.configurationOf(own), reference: other, unit: stage.unit === "1" ? "" : stage.unit, onpixel: go }));
       rayproof.replace(panel.panel, rayproof.adjudication((data.adjudication || {})[stage.name]));
       inspector.set({ ours: own, theirs: other, stage: stage.name, metric: settings.metric });
-      if (first && (a || b)) {
-        const start = settings.pixel || bad?.end_to_end?.pixel;
+      if (elsewhere && (a || b)) {
+        // The worst pixel of this check, unless another was chosen.
+        const start = settings.pixel || rayproof.worstOf(check)?.pixel || rayproof.worstOf(bad)?.pixel;
         const image = a || b;
-        if (Array.isArray(start) && start[0] < image.width && start[1] < image.height) {
+        if (start && start[0] < image.width && start[1] < image.height) {
           view.viewer.shared.pinned = Boolean(settings.pixel);
           view.viewer.mark(...start);
           inspector.show(...start);
-          scene?.pixel(start[0], start[1], own, other);
+          if (bad || settings.pixel) scene?.pixel(start[0], start[1], own, other);
         }
-        requestAnimationFrame(() => view.viewer.restore(settings.zoom));
+        if (first) requestAnimationFrame(() => view.viewer.restore(settings.zoom));
       }
       if (focus) document.getElementById(`tab-${stage.name}`)?.focus();
     }

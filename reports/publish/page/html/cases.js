@@ -146,6 +146,73 @@
     };
   };
 
+  // A contact sheet: ours of every case at one stage, worst first. What is in sight is read and painted, one after the other.
+  rayproof.contactSheet = function (results, { open }) {
+    const stages = results.stages.map((item) => item.name).filter((name) => name !== "camera");
+    const rows = results.alone ? results.cases.filter((row) => rayproof.inlined(row.file)) : results.cases;
+    const left = results.cases.length - rows.length;
+    let stage = stages.includes(rayproof.address().sheet) ? rayproof.address().sheet : stages.at(-1);
+    let waiting = [], busy = false;
+    const tiles = new Map();
+
+    function tile(row) {
+      const picture = e("canvas", { width: 96, height: 72, role: "img", "aria-label": `ours of ${row.name}` });
+      const node = e("a", { href: rayproof.link({ case: row.name, stage }), class: rayproof.tone(row.verdict), title: `${row.name}: ${rayproof.word(row.verdict)}, worst error / limit ${rayproof.short(row.ratio) || "not measured"}` },
+        picture, e("span", {}, e("i", { class: "glyph mark", "aria-hidden": "true" }, rayproof.glyph(row.verdict)), " ", e("bdi", {}, row.name)));
+      tiles.set(node, { row, picture, painted: null });
+      return node;
+    }
+
+    async function paint({ row, picture }, wanted) {
+      const data = await rayproof.glance(row), { ours } = rayproof.sides(results, data);
+      const mine = ours.includes("tracer-float32") ? "tracer-float32" : ours[0];
+      const image = mine === undefined ? null : await data.image(mine, wanted);
+      const context = picture.getContext("2d");
+      context.clearRect(0, 0, picture.width, picture.height);
+      picture.classList.toggle("absent", !image);
+      if (!image) return;
+      Object.assign(picture, { width: image.width, height: image.height });
+      context.putImageData(rayproof.paint(wanted, image, rayproof.scaleOf(wanted, image), { channel: -1, exposure: 0, gamma: 0, map: "" }), 0, 0);
+    }
+
+    async function next() {
+      if (busy) return;
+      busy = true;
+      for (let node = waiting.shift(); node && grid.isConnected; node = waiting.shift()) {
+        const one = tiles.get(node);
+        if (one.painted === stage) continue;
+        one.painted = stage;
+        await paint(one, stage).catch(() => one.picture.classList.add("absent"));
+      }
+      busy = false;
+      grid.dataset.painted = stage; // all in sight are
+    }
+
+    const sight = new Set();
+    const look = (nodes) => { waiting = [...waiting, ...nodes]; delete grid.dataset.painted; next(); };
+    const seen = new IntersectionObserver((entries) => {
+      for (const { target, isIntersecting } of entries) if (isIntersecting) sight.add(target); else sight.delete(target);
+      waiting = waiting.filter((node) => sight.has(node));
+      look(entries.filter((one) => one.isIntersecting).map((one) => one.target));
+    }, { rootMargin: "80px" });
+
+    const grid = e("div", { class: "sheet" });
+    function turn(by) {
+      stage = stages[(stages.indexOf(stage) + by + stages.length) % stages.length];
+      rayproof.amend({ sheet: stage });
+      chooser.querySelector("select").value = stage;
+      for (const node of tiles.keys()) node.href = rayproof.link({ case: tiles.get(node).row.name, stage });
+      look([...tiles.keys()].filter((node) => sight.has(node)));
+    }
+    const chooser = rayproof.select("stage of the sheet", stages.map((name) => [name, name]), stage, (name) => turn(stages.indexOf(name) - stages.indexOf(stage)));
+    const fill = () => { if (!tiles.size) rayproof.append(grid, rows.map((row) => { const node = tile(row); seen.observe(node); return node; })); };
+    const head = [e("h2", {}, "All cases, ours, worst first"), chooser, e("span", { class: "muted" }, e("kbd", {}, "["), e("kbd", {}, "]"), left ? `; ${left} other cases are in the folder's report only` : "")];
+    const node = open ? e("section", { class: "panel sheets", "aria-label": "Contact sheet" }, e("div", { class: "sheet-head" }, head), grid)
+      : e("details", { class: "panel sheets", ontoggle: fill }, e("summary", {}, "Contact sheet of all cases"), e("div", { class: "sheet-head" }, head.slice(1)), grid);
+    if (open) fill();
+    return { node, turn };
+  };
+
   // The matrix of cases and renderers, worst first; filters and order live in the address.
   rayproof.caseList = function (results) {
     const count = e("span", { class: "muted", role: "status" });
@@ -154,10 +221,11 @@
     const holder = e("div", { class: "scroll" });
     let rows = [], columns = [], virtual = null, table = null;
 
+    const says = (row) => (row.verdict === "pass" ? row.stresses : row.reason || row.stresses) || "\u00A0";
     const cells = (row) => [
       e("td", { class: "state" }, rayproof.pill(row.verdict)),
       e("th", { scope: "row", class: "name" }, e("a", { href: rayproof.link({ case: row.name, stage: row.stage }) }, e("bdi", {}, row.name)),
-        e("div", { class: "muted" }, row.verdict === "pass" ? row.stresses : row.reason || row.stresses || "\u00A0")),
+        e("div", { class: "muted", title: says(row) }, rayproof.prose(says(row)))),
       e("td", { class: "blame" }, row.blame),
       e("td", {}, rayproof.ratioBar(row.ratio)),
       columns.map((name) => e("td", { class: "matrix", "data-label": name }, row.cells ? rayproof.cell(row.cells[name], name) : null)),
@@ -174,14 +242,14 @@
     }
 
     function heading(order) {
-      const title = (key, text, more = {}) => {
+      const title = (key, text, more = {}, below = null) => {
         const now = order.replace(/^-/, "") === key ? (order.startsWith("-") ? "descending" : "ascending") : null;
         const first = rayproof.descends(key) ? `-${key}` : key, second = rayproof.descends(key) ? key : `-${key}`;
         return e("th", { scope: "col", "aria-sort": now, ...more }, e("button", { class: "sorter", title: `sort by ${text}`,
           onclick: () => set({ sort: order === first ? second : order === second ? "" : first }) }, text,
-        e("span", { "aria-hidden": "true" }, now === "descending" ? " \u25BE" : now ? " \u25B4" : "")));
+        e("span", { "aria-hidden": "true" }, now === "descending" ? " \u25BE" : now ? " \u25B4" : "")), below);
       };
-      return [title("verdict", "verdict"), title("name", "case", { class: "name" }), title("blame", "blamed"), title("ratio", "error / limit"),
+      return [title("verdict", "verdict"), title("name", "case", { class: "name" }), title("blame", "blamed"), title("ratio", "error / limit", {}, rayproof.ratioHead("")),
         columns.map((name) => (results.list ? e("th", { scope: "col", class: "matrix" }, name) : title(`by ${name}`, name, { class: "matrix" }))), title("time", "time", { class: "figure" })];
     }
 

@@ -13,16 +13,16 @@
       const own = Object.entries(settings);
       return [
         own.length ? e("dl", { class: "facts dense" }, own.map(([key, values]) => [e("dt", {}, key.replaceAll("_", " ")), e("dd", {}, values.join(" or "))])) : null,
-        notes.map(([note, count]) => e("p", { class: "muted" }, e("bdi", {}, note), count > 1 ? ` (${count} cases, with numbers of their own)` : "")),
+        notes.map(([note, count]) => e("p", { class: "muted" }, e("bdi", {}, rayproof.prose(note)), count > 1 ? ` (${count} cases, with numbers of their own)` : "")),
         unsupported.length ? e("details", {}, e("summary", {}, `cannot answer (${unsupported.length})`), e("ul", {}, unsupported.map(([why, count]) =>
-          e("li", {}, e("bdi", {}, why), e("span", { class: "muted" }, ` ${count} stage${count === 1 ? "" : "s"} of cases`))))) : null];
+          e("li", {}, e("bdi", {}, rayproof.prose(why)), e("span", { class: "muted" }, ` ${count} stage${count === 1 ? "" : "s"} of cases`))))) : null];
     };
     return e("section", { class: "panel", "aria-label": "References" }, e("h1", {}, "References"),
       rayproof.scroll("table of references", e("table", { class: "panelists" },
         e("thead", {}, e("tr", {}, ["reference", "version", "precision", "shares with the tracer", "settings, epsilons, other questions"].map(th))),
         e("tbody", {}, rows.map(([name, about]) => e("tr", {}, e("th", { scope: "row" }, name), e("td", {}, about.version || ""), e("td", {}, about.precision || ""),
           e("td", {}, about.independent ? "nothing" : "code or compiler: no witness"), e("td", {}, facts(name))))))),
-      Object.entries(results.absent || {}).map(([name, why]) => e("p", {}, rayproof.pill("missing"), " ", e("strong", {}, name), ` ${why}`)));
+      Object.entries(results.absent || {}).map(([name, why]) => e("p", {}, rayproof.pill("missing"), " ", e("strong", {}, name), " ", rayproof.prose(why))));
   }
 
   // One defect shows at several stages and in several cases: told once.
@@ -43,17 +43,17 @@
   function smallest(results, finding) {
     const name = text(finding.smallest_scene);
     if (results.cases.some((row) => row.name === name)) return e("a", { href: rayproof.link({ case: name, stage: finding.stage[0] }) }, e("bdi", {}, name));
-    return name ? e("code", {}, `rayproof run ${rayproof.quoted(name)}`) : "";
+    return name ? rayproof.code(`rayproof run ${rayproof.quoted(name)}`) : "";
   }
 
   function findings(results) {
     const list = merged(results.findings || []);
-    const lines = (values, between) => e("bdi", {}, values.map(text).join(between));
+    const lines = (values, between) => e("bdi", {}, rayproof.prose(values.map(text).join(between)));
     return e("section", { class: "panel", "aria-label": "Findings" }, e("h2", {}, "Findings about references"),
       list.length ? rayproof.scroll("table of findings", e("table", { class: "findings" },
         e("thead", {}, e("tr", {}, ["reference", "what", "stages", "where", "smallest scene", "third witness"].map(th))),
         e("tbody", {}, list.map((finding) => e("tr", {}, e("th", { scope: "row" }, text(finding.reference), e("div", { class: "muted" }, text(finding.version))),
-          e("td", {}, e("bdi", {}, text(finding.what))), e("td", {}, lines(finding.stage, ", ")), e("td", {}, lines(finding.where, ", ")),
+          e("td", {}, e("bdi", {}, rayproof.prose(text(finding.what)))), e("td", {}, lines(finding.stage, ", ")), e("td", {}, lines(finding.where, ", ")),
           e("td", {}, smallest(results, finding)), e("td", {}, lines(finding.third_witness, "; ")))))))
         : e("p", { class: "muted" }, "None: no reference was found wrong. Only a finding turns \u201Creference suspect\u201D into a warning."));
   }
@@ -121,22 +121,26 @@
   const UNMEASURED = ["error", "missing", "undecided", "unsupported"];
   const overall = (check) => check.end_to_end?.worst_ratio ?? (UNMEASURED.includes(check.verdict) ? null : check.ratio);
 
+  // A check's worst pixel is where its error over its limit is the largest, end to end or continued: -> that measurement.
+  const rank = ({ worst_ratio: ratio }) => { const value = rayproof.number(ratio); return Number.isNaN(value) ? Infinity : value; };
+  rayproof.worstOf = (check) => [check?.end_to_end, check?.continued].filter((one) => Array.isArray(one?.pixel) && rank(one) > 0).sort((a, b) => rank(b) - rank(a))[0];
+
   function row(check, selected, onpixel) {
-    const end = check.end_to_end || {};
-    const pixel = Array.isArray(end.pixel) ? end.pixel : null;
+    const end = rayproof.worstOf(check) || check.end_to_end || {};
+    const pixel = rayproof.worstOf(check)?.pixel;
     const details = e("tr", { class: "derivation", hidden: true }, e("td", { colspan: 9 },
-      check.reason ? e("p", {}, e("strong", {}, "Why: "), check.reason) : null,
-      check.because ? e("p", {}, e("strong", {}, "Limit: "), check.because) : null,
+      check.reason ? e("p", {}, e("strong", {}, "Why: "), rayproof.prose(check.reason)) : null,
+      check.because ? e("p", {}, e("strong", {}, "Limit: "), rayproof.prose(check.because)) : null,
       e("div", { class: "columns" }, facts("End to end", check.end_to_end),
-        facts("Given our own previous stages", check.continued),
-        factors("Factors that pixels share", check.bias), factors("The same given our own previous stages", check.bias?.continued))));
+        facts("Continued from our own previous stages", check.continued),
+        factors("Factors that pixels share", check.bias), factors("The same continued from our own previous stages", check.bias?.continued))));
     const toggle = e("button", { class: "quiet", "aria-expanded": "false", onclick: () => {
       details.hidden = !details.hidden;
       toggle.setAttribute("aria-expanded", String(!details.hidden));
-    } }, "limit & metrics");
+    } }, "details");
     return [e("tr", { class: selected ? "current" : "" },
       e("td", {}, rayproof.pill(check.verdict)),
-      e("td", {}, check.configuration), e("td", {}, check.reference),
+      e("td", { class: "name" }, rayproof.parts(check.configuration)), e("td", {}, check.reference),
       e("td", {}, rayproof.ratioBar(overall(check))),
       e("td", {}, check.continued ? rayproof.ratioBar(check.continued.worst_ratio) : e("span", { class: "muted" }, "\u2013")),
       e("td", { class: "figure" }, rayproof.short(end.worst_error), e("span", { class: "muted" }, ` \u2264 ${rayproof.short(end.limit) || "?"}`)),
@@ -148,8 +152,8 @@
   rayproof.checkTable = function (checks, { configuration, reference, unit, onpixel }) {
     if (!checks.length) return e("p", { class: "muted" }, "Nothing was checked at this stage.");
     return rayproof.scroll("table of checks", e("table", { class: "checks" },
-      e("thead", {}, e("tr", {}, ["verdict", "configuration", "reference", "end to end", "given our previous stage", unit ? `worst error [${unit}]` : "worst error",
-        "worst pixel", "pixels", ""].map((title) => (title ? e("th", { scope: "col" }, title) : e("td"))))),
+      e("thead", {}, e("tr", {}, ["verdict", "configuration", "reference", "error / limit, end to end", "error / limit, continued", unit ? `error [${unit}] \u2264 limit` : "error \u2264 limit",
+        "worst pixel", "pixels", ""].map((title) => (title ? e("th", { scope: "col", "data-name": title }, title.startsWith("error / limit") ? rayproof.ratioHead(title) : title) : e("td"))))),
       e("tbody", {}, checks.map((check) => row(check,
         check.configuration === configuration && check.reference === reference, onpixel)))));
   };
@@ -163,7 +167,7 @@
         e("tbody", {}, list.map((item) => e("tr", {}, e("td", {}, rayproof.pill(item.verdict)),
           e("td", {}, item.configuration || ""), e("td", {}, item.stage || ""),
           ["measured", "expected", "limit"].map((key) => e("td", { class: "figure" }, rayproof.short(item[key], 7))),
-          e("td", {}, item.because)))))));
+          e("td", {}, rayproof.prose(item.because))))))));
   };
 
   rayproof.unsupported = function (list) {
@@ -178,7 +182,7 @@
       e("ul", {}, [...groups].map(([key, stages]) => {
         const [reference, why] = JSON.parse(key);
         return e("li", {}, rayproof.pill("unsupported"), " ", e("strong", {}, reference), " ",
-          e("span", { class: "muted" }, stages.filter(Boolean).join(", ")), ` \u2013 ${why}`);
+          e("span", { class: "muted" }, stages.filter(Boolean).join(", ")), " \u2013 ", rayproof.prose(why));
       })));
   };
 
@@ -193,14 +197,14 @@
   };
 
   rayproof.renders = function (data) {
-    const rows = (data.renders || []).map((render) => e("li", {}, e("strong", {}, render.renderer), " ", rayproof.seconds(render.seconds),
-      render.error ? [" ", rayproof.pill("error"), ` ${render.error}`] : null,
+    const rows = (data.renders || []).map((render) => e("li", {}, e("strong", {}, render.renderer), " ", render.cached ? "from the cache" : rayproof.seconds(render.seconds),
+      render.error ? [" ", rayproof.pill("error"), " ", rayproof.prose(render.error)] : null,
       render.image ? [" ", e("span", { class: "muted" }, render.image)] : null));
-    const notes = (data.notes || []).map((note) => e("li", {}, note));
+    const notes = (data.notes || []).map((note) => e("li", {}, rayproof.prose(note)));
     // The page is beside the folder that it links, unless it is one file.
     const call = data.call && !document.querySelector("script[data-path]") ? e("p", {}, "The program's ",
       e("a", { href: data.call.split("/").map(encodeURIComponent).join("/") }, "call"), ": command, exit code and standard error; scene and meshes lie beside it. ",
-      data.reproduce ? ["Make it again: ", e("code", {}, `${String(data.reproduce).replace(/^rayproof run /, "rayproof probe ")} --keep call`)] : null) : null;
+      "Make it again: ", rayproof.code(`${data.probe.join("")} --keep call`)) : null;
     return rows.length || notes.length ? e("details", { class: "panel" },
       e("summary", {}, `Renders (${rows.length})`), call, e("ul", {}, rows, notes)) : null;
   };
@@ -224,12 +228,12 @@
       e("span", { class: "mark glyph" }, rayproof.glyph(bad ? "fail" : "pass")), " ", rayproof.short(ratio, 2), bad && pixels ? e("small", {}, ` ${pixels} px`) : null);
     };
     return e("section", { class: "adjudication", "aria-label": "Everybody against everybody" }, e("h3", {}, "Everybody against everybody"),
-      panel.why ? e("p", {}, e("bdi", {}, panel.why)) : null,
+      panel.why ? e("p", {}, e("bdi", {}, rayproof.prose(panel.why))) : null,
       e("details", { open: panel.alone ? true : null }, e("summary", {}, `Worst error over limit, ${heard.length} renderers: row judged against column`),
         rayproof.scroll("matrix of renderers", e("table", { class: "versus" },
-          e("thead", {}, e("tr", {}, e("td"), heard.map((j) => e("th", { scope: "col" }, e("span", {}, renderers[j]))))),
+          e("thead", {}, e("tr", {}, e("td"), heard.map((j) => e("th", { scope: "col", "data-name": `against ${renderers[j]}` }, e("span", {}, renderers[j]))))),
           e("tbody", {}, heard.map((i) => e("tr", { class: alone.includes(renderers[i]) ? "alone" : "" },
-            e("th", { scope: "row" }, renderers[i], alone.includes(renderers[i]) ? " \u2190 alone" : ""), heard.map((j) => cell(i, j)))))))));
+            e("th", { scope: "row" }, rayproof.parts(renderers[i]), alone.includes(renderers[i]) ? " \u2190 alone" : ""), heard.map((j) => cell(i, j)))))))));
   };
 
   const value = (table, i, j) => rayproof.number(table?.[i]?.[j]);

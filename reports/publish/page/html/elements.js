@@ -37,8 +37,34 @@
     return rayproof.append(node, children);
   };
 
-  // What is wider than the window scrolls by itself; the keyboard reaches it though nothing in it takes the focus.
-  rayproof.scroll = (label, ...children) => rayproof.element("div", { class: "scroll", tabindex: "0", role: "group", "aria-label": label }, children);
+  // A table. On a narrow screen a row is a block in which each cell has its column's name, so that nothing is cut; between
+  // the two what is wider than its panel scrolls, and the keyboard reaches it though nothing in it takes the focus.
+  rayproof.scroll = (label, table) => rayproof.element("div", { class: "scroll", tabindex: "0", role: "group", "aria-label": label }, rayproof.named(table));
+
+  // -> the table, each cell of which knows its column's name: once more where rows came later
+  rayproof.named = function (table) {
+    const columns = [...table.querySelectorAll("thead tr:last-child > *")].map((cell) => cell.dataset.name ?? cell.textContent);
+    for (const row of table.querySelectorAll("tbody > tr")) {
+      [...row.children].forEach((cell, i) => { if (columns[i] && cell.tagName === "TD" && row.children.length === columns.length) cell.dataset.column = columns[i].replaceAll("/", "/\u200B"); });
+    }
+    table.classList.add("stacked");
+    return table;
+  };
+
+  // A line may end between the parts of a name: float32/sphere=textbook.
+  const soft = (text) => text.split("/").flatMap((part, i) => (i ? ["/", document.createElement("wbr"), part] : [part]));
+
+  // Words of a command: a line breaks between them, and within one only where it is longer than a line.
+  rayproof.code = (text) => rayproof.element("code", {}, String(text).split(" ").flatMap((word, i) => [i ? " " : "", rayproof.element("span", {}, soft(word))]));
+
+  // A configuration or a renderer.
+  rayproof.parts = (name) => soft(String(name ?? ""));
+
+  // Prose of a record: what stands between backticks is code.
+  rayproof.prose = function (text) {
+    const parts = String(text ?? "").split("`");
+    return parts.map((part, i) => (i % 2 === 0 ? soft(part) : i === parts.length - 1 ? soft(`\`${part}`) : rayproof.code(part)));
+  };
 
   // A <select> of [value, label] pairs; a third entry says why there is no such choice now.
   rayproof.select = function (label, pairs, current, onchange) {
@@ -87,17 +113,21 @@
   rayproof.seconds = function (value) {
     value = rayproof.number(value);
     if (value === null) return "";
+    if (value > 0 && value < 0.005) return `${rayproof.short(1000 * value, 2)} ms`;
     return value < 10 ? `${value.toFixed(2)} s` : value < 120 ? `${value.toFixed(0)} s` : `${(value / 60).toFixed(1)} min`;
   };
 
-  // Error over limit as a bar on a log scale from 1/1000 to 10, the limit marked; and the number.
-  rayproof.ratioBar = function (value) {
+  // The heading of a column of such bars, with their axis.
+  rayproof.ratioHead = (title) => [title, rayproof.element("span", { class: "ratio-axis", "aria-hidden": "true" }, ["0.001", "1", "10"].map((text) => rayproof.element("i", {}, text)))];
+
+  // Error over limit as a bar on a log scale from 1/1000 to 10, the limit marked; and the number. Red is what is blamed.
+  rayproof.ratioBar = function (value, { blamed = true } = {}) {
     const e = rayproof.element;
     value = rayproof.number(value);
     if (value === null) return e("span", { class: "muted" }, "\u2013");
     const share = Number.isNaN(value) ? 1 : Math.min(1, Math.max(0, (Math.log10(Math.max(value, 1e-3)) + 3) / 4));
     const over = !(value <= 1);
-    const fill = e("i", { class: over ? "over" : value > 0.8 ? "close" : "" });
+    const fill = e("i", { class: over ? (blamed ? "over" : "elsewhere") : value > 0.8 ? "close" : "" });
     fill.style.width = `${100 * share}%`;
     const title = "worst error over its limit; log scale from 0.001 to 10, the mark is the limit";
     return e("span", { class: "ratio", title }, e("span", { class: "bar" }, fill), rayproof.short(value));
@@ -149,7 +179,7 @@
 
   rayproof.command = function (text) {
     const button = e("button", { class: "quiet", onclick: () => copy(text, button) }, "copy");
-    return e("div", { class: "command" }, e("code", {}, text), button);
+    return e("div", { class: "command" }, rayproof.code(text), button);
   };
 
   async function copy(text, button) {

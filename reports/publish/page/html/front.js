@@ -30,8 +30,12 @@
       e("div", {},
         e("h1", {}, results.headline),
         e("p", { class: "muted" }, [results.command, started(results.started), rayproof.seconds(results.seconds)]
-          .filter(Boolean).flatMap((text, i) => (i ? [" \u00B7 ", text] : [e("code", {}, text)])))));
+          .filter(Boolean).flatMap((text, i) => (i ? [" \u00B7 ", text] : [rayproof.code(text)]))),
+        counted(results.examined?.counts)));
   };
+
+  const counted = (counts) => (counts?.pixels > 0 ? e("p", { class: "muted counted" }, [`${counts.pixels.toLocaleString("en")} pixels over all checks`,
+    `${counts.wrong.toLocaleString("en")} wrong`, `${counts.unexamined.toLocaleString("en")} not examined`].join(", ")) : null);
 
   const started = (text) => (text ? String(text).slice(0, 16).replace("T", " ") : "");
 
@@ -74,8 +78,8 @@
       return part;
     }));
     return e("div", { class: "examined" },
-      e("p", {}, e("strong", {}, counts.pixels.toLocaleString("en")), " pixels over all checks"),
-      bar,
+      e("p", {}, e("strong", {}, counts.pixels.toLocaleString("en")), " pixels over all checks, and what became of them [% of these pixels]"),
+      bar, e("div", { class: "axis", "aria-hidden": "true" }, ["0 %", "50 %", "100 %"].map((text) => e("span", {}, text))),
       e("ul", { class: "kinds" }, kinds.map((kind) => e("li", { class: counts[kind] ? "" : "muted" },
         e("i", { class: `swatch k-${kind}`, "aria-hidden": "true" }), e("b", {}, counts[kind].toLocaleString("en")), " ", words[kind]))));
   };
@@ -98,7 +102,7 @@
   // Why a case failed; of a long run once its row is there.
   function reason(row, others) {
     const node = e("bdi", { class: "muted" });
-    const show = () => row.reason && rayproof.replace(node, ` \u2013 ${others ? `${row.name}: ` : ""}${row.reason}`);
+    const show = () => row.reason && rayproof.replace(node, ` \u2013 ${others ? `${row.name}: ` : ""}`, rayproof.prose(row.reason));
     const waiting = rayproof.complete(row);
     if (waiting) waiting.then(show, () => {});
     else show();
@@ -106,8 +110,10 @@
   }
 
   // One row a cause, or for what is blamed where no cause is known, with its cases below.
+  rayproof.bad = (row) => !["pass", "warn", "undecided", "unsupported"].includes(row.verdict);
+
   rayproof.blamed = function (results) {
-    const bad = results.cases.filter((row) => !["pass", "warn", "undecided", "unsupported"].includes(row.verdict));
+    const bad = results.cases.filter(rayproof.bad);
     if (!bad.length) return null;
     const groups = new Map();
     for (const row of bad) {
@@ -142,11 +148,11 @@
       groups.get(key).push(row);
     }
     const open = (row, ...content) => e("a", { href: rayproof.link({ case: row.name, stage: row.stage }) }, content);
-    const words = (row) => `${row.name}: ours, the reference, and their difference${row.stage ? ` at ${row.stage}` : ""}`;
+    const words = (row) => `${row.name}: ours, the reference and the error${row.stage ? ` at ${row.stage}` : ""}`;
     const picture = (row, name) => e("img", { class: name, src: rayproof.source(row.thumbnail), alt: words(row) });
     return e("section", { class: "panel differences", "aria-label": "What differs" }, e("h2", {}, "What differs"),
       e("figure", {}, open(first, picture(first, "worst")), e("figcaption", {}, "The worst: ", open(first, e("bdi", {}, first.name)),
-        e("span", { class: "muted" }, ` \u2013 ours, the reference, and their difference${first.stage ? ` at ${first.stage}` : ""}`))),
+        e("span", { class: "muted" }, ` \u2013 ours, the reference and the error${first.stage ? ` at ${first.stage}` : ""}`))),
       rows.length > 1 ? [...groups].map(([cause, members]) => e("div", {}, e("h3", {}, e("bdi", {}, cause)),
         e("div", { class: "thumbnails" }, members.map((row) => open(row, picture(row, "small"), e("bdi", {}, row.name)))))) : null);
   };
@@ -157,9 +163,9 @@
       e("summary", {}, `Limits for review (${results.review.length})`),
       e("p", { class: "muted" }, "An error below a hundredth of its limit says the limit is loose; above 0.8, that it is tight."),
       rayproof.scroll("table of limits", e("table", {},
-        e("thead", {}, e("tr", {}, e("th", {}, "check"), e("th", {}, "error / limit"), e("th", {}, "why"))),
+        e("thead", {}, e("tr", {}, e("th", {}, "check"), e("th", { "data-name": "error / limit" }, rayproof.ratioHead("error / limit")), e("th", {}, "why"))),
         e("tbody", {}, results.review.slice(0, 400).map((entry) => e("tr", {}, e("td", {}, entry.check),
-          e("td", {}, rayproof.ratioBar(entry.ratio)), e("td", {}, entry.why)))))),
+          e("td", {}, rayproof.ratioBar(entry.ratio)), e("td", {}, rayproof.prose(entry.why))))))),
       results.review.length > 400 ? e("p", { class: "muted" }, "The rest is in results.json.") : null);
   };
 
@@ -174,10 +180,10 @@
     };
     const times = Object.entries(results.times || {}).sort((a, b) => b[1] - a[1]);
     return e("details", { class: "panel" }, e("summary", {}, "What was slow"), e("div", { class: "columns" },
-      e("div", {}, e("h3", {}, "Cases"), e("table", {}, e("tbody", {}, rows.map((row) => e("tr", {},
+      e("div", {}, e("h3", {}, "Cases, time [s]"), e("table", {}, e("tbody", {}, rows.map((row) => e("tr", {},
         e("td", {}, e("a", { href: rayproof.link({ case: row.name }) }, e("bdi", {}, row.name))),
         e("td", {}, bar(row.seconds / most)), e("td", { class: "figure" }, rayproof.seconds(row.seconds))))))),
-      times.length ? e("div", {}, e("h3", {}, "Renderers, over all cases"), e("table", {}, e("tbody", {}, times.map(([name, seconds]) => e("tr", {},
+      times.length ? e("div", {}, e("h3", {}, "Renderers, time of what was not in the cache, over all cases [s]"), e("table", {}, e("tbody", {}, times.map(([name, seconds]) => e("tr", {},
         e("td", {}, name), e("td", {}, bar(seconds / times[0][1])), e("td", { class: "figure" }, rayproof.seconds(seconds))))))) : null));
   };
 
@@ -207,9 +213,10 @@
   const text = (value) => (value !== null && typeof value === "object" ? JSON.stringify(value) : String(value ?? ""));
 
   // Coverage by specification id: how many cases, the worst error against its limit, which references.
-  function state(item) {
+  function state(item, blamed) {
     if (!item.cases) return "missing";
-    if (item.failed) return "fail";
+    if (blamed.has(item.id)) return blamed.get(item.id);
+    if (item.failed) return "undecided"; // a case that exercises it fails, and the blame lies elsewhere
     // Nothing of ours failed, and still something lies beyond its limit: then a reference does.
     return rayproof.number(item.worst_ratio) <= 1 ? "pass" : "reference_suspect";
   }
@@ -222,26 +229,32 @@
   }
   const usual = (items) => items.map((item) => item.references || []).sort((a, b) => b.length - a.length)[0] || [];
 
-  const table = (items, onpick, everyone) => (items.length ? rayproof.scroll("table of specification ids", e("table", { class: "coverage" },
+  const STATES = { undecided: "cases fail, the blame lies elsewhere", missing: "not covered" };
+  const says = (item, blamed) => STATES[state(item, blamed)] || rayproof.word(state(item, blamed));
+
+  const table = (items, onpick, everyone, blamed) => (items.length ? rayproof.scroll("table of specification ids", e("table", { class: "coverage" },
     e("thead", {}, e("tr", {}, ["id", "", "what", "cases", "failed", "worst error / limit", "references"]
-      .map((title) => (title ? e("th", { scope: "col" }, title) : e("td"))))),
+      .map((title) => (title ? e("th", { scope: "col", "data-name": title }, title.includes("/") ? rayproof.ratioHead(title) : title) : e("td"))))),
     e("tbody", {}, items.map((item) => e("tr", {},
       e("th", { scope: "row" }, e("button", { class: "link", onclick: () => onpick(item.id), title: "show its cases" }, item.id)),
-      e("td", {}, e("span", { class: `glyph mark ${rayproof.tone(state(item))}`, role: "img", "aria-label": rayproof.word(state(item)), title: rayproof.word(state(item)) },
-        rayproof.glyph(state(item)))),
+      e("td", {}, e("span", { class: `glyph mark ${rayproof.tone(state(item, blamed))}`, role: "img", "aria-label": says(item, blamed), title: says(item, blamed) },
+        rayproof.glyph(state(item, blamed)))),
       e("td", { class: "what" }, item.what),
       e("td", { class: "figure" }, item.cases),
       e("td", { class: "figure" }, item.failed ?? ""),
-      e("td", {}, e("span", { title: item.worst_check || "" }, rayproof.ratioBar(item.cases ? item.worst_ratio : null))),
+      e("td", {}, e("span", { title: item.worst_check || "" }, rayproof.ratioBar(item.cases ? item.worst_ratio : null, { blamed: !item.failed || blamed.has(item.id) }))),
       e("td", { class: "references" }, item.cases ? asked(item.references || [], everyone) : "")))))) : null);
 
   rayproof.coverage = function (results, onpick) {
     const everyone = usual(results.coverage);
     const covered = results.coverage.filter((item) => item.cases).length;
+    // The ids that the failing cases' own blame names; others of these cases only lie downstream.
+    const named = (row) => (String(row.blame || "").match(/[A-Z]+-\d+/g) || []).map((id) => [id, row.verdict]);
+    const blamed = new Map(["reference_suspect", "fail"].flatMap((verdict) => results.cases.filter((row) => row.verdict === verdict).flatMap(named)));
     return e("section", { class: "panel", "aria-label": "Coverage" },
       e("h2", {}, "Coverage by specification id ",
         e("span", { class: "muted" }, `${covered} of ${results.coverage.length} covered`)),
-      e("div", { class: "halves" }, [0, 1].map((half) => table(results.coverage.filter((_, i) => (i < results.coverage.length / 2) === (half === 0)), onpick, everyone))),
-      e("p", { class: "muted legend" }, `all: ${everyone.join(", ") || "nobody"}`));
+      e("div", { class: "halves" }, [0, 1].map((half) => table(results.coverage.filter((_, i) => (i < results.coverage.length / 2) === (half === 0)), onpick, everyone, blamed))),
+      e("p", { class: "muted legend" }, `all: ${everyone.join(", ") || "nobody"}`, ". ", rayproof.glyph("fail"), " blamed  ", rayproof.glyph("undecided"), ` ${STATES.undecided}  `, rayproof.glyph("missing"), ` ${STATES.missing}`));
   };
 })(window.rayproof);

@@ -177,7 +177,7 @@
       current = { layer, mine, other, a, b };
       rayproof.replace(tabs, layers.length > 1 ? layers.map((one) => e("button", { "aria-pressed": String(one === layer), onclick: () => set({ stage: one, channel: "", low: "", high: "" }) }, one)) : null);
       if (layer !== undefined) view.draw({ name: layer, unit: "" }, mine, other, a, b, settings);
-      document.title = [other, mine].filter(Boolean).join(" and ");
+      document.title = [mine, other].filter(Boolean).join(" and ");
     };
     const file = e("input", { type: "file", multiple: true, accept: ".exr,.pfm,.png", "aria-label": "open images", onchange: () => opened([...file.files]) });
     const rows = [
@@ -198,7 +198,7 @@
     const { a, b, mine, other } = current;
     const at = (image) => (image && x < image.width && y < image.height
       ? image.titles.map((title, c) => `${title} ${rayproof.short(image.values[(y * image.width + x) * image.channels + c], 9)}`).join("  ") : "nothing there");
-    rayproof.replace(value, `${x}, ${y}: ${other}: ${at(b)} · ${mine}: ${at(a)}`);
+    rayproof.replace(value, `${x}, ${y}: ${mine}: ${at(a)} · ${other}: ${at(b)}`);
   }
 
   window.addEventListener("dragover", (event) => event.preventDefault());

@@ -225,7 +225,7 @@
   const { svg } = rayproof;
 
   // `limit` is null where the limit is of another quantity than the metric shown.
-  rayproof.histogramView = function (errors, range, log, limit) {
+  rayproof.histogramView = function (errors, range, log, limit, unit) {
     const { bins, zero, below, above, odd } = rayproof.histogram(errors, range, log);
     const top = Math.log1p(Math.max(1, ...bins));
     const wide = WIDTH / bins.length;
@@ -241,10 +241,14 @@
     const beyond = limit === null ? null : errors.values.reduce((sum, value) => sum + !(Math.abs(value) <= limit), 0);
     const words = beyond === null ? "" : beyond ? `${beyond} pixels beyond the limit at its worst pixel, ${rayproof.short(limit)}`
       : `no pixel beyond the limit at its worst pixel, ${rayproof.short(limit)}`;
-    return e("figure", { class: "histogram" },
+    const ticks = [0, 0.25, 0.5, 0.75, 1].map((at) => (log ? range[0] * (range[1] / range[0]) ** at : range[0] + at * (range[1] - range[0])));
+    return e("figure", { class: "histogram" }, e("div", { class: "counts" },
+      e("div", { class: "ends", "aria-hidden": "true" }, e("span", {}, Math.max(...bins)), e("span", {}, "pixels"), e("span", {}, 0)), e("div", {},
       svg("svg", { viewBox: `0 0 ${WIDTH} ${HEIGHT}`, preserveAspectRatio: "none", role: "img",
         "aria-label": `Histogram of ${errors.metric} errors; ${words || "no limit of this quantity"}` },
       bars, shown ? svg("line", { x1: at * WIDTH, x2: at * WIDTH, y1: 0, y2: HEIGHT, class: "limit" }) : null),
+      e("div", { class: "axis", "aria-hidden": "true" }, ticks.map((value) => e("span", {}, rayproof.short(value, 2)))))),
+      e("p", { class: "axis-name muted" }, `error (${rayproof.metricTitle(errors.metric)})${unit && unit !== rayproof.metricTitle(errors.metric) ? ` [${unit}]` : ""}`),
       e("figcaption", { class: "muted" }, [`${errors.values.length} pixels, counts on a log scale`, said, words].filter(Boolean).join(" \u00B7 ")));
   };
 })(window.rayproof);

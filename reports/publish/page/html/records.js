@@ -106,6 +106,15 @@
     return { ...data, renderers: Object.keys(images), image, has, mask };
   }
 
+  // -> Promise of the same that is not kept: for one look at each of many cases
+  rayproof.glance = open;
+
+  // Whoever is not a reference of this run was put to the test, whatever its name. -> {ours, theirs}: names of renderers
+  rayproof.sides = function (results, data) {
+    const witnesses = new Set([...Object.keys(results.references || {}), ...Object.values(results.comparison?.renderers || {}), ...(data.checks || []).map((check) => check.reference)]);
+    return { ours: data.renderers.filter((name) => !witnesses.has(name)), theirs: data.renderers.filter((name) => witnesses.has(name)) };
+  };
+
   // -> Promise of the case's record, with image(renderer, stage) -> Promise of an image or null, and mask: Uint8Array.
   rayproof.load = function (row) {
     if (!loaded.has(row.file)) {

@@ -6,6 +6,8 @@
   const distinct = (values) => [...new Set(values)];
   const th = (title) => e("th", { scope: "col" }, title);
 
+  const NEVER = "never right"; // not even at the ladder's first value
+
   // As expected, known to fail, or a surprise: a shape and a word for each.
   function state(climb) {
     if (climb.surprise) return ["fail", "surprise"];
@@ -22,7 +24,7 @@
     const cell = (ladder, formula) => {
       const climb = ladder.climbs.find((one) => one.formula === formula && one.precision === precision);
       if (!climb) return e("td");
-      const value = climb.breakpoint === null ? "none" : rayproof.short(climb.breakpoint, 2);
+      const value = climb.breakpoint === null ? NEVER : rayproof.short(climb.breakpoint, 2);
       return e("td", { class: "figure" }, mark(climb), " ", value);
     };
     return e("section", { class: "panel", "aria-label": "Breakpoints" },
@@ -46,10 +48,10 @@
       e("thead", {}, e("tr", {}, ["formula", "", "slope, 95 % interval", "predicted", "breakpoint", "worst error / K u", "per million", "why"].map(th))),
       e("tbody", {}, climbs.map((climb) => e("tr", {}, e("th", { scope: "row" }, climb.formula), e("td", {}, mark(climb)),
         e("td", { class: "figure" }, rayproof.short(climb.slope), e("span", { class: "muted" }, interval(climb))),
-        e("td", { class: "figure" }, rayproof.short(climb.slope_predicted)), e("td", { class: "figure" }, rayproof.short(climb.breakpoint) || "none"),
+        e("td", { class: "figure" }, rayproof.short(climb.slope_predicted)), e("td", { class: "figure" }, rayproof.short(climb.breakpoint) || NEVER),
         e("td", { class: "figure" }, rayproof.short(climb.worst_error_over_Ku)),
         e("td", {}, Object.entries(climb.per_million || {}).map(([name, count]) => `${name.replaceAll("_", " ")} ${rayproof.short(count)}`).join(", ")),
-        e("td", {}, climb.surprise || climb.known || (climb.reasons || []).join("; ")))))));
+        e("td", {}, rayproof.prose(climb.surprise || climb.known || (climb.reasons || []).join("; "))))))));
   }
 
   function ladderCard(ladder, precision, formulas) {

@@ -82,7 +82,7 @@
           onrange: (low, high) => set({ low: low ?? "", high: high ?? "" }) }),
         why: { ours: "No image of this stage was kept.", theirs: unanswered ? unanswered.why : "This reference did not answer this stage.",
           error: a && b ? "The images differ in size." : "There is nothing to compare." } });
-      rayproof.replace(below, errors ? rayproof.histogramView(errors, range, settings.log, limit) : null);
+      rayproof.replace(below, errors ? rayproof.histogramView(errors, range, settings.log, limit, errorUnit) : null);
     }
 
     const choosers = (mine, other) => e("div", { class: "controls" },
@@ -92,8 +92,9 @@
     return { controls, node: e("div", {}, viewer.node, below, swatches), viewer, draw };
   };
 
+  // The worst pixel is that of the check, by its error over its limit; here the largest error may be another pixel's.
   const worst = (errors, unit) => (errors.differing
-    ? `worst ${rayproof.short(errors.worst)} ${unit} at ${errors.at.join(", ")} \u00B7 ${errors.differing} of ${errors.values.length} pixels differ`
+    ? `largest ${rayproof.short(errors.worst)} ${unit} at ${errors.at.join(", ")} \u00B7 ${errors.differing} of ${errors.values.length} pixels differ`
     : "not one pixel differs");
 
   function span(stage, scale, unit) {
@@ -108,12 +109,12 @@
   // One pixel's whole story: every stage of every renderer, to the last bit, and the command that tells it again.
   // -> {node, show(x, y)}; `renderers` in order, the first of them ours, the second the reference compared with.
   rayproof.inspector = function (data, stages) {
-    const body = e("tbody"), head = e("thead");
+    const body = e("tbody"), head = e("thead"), table = e("table", {}, head, body);
     const title = e("span", { class: "muted", role: "status" }, "point at an image, or use the arrow keys on one");
     const kinds = e("p", { class: "muted kinds" });
     const command = e("div");
     const node = e("section", { class: "panel inspector", "aria-label": "Pixel" }, e("h3", {}, "Pixel ", title), command, kinds,
-      rayproof.scroll("every stage of every renderer", e("table", {}, head, body)));
+      rayproof.scroll("every stage of every renderer", table));
     let images = null, wanted = null, context = { renderers: data.renderers, ours: "", theirs: "", stage: "", metric: "absolute" };
 
     const read = () => Promise.all(stages.map((stage) => Promise.all(data.renderers.map((renderer) => data.image(renderer, stage.name)))));
@@ -149,8 +150,8 @@
       context.metric = rayproof.ofValues(context.metric);
       const chosen = [context.ours, context.theirs].filter((name) => data.renderers.includes(name));
       context.renderers = [...new Set([...chosen, ...data.renderers])];
-      rayproof.replace(head, e("tr", {}, e("th", { scope: "col" }, "stage"), context.renderers.map((name) => e("th", { scope: "col" }, name)),
-        e("th", { scope: "col" }, context.metric)));
+      rayproof.replace(head, e("tr", {}, e("th", { scope: "col" }, "stage"), context.renderers.map((name) => e("th", { scope: "col" }, rayproof.parts(name))),
+        e("th", { scope: "col" }, `${context.metric} error`)));
       if (wanted) show(...wanted);
     }
 
@@ -159,19 +160,20 @@
       if (!images) images = await read();
       if (wanted[0] !== x || wanted[1] !== y) return;
       rayproof.replace(title, `column ${x}, row ${y}`);
-      rayproof.replace(command, rayproof.command(rayproof.probeCommand(data, x, y)));
+      rayproof.replace(command, rayproof.command(rayproof.probeCommand(data, x, y, context.ours)));
       const own = rayproof.configurationOf(context.ours || "") === data.masks?.configuration;
       const edges = own ? rayproof.kindsAt(data.mask, data.masks.width, x, y) : [];
       rayproof.replace(kinds, edges.length ? `Near an edge, where rounding may decide: ${edges.map(({ name }) => name).join(", ")}.` : "");
       rayproof.replace(body, stages.map((stage, i) => rows(stage, images[i], x, y)));
+      rayproof.named(table);
     }
     return { node, show, set };
   };
 
-  // A user's own scene has no name that would find it, only a file: the last word of the command that runs it.
-  rayproof.probeCommand = function (data, x, y) {
-    const file = /^rayproof run (.+\.json'?)(?: |$)/.exec(data.reproduce || "");
-    return `rayproof probe ${file ? file[1] : rayproof.quoted(data.name)} ${x} ${y}`;
+  // With the subject, or the tracer's configuration that is looked at where it is none of the two that are always shown.
+  rayproof.probeCommand = function (data, x, y, ours) {
+    const [before, subject] = data.probe, own = String(ours || "").startsWith("tracer-") ? configurationOf(ours) : "";
+    return `${before} ${x} ${y}${subject}${subject || ["", "float32", "float64"].includes(own) ? "" : ` --configuration ${rayproof.quoted(own)}`}`;
   };
 
   // A shell word: quoted where a shell would read anything into it.

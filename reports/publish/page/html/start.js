@@ -10,15 +10,20 @@
   function front() {
     rayproof.listAddress = location.hash;
     list = rayproof.caseList(results);
+    const bad = results.cases.some(rayproof.bad);
+    const sheet = rayproof.contactSheet(results, { open: !bad });
     rayproof.keys([
+      ["[", "contact sheet: previous stage", () => sheet.turn(-1)], ["]", "contact sheet: next stage", () => sheet.turn(1)],
       ["/", "search the cases", () => list.search()],
       [["j", "k"], "next or previous case of the list", (key) => list.step(key === "j" ? 1 : -1)],
       ["Enter", "on a case: open it"],
       ["Escape", "clear the filters", () => list.clear()],
     ]);
     return e("main", {}, rayproof.shoutBars(results), rayproof.navigation(results, ""), rayproof.verdictLine(results),
-      rayproof.comparison(results),
-      rayproof.ledger(results, (verdict) => list.set({ verdict })), rayproof.blamed(results), rayproof.differences(results), rayproof.worse(results),
+      rayproof.comparison(results), rayproof.worse(results),
+      // First what is wrong: its cause, the worst pair, and others by cause. Where nothing is, a look at all of it.
+      bad ? [rayproof.blamed(results), rayproof.differences(results)] : sheet.node,
+      rayproof.ledger(results, (verdict) => list.set({ verdict })), bad ? sheet.node : null,
       rayproof.coverage(results, (id) => list.set({ id })), list.section,
       rayproof.commonFactors(results), rayproof.review(results), rayproof.tradeoff(results), rayproof.slowest(results), rayproof.environment(results));
   }

@@ -12,7 +12,7 @@
   // onpoint(x, y): a pixel was pointed at; onview(): the zoom changed.
   rayproof.viewer = function ({ onpoint, onview }) {
     const shared = { image: { width: 1, height: 1 }, view: { zoom: 1, x: 0.5, y: 0.5 }, pixel: null, pinned: false };
-    const panes = { reference: rayproof.pane("image of the reference"), ours: rayproof.pane("image of ours"), both: rayproof.pane("both images"), error: rayproof.pane("image of the errors") };
+    const panes = { ours: rayproof.pane("image of ours"), reference: rayproof.pane("image of the reference"), both: rayproof.pane("both images"), error: rayproof.pane("image of the errors") };
     const node = e("div", { class: "panes" });
     const share = e("input", { type: "range", min: 0, max: 1, step: 0.01, value: 0.5, "aria-label": "share of ours", oninput: () => redraw() });
     const play = e("button", { class: "quiet", onclick: () => { playing = !playing; tick(); } });
@@ -85,19 +85,19 @@
       shared.image = { width: image.width, height: image.height };
       if (!same || first) shared.view = rayproof.fitted(image);
       const { mode } = what.settings;
-      panes.reference.caption("reference", what.notes.theirs);
-      panes.ours.caption("ours", what.notes.ours);
+      panes.reference.caption("reference", rayproof.parts(what.notes.theirs));
+      panes.ours.caption("ours", rayproof.parts(what.notes.ours));
       panes.error.caption(`${rayproof.metricTitle(what.settings.metric)} error`, what.notes.error);
       panes.both.caption(TITLES[mode], `${what.names.ours} over ${what.names.theirs}`);
-      const ends = mode === "swipe" ? ["ours", "reference"] : ["reference", "ours"];
-      rayproof.replace(panes.both.foot, mode === "flicker" ? play : e("label", { class: "share" }, e("span", {}, ends[0]), share, e("span", {}, ends[1])));
+      share.dir = mode === "onion" ? "rtl" : "ltr"; // the end of the slider that shows ours alone is the left one
+      rayproof.replace(panes.both.foot, mode === "flicker" ? play : e("label", { class: "share" }, e("span", {}, "ours"), share, e("span", {}, "reference")));
       rayproof.replace(panes.error.foot, what.foot);
       const pair = what.ours && what.theirs && what.errors;
       const error = what.errors ? panes.error.node : absent("error", what.why.error);
       const parts = mode === "error" && what.errors ? [error]
         : mode !== "side" && pair ? [panes.both.node, error]
-        : [what.theirs ? panes.reference.node : absent("reference", what.why.theirs),
-          what.ours ? panes.ours.node : absent("ours", what.why.ours), error];
+        : [what.ours ? panes.ours.node : absent("ours", what.why.ours),
+          what.theirs ? panes.reference.node : absent("reference", what.why.theirs), error];
       node.dataset.panes = parts.length;
       // Frames as high as their width makes them, yet never beyond the window.
       node.style.setProperty("--aspect", `${image.width} / ${image.height}`);
