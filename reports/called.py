@@ -4,6 +4,7 @@ import os
 import shlex
 import shutil
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 
 VARIABLE = "RAYPROOF_CALLED"  # set by the launcher of a checkout, and by `remember` for the processes of a run
@@ -15,8 +16,21 @@ def called() -> str:
     return shlex.quote(os.environ.get(VARIABLE) or NAME)
 
 
-def remember() -> None:
-    """Let hints name the program by its path where it was called so and is on nobody's PATH."""
+_GIVEN: list[str] | None = None  # what the command line was given, where it was not the process's own
+
+
+def arguments() -> list[str]:
+    """Return the words that the command line was given."""
+    return list(sys.argv[1:] if _GIVEN is None else _GIVEN)
+
+
+def remember(given: Sequence[str] | None = None) -> None:
+    """Remember the words that the command line was given, the process's own if None.
+
+    Let hints name the program by its path where it was called so and is on nobody's PATH.
+    """
+    global _GIVEN
+    _GIVEN = None if given is None else list(given)
     program = sys.argv[0] if sys.argv else ""
     if VARIABLE not in os.environ and Path(program).name == NAME and shutil.which(NAME) is None:
         os.environ[VARIABLE] = program

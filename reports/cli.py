@@ -134,7 +134,7 @@ def main(arguments: Sequence[str] | None = None, program: "App | None" = None) -
     # Before anything heavy is imported: whoever is stopped while it starts ends in one line, too.
     with Stopping() as stopping:
         try:
-            remember()
+            remember(arguments)
             given = sys.argv[1:] if arguments is None else list(arguments)
             if program is None and given in ([], ["--help"], ["-h"]):
                 return _overview()

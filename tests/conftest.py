@@ -9,13 +9,14 @@ marker that is missing is sure to be found where only tests without markers run.
 import multiprocessing.util
 import os
 import sys
-from collections.abc import Generator
+from collections.abc import Generator, Iterator
 from pathlib import Path
 from typing import Any
 
 import pytest
 
 from rayproof.cases.mesh_sandbox import START
+from rayproof.reports.results import provenance
 from rayproof.tracer.kernel import compiler
 from tests.command_line import command as command
 
@@ -148,3 +149,14 @@ def _surroundings_of_its_own(tmp_path_factory: pytest.TempPathFactory) -> None:
 def precision(request: pytest.FixtureRequest) -> str:
     """Name each precision of the tracer in turn."""
     return request.param
+
+
+GIT = provenance.git
+
+
+@pytest.fixture(scope="session", autouse=True)
+def no_commit() -> Iterator[None]:
+    """Let results come from no commit: asking git starts a process. A test of commits takes `GIT` back."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(provenance, "git", lambda *words, at=Path(): "")
+        yield

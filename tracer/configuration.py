@@ -10,7 +10,7 @@ from rayproof.tracer.formulas import FORMULAS, Formula
 from rayproof.tracer.formulas.own_file import MARK, digest, is_own
 
 # A user's file may have slashes in its path; the next part begins after its function's name.
-_PART = re.compile(rf"(?:[^/=]+=[^=:]*{re.escape(MARK)}\w*|[^/]*)(?:/|$)")
+_PART = re.compile(rf"(?:[^/=]+=[^=:]*{re.escape(MARK)}\w*(?:\([^()]*\))?|[^/]*)(?:/|$)")
 
 
 def parts_of(text: str) -> list[str]:

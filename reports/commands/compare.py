@@ -2,14 +2,17 @@
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Annotated
 
-from rayproof.reports.commands.lookup import scene_files
+from cyclopts import Parameter
+
+from rayproof.reports.commands.lookup import scene_files, sweep_of
 from rayproof.reports.commands.output import console, say, shout, show_table, write_json
 from rayproof.reports.commands.usage import UsageError, one_line, own, told_in_one_line, writable_folder
+from rayproof.reports.studies.publication import Paper
 
 if TYPE_CHECKING:  # it would load what only this command needs
-    from rayproof.reports.studies.compare.records import FormulaComparison, RunComparison
+    from rayproof.reports.studies.compare.records import Compared, FormulaComparison, SweepRecord, SweptRecord
 
 REPETITIONS = 31
 FEWEST = 9  # with fewer a 95 % interval of a median is the range of all values
@@ -23,6 +26,8 @@ def compare(
     out: Path | None = None,
     repetitions: int = REPETITIONS,
     precision: str = "float32",
+    sweep: str | None = None,
+    paper: Annotated[Paper, Parameter(name="*")] = Paper(),  # noqa: B008  frozen
 ) -> int:
     """Compare two formulas, configurations or finished runs.
 
@@ -38,40 +43,81 @@ def compare(
     json
         Also write the comparison to this file.
     out
-        Also write comparison.json and comparison.md to this folder.
+        Also write comparison.json and comparison.md to this folder, with what is needed to compute them again.
     repetitions
         How often each is timed on each family, at least 9; an even number is raised by one.
     precision
         The precision in which formulas run.
+    sweep
+        Compare with the candidate, a function of your own, for many values of one of its parameters: eps=1e-6..1e-2:9
+        are nine values in equal ratios.
 
     """
     if repetitions < FEWEST:
         raise UsageError(f"--repetitions must be at least {FEWEST}, got {repetitions}")
     with told_in_one_line():
+        paper.check()
         if out is not None:
             own(out)
         if json is not None:
             writable_folder(json.parent)
-        runs = [Path(name) for name in (base, candidate) if Path(name).is_dir()]
+    runs = [Path(name) for name in (base, candidate) if is_folder(name)]
     if len(runs) == 1:
         raise UsageError(f"{runs[0]} is a run; it can only be compared with another run")
+    result: Compared
     if runs:
-        if selectors:
-            raise UsageError("selectors do not apply to two finished runs")
+        if selectors or sweep:
+            raise UsageError("selectors and --sweep do not apply to two finished runs")
         from rayproof.reports.history.run_difference import compare_runs
 
         with told_in_one_line():
             result = compare_runs(runs[0], runs[1])
-    else:
+    elif sweep is None:
         result = formulas(base, candidate, selectors, repetitions | 1, precision)
-    show(result)
-    write_json(json, result)
-    if out is not None:
-        from rayproof.reports.studies.compare.records import markdown
+    else:
+        result = swept(base, candidate, selectors, repetitions | 1, precision, sweep)
+    from rayproof.reports.results.provenance import caption, keep
+    from rayproof.reports.studies.compare import records
+    from rayproof.reports.studies.publication import draw, write_table
 
+    columns, table, title = records.COLUMNS[records.kind_of(result)], records.rows(result), records.title(result)
+    show(result, title, columns, table)
+    write_json(json, result)
+    about = f"{title}. {caption(result['origin'])}."
+    write_table(paper.table, columns, table, caption=about)
+    if "sweep" in result:
+        draw(paper, [records.sweep_panels(result)], caption=about, height=0.4 * paper.width)
+    else:
+        height = (len(result["families"]) + 4) * 0.7 * paper.font_size
+        draw(paper, [records.comparison_panels(result)], caption=about, height=height)
+    if out is not None:
         write_json(out / "comparison.json", result)
-        (out / "comparison.md").write_text(markdown(result), encoding="utf-8")
+        (out / "comparison.md").write_text(records.markdown(result), encoding="utf-8")
+        keep(out, "compare", result["origin"]["seed"])
     return 0
+
+
+def is_folder(name: str) -> bool:
+    """Return whether a contender is a folder; a name too long for a path is none."""
+    with told_in_one_line():
+        return Path(name).is_dir()
+
+
+def swept(
+    base: str, candidate: str, selectors: Sequence[str], repetitions: int, precision: str, sweep: str
+) -> "SweepRecord":
+    """Return the comparison of the base with the candidate for each value of one of its parameters."""
+    from rayproof.reports.studies.compare.records import SCHEMA
+    from rayproof.tracer.formulas.own_file import is_own, with_number
+
+    name, values = sweep_of(sweep)
+    if "=" not in candidate or not is_own(candidate):
+        raise UsageError(f"--sweep needs a candidate of your own, slot=FILE.py:function, got {candidate}")
+    with told_in_one_line():
+        candidates = [with_number(candidate, name, value) for value in values]
+    found = [formulas(base, one, selectors, repetitions, precision) for one in candidates]
+    swept: SweptRecord = {"candidate": candidate, "parameter": name, "values": values}
+    return {"schema": SCHEMA, "origin": found[0]["origin"], "sweep": swept, "comparisons": found}
 
 
 def formulas(
@@ -103,15 +149,14 @@ def formulas(
             raise
 
 
-def show(result: "FormulaComparison | RunComparison") -> None:
-    """Print the verdict, the families and the control."""
-    from rayproof.reports.studies.compare.records import COLUMNS, rows
-
-    say(result["verdict"])
-    if control := result.get("control"):
-        outside, many = control["families_outside"], len(control["families"])
-        say(
-            f"control, {result['base']} against itself: {control['verdict']} Outside its interval: {outside} of {many}."
-        )
-    table, columns = rows(result), COLUMNS["runs" if "changed" in result else "formulas"]
-    show_table(f"{result['base']} -> {result['candidate']}", columns, table)
+def show(result: "Compared", title: str, columns: Sequence[str], table: Sequence[Sequence[str]]) -> None:
+    """Print the verdict, the families and the control, or a line for each value of a swept parameter."""
+    if "sweep" not in result:
+        say(result["verdict"])
+        if control := result.get("control"):
+            outside, many = control["families_outside"], len(control["families"])
+            say(
+                f"control, {result['base']} against itself: {control['verdict']} "
+                f"Outside its interval: {outside} of {many}."
+            )
+    show_table(title, columns, table)

@@ -1,6 +1,8 @@
 """Find what a user names: one case or scene file, tracer configurations, stages."""
 
+import re
 from collections.abc import Sequence
+from math import inf
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -69,6 +71,32 @@ def scene_files(selectors: Sequence[str]) -> tuple[tuple[str, ...], "tuple[Case,
         for case in cases:
             refuse_too_large(case.scene, case.name)
     return tuple(name for name in selectors if not name.endswith(".json")), cases
+
+
+SWEEP = re.compile(r"(?P<name>\w+)=(?P<first>[^:]+?)\.\.(?P<last>[^:]+?):(?P<number>\d+)")
+MOST_VALUES = 100
+
+
+def sweep_of(text: str) -> tuple[str, list[float]]:
+    """Return the parameter and its values, in equal ratios, of a sweep such as eps=1e-6..1e-2:9.
+
+    Raises:
+        UsageError: it is not written so.
+
+    """
+    found = SWEEP.fullmatch(text)
+    try:
+        first, last = (float(found[part]) for part in ("first", "last")) if found else (0.0, 0.0)
+    except ValueError:
+        first = last = 0.0
+    number = int(found["number"]) if found else 0
+    if found is None or not (0 < first < inf and 0 < last < inf and first != last and 2 <= number <= MOST_VALUES):
+        raise UsageError(
+            f"--sweep must read eps=1e-6..1e-2:9, two positive bounds and 2 to {MOST_VALUES} values, got {text}"
+        )
+    ratios = (first * (last / first) ** (place / (number - 1)) for place in range(number - 1))
+    values = [float(f"{value:.12g}") for value in ratios]  # 1e-4, not 9.999999999999999e-05
+    return found["name"], [*values, last]
 
 
 def configurations(names: Sequence[str], formulas: Sequence[str]) -> tuple["Configuration", ...]:

@@ -30,6 +30,8 @@ def report(
     figures: bool = False,
     parquet: Path | None = None,
     json: Path | None = None,
+    reproduce: bool = False,
+    trust: bool = False,
 ) -> int:
     """Publish a results folder again, without rendering, or show what changed between two.
 
@@ -58,8 +60,19 @@ def report(
         Also write all checks to a Parquet file, one row a check; needs pyarrow.
     json
         With two runs: also write what changed to this file.
+    reproduce
+        Print by which command, code and inputs the results in the folder were made, and publish nothing.
+    trust
+        With --reproduce: run the command again, with the inputs that the folder holds, and say what differs. This
+        executes the formulas in that folder.
 
     """
+    if trust and not reproduce:
+        raise UsageError("--trust needs --reproduce")
+    if reproduce:
+        if other is not None or out is not None or pictures is not None or json is not None or single_file:
+            raise UsageError("--reproduce takes a folder and --trust only")
+        return reproduced(folder, trust=trust)
     if other is not None:
         if pictures is not None or figures or draw is not None or parquet is not None:
             raise UsageError("--draw, --pictures, --figures and --parquet need one folder, got two")
@@ -96,6 +109,58 @@ def report(
     if pictures is not None or figures:
         look(folder, results, pictures, case, figures=figures)
     return 0
+
+
+def reproduced(folder: Path, *, trust: bool) -> int:
+    """Print how the results in a folder were made; make them again if the folder is trusted."""
+    from rayproof.reports.results import provenance
+
+    with told_in_one_line():
+        kinds = provenance.kinds(folder)
+        if not kinds:
+            raise LookupError(f"{folder}: it does not hold where its results come from ({provenance.FOLDER}/)")
+        records = {kind: provenance.load(folder, kind) for kind in kinds}
+    different = False
+    for kind, record in records.items():
+        say(f"{kind}: {provenance.command(record)}")
+        say(f"  made by {provenance.caption(record)}")
+        say(f"  here is {provenance.caption(provenance.origin(record['seed']))}")
+        for name, digest in {**record["files"], **record["left_out"]}.items():
+            say(f"  {digest}  {name}{'' if name in record['files'] else ' (too large, not kept)'}")
+        say(f"  {record['result'] or provenance.digest_of(provenance.essence(folder, kind))}  result")
+        if record["program"]:
+            say("  the program under test is not kept; it is called as it is here")
+        if trust:
+            different |= not made_again(folder, kind)
+    return 1 if different else 0
+
+
+def made_again(folder: Path, kind: str) -> bool:
+    """Make the results of one command again and say what differs; return whether they are equal within their limits."""
+    from tempfile import TemporaryDirectory
+
+    from rayproof.reports.results import provenance
+
+    with TemporaryDirectory(prefix="rayproof-again-") as temporary:
+        with told_in_one_line():
+            words, paths = provenance.again(folder, kind, Path(temporary) / "out")
+            before = provenance.essence(folder, kind)
+        code = provenance.run_again(words)
+        try:
+            after = provenance.essence(Path(temporary) / "out", kind)
+        except (OSError, ValueError, LookupError) as error:
+            say(f"{kind}: made again, it ended with {code} and without a result: {error}")
+            return False
+    equal, told = provenance.differences(before, provenance.renamed(after, paths))
+    if equal or not told:
+        say(f"{kind}: {'equal' if equal else 'equal within the limits of its numbers'}, {len(before)} results")
+        return True
+    say(f"{kind}: {len(told)} of {len(before)} results differ")
+    for line in told[:FEW]:
+        say(f"  {line}")
+    if len(told) > FEW:
+        say(f"  and {len(told) - FEW} more")
+    return False
 
 
 def draw_cases(folder: Path, results: RunRecord, which: str) -> None:

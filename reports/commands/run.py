@@ -272,6 +272,9 @@ def run(
             from rayproof.reports.run.suite import run as run_suite
 
             code = run_suite(request, cluster or pool)
+            from rayproof.reports.results.provenance import keep
+
+            keep(out, "run", "" if seed is None else seed)
         except OSError as error:  # a full disk, say: what was finished is in the journal
             hint = f"{error.strerror or error}; what was finished is kept, and --resume goes on"
             raise OSError(error.errno, hint, error.filename or str(out)) from error

@@ -1,20 +1,27 @@
 """`rayproof stability`: how far up its ladders each formula climbs, and whether that is what the catalogue says."""
 
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
 from cyclopts import Parameter
 
-from rayproof.reports.commands.lookup import Repeated
+from rayproof.reports.commands.lookup import Repeated, sweep_of
 from rayproof.reports.commands.output import say, show_table, write_json
 from rayproof.reports.commands.usage import UsageError, own, told_in_one_line, writable_folder
+from rayproof.reports.results.provenance import caption, keep, origin
+from rayproof.reports.studies.publication import MOST_PANELS, Paper, draw, write_table
 
 if TYPE_CHECKING:
     from rayproof.reports.studies.stability.records import ClimbRecord, SurveyRecord
 from rayproof.reports.studies.stability.document import Plan
 
 CLEARED = 100  # columns of an earlier, longer line
+COLUMNS = (
+    "ladder", "formula", "precision", "slope", "predicted", "breakpoint", "error / K u", "false hits", "false misses",
+    "per million", "verdict", "expected",
+)  # fmt: skip
 SHOWN = 40  # rows of the table, unless formulas or ladders were named
 Precisions = Annotated[tuple[Literal["float32", "float64"], ...], Parameter(negative="", show_default=False)]
 
@@ -26,6 +33,8 @@ def stability(
     precision: Precisions = (),
     json: Path | None = None,
     out: Path | None = None,
+    sweep: str | None = None,
+    paper: Annotated[Paper, Parameter(name="*")] = Paper(),  # noqa: B008  frozen
 ) -> int:
     """Measure formulas on ladders of ill-conditioned inputs.
 
@@ -43,10 +52,14 @@ def stability(
     json
         Also write the results to this file.
     out
-        Also write JSON, CSV and SVG of every ladder to OUT/stability.
+        Also write JSON, CSV and SVG of every ladder to OUT/stability, with what is needed to compute them again.
+    sweep
+        Measure your own function for many values of one of its parameters: eps=1e-6..1e-2:9 are nine values in equal
+        ratios.
 
     """
     with told_in_one_line():
+        paper.check()
         if out is not None:
             own(out / "stability")
         if json is not None:
@@ -55,11 +68,15 @@ def stability(
 
     choose_packaged_llvm()
     from rayproof.reports.studies.stability.document import plan, survey
+    from rayproof.reports.studies.stability.figures import paper_rows
 
+    name, patterns, values = swept(formulas, sweep)
     with told_in_one_line():
-        planned = plan(formulas, ladders=ladder, precisions=precision or ("float32", "float64"), quick=quick)
+        planned = plan(patterns, ladders=ladder, precisions=precision or ("float32", "float64"), quick=quick)
     if not planned.ladders:
         raise UsageError("none of these formulas is measured on any of these ladders")
+    if paper.figure is not None and len(planned.ladders) > MOST_PANELS:
+        raise UsageError(f"--figure shows at most {MOST_PANELS} ladders, got {len(planned.ladders)}; use --ladder")
     doubts: list[str] = []
     records: list[ClimbRecord] = []
     for one in survey(planned, doubts=doubts.append):
@@ -70,8 +87,34 @@ def stability(
     write_json(json, found)
     if out is not None:
         written(out / "stability", planned, found)
+        keep(out, "stability", found["origin"]["seed"])
     show(records, doubts, surprises, everything=bool(formulas or ladder))
+    ladders = [one for one, _ in planned.ladders]
+    about = f"{', '.join(one.name for one in ladders[:MOST_PANELS])}. {caption(found['origin'])}."
+    write_table(paper.table, COLUMNS, [row(one) for one in records], caption=about)
+    drawn = paper_rows(ladders, records, (name, values) if name else None) if paper.figure is not None else []
+    draw(paper, drawn, caption=about, height=0.38 * paper.width)
     return 1 if surprises else 0
+
+
+def swept(formulas: Sequence[str], sweep: str | None) -> tuple[str, list[str], dict[str, float]]:
+    """Return a swept parameter, the formulas with its values in place of the user's own, and the value of each.
+
+    Without a sweep: no parameter, and the formulas as they are.
+    """
+    if sweep is None:
+        return "", list(formulas), {}
+    from rayproof.tracer.formulas import FORMULAS
+    from rayproof.tracer.formulas.own_file import is_own, with_number
+
+    name, values = sweep_of(sweep)
+    own = [one for one in formulas if is_own(one)]
+    if not own:
+        raise UsageError("--sweep needs a formula of your own, slot=FILE.py:function")
+    with told_in_one_line():
+        each = {with_number(one, name, value): value for one in own for value in values}
+        known = {FORMULAS.named(text).name: value for text, value in each.items()}
+    return name, [*(one for one in formulas if one not in own), *each], known
 
 
 def tell(done: int, total: int, one: "ClimbRecord") -> None:
@@ -95,6 +138,7 @@ def summary(planned: "Plan", records: list["ClimbRecord"], doubts: list[str], su
         "surprises": surprises,
         "doubts": doubts,
         "quick": planned.quick,
+        "origin": origin(", ".join(f"{ladder.name} {ladder.seed}" for ladder, _ in planned.ladders[:MOST_PANELS])),
         "environment": versions(),
         "subnormals": {one: "kept" if keeps_subnormals(one) else "flushed to zero" for one in planned.precisions},
     }
@@ -116,9 +160,7 @@ def show(records: list["ClimbRecord"], doubts: list[str], surprises: int, *, eve
 
     ordered = worst_first(records)
     kept = ordered if everything else ordered[:SHOWN]
-    columns = ["ladder", "formula", "precision", "slope", "predicted", "breakpoint", "error / K u"]
-    columns += ["false hits", "false misses", "per million", "verdict", "expected"]
-    show_table(f"{len(records)} climbs, worst first", columns, [row(one) for one in kept])
+    show_table(f"{len(records)} climbs, worst first", COLUMNS, [row(one) for one in kept])
     if len(kept) < len(ordered):
         say(f"and {len(ordered) - len(kept)} more that did no worse; --json or --out holds all")
     for one in ordered:

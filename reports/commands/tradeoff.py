@@ -1,10 +1,15 @@
 """`rayproof tradeoff`: error against run time - work-precision diagrams as data, SVG and a page."""
 
 from pathlib import Path
+from typing import Annotated
+
+from cyclopts import Parameter
 
 from rayproof.reports.commands.lookup import Repeated, scene_files
 from rayproof.reports.commands.output import console, say, show_table, write_json
 from rayproof.reports.commands.usage import own, told_in_one_line, writable_folder
+from rayproof.reports.results.provenance import caption, keep
+from rayproof.reports.studies.publication import MOST_PANELS, Paper, draw, write_table
 
 REPETITIONS, QUICK_REPETITIONS = 13, 5
 
@@ -15,6 +20,7 @@ def tradeoff(
     json: Path | None = None,
     quick: bool = False,
     formula: Repeated = (),
+    paper: Annotated[Paper, Parameter(name="*")] = Paper(),  # noqa: B008  frozen
 ) -> int:
     """Measure error against run time and draw work-precision diagrams.
 
@@ -39,7 +45,7 @@ def tradeoff(
     from rayproof.tracer.kernel.compiler import choose_packaged_llvm
 
     choose_packaged_llvm()
-    from rayproof.reports.studies.tradeoff.drawing import write
+    from rayproof.reports.studies.tradeoff.drawing import cells, paper_rows, write
     from rayproof.reports.studies.tradeoff.measuring import DEFAULT, QUICK, measure, tasks
     from rayproof.tracer.formulas import FORMULAS
 
@@ -47,6 +53,7 @@ def tradeoff(
     with told_in_one_line():
         named = [FORMULAS.named(one) for one in formula]
         found = tasks(patterns, named, files)
+        paper.check()
         own(out / "tradeoff")
         if json is not None:
             writable_folder(json.parent)
@@ -54,9 +61,22 @@ def tradeoff(
         repetitions = QUICK_REPETITIONS if quick else REPETITIONS
         result = measure(*found, repetitions=repetitions, tell=status.update, named=named)
     written = write(out, result)
+    keep(out, "tradeoff", result["origin"]["seed"])
     write_json(json, result)
     rows = [[diagram["name"], len(diagram["points"]), "; ".join(diagram["front"])] for diagram in result["diagrams"]]
     show_table("Pareto fronts, from the fastest to the most accurate", ("diagram", "points", "front"), rows)
+    diagrams = result["diagrams"]
+    if paper.figure is not None and len(diagrams) > MOST_PANELS:
+        say(f"--figure shows the first {MOST_PANELS} of {len(diagrams)} diagrams")
+    about = f"{', '.join(one['name'] for one in diagrams[:MOST_PANELS])}. {caption(result['origin'])}."
+    points = [
+        [diagram["name"], *cells(point), "yes" if point["front"] else ""]
+        for diagram in diagrams
+        for point in diagram["points"]
+    ]
+    columns = ("diagram", "point", "time [ns]", "interval", "error", "interval", "wrong", "on the front")
+    write_table(paper.table, columns, points, caption=about)
+    draw(paper, paper_rows(diagrams[:MOST_PANELS]), caption=about, height=0.5 * paper.width)
     say(f"{written[-1]}: {len(result['diagrams'])} diagrams, {result['seconds']:.0f} s")
     strayed = [
         point

@@ -9,9 +9,7 @@ The last run is compared with those before it, and what became worse is said in 
 import json
 import math
 import os
-import platform
 import sqlite3
-import subprocess
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import closing, contextmanager
 from dataclasses import dataclass
@@ -25,6 +23,8 @@ from rayproof.reports.called import called
 from rayproof.reports.results.case_records import CaseRecord
 from rayproof.reports.results.files import at_worst, encodable
 from rayproof.reports.results.outcomes import Outcome
+from rayproof.reports.results.provenance import git
+from rayproof.reports.results.provenance import machine as this_machine
 from rayproof.reports.results.records import RunRecord, SeriesRecord, WorseRecord
 
 APPLICATION = 0x52415950  # "RAYP" in SQLite's header: says that the file is ours
@@ -113,7 +113,7 @@ def append(path: Path, results: RunRecord, revision: str) -> int:
                 revision,
                 str(results.get("subject", "tracer")),
                 results.get("command", ""),
-                machine(),
+                this_machine(),
                 results["verdict"],
                 bool(results.get("finished", True)),
                 results.get("seconds"),
@@ -134,19 +134,6 @@ def append(path: Path, results: RunRecord, revision: str) -> int:
 def storable(*values: Any) -> tuple[Any, ...]:
     """Return values as SQLite takes them: of an undecodable file name what reports.results.files makes of it."""
     return tuple(encodable(one) if isinstance(one, str) else one for one in values)
-
-
-def machine() -> str:
-    """Return what times may be compared within: the processor and how many of it there are."""
-    return f"{platform.machine()} {_processor()} x{os.cpu_count()}"
-
-
-def _processor() -> str:
-    try:
-        lines = Path("/proc/cpuinfo").read_text(encoding="utf-8", errors="replace").splitlines()
-    except OSError:
-        return platform.processor()
-    return next((line.partition(":")[2].strip() for line in lines if line.startswith("model name")), "")
 
 
 def _case(run: int, case: CaseRecord) -> tuple[int, str, str, float | None, float]:
@@ -171,7 +158,6 @@ def _errors(run: int, case: CaseRecord) -> Iterator[tuple[int, str, str, float, 
 
 
 CI_VARIABLES = ("GITHUB_SHA", "CI_COMMIT_SHA", "GIT_COMMIT", "BUILD_SOURCEVERSION")  # GitHub, GitLab, Jenkins, Azure
-SECONDS = 10.0
 
 
 def revision() -> str:
@@ -179,21 +165,11 @@ def revision() -> str:
     named = next((os.environ[name] for name in CI_VARIABLES if os.environ.get(name)), "")
     if named:
         return named[:40]
-    commit = _git("rev-parse", "HEAD")
+    commit = git("rev-parse", "HEAD")
     if not commit:
         return ""
-    changed = _git("status", "--porcelain", "--untracked-files=no")
+    changed = git("status", "--porcelain", "--untracked-files=no")
     return f"{commit}{'+' if changed else ''}"
-
-
-def _git(*arguments: str) -> str:
-    try:
-        done = subprocess.run(
-            ["git", *arguments], capture_output=True, text=True, timeout=SECONDS, check=False, stdin=subprocess.DEVNULL
-        )
-    except (OSError, subprocess.TimeoutExpired):
-        return ""
-    return done.stdout.strip() if done.returncode == 0 else ""
 
 
 NORMAL = 1.4826  # standard deviations in a median absolute deviation of normal noise

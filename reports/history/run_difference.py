@@ -13,9 +13,10 @@ from rayproof.reports.results.case_table import briefs, by_name
 from rayproof.reports.results.document import LISTED, load_results
 from rayproof.reports.results.files import at_worst, number
 from rayproof.reports.results.outcomes import Outcome
+from rayproof.reports.results.provenance import origin
 from rayproof.reports.results.records import ComparedRunRecord, ComparisonRecord, ComparisonRowRecord, RunRecord
 from rayproof.reports.studies.compare.findings import BETTER, LEAST_DIGITS, MIXED, NOTHING, WORSE
-from rayproof.reports.studies.compare.records import CaseMove, FamilyMove, RunComparison
+from rayproof.reports.studies.compare.records import SCHEMA, CaseMove, FamilyMove, RunComparison
 from rayproof.reports.studies.compare.statistics import LEVEL, REPLICATES, percentile_interval
 
 Case = CaseRecord
@@ -315,6 +316,8 @@ def compare_runs(base: Path, candidate: Path) -> RunComparison:
     families = _families(cases)
     word = _move_word(changed, digits, interval, [one["digits_gained"] for one in families])
     return {
+        "schema": SCHEMA,
+        "origin": origin(SEED),
         "base": str(base),
         "candidate": str(candidate),
         "configurations": [run.get("configurations", []) for run in runs],

@@ -1,6 +1,7 @@
 """The notebooks run from their first cell to their last, and assert what their text says."""
 
 import json
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -30,3 +31,8 @@ def test_a_notebook_runs(notebook: Path, tmp_path: Path) -> None:
     document = json.loads(notebook.read_text(encoding="utf-8"))
     assert document["nbformat"] == 4
     assert not any(cell.get("outputs") for cell in document["cells"]), "outputs are made, not kept"
+    if notebook.stem == "the_figures_of_a_comparison":
+        page = (Path(__file__).parents[2] / "docs" / "compare.md").read_text(encoding="utf-8")
+        shown = re.findall(r"\]\(pictures/([\w.]+)\)", page)
+        assert shown
+        assert all((tmp_path / name).is_file() for name in shown)

@@ -1,15 +1,19 @@
 """A formula of the user's own: a function in a file, written slot=FILE.py:function where a variant's name stands.
 
-To name one executes nothing: its file is imported when the function is first needed, checked against its slot's
-contract, and each mistake is reported in one line.
+Numbers for parameters that the function has beyond its slot's may follow: slot=FILE.py:function(eps=1e-4). To name one
+executes nothing: its file is imported when the function is first needed, checked against its slot's contract, and each
+mistake is reported in one line.
 """
 
 import hashlib
 import importlib.util
 import inspect
+import math
+import re
 import sys
 from collections.abc import Callable, Mapping
 from dataclasses import replace
+from functools import partial, update_wrapper
 from pathlib import Path, PurePath
 from types import ModuleType
 from typing import TYPE_CHECKING, Any
@@ -18,6 +22,8 @@ if TYPE_CHECKING:
     from rayproof.tracer.formulas import Formula
 
 MARK = ".py:"  # what tells a user's function, FILE.py:function, from the name of a variant
+# The place of a user's function: its file, its name, and the numbers that are given for its own parameters.
+PLACE = re.compile(rf"(?P<path>.*{re.escape(MARK[:-1])}):(?P<function>[^:()]*)(?:\((?P<numbers>[^()]*)\))?")
 _LOADED: dict[tuple[object, ...], "Checked"] = {}  # by slot, place, and the file as it was found there
 _COPIES: dict[str, Path] = {}  # by the path that the user wrote
 
@@ -32,9 +38,48 @@ class OwnFormulaError(ValueError):
 
 
 def canonical(place: str) -> str:
-    """Return "FILE.py:function" by the shortest path that may have been written: ./mine.py:f is mine.py:f."""
-    path, _, function = place.rpartition(":")
-    return f"{PurePath(path)}:{function}"
+    """Return "FILE.py:function" by the shortest path that may have been written: ./mine.py:f is mine.py:f.
+
+    Numbers are written in one way, by the names of their parameters: mine.py:f(eps=1e-4) is mine.py:f(eps=0.0001).
+
+    Raises:
+        OwnFormulaError: a parameter is named twice or is no finite number.
+
+    """
+    path, function, numbers = parsed(place)
+    given = ",".join(f"{name}={value!r}" for name, value in sorted(numbers.items()))
+    return f"{PurePath(path)}:{function}" + (f"({given})" if given else "")
+
+
+def parsed(place: str) -> tuple[str, str, dict[str, float]]:
+    """Return the file, the function and its numbers of "FILE.py:function(name=number,...)".
+
+    Raises:
+        OwnFormulaError: it is not written so, a parameter is named twice, or a value is no finite number.
+
+    """
+    found = PLACE.fullmatch(place)
+    if found is None:
+        raise OwnFormulaError(f"a formula of your own is FILE.py:function or FILE.py:function(eps=1e-4), got {place}")
+    numbers: dict[str, float] = {}
+    for part in filter(None, (found["numbers"] or "").split(",")):
+        name, _, text = (word.strip() for word in part.partition("="))
+        try:
+            value = float(text)
+        except ValueError:
+            value = math.nan
+        if not name.isidentifier() or name in numbers or not math.isfinite(value):
+            raise OwnFormulaError(f"{place}: {part.strip()!r} must be name=number, once a name")
+        numbers[name] = value
+    return found["path"], found["function"], numbers
+
+
+def with_number(text: str, name: str, value: float) -> str:
+    """Return "slot=FILE.py:function" with a number for one of the function's parameters, whatever it had before."""
+    slot, _, place = text.partition("=")
+    path, function, numbers = parsed(place)
+    given = ",".join(f"{key}={number!r}" for key, number in (numbers | {name: value}).items())
+    return f"{slot}={path}:{function}({given})"
 
 
 def own_formula(place: str, *, default: Any) -> Any:
@@ -74,7 +119,7 @@ def sources(formula: "Formula") -> tuple[str, Mapping[str, bytes]]:
         OwnFormulaError: it cannot be loaded.
 
     """
-    return formula.variant.rpartition(":")[0], _own(formula).sources
+    return parsed(formula.variant)[0], _own(formula).sources
 
 
 def copied(path: str, copy: Path) -> None:
@@ -95,7 +140,7 @@ def forget() -> None:
 
 
 def _loaded(place: str, default: "Formula") -> "Checked":
-    path, _, name = place.rpartition(":")
+    path, name, numbers = parsed(place)
     file = _COPIES.get(path, Path(path))
     try:
         found = file.stat()
@@ -104,7 +149,9 @@ def _loaded(place: str, default: "Formula") -> "Checked":
     key = (default.slot, place, found.st_dev, found.st_ino, found.st_mtime_ns, found.st_size)
     if key not in _LOADED:
         function, content, sources = _function(file, name)
-        _same_signature(place, function, default)
+        _same_signature(place, function, default, numbers)
+        if numbers:
+            function = update_wrapper(partial(function, **numbers), function)
         _LOADED[key] = Checked(place, function, default, content, sources)
     return _LOADED[key]
 
@@ -192,14 +239,15 @@ def _told(error: BaseException, path: Path) -> str:
     return f"{type(error).__name__}: {first}{where}" if first else f"{type(error).__name__}{where}"
 
 
-def _same_signature(place: str, function: Callable[..., Any], default: "Formula") -> None:
+def _same_signature(place: str, function: Callable[..., Any], default: "Formula", numbers: Mapping[str, float]) -> None:
     wanted = list(inspect.signature(default.function).parameters)
     try:
         signature = inspect.signature(function)
-        signature.bind(*wanted)
+        signature.bind(*wanted, **numbers)
     except (TypeError, ValueError) as error:
         raise OwnFormulaError(
-            f"{place} cannot be called as {default.slot}({', '.join(wanted)}), as the slot's contract asks: {error}"
+            f"{place} cannot be called as {default.slot}({', '.join([*wanted, *numbers])}), as the slot's contract asks"
+            f"{' and the numbers given' if numbers else ''}: {error}"
         ) from error
 
 
@@ -231,7 +279,8 @@ class Checked:
         try:
             result = self._function(*arguments)
         except Exception as error:  # the boundary: whatever a stranger's function raises is its error
-            path = Path(self._function.__code__.co_filename) if inspect.isfunction(self._function) else Path()
+            function = inspect.unwrap(self._function)
+            path = Path(function.__code__.co_filename) if inspect.isfunction(function) else Path()
             raise OwnFormulaError(f"{self.place} raised {_told(error, path)}") from error
         problem = _problem(result, self.default.function(*arguments))
         if problem is not None:

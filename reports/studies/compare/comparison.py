@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from rayproof.cases.stages import Stage
+from rayproof.reports.results.provenance import origin
 from rayproof.reports.studies.compare.contenders import Contender, Question, differing, stages_at_stake
 from rayproof.reports.studies.compare.findings import (
     Errors,
@@ -23,6 +24,7 @@ from rayproof.reports.studies.compare.findings import (
 )
 from rayproof.reports.studies.compare.measured import Job, PairedStage, interleaved, needed, paired, shown
 from rayproof.reports.studies.compare.records import (
+    SCHEMA,
     ComparedAbout,
     ErrorsRecord,
     FamilyRecord,
@@ -173,6 +175,8 @@ def _assembled(
 ) -> FormulaComparison:
     _, control_interval = overall_timing(control.timings, level=LEVEL)
     about: ComparedAbout = {
+        "schema": SCHEMA,
+        "origin": origin(SEED),
         "base": base.label,
         "candidate": candidate.label,
         "configurations": [base.configuration.name, candidate.configuration.name],

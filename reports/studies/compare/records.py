@@ -1,12 +1,17 @@
 """What `rayproof compare --json` writes, one class a level, as docs/compare.md describes it."""
 
+from collections.abc import Callable
 from dataclasses import replace
 from typing import Any, TypedDict, final
 
 import numpy as np
 
 from rayproof.cases.scene import Scene, Shape, Sphere, Square
+from rayproof.reports.results.provenance import Origin
 from rayproof.reports.studies.compare.statistics import Interval
+from rayproof.reports.studies.publication import COLORS, Draw, markdown_cell, markdown_table
+
+SCHEMA = 1  # of comparison.json
 
 
 class SignsRecord(TypedDict):
@@ -79,6 +84,8 @@ class FamilyRecord(TypedDict):
 class ComparedAbout(TypedDict):
     """Who was compared with whom, and how."""
 
+    schema: int
+    origin: Origin
     base: str
     candidate: str
     configurations: list[str]
@@ -113,6 +120,24 @@ class FormulaComparison(ComparedAbout, SideRecord):
     control: ControlRecord
 
 
+class SweptRecord(TypedDict):
+    """A parameter of a formula of one's own, and the values that it had."""
+
+    candidate: str  # without the value
+    parameter: str
+    values: list[float]
+
+
+@final
+class SweepRecord(TypedDict):
+    """The base against the candidate with one value after the other."""
+
+    schema: int
+    origin: Origin
+    sweep: SweptRecord
+    comparisons: list[FormulaComparison]
+
+
 class CaseMove(TypedDict):
     """A case of two runs."""
 
@@ -137,6 +162,8 @@ class FamilyMove(TypedDict):
 class RunComparison(TypedDict):
     """Two finished runs."""
 
+    schema: int
+    origin: Origin
     base: str
     candidate: str
     configurations: list[list[str]]
@@ -163,11 +190,20 @@ COLUMNS: dict[str, tuple[str, ...]] = {
         "family", "outcome", "digits gained", "wrong pixels", "p99 error / K u", "time ratio", "A/A", "ns/ray",
     ),
     "runs": ("case", "before", "after", "digits gained", "worst check"),
+    "sweep": ("value", "outcome", "digits gained", "wrong pixels", "time ratio"),
 }  # fmt: skip
 
 
-def rows(result: FormulaComparison | RunComparison) -> list[list[str]]:
-    """Return the table's rows of a comparison of formulas or of runs."""
+def kind_of(result: "Compared") -> str:
+    """Return the key of `COLUMNS` that a result's table has."""
+    return "sweep" if "sweep" in result else "runs" if "changed" in result else "formulas"
+
+
+def rows(result: "Compared") -> list[list[str]]:
+    """Return the table's rows of a comparison of formulas or of runs, or of a swept parameter."""
+    if "sweep" in result:
+        values = zip(result["sweep"]["values"], result["comparisons"], strict=True)
+        return [[f"{value:.4g}", *_swept(one)] for value, one in values]
     if "changed" in result:
         return [
             [one["case"], one["before"], one["after"], _digits(one["digits_gained"], None), one["check"]]
@@ -175,6 +211,16 @@ def rows(result: FormulaComparison | RunComparison) -> list[list[str]]:
         ]
     controls = {one["family"]: one for one in result["control"]["families"]}
     return [_row(one, controls[one["family"]]) for one in result["families"]]
+
+
+def _swept(one: FormulaComparison) -> list[str]:
+    before, after = (sum(each["wrong"][side] for each in one["families"]) for side in ("base", "candidate"))
+    return [
+        one["outcome"],
+        _digits(one["digits_gained"], one["digits_interval"]),
+        f"{before} -> {after} of {sum(each['pixels'] for each in one['families'])}",
+        f"{one['time_ratio']:.3f} {interval(one['time_interval'])}",
+    ]
 
 
 def _row(one: FamilyRecord, control: FamilyRecord) -> list[str]:
@@ -208,23 +254,80 @@ def _digits(value: float | None, bounds: Interval | None) -> str:
     return f"{value:+.2f}" if bounds is None else f"{value:+.2f} [{bounds[0]:.2f}, {bounds[1]:.2f}]"
 
 
-def markdown(result: FormulaComparison | RunComparison) -> str:
+Compared = FormulaComparison | RunComparison | SweepRecord
+
+
+def title(result: Compared) -> str:
+    """Return who was compared with whom."""
+    if "sweep" not in result:
+        return f"{result['base']} -> {result['candidate']}"
+    base, swept = result["comparisons"][0]["base"], result["sweep"]
+    return f"{base} -> {swept['candidate']}, {len(swept['values'])} values of {swept['parameter']}"
+
+
+def markdown(result: Compared) -> str:
     """Return the comparison as Markdown."""
-    kind = "runs" if "changed" in result else "formulas"
-    columns = COLUMNS[kind]
-    lines = [f"# {_cell(result['base'])} -> {_cell(result['candidate'])}", "", _cell(result["verdict"]), ""]
-    if control := result.get("control"):
-        lines += [f"Control: {_cell(control['verdict'])}", ""]
-    if result.get("faults"):
-        lines.insert(0, f"**PLANTED FAULT IN USE: {', '.join(result['faults'])}**\n")
-    lines += ["| " + " | ".join(columns) + " |", "|" + "---|" * len(columns)]
-    lines += ["| " + " | ".join(map(_cell, row)) + " |" for row in rows(result)]
-    return "\n".join(lines) + "\n"
+    lines = [f"# {markdown_cell(title(result))}", ""]
+    if "sweep" not in result:
+        lines += [markdown_cell(result["verdict"]), ""]
+        if control := result.get("control"):
+            lines += [f"Control: {markdown_cell(control['verdict'])}", ""]
+        if result.get("faults"):
+            lines.insert(0, f"**PLANTED FAULT IN USE: {', '.join(result['faults'])}**\n")
+    return "\n".join([*lines, markdown_table(COLUMNS[kind_of(result)], rows(result))])
 
 
-def _cell(text: str) -> str:
-    """Return text that cannot break a table's row or be read as markup."""
-    return " ".join(text.split()).replace("|", "\\|").replace("<", "&lt;")
+# A comparison as a figure: digits gained and time ratio of each family, or of each value of a parameter.
+
+
+def comparison_panels(result: FormulaComparison | RunComparison) -> list[Draw]:
+    """Return the panels of a comparison: a family a line, with the interval of each number."""
+    families: list[Any] = list(result["families"])[::-1]
+    names = [one["family"] for one in families]
+
+    def panel(axes: Any, key: str, neutral: float, title: str) -> None:
+        for place, one in enumerate(families):
+            value, interval = one.get(f"{key}_{'gained' if key == 'digits' else 'ratio'}"), one.get(f"{key}_interval")
+            if value is not None:
+                low, high = interval or (value, value)
+                axes.errorbar(
+                    [value], [place], xerr=[[max(0.0, value - low)], [max(0.0, high - value)]], fmt="o", color=COLORS[0]
+                )
+        axes.axvline(neutral, color="black", linewidth=0.6)
+        axes.set_yticks(range(len(names)), names if key == "digits" else [""] * len(names))
+        axes.set_ylim(-0.6, len(names) - 0.4)
+        axes.set_xlabel(title)
+
+    digits: Draw = lambda axes: panel(axes, "digits", 0.0, "digits gained (more is better)")  # noqa: E731
+    times: Draw = lambda axes: panel(axes, "time", 1.0, "time ratio (less is better)")  # noqa: E731
+    return [digits] if "changed" in result else [digits, times]
+
+
+def sweep_panels(found: SweepRecord) -> list[Draw]:
+    """Return the panels of a swept parameter: digits gained, and wrong pixels, a line a family."""
+    values, name = found["sweep"]["values"], found["sweep"]["parameter"]
+    families = list(dict.fromkeys(one["family"] for each in found["comparisons"] for one in each["families"]))
+
+    def panel(axes: Any, title: str, height: Callable[[Any], float | None]) -> None:
+        for number, family in enumerate(families):
+            points = [
+                (value, y)
+                for value, each in zip(values, found["comparisons"], strict=True)
+                for one in each["families"]
+                if one["family"] == family and (y := height(one)) is not None
+            ]
+            axes.plot(
+                [x for x, _ in points], [y for _, y in points], "o-", color=COLORS[number % len(COLORS)], label=family
+            )
+        axes.set(xscale="log", xlabel=name, ylabel=title)
+
+    def wrong(one: Any) -> float:
+        return one["wrong"]["candidate"] / max(1, one["pixels"])
+
+    return [
+        lambda axes: panel(axes, "digits gained", lambda one: one["digits_gained"]),
+        lambda axes: panel(axes, "share of wrong pixels", wrong),
+    ]
 
 
 # The scene as float32 receives it: every number rounded once, so that truth and formula start from the same floats.

@@ -5,7 +5,8 @@ No date, no random identifiers and text as text: the same numbers make the same 
 
 import csv
 import json
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +18,7 @@ from matplotlib.ticker import AutoLocator, NullLocator, StrMethodFormatter
 
 from rayproof.cases.ladders import Ladder
 from rayproof.reports.results.files import plain
+from rayproof.reports.studies.publication import Draw
 from rayproof.reports.studies.stability.document import about
 from rayproof.reports.studies.stability.records import ClimbRecord, LadderRecord, RungRecord
 
@@ -43,27 +45,76 @@ def figure(file: Path, ladder: Ladder, records: Sequence[ClimbRecord]) -> None:
         )
         panels = drawing.subplots(1, len(precisions), squeeze=False)[0]
         for panel, precision in zip(panels, precisions, strict=True):
-            for one in records:
-                if one["precision"] == precision:
-                    _line(panel, ladder, one, formulas.index(one["formula"]))
-            panel.set(title=precision, xlabel=ladder.parameter, xscale="symlog" if 0.0 in ladder.values else "log")
-            # Exact answers have no error to draw, and nothing is logarithmic then.
-            panel.set_yscale("log" if panel.lines and any(line.get_ydata().size for line in panel.lines) else "linear")
-            if ladder.values[0] > ladder.values[-1]:
-                panel.invert_xaxis()
-            for axis in (panel.xaxis, panel.yaxis):
-                # Powers in mathematical type and nine small ticks a decade took most of the time.
-                axis.set_major_formatter(StrMethodFormatter("{x:g}"))
-                axis.set_minor_locator(NullLocator())
-            heights = [height for line in panel.lines for height in line.get_ydata()]
-            if heights and max(heights) < 10 * min(heights):
-                # Powers of ten alone would leave the axis without a number.
-                panel.yaxis.set_major_locator(AutoLocator())
+            _panel(panel, ladder, records, precision, formulas)
+            panel.set_title(precision)
             panel.grid(visible=True, linewidth=0.3)
-        panels[0].set_ylabel(f"median error [{ladder.unit}]" if _measures(ladder) else "share of wrong answers")
+        panels[0].set_ylabel(_height_axis(ladder))
         panels[-1].legend(loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False)
         drawing.suptitle(ladder.name)
         drawing.savefig(file, format="svg", metadata={"Date": None, "Creator": None})
+
+
+def _height_axis(ladder: Ladder) -> str:
+    return f"median error [{ladder.unit}]" if _measures(ladder) else "share of wrong answers"
+
+
+def _panel(panel: Any, ladder: Ladder, records: Sequence[ClimbRecord], precision: str, formulas: Sequence[str]) -> None:
+    """Draw the climbs of one precision; `formulas` are those of the figure, by which colours are chosen."""
+    for one in records:
+        if one["precision"] == precision:
+            _line(panel, ladder, one, formulas.index(one["formula"]))
+    panel.set(xlabel=ladder.parameter, xscale="symlog" if 0.0 in ladder.values else "log")
+    # Exact answers have no error to draw, and nothing is logarithmic then.
+    panel.set_yscale("log" if panel.lines and any(line.get_ydata().size for line in panel.lines) else "linear")
+    if ladder.values[0] > ladder.values[-1]:
+        panel.invert_xaxis()
+    for axis in (panel.xaxis, panel.yaxis):
+        # Powers in mathematical type and nine small ticks a decade took most of the time.
+        axis.set_major_formatter(StrMethodFormatter("{x:g}"))
+        axis.set_minor_locator(NullLocator())
+    heights = [height for line in panel.lines for height in line.get_ydata()]
+    if heights and max(heights) < 10 * min(heights):
+        # Powers of ten alone would leave the axis without a number.
+        panel.yaxis.set_major_locator(AutoLocator())
+
+
+def paper_rows(
+    ladders: Sequence[Ladder], records: Sequence[ClimbRecord], sweep: tuple[str, dict[str, float]] | None
+) -> list[list[Draw]]:
+    """Return a row of panels for each ladder: a panel a precision, the same formula in the same colour everywhere.
+
+    Of a `sweep`, a parameter and the value that each formula has: largest error and wrong answers over the parameter.
+    """
+    precisions = sorted({one["precision"] for one in records})
+    formulas = list(dict.fromkeys(one["formula"] for one in records))
+
+    def climbed(ladder: Ladder, precision: str, panel: Any) -> None:
+        mine = [one for one in records if one["ladder"] == ladder.name]
+        _panel(panel, ladder, mine, precision, formulas)
+        panel.set(title=f"{ladder.name}, {precision}", ylabel=_height_axis(ladder))
+
+    if sweep is None:
+        return [[partial(climbed, ladder, precision) for precision in precisions] for ladder in ladders]
+    name, values = sweep
+
+    def swept(height: Callable[[ClimbRecord], float | None], label: str, panel: Any) -> None:
+        for number, ladder in enumerate(ladders):
+            for precision, style in zip(precisions, ("-", "--"), strict=False):
+                mine = [one for one in records if (one["ladder"], one["precision"]) == (ladder.name, precision)]
+                points = [(values[one["formula"]], height(one)) for one in mine if one["formula"] in values]
+                kept = [(x, y) for x, y in points if y is not None and y > 0]
+                panel.plot(
+                    np.array([x for x, _ in kept]), np.array([y for _, y in kept]), style, marker="o",
+                    color=f"C{number % 10}", label=f"{ladder.name}, {precision}",
+                )  # fmt: skip
+        panel.set(xscale="log", xlabel=name, ylabel=label)
+        panel.set_yscale("log" if any(line.get_ydata().size for line in panel.lines) else "linear")
+
+    def wrong(one: ClimbRecord) -> float:
+        return (one["false_hits"] + one["false_misses"] + one["invalid"]) / max(1, one["rays"])
+
+    error = partial(swept, lambda one: one["worst_error_over_Ku"], "largest error / (K u)")
+    return [[error, partial(swept, wrong, "share of wrong answers")]]
 
 
 def _measures(ladder: Ladder) -> bool:

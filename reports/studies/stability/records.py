@@ -2,6 +2,8 @@
 
 from typing import NotRequired, TypedDict
 
+from rayproof.reports.results.provenance import Origin
+
 
 class RungRecord(TypedDict):
     """One value of a ladder's parameter: how many rays were answered wrongly, and the errors in the ladder's unit."""
@@ -96,6 +98,7 @@ class SurveyAbout(TypedDict):
     surprises: int
     doubts: list[str]  # what makes the truth or the arithmetic itself unsure
     quick: bool
+    origin: Origin
     environment: dict[str, str]
     subnormals: dict[str, str]  # precision -> whether they are kept
 

@@ -10,6 +10,8 @@ import html
 import io
 import json
 import math
+from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +20,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, NullFormatter, StrMethodFormatter
 
 from rayproof.reports.results.files import plain, write_text
+from rayproof.reports.studies.publication import COLORS, Draw
 from rayproof.reports.studies.tradeoff.points import DiagramRecord, PointRecord, TradeoffRecord
 
 MARKERS = {"float32": "o", "float64": "s"}
@@ -28,7 +31,6 @@ SETTINGS: dict[Any, Any] = {
     "axes.grid": True,
     "grid.alpha": 0.3,
 }
-COLORS = ("#4477aa", "#ee6677", "#228833", "#ccbb44", "#66ccee", "#aa3377", "#777777", "#994455", "#004488", "#997700")
 
 
 def svg(diagram: DiagramRecord) -> str:
@@ -45,9 +47,32 @@ def draw(diagram: DiagramRecord) -> Figure:
     # Room for the legend; working the layout out would cost a second a diagram.
     figure.subplots_adjust(left=0.1, right=0.68, top=0.94, bottom=0.1)
     axes = figure.add_subplot()
-    names = list(dict.fromkeys(_hue(point) for point in diagram["points"]))
+    panel(axes, diagram, hues([diagram]))
+    axes.set_title(f"{diagram['name']}: faster to the left, more accurate below")
+    axes.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), fontsize=6, frameon=False)
+    return figure
+
+
+def hues(diagrams: Sequence[DiagramRecord]) -> list[str]:
+    """Return what has a colour of its own in these diagrams."""
+    return list(dict.fromkeys(_hue(point) for diagram in diagrams for point in diagram["points"]))
+
+
+def paper_rows(diagrams: Sequence[DiagramRecord]) -> list[list[Draw]]:
+    """Return a row of panels for each diagram, the same formula in the same colour in all of them."""
+    names = hues(diagrams)
+
+    def drawn(diagram: DiagramRecord, axes: Any) -> None:
+        panel(axes, diagram, names, shares=False)
+        axes.set_title(diagram["name"])
+
+    return [[partial(drawn, diagram)] for diagram in diagrams]
+
+
+def panel(axes: Any, diagram: DiagramRecord, names: Sequence[str], *, shares: bool = True) -> None:
+    """Draw a diagram's points and its Pareto front; labels have the shares of wrong pixels if `shares`."""
     for point in diagram["points"]:
-        _mark(axes, point, COLORS[names.index(_hue(point)) % len(COLORS)])
+        _mark(axes, point, COLORS[names.index(_hue(point)) % len(COLORS)], shares=shares)
     ahead = [point for name in diagram["front"] for point in diagram["points"] if point["label"] == name]
     axes.plot(
         [point["nanoseconds"] for point in ahead],
@@ -67,21 +92,18 @@ def draw(diagram: DiagramRecord) -> Figure:
     axes.xaxis.set_minor_formatter(NullFormatter())
     axes.set_xlabel(diagram["time_axis"])
     axes.set_ylabel(diagram["error_axis"])
-    axes.set_title(f"{diagram['name']}: faster to the left, more accurate below")
-    axes.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), fontsize=6, frameon=False)
-    return figure
 
 
 def _hue(point: PointRecord) -> str:
     return point["variant"] or point["renderer"]
 
 
-def _mark(axes: Any, point: PointRecord, color: str) -> None:
+def _mark(axes: Any, point: PointRecord, color: str, *, shares: bool) -> None:
     """Draw a point with its intervals; filled on the front, its label with the wrong share if there is one."""
     if not math.isfinite(point["error"]):
         return  # nothing was decided rightly, so nothing has an error
     x, y = point["nanoseconds"], point["error"]
-    wrong = f" ({100 * point['wrong']:.2g} % wrong)" if point["wrong"] else ""
+    wrong = f" ({100 * point['wrong']:.2g} % wrong)" if point["wrong"] and shares else ""
     axes.errorbar(
         [x],
         [y],
@@ -171,7 +193,7 @@ def _section(diagram: DiagramRecord) -> str:
     heads = ("", diagram["time_axis"], "", diagram["error_axis"], "", "wrong")
     rows = "\n".join(
         f"<tr{' class=front' if point['front'] else ''}>"
-        + "".join(f"<td>{html.escape(cell)}</td>" for cell in _cells(point))
+        + "".join(f"<td>{html.escape(cell)}</td>" for cell in cells(point))
         + "</tr>"
         for point in sorted(diagram["points"], key=lambda point: point["nanoseconds"])
     )
@@ -183,7 +205,8 @@ def _section(diagram: DiagramRecord) -> str:
     )
 
 
-def _cells(point: PointRecord) -> tuple[str, ...]:
+def cells(point: PointRecord) -> tuple[str, ...]:
+    """Return label, time, error and share of wrong pixels with their intervals."""
     return (
         point["label"],
         f"{point['nanoseconds']:.3g}",

@@ -17,10 +17,12 @@ from rayproof.reference.analytic import Analytic
 from rayproof.reference.mitsuba3 import MitsubaLlvm, MitsubaScalar, program
 from rayproof.reference.mitsuba3.program import radiance_image
 from rayproof.reference.mitsuba3.scene import load_scene
+from rayproof.reports.results.provenance import origin
 from rayproof.reports.studies.compare.contenders import concerned, stresses_and_cases
 from rayproof.reports.studies.compare.measured import enlarged, launch
 from rayproof.reports.studies.tradeoff.formulas import LADDER, Task, entries, ladder_entries, ladders, pixels, variants
 from rayproof.reports.studies.tradeoff.points import (
+    SEED,
     DiagramRecord,
     Entry,
     Launch,
@@ -277,6 +279,7 @@ def measure(
     return {
         "schema": 1,
         "environment": versions(),
+        "origin": origin(SEED),
         "repetitions": repetitions,
         "seconds": round(time.monotonic() - start, 3),
         "diagrams": [_diagram(points, name) for name in dict.fromkeys(point.diagram for point in points)],

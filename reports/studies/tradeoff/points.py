@@ -9,6 +9,7 @@ from typing import TypedDict
 import drjit as dr
 import numpy as np
 
+from rayproof.reports.results.provenance import Origin
 from rayproof.reports.studies.compare.statistics import LEVEL, Interval, median_interval, percentile_interval
 
 GAIN = 1.01  # an error that is less than a hundredth smaller buys no place on the front
@@ -100,6 +101,7 @@ class TradeoffRecord(TypedDict):
 
     schema: int
     environment: dict[str, str]
+    origin: Origin
     repetitions: int
     seconds: float
     diagrams: list[DiagramRecord]

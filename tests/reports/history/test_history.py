@@ -119,9 +119,9 @@ def test_a_worse_run_says_so(runs: list[dict[str, Any]], what: list[str], tmp_pa
 
 def test_times_of_another_machine_do_not_count(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     path = tmp_path / "h.sqlite"
-    monkeypatch.setattr("rayproof.reports.history.database.machine", lambda: "a fast one")
+    monkeypatch.setattr("rayproof.reports.history.database.this_machine", lambda: "a fast one")
     kept(path, [results(seconds=0.1)] * 6)
-    monkeypatch.setattr("rayproof.reports.history.database.machine", lambda: "a slow one")
+    monkeypatch.setattr("rayproof.reports.history.database.this_machine", lambda: "a slow one")
 
     series = kept(path, [results(seconds=0.9)])
 

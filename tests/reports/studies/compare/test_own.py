@@ -9,6 +9,7 @@ from rayproof.cases.scene import Scene, Sphere
 from rayproof.cases.stages import Stage
 from rayproof.cases.stresses import STRESSES
 from rayproof.reports.studies.compare.contenders import contender
+from rayproof.tracer.configuration import Configuration
 from rayproof.tracer.render import render
 from tests.reports.commands.conftest import Rayproof
 
@@ -34,6 +35,8 @@ WRONG = {
     "a Python number": (BODY.format("1.0"), "mine.py:nearest_hit", "float"),
     "nothing": (BODY.format("None"), "mine.py:nearest_hit", "NoneType"),
     "a vector": (BODY.format("ray.direction"), "mine.py:nearest_hit", "Array3f"),
+    "no such parameter": (GOOD, "mine.py:nearest_hit(eps=1e-4)", "eps"),
+    "no number": (GOOD, "mine.py:nearest_hit(interval=x)", "'interval=x' must be name=number"),
     "too few": (BODY.format("type(ray.direction.x)([1, 2, 3])"), "mine.py:nearest_hit", "3 entries"),
 }
 
@@ -117,6 +120,28 @@ def test_a_file_may_hold_a_dataclass(tmp_path: Path) -> None:
     )
 
     assert contender(f"sphere={tmp_path}/mine.py:nearest_hit", precision="float32").configuration["sphere"]
+
+
+def test_a_parameter_is_part_of_the_name_and_has_one_spelling(tmp_path: Path, scene: Scene) -> None:
+    text = GOOD.replace("interval):", "interval, eps=0.0, factor=1.0):").replace(
+        "sphere.radius", "(sphere.radius + eps)"
+    )
+    (tmp_path / "mine.py").write_text(text)
+    place = f"sphere={tmp_path}/mine.py:nearest_hit"
+
+    plain, large, other = (
+        contender(f"{place}{numbers}", precision="float32")
+        for numbers in ("", "(factor=1, eps=5e-1)", "(eps=0.5,factor=1)")
+    )
+
+    assert large.configuration == other.configuration != plain.configuration
+    again = Configuration.parse(f"{large.configuration.name}/ray=half_depth")
+    assert again.formula("sphere").name == f"sphere={tmp_path}/mine.py:nearest_hit(eps=0.5,factor=1.0)"
+    assert again.formulas["ray"] == "half_depth"
+    hits = [
+        np.sum(render(scene, [Stage.OBJECT], one.configuration)[Stage.OBJECT][..., 0] == 0) for one in (plain, large)
+    ]
+    assert hits[1] > 1.3 * hits[0]
 
 
 def test_a_variant_alone_names_the_one_slot_that_has_it() -> None:

@@ -1,0 +1,374 @@
+"""Where numbers come from: version, commit, processor, seed and command, and the input files beside a result.
+
+A command that fills a folder keeps its inputs in FOLDER/origin/COMMAND, so that the folder alone is enough to compute
+the result again. Values of environment variables are never kept, since they may be secrets: `--env` names them.
+"""
+
+import hashlib
+import json
+import math
+import os
+import platform
+import shlex
+import shutil
+import subprocess
+import sys
+from collections.abc import Iterator, Mapping, Sequence
+from importlib.metadata import version
+from pathlib import Path, PurePath
+from typing import Any, TypedDict
+
+from rayproof import ROOT
+from rayproof.reports.called import arguments
+from rayproof.reports.results.files import as_json, write_text
+
+SECONDS = 10.0  # for a question to git
+FOLDER, NAME = "origin", "origin.json"
+LARGEST = 2**26  # bytes of an input that is kept; of a larger one the digest is kept
+
+
+class Origin(TypedDict):
+    """What made a result."""
+
+    rayproof: str  # version
+    commit: str  # of rayproof's own checkout; "" where it runs from none
+    clean: bool  # whether the checkout had no change beside its commit
+    processor: str
+    seed: str
+    command: list[str]  # words
+
+
+def origin(seed: object = "") -> Origin:
+    """Return what makes a result now."""
+    commit = git("rev-parse", "HEAD", at=ROOT) if git("rev-parse", "--show-toplevel", at=ROOT) == str(ROOT) else ""
+    return {
+        "rayproof": version("rayproof"),
+        "commit": commit,
+        "clean": bool(commit) and not git("status", "--porcelain", "--untracked-files=no", at=ROOT),
+        "processor": machine(),
+        "seed": str(seed),
+        "command": ["rayproof", *without_values(arguments())],
+    }
+
+
+def caption(made: Origin) -> str:
+    """Return version, commit, seed and processor in one line for a figure or a table."""
+    commit = (
+        f"commit {made['commit'][:12]}{'' if made['clean'] else ' with changes'}" if made["commit"] else "no commit"
+    )
+    seed = f"seed {made['seed']}, " if made["seed"] else ""
+    return f"rayproof {made['rayproof']}, {commit}, {seed}{made['processor']}"
+
+
+def without_values(words: Sequence[str]) -> list[str]:
+    """Return a command's words; of an environment variable that it gives, its name alone."""
+    kept = []
+    for before, word in zip(["", *words], words, strict=False):
+        head, equals, rest = word.partition("=")
+        if before == "--env":
+            word = head
+        elif head == "--env" and equals:
+            word = f"--env={rest.partition('=')[0]}"
+        kept.append(word)
+    return kept
+
+
+def machine() -> str:
+    """Return what times may be compared within: the processor and how many of it there are."""
+    return f"{platform.machine()} {_processor()} x{os.cpu_count()}"
+
+
+def _processor() -> str:
+    try:
+        lines = Path("/proc/cpuinfo").read_text(encoding="utf-8", errors="replace").splitlines()
+    except OSError:
+        return platform.processor()
+    return next((line.partition(":")[2].strip() for line in lines if line.startswith("model name")), "")
+
+
+def git(*words: str, at: Path = Path()) -> str:
+    """Return what git answers about the checkout that holds `at`; "" where there is none."""
+    try:
+        done = subprocess.run(
+            ["git", "-C", str(at), *words],
+            capture_output=True, text=True, timeout=SECONDS, check=False, stdin=subprocess.DEVNULL,
+        )  # fmt: skip
+    except (OSError, subprocess.TimeoutExpired):
+        return ""
+    return done.stdout.strip() if done.returncode == 0 else ""
+
+
+# The inputs of a result, kept beside it.
+
+
+class KeptOrigin(Origin):
+    """What origin.json holds."""
+
+    paths: dict[str, str]  # a path as the command names it -> what stands for it, below the folder of origin.json
+    files: dict[str, str]  # each file below that folder -> SHA-256
+    left_out: dict[str, str]  # likewise files too large to be kept
+    result: str  # SHA-256 of what must come out again; "" of a run
+    program: bool  # whether a program was under test, which is not kept
+
+
+def keep(folder: Path, kind: str, seed: object = "") -> None:
+    """Write FOLDER/origin/KIND: origin.json, and the formulas and scenes that this process's command names."""
+    place = folder / FOLDER / kind
+    shutil.rmtree(place, ignore_errors=True)
+    paths: dict[str, str] = {}
+    digests: dict[bool, dict[str, str]] = {True: {}, False: {}}  # by whether the file is kept
+    for number, (written, path, files) in enumerate(_named(arguments())):
+        paths[written] = str(number) if path.is_dir() else f"{number}/{path.name}"
+        for name, source in files.items():
+            kept = source.stat().st_size <= LARGEST
+            if kept:
+                (place / str(number) / name).parent.mkdir(parents=True, exist_ok=True)
+                shutil.copyfile(source, place / str(number) / name)
+            digests[kept][f"{number}/{name}"] = _digest(source)
+    record: KeptOrigin = {
+        **origin(seed),
+        "paths": paths,
+        "files": digests[True],
+        "left_out": digests[False],
+        # A run's records take a second to read: its digest is taken when it is asked for.
+        "result": "" if kind == "run" else digest_of(essence(folder, kind)),
+        "program": any("exec:" in word or "serve:" in word for word in arguments()),
+    }
+    write_text(place / NAME, as_json(record, indent=1) + "\n")
+
+
+def _digest(path: Path) -> str:
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()
+
+
+def _named(words: Sequence[str]) -> Iterator[tuple[str, Path, dict[str, Path]]]:
+    """Yield each path that a command names, as it is written there, with the files that it stands for."""
+    from rayproof.tracer.configuration import parts_of
+    from rayproof.tracer.formulas import FORMULAS
+    from rayproof.tracer.formulas.own_file import is_own, parsed, sources
+
+    seen: set[str] = set()
+    for before, word in zip(["", *words], words, strict=False):
+        value = word.partition("=")[2] if word.startswith("--") else word
+        for part in filter(is_own, parts_of(value)):
+            written = parsed(part.partition("=")[2])[0]
+            if written not in seen:
+                seen.add(written)
+                folder = Path(written).parent
+                try:
+                    _, files = sources(FORMULAS.named(part))
+                except (ValueError, LookupError):  # it changed or went while it was computed with, which was an error
+                    files = {}
+                yield written, Path(written), {name: folder / name for name in files if (folder / name).is_file()}
+        path = Path(value)
+        scenes = before == "--scenes" or word.startswith("--scenes=")
+        if value in seen or not (scenes or path.suffix == ".json") or not path.exists():
+            continue
+        if before in OUTPUTS or word.partition("=")[0] in OUTPUTS:
+            continue
+        seen.add(value)
+        each = sorted(path.rglob("*.json")) if path.is_dir() else [path]
+        top = path if path.is_dir() else path.parent
+        files = [file for one in each for file in (one, *_meshes(one)) if file.is_relative_to(top)]
+        yield value, path, {file.relative_to(top).as_posix(): file for file in files}
+
+
+def _meshes(scene: Path) -> list[Path]:
+    """Return the files that a scene file names."""
+    try:
+        document = json.loads(scene.read_text(encoding="utf-8"))
+        shapes = document.get("shapes", []) if isinstance(document, dict) else []
+    except (OSError, ValueError):
+        return []
+    names = [shape.get("file") for shape in shapes if isinstance(shape, dict)]
+    return [scene.parent / name for name in names if isinstance(name, str) and (scene.parent / name).is_file()]
+
+
+# Computing it again. What a command writes elsewhere, and what it is gated by, is no part of the result.
+OUTPUTS = (
+    "--out", "--json", "--figure", "--table", "--width", "--font-size", "--history", "--expect", "--against",
+    "--least-coverage", "--keep",
+)  # fmt: skip
+SWITCHES = ("--resume", "--single-file", "--no-resume", "--no-single-file")
+
+
+def again(folder: Path, kind: str, out: Path) -> tuple[list[str], dict[str, str]]:
+    """Return the words of the command that computes a kept result again into `out`, and what stands for which path.
+
+    Raises:
+        OSError, ValueError: origin.json cannot be read, or an input is not what it was.
+
+    """
+    record, place = load(folder, kind), folder / FOLDER / kind
+    if record["left_out"]:
+        raise ValueError(f"too large to be kept: {', '.join(record['left_out'])}")
+    for name, digest in record["files"].items():
+        if _digest(place / name) != digest:
+            raise ValueError(f"{place / name} is not what it was when the result was made")
+    paths = {old: str(place / new) for old, new in record["paths"].items()}
+    words: list[str] = []
+    skip = False
+    for word in record["command"][1:]:
+        if skip:
+            skip = False
+        elif word.partition("=")[0] in OUTPUTS:
+            skip = "=" not in word
+        elif word not in SWITCHES:
+            words.append(_moved(word, paths))
+    return [*words, "--out", str(out)], paths
+
+
+def _moved(word: str, paths: Mapping[str, str]) -> str:
+    """Return a word with the path that it names, alone, after an equals sign, or before a function, replaced."""
+    for old, new in paths.items():
+        if word == old or word.endswith(f"={old}"):
+            return word.removesuffix(old) + new
+        if f"={old}:" in word:
+            return word.replace(f"={old}:", f"={new}:")
+    return word
+
+
+def load(folder: Path, kind: str) -> KeptOrigin:
+    """Return the origin that a folder keeps of one command's result.
+
+    Raises:
+        OSError, ValueError: it cannot be read.
+
+    """
+    file = folder / FOLDER / kind / NAME
+    try:
+        record = json.loads(file.read_text(encoding="utf-8"))
+    except ValueError as error:
+        raise ValueError(f"{file}: not JSON: {error}") from error
+    wanted = KeptOrigin.__required_keys__
+    if not isinstance(record, dict) or not wanted <= set(record):
+        raise ValueError(f"{file}: lacks {', '.join(sorted(wanted - set(record)))}")
+    return record  # type: ignore[return-value]
+
+
+def kinds(folder: Path) -> list[str]:
+    """Return the commands whose results a folder holds with their origin."""
+    return sorted(file.parent.name for file in (folder / FOLDER).glob(f"*/{NAME}"))
+
+
+def command(record: Origin) -> str:
+    """Return the command for a shell."""
+    return shlex.join(record["command"])
+
+
+# What must come out again: of each result a word and a number, and between which bounds the number may lie.
+
+
+Reproducible = dict[str, tuple[str, float | None, float | None, float | None]]
+
+
+def essence(folder: Path, kind: str) -> Reproducible:
+    """Return what must come out again of the result of a command; times are no part of it.
+
+    Raises:
+        OSError, ValueError, LookupError: the result cannot be read.
+
+    """
+    read = {"run": _run, "compare": _compare, "stability": _stability, "tradeoff": _tradeoff}
+    if kind not in read:
+        raise LookupError(f"{folder / FOLDER / kind}: no result is of this kind; known: {', '.join(read)}")
+    return read[kind](folder)
+
+
+def renamed(found: Reproducible, paths: Mapping[str, str]) -> Reproducible:
+    """Return results that were made with files at other paths under the names that they have by the earlier paths."""
+
+    def name(text: str) -> str:
+        for old, new in paths.items():
+            text = text.replace(new, str(PurePath(old)))
+        return text
+
+    return {name(key): value for key, value in found.items()}
+
+
+def digest_of(found: Reproducible) -> str:
+    """Return the SHA-256 of what must come out again."""
+    return hashlib.sha256(as_json(dict(sorted(found.items()))).encode(errors="replace")).hexdigest()
+
+
+def differences(before: Reproducible, after: Reproducible) -> tuple[bool, list[str]]:
+    """Return whether two results are equal to the last bit, and in words what differs by more than its bounds."""
+    told = []
+    for name in sorted({*before, *after}):
+        one, other = before.get(name), after.get(name)
+        if one is None or other is None:
+            told.append(f"{name}: {'not there before' if one is None else 'not there now'}")
+        elif one[0] != other[0]:
+            told.append(f"{name}: {one[0] or 'nothing'} -> {other[0] or 'nothing'}")
+        elif not _within(one, other[1]):
+            told.append(f"{name}: {one[1]} -> {other[1]}")
+    return digest_of(before) == digest_of(after), told
+
+
+def _within(one: tuple[str, float | None, float | None, float | None], value: float | None) -> bool:
+    _, old, low, high = one
+    if old is None or value is None or not (math.isfinite(old) and math.isfinite(value)):
+        return old == value or (old is not None and value is not None and math.isnan(old) and math.isnan(value))
+    return (old if low is None else low) <= value <= (old if high is None else high)
+
+
+def _run(folder: Path) -> Reproducible:
+    from rayproof.reports.results.case_records import ratio_of
+    from rayproof.reports.results.document import load_results
+    from rayproof.reports.results.files import number
+
+    found: Reproducible = {}
+    for case in load_results(folder)["cases"]:
+        found[case["name"]] = (case["verdict"], None, None, None)
+        for check in case.get("checks", []):
+            ratio = number(ratio_of(check))
+            # Within its limit an error may move, and beyond it too: the limit decides.
+            low, high = (0.0, 1.0) if ratio is not None and ratio <= 1 else (1.0, math.inf)
+            name = f"{case['name']} {check['configuration']} {check['reference']} {check['stage']}"
+            found[name] = (check["verdict"], ratio, low, high)
+    return found
+
+
+def _compare(folder: Path) -> Reproducible:
+    document = _json(folder / "comparison.json")
+    found: Reproducible = {}
+    for at, one in enumerate(document.get("comparisons", [document])):
+        for family in one["families"]:
+            name = f"{document['sweep']['values'][at]} {family['family']}" if "sweep" in document else family["family"]
+            low, high = family.get("digits_interval") or (None, None)
+            found[name] = (as_json(family.get("changed")), family["digits_gained"], low, high)
+            if isinstance(wrong := family.get("wrong"), dict):
+                found[f"{name} wrong pixels"] = (f"{wrong['base']} -> {wrong['candidate']}", None, None, None)
+    return found
+
+
+def _stability(folder: Path) -> Reproducible:
+    found: Reproducible = {}
+    for ladder in _json(folder / "stability" / "ladders.json"):
+        for climb in _json(folder / "stability" / f"{ladder}.json")["climbs"]:
+            low, high = climb["slope_interval"] or (None, None)
+            word = f"{climb['verdict']}, right up to {climb['breakpoint']}"
+            found[f"{ladder} {climb['formula']} {climb['precision']}"] = (word, climb["slope"], low, high)
+    return found
+
+
+def _tradeoff(folder: Path) -> Reproducible:
+    def bounds(point: Mapping[str, Any]) -> tuple[float, float, float]:
+        return float(point["error"]), float(point["error_low"]), float(point["error_high"])
+
+    return {
+        f"{diagram['name']} {point['label']}": (f"{point['wrong']:.6g} wrong", *bounds(point))
+        for diagram in _json(folder / "tradeoff" / "tradeoff.json")["diagrams"]
+        for point in diagram["points"]
+    }
+
+
+def _json(file: Path) -> Any:
+    return json.loads(file.read_text(encoding="utf-8"))
+
+
+def run_again(words: Sequence[str]) -> int:
+    """Run a command in a process of its own and return its exit code."""
+    start = "import sys; from rayproof.reports.cli import main; sys.exit(main())"
+    return subprocess.run([sys.executable, "-c", start, *words], check=False, stdin=subprocess.DEVNULL).returncode

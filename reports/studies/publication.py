@@ -1,0 +1,175 @@
+"""Figures and tables for a paper, of comparisons, ladders and work-precision diagrams, each with its caption.
+
+Text stays text: a PDF embeds its font, an SVG names it. The same numbers make the same file: no date, no random
+identifiers. The caption says which version, commit, seed and processor the numbers come from.
+"""
+
+import csv
+import io
+import textwrap
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from rayproof.reports.results.files import replacing, write_text
+
+if TYPE_CHECKING:  # matplotlib takes half a second
+    from matplotlib.figure import Figure
+
+FIGURES, TABLES = (".pdf", ".svg"), (".tex", ".csv", ".md")
+INCH = 25.4  # mm
+COLORS = ("#4477aa", "#ee6677", "#228833", "#ccbb44", "#66ccee", "#aa3377", "#777777", "#994455", "#004488", "#997700")
+Draw = Callable[[Any], None]  # draws on the axes of one panel
+MOST_PANELS = 12
+LETTER, LINE = 0.58, 1.4  # width of a letter on average, and height of a line, in sizes of a sans serif
+
+
+@dataclass(frozen=True, kw_only=True)
+class Paper:
+    """What is drawn and written for a paper.
+
+    Parameters
+    ----------
+    figure
+        Also draw a figure into this file, ending in .pdf or .svg; its text stays text.
+    table
+        Also write the table into this file, ending in .tex, .csv or .md.
+    width
+        Width of the figure [mm].
+    font_size
+        Size of the figure's text [pt].
+
+    """
+
+    figure: Path | None = None
+    table: Path | None = None
+    width: float = 160.0
+    font_size: float = 8.0
+
+    def check(self) -> None:
+        """Raise ValueError or OSError if something of it cannot be drawn or written."""
+        for option, file, known in (("--figure", self.figure, FIGURES), ("--table", self.table, TABLES)):
+            if file is not None:
+                if file.suffix not in known:
+                    raise ValueError(f"{option} must end in {' or '.join(known)}, got {file}")
+                with replacing(file.with_name(f".{file.name}.try")) as draft:
+                    draft.touch()
+                file.with_name(f".{file.name}.try").unlink()
+        if not 20 <= self.width <= 1000:
+            raise ValueError(f"--width must be from 20 to 1000 mm, got {self.width:g}")
+        if not 4 <= self.font_size <= 72:
+            raise ValueError(f"--font-size must be from 4 to 72 pt, got {self.font_size:g}")
+
+
+def draw(paper: Paper, rows: Sequence[Sequence[Draw]], *, caption: str, height: float) -> None:
+    """Draw panels, row by row, with one legend for all below them and the caption at the foot.
+
+    `height` is that of one row [mm]. Nothing is drawn where no figure was asked for.
+    """
+    if paper.figure is None:
+        return
+    import matplotlib as mpl
+    from matplotlib.figure import Figure
+
+    settings: dict[Any, Any] = {
+        "svg.hashsalt": "rayproof",
+        "svg.fonttype": "none",
+        "pdf.fonttype": 42,  # TrueType, which stays text
+        "font.size": paper.font_size,
+        "axes.linewidth": 0.6,
+        "lines.linewidth": 0.9,
+        "lines.markersize": 3.0,
+    }
+    with mpl.rc_context(settings):
+        figure = Figure()
+        panels = figure.subplots(len(rows), max(map(len, rows)), squeeze=False)
+        for line, draws in zip(panels, rows, strict=True):
+            for axes, panel in zip(line, draws, strict=True):
+                panel(axes)
+                axes.grid(visible=True, linewidth=0.3)
+                axes.title.set_fontsize(paper.font_size)
+        _finish(figure, paper, caption, len(rows) * height / INCH)
+        about = {"Date": None, "Creator": "rayproof", "Description": caption}
+        if paper.figure.suffix == ".pdf":
+            about = {"CreationDate": None, "Creator": "rayproof", "Producer": None, "Subject": caption}
+        with replacing(paper.figure) as draft:
+            figure.savefig(draft, format=paper.figure.suffix[1:], metadata=about)
+
+
+def _finish(figure: "Figure", paper: Paper, caption: str, panels: float) -> None:
+    """Set the size of a figure whose panels are so high [inches], with legend and caption below them."""
+    known: dict[str, Any] = {}
+    for axes in figure.axes:
+        handles, labels = axes.get_legend_handles_labels()
+        known |= {label: handle for label, handle in zip(labels, handles, strict=True) if label not in known}
+    points, small = paper.width / INCH * 72, 0.75 * paper.font_size
+    text = textwrap.fill(caption, max(20, int(points / (LETTER * small))), break_long_words=True)
+    foot = (text.count("\n") + 1.5) * LINE * small / 72
+    key = columns = 0
+    if known:
+        columns = max(1, min(len(known), int(points / (paper.font_size * (0.9 * LETTER * max(map(len, known)) + 3.5)))))
+        key = (-(-len(known) // columns) + 0.5) * LINE * paper.font_size / 72
+    total = panels + key + foot
+    figure.set_size_inches(paper.width / INCH, total)
+    figure.text(0.5, 0.25 * LINE * small / 72 / total, text, ha="center", va="bottom", fontsize=small, color="0.35")
+    if known:
+        figure.legend(
+            list(known.values()), list(known), loc="lower center", bbox_to_anchor=(0.5, foot / total), ncols=columns,
+            frameon=False, fontsize=0.9 * paper.font_size, borderpad=0, labelspacing=0.3, borderaxespad=0,
+        )  # fmt: skip
+    figure.set_layout_engine("constrained", rect=(0.0, (key + foot) / total, 1.0, 1 - (key + foot) / total))
+
+
+# Tables.
+
+
+def write_table(file: Path | None, columns: Sequence[str], rows: Sequence[Sequence[object]], *, caption: str) -> None:
+    """Write a table as LaTeX, CSV or Markdown with its caption; nothing where no file was asked for."""
+    if file is None:
+        return
+    cells = [[str(cell) for cell in row] for row in rows]
+    if file.suffix == ".md":
+        text = f"{markdown_cell(caption)}\n\n{markdown_table(columns, cells)}"
+    elif file.suffix == ".csv":
+        lines = io.StringIO()
+        lines.write(f"# {caption}\n")
+        writer = csv.writer(lines, lineterminator="\n")
+        writer.writerows([columns, *cells])
+        text = lines.getvalue()
+    else:
+        text = _latex(columns, cells, caption)
+    write_text(file, text)
+
+
+def markdown_table(columns: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+    """Return a table as Markdown."""
+    lines = ["| " + " | ".join(columns) + " |", "|" + "---|" * len(columns)]
+    return "\n".join([*lines, *("| " + " | ".join(map(markdown_cell, row)) + " |" for row in rows)]) + "\n"
+
+
+def markdown_cell(text: str) -> str:
+    """Return text that cannot break a table's row or be read as markup."""
+    return " ".join(text.split()).replace("|", "\\|").replace("<", "&lt;")
+
+
+_LATEX = {
+    "\\": r"\textbackslash{}", "~": r"\textasciitilde{}", "^": r"\textasciicircum{}", "<": r"\textless{}",
+    ">": r"\textgreater{}", "|": r"\textbar{}", **{letter: f"\\{letter}" for letter in "&%$#_{}"},
+}  # fmt: skip
+
+
+def _latex(columns: Sequence[str], rows: Sequence[Sequence[str]], caption: str) -> str:
+    def line(cells: Sequence[str]) -> str:
+        return "    " + " & ".join(map(latex_text, cells)) + r" \\"
+
+    first = r"\begin{table}" + "\n  \\centering\n" + f"  \\caption{{{latex_text(caption)}}}\n"
+    begin = f"  \\begin{{tabular}}{{l{'r' * (len(columns) - 1)}}}"
+    body = [begin, r"    \hline", line(columns), r"    \hline", *map(line, rows), r"    \hline", r"  \end{tabular}"]
+    return first + "\n".join(body) + "\n\\end{table}\n"
+
+
+def latex_text(text: str) -> str:
+    """Return text as LaTeX prints it; an arrow becomes one."""
+    parts = " ".join(text.split()).split(" -> ")
+    return r" $\rightarrow$ ".join("".join(_LATEX.get(letter, letter) for letter in part) for part in parts)

@@ -1,0 +1,163 @@
+"""Where results come from: what a folder keeps, what it never keeps, and results that are computed again."""
+
+import json
+import subprocess
+from pathlib import Path
+
+import pytest
+
+from rayproof.cases.families import select
+from rayproof.cases.scene_json import save_scene
+from rayproof.reports.results import provenance
+from rayproof.reports.results.provenance import caption, differences, origin, without_values
+from tests.conftest import GIT
+from tests.reports.commands.conftest import Rayproof
+
+MINE = """
+import drjit as dr
+from factor import FACTOR
+
+def hit(ray, sphere, interval, eps=0.0):
+    f = ray.origin - sphere.center
+    a, h = dr.squared_norm(ray.direction), -dr.dot(f, ray.direction)
+    quarter = h * h - a * (dr.squared_norm(f) - dr.square(sphere.radius * FACTOR * (1 + eps)))
+    root = dr.sqrt(dr.select(quarter >= 0, quarter, 0))
+    return dr.select(quarter >= 0, interval.smallest((h - root) / a, (h + root) / a), dr.inf)
+"""
+
+
+@pytest.fixture
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """Stand in a folder with a formula, a neighbour that it imports, and a scene."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "mine.py").write_text(MINE)
+    (tmp_path / "factor.py").write_text("FACTOR = 1\n")
+    save_scene(select(["primitives/sphere"])[0].scene, tmp_path / "scene.json")
+    return tmp_path
+
+
+def test_numbers_between_their_bounds_are_equal_within_limits_and_words_never() -> None:
+    before = {
+        "a": ("pass", 0.5, 0.0, 1.0),
+        "b": ("fail", 3.0, 1.0, float("inf")),
+        "c": ("pass", float("nan"), None, None),
+    }
+
+    assert differences(before, dict(before)) == (True, [])
+    assert differences(before, before | {"a": ("pass", 0.9, 0.0, 1.0)}) == (False, [])
+    assert differences(before, before | {"a": ("pass", 1.1, 0.0, 1.0)}) == (False, ["a: 0.5 -> 1.1"])
+    assert differences(before, before | {"b": ("pass", 3.0, 0.0, 1.0)}) == (False, ["b: fail -> pass"])
+    assert differences(before, {"a": before["a"], "c": before["c"]}) == (False, ["b: not there now"])
+
+
+def test_values_of_the_environment_are_never_kept() -> None:
+    words = ["run", "--env", "TOKEN=secret", "--env=KEY=secret", "--env", "NAME", "--formula", "sphere=a.py:b"]
+
+    assert without_values(words) == [
+        "run",
+        "--env",
+        "TOKEN",
+        "--env=KEY",
+        "--env",
+        "NAME",
+        "--formula",
+        "sphere=a.py:b",
+    ]
+
+
+@pytest.mark.process
+def test_the_commit_is_that_of_this_checkout(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(provenance, "git", GIT)
+    here = Path(__file__).parents[3]
+    asked = subprocess.run(["git", "-C", str(here), "rev-parse", "HEAD"], capture_output=True, text=True, check=False)
+    if asked.returncode:
+        pytest.skip("this is no checkout of git")
+
+    made = origin(4)
+
+    assert made["commit"] == asked.stdout.strip()
+    assert f"commit {made['commit'][:12]}" in caption(made)
+    assert ", seed 4, " in caption(made)
+
+
+@pytest.mark.process
+def test_a_comparison_is_computed_again_from_its_folder_alone(rayproof: Rayproof, folder: Path) -> None:
+    asked = ("sphere/haines", "sphere=./mine.py:hit(eps=1e-4)", "scene.json", "--repetitions", 9, "--out", "kept")
+    assert rayproof("compare", *asked, "--table", "t.csv").code == 0
+    for name in ("mine.py", "factor.py", "scene.json"):
+        (folder / name).unlink()
+
+    told = rayproof("report", "kept", "--reproduce")
+    again = rayproof("report", "kept", "--reproduce", "--trust")
+
+    assert told.code == again.code == 0, again.error
+    assert "rayproof compare sphere/haines 'sphere=./mine.py:hit(eps=1e-4)' scene.json" in told.out
+    kept = json.loads((folder / "kept" / "origin" / "compare" / "origin.json").read_text())
+    assert set(kept["files"]) == {"0/mine.py", "0/factor.py", "1/scene.json"}
+    assert all(digest in told.out for digest in [*kept["files"].values(), kept["result"]])
+    assert "compare: equal, 2 results" in again.out
+
+
+@pytest.mark.process
+def test_what_differs_is_named_and_a_changed_input_is_not_executed(rayproof: Rayproof, folder: Path) -> None:
+    assert (
+        rayproof(
+            "stability",
+            "sphere=mine.py:hit",
+            "--ladder",
+            "SPH-TAN",
+            "--quick",
+            "--precision",
+            "float32",
+            "--out",
+            "kept",
+        ).code
+        == 0
+    )
+    record = folder / "kept" / "stability" / "SPH-TAN.json"
+    document = json.loads(record.read_text())
+    document["climbs"][0]["slope"] += 7.0
+    document["climbs"][0]["slope_interval"] = [7.0, 8.0]
+    record.write_text(json.dumps(document))
+
+    differs = rayproof("report", "kept", "--reproduce", "--trust")
+    source = folder / "kept" / "origin" / "stability" / "0" / "mine.py"
+    source.write_text("raise SystemExit('executed')\n")
+    changed = rayproof("report", "kept", "--reproduce", "--trust")
+
+    assert differs.code == 1
+    assert "stability: 1 of 1 results differ" in differs.out
+    assert "SPH-TAN sphere=mine.py:hit float32: " in differs.out
+    assert changed.code == 2
+    assert "mine.py is not what it was" in changed.error
+    assert rayproof("report", folder, "--reproduce").code == 2
+    assert rayproof("report", "kept", "--trust").code == 2
+
+
+@pytest.mark.process
+@pytest.mark.references
+def test_a_run_is_computed_again_too_and_holds_no_value_of_a_variable(
+    rayproof: Rayproof, folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("RAYPROOF_SECRET", "tO0k3n")
+    options = (
+        "--formula",
+        "sphere=./mine.py:hit",
+        "--configuration",
+        "float32",
+        "--jobs",
+        1,
+        "--out",
+        "kept",
+        "--no-cache",
+    )
+    assert rayproof("run", "scene.json", *options).code == 0
+
+    again = rayproof("report", "kept", "--reproduce", "--trust")
+
+    assert again.code == 0, again.error
+    assert "run: equal, " in again.out
+    kept = json.loads((folder / "kept" / "origin" / "run" / "origin.json").read_text())
+    assert set(kept["files"]) == {"0/scene.json", "1/mine.py", "1/factor.py"}
+    for file in (folder / "kept").rglob("*"):
+        assert not file.is_file() or b"tO0k3n" not in file.read_bytes()
