@@ -184,6 +184,14 @@ def _called(given: list[str], program: "App | None") -> int:
     except (UsageError, CycloptsError) as error:
         sys.stderr.write(f"rayproof: {one_line(error)}\n")
         return BAD_USAGE
+    except ValueError as error:
+        from rayproof.reports.results.case_table import DamagedTableError
+
+        if not isinstance(error, DamagedTableError):
+            raise
+        # A file of the user's: that a record is damaged is seen where it is read, which may be late.
+        sys.stderr.write(f"rayproof: {one_line(error)}\n")
+        return BAD_USAGE
     except NoBackendError as error:
         sys.stderr.write(f"rayproof: {one_line(error)}\n")
         return NOT_MEASURED

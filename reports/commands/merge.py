@@ -53,6 +53,8 @@ def merge(
         demanded=demanded,
         diagnose=about["diagnose"],
     )
+    if (sentence := suite.replaced(out)) is not None:
+        say(sentence)
     suite.clear(out)
     with told_in_one_line():
         results, found = merge(shards, out, tracer=tracer)

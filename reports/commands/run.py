@@ -12,6 +12,7 @@ from cyclopts import Group, Parameter
 
 from rayproof.reports.commands.cluster import engaged, scheduler_at
 from rayproof.reports.commands.lookup import Repeated, configurations, references_named
+from rayproof.reports.commands.output import say
 from rayproof.reports.commands.usage import UsageError, own, told_in_one_line, writable_folder
 from rayproof.reports.results.files import legible
 from rayproof.reports.run.cache_store import usual_limit
@@ -220,7 +221,7 @@ def run(
             if scenes is not None:
                 from rayproof.reports.run.scenes import SceneStream
 
-                stream = SceneStream(scenes, tested)
+                stream = SceneStream(scenes, tested, say=say)
             heard = panel(required, tested)
             demanded = gate_demands(expect, against, least_coverage, patterns=patterns)
             kept = images_to_keep(keep_images, cases=len(selectors if stream is None else stream))

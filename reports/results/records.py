@@ -232,6 +232,7 @@ class ShardRecord(TypedDict):
     number: Annotated[int, Meta(ge=1, le=MOST_SHARDS)]
     of: Annotated[int, Meta(ge=1, le=MOST_SHARDS)]
     planned: Count  # cases of the whole
+    names: str  # a digest of the names of the part's own
     configurations: list[str]  # of the whole
     code: str
     plan: str

@@ -9,9 +9,10 @@ import hashlib
 import json
 import os
 import re
+import time
 import zlib
 from array import array
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from errno import EIO
 from pathlib import Path
@@ -193,6 +194,7 @@ def case_of_scene(scene: Scene, *, name: str, stresses: str) -> Case:
 LINES = ".jsonl"
 A_FOLDER = 1000  # scenes without a name of their own that are named into one folder of the results
 LONGEST_NAME = 200  # characters
+NOW_AND_THEN = 5.0  # s between words about how many scenes are read
 _NAME = re.compile(r"(?!\.+(/|$))[\w+=,@ -][\w.+=,@ -]*(/(?!\.+(/|$))[\w+=,@ .-]+)*", re.ASCII)
 
 
@@ -208,8 +210,12 @@ class SceneStream(Sequence[Case]):
 
     """
 
-    def __init__(self, path: Path, subject: Subject = THE_TRACER) -> None:
+    def __init__(
+        self, path: Path, subject: Subject = THE_TRACER, *, say: Callable[[str], None] = lambda _: None
+    ) -> None:
+        """Read every scene once; `say` is told now and then how many are read."""
         self._path = path
+        spoken = time.monotonic()
         self._files: list[str] = []  # in a folder, relative to it
         self._starts, self._lengths, self._sums = array("Q"), array("Q"), array("L")
         self._names: list[str] = []
@@ -228,6 +234,9 @@ class SceneStream(Sequence[Case]):
             taken[case.name] = number
             self._sums.append(zlib.crc32(data))
             self._names.append(case.name)
+            if time.monotonic() - spoken > NOW_AND_THEN:
+                say(f"{number + 1} scenes of {legible(str(path))} are read{self._share(number)}")
+                spoken = time.monotonic()
         if not self._names:
             raise SceneError(f"{path}: there are no scenes in it")
 
@@ -246,6 +255,13 @@ class SceneStream(Sequence[Case]):
         if zlib.crc32(data) != self._sums[number]:
             raise OSError(EIO, "it changed while it was read", self._where(number))
         return self._case(data, number)
+
+    def _share(self, number: int) -> str:
+        """Return which share of all scenes is read with one of them, in words."""
+        read, every = number + 1, len(self._files)
+        if not self._files:
+            read, every = self._starts[number] + self._lengths[number], self._path.stat().st_size
+        return f" ({100 * read // max(1, every)} %)"
 
     def _folder(self) -> Iterator[bytes]:
         self._files = sorted(path.relative_to(self._path).as_posix() for path in self._path.rglob("*.json"))
@@ -266,6 +282,8 @@ class SceneStream(Sequence[Case]):
     def _read(self, number: int) -> bytes:
         if self._files:
             path = self._path / self._files[number]
+            if not path.resolve().is_relative_to(self._path.resolve()):
+                raise SceneError(f"{legible(str(path))}: is a link that leads out of {legible(str(self._path))}")
             if not path.is_file() or path.stat().st_size > LARGEST:
                 raise SceneError(f"{legible(str(path))}: is no file of at most {LARGEST} bytes")
             return path.read_bytes()

@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from rayproof.reports.results.case_records import CaseRecord
-from rayproof.reports.results.case_table import NAME, Cases, CaseTable, DamagedTableError
+from rayproof.reports.results.case_table import NAME, Cases, CaseTable, DamagedTableError, briefs
 from rayproof.reports.results.document import ResultsError, load_results
 from rayproof.reports.results.files import legible
 from rayproof.reports.results.images import inside
@@ -63,6 +63,7 @@ def told(request: RunOptions, planned: Sequence[PlannedCase], references: tuple[
         "number": request.shard[0],
         "of": request.shard[1],
         "planned": len(planned),
+        "names": digest([one.case.name for one in part(planned, request.shard)]),
         "configurations": sorted({name for one in planned for name in one.configurations}),
         "code": code(tracer=True),
         "plan": digest([[exact(one.case), one.configurations] for one in planned]),
@@ -121,7 +122,7 @@ def merge(shards: Sequence[Shard], out: Path, *, tracer: bool) -> tuple[RunRecor
     The cases of parts that are not there are missing, and the run is not finished.
 
     Raises:
-        ResultsError: a record cannot be read or counted, or there are more than were planned.
+        ResultsError: a record cannot be read or counted, or was not planned for the part.
         OSError: a file cannot be read or written.
 
     """
@@ -132,15 +133,16 @@ def merge(shards: Sequence[Shard], out: Path, *, tracer: bool) -> tuple[RunRecor
         try:
             with table.writing():
                 for place, key, record in CaseTable(shard.folder / NAME).entries():
-                    if wrong := uncountable(record):
+                    if wrong := _unplanned(record["name"], place, shard.about) or uncountable(record):
                         raise DamagedTableError(f"{shard.folder / NAME}: {legible(record['name'])}: {wrong}")
                     table.keep(key, _moved(record, shard, out), place=place)
         except DamagedTableError as error:
             raise ResultsError(str(error)) from error
         _copy_files(shard.folder, out)
+        names = [case["name"] for case in briefs(CaseTable(shard.folder / NAME).cases())]
+        if shard.document.get("finished") and digest(names) != shard.about["names"]:
+            raise ResultsError(f"{shard.folder}: the cases in it are not those that were planned for the part")
     cases: Cases = table.cases()
-    if len(cases) > first.about["planned"]:
-        raise ResultsError(f"{first.folder} says that {first.about['planned']} cases were planned, and there are more")
     found = totals.of(cases)
     document: Any = {key: value for key, value in first.document.items() if key not in ("shard", "cases", "gate")}
     document.pop("diagnosis", None)
@@ -164,6 +166,16 @@ def merge(shards: Sequence[Shard], out: Path, *, tracer: bool) -> tuple[RunRecor
     ]
     document["cases"] = cases
     return document, found
+
+
+def _unplanned(name: str, place: int, about: ShardRecord) -> str | None:
+    """Return in words why a case of this name and place was not planned for a part, or None."""
+    number = number_of(name, about["of"])
+    if number != about["number"]:
+        return f"it belongs to part {number}/{about['of']}, and this is part {about['number']}"
+    if not 0 <= place < about["planned"]:
+        return f"its place is {place}, and {about['planned']} cases were planned"
+    return "its name is no case's" if ".." in name.split("/") or name.startswith("/") else None
 
 
 def _pictures(shard: Shard) -> str:

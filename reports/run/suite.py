@@ -1,5 +1,6 @@
 """A run from request to report: choose cases, render and judge them, write what was found as it is found."""
 
+import json
 import shlex
 import shutil
 import time
@@ -19,7 +20,7 @@ from rayproof.reports.processes.pool import Pool
 from rayproof.reports.publish.scene3d.stills import draw_stills, drawn_usually, remove_stale
 from rayproof.reports.results.case_records import CaseRecord
 from rayproof.reports.results.case_table import NAME as JOURNAL
-from rayproof.reports.results.case_table import amend, amending, briefs, named
+from rayproof.reports.results.case_table import CaseTable, DamagedTableError, amend, amending, briefs, named
 from rayproof.reports.results.document import save_early, save_results, write_results
 from rayproof.reports.results.files import legible, remove_drafts
 from rayproof.reports.results.headline import (
@@ -98,6 +99,8 @@ def run(request: RunOptions, workers: "Pool | Dispatch | None" = None) -> int:
         planned = part(planned, request.shard)
     request.out.mkdir(parents=True, exist_ok=True)
     if not request.resume:
+        if (sentence := replaced(request.out)) is not None:
+            console.print(sentence, soft_wrap=True, markup=False)
         clear(request.out)
     remove_drafts(request.out)
     faults = _faults(planned) if subject.is_tracer else []
@@ -299,6 +302,18 @@ def cases_of(selectors: tuple[str, ...]) -> tuple[Case, ...]:
 
         cases += cases_of_files([Path(file) for file in files])
     return cases
+
+
+def replaced(folder: Path) -> str | None:
+    """Return in a sentence which run of a folder another one takes the place of, or None where there is none."""
+    if not (folder / JOURNAL).is_file():
+        return None
+    try:
+        document = json.loads(CaseTable(folder / JOURNAL).document() or "{}")
+        cases, subject = document["summary"]["planned"], document["subject"]
+        return legible(f"replaces the run of {document['started']} in {folder}: {subject}, {cases} cases")
+    except (DamagedTableError, OSError, LookupError, TypeError, ValueError):
+        return legible(f"replaces a run in {folder} that did not end, or cannot be read")
 
 
 def clear(folder: Path) -> None:

@@ -3,12 +3,15 @@
 import importlib
 import json
 import math
+import sqlite3
+from contextlib import closing
 from pathlib import Path
 
 import pytest
 
 from rayproof.reports.cli import main
 from rayproof.reports.commands import report as command
+from rayproof.reports.results.case_table import CaseTable
 from rayproof.reports.results.document import load_results, save_results
 from tests.reports.publish.sample import make_folder
 
@@ -47,6 +50,27 @@ def test_two_runs_are_compared_in_the_terminal_and_as_json(
     assert "1 of 9 verdicts changed, 1 for the worse" in out
     assert json.loads((tmp_path / "both.json").read_text())["rows"][0]["case"] == "sphere/plain"
     assert not (tmp_path / "index.html").exists()
+
+
+@pytest.mark.parametrize("words", [["report", "{folder}"], ["gate", "accept", "{folder}", "--file", "{folder}/k.json"]])
+def test_a_damaged_record_is_told_in_one_line(
+    words: list[str], run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    results = load_results(run)
+    table = CaseTable(tmp_path / "results.sqlite")
+    for place, case in enumerate(results["cases"]):
+        table.keep(case["name"], case, place=place)
+    save_results(tmp_path, {**results, "cases": table.cases()})
+    (tmp_path / "results.json").unlink()
+    with closing(sqlite3.connect(tmp_path / "results.sqlite")) as connection:
+        connection.execute("UPDATE cases SET record = x'0011' WHERE place = 3")
+        connection.commit()
+
+    assert main([word.format(folder=tmp_path) for word in words]) == 2
+
+    told = capsys.readouterr().err
+    assert told.count("\n") == 1
+    assert "results.sqlite: holds a damaged record" in told
 
 
 @pytest.mark.parametrize(

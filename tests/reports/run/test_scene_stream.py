@@ -9,6 +9,7 @@ import pytest
 
 from rayproof.cases.scene import SceneError
 from rayproof.cases.scene_json import scene_from_json
+from rayproof.reports.run import scenes
 from rayproof.reports.run.scenes import SceneStream
 from tests.reports.commands.conftest import Rayproof
 
@@ -43,6 +44,28 @@ def test_a_folder_s_scenes_are_named_by_their_paths(tmp_path: Path) -> None:
         (tmp_path / name).write_text(json.dumps(SCENE))
 
     assert [case.name for case in SceneStream(tmp_path)] == ["file/a/b", "file/a/c", "file/b"]
+
+
+def test_a_link_out_of_the_folder_is_refused_and_one_within_is_followed(tmp_path: Path) -> None:
+    inside = tmp_path / "inside"
+    (inside / "a").mkdir(parents=True)
+    (inside / "a" / "b.json").write_text(json.dumps(SCENE))
+    (inside / "c.json").symlink_to(inside / "a" / "b.json")
+    assert len(SceneStream(inside)) == 2
+
+    (tmp_path / "secret.json").write_text(json.dumps(SCENE))
+    (inside / "d.json").symlink_to(tmp_path / "secret.json")
+    with pytest.raises(SceneError, match=r"d.json: is a link that leads out of .*inside"):
+        SceneStream(inside)
+
+
+def test_reading_many_scenes_says_how_far_it_is(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(scenes, "NOW_AND_THEN", 0.0)
+    words: list[str] = []
+
+    SceneStream(written(tmp_path, SCENE, SCENE), say=words.append)
+
+    assert words[0].endswith("1 scenes of " + str(tmp_path / "many.jsonl") + " are read (50 %)")
 
 
 @pytest.mark.process

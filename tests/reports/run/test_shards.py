@@ -1,6 +1,7 @@
 """Parts of a plan, put together, are the run that was not parted; what does not belong together is refused."""
 
 import json
+import re
 import shutil
 import subprocess
 import sys
@@ -12,8 +13,10 @@ import pytest
 
 from rayproof.cases.families import select
 from rayproof.cases.scene_json import save_scene
+from rayproof.reports.results.case_table import CaseTable
 from rayproof.reports.results.document import ResultsError, load_results
 from rayproof.reports.run.shards import load_shards, merge, number_of, shard_of
+from rayproof.reports.run.suite import replaced
 
 CASES = ("behind/sphere", "behind/cube", "behind/plane", "behind/square")
 TIMES = {"seconds", "judge_seconds", "started", "command", "cached", "remembered", "shard", "shards", "key"}
@@ -96,6 +99,39 @@ def test_what_does_not_belong_together_is_refused_in_a_line(runs: Path, tmp_path
         assert said in done.stderr
         assert done.stderr.count("\n") == 1
     assert not (tmp_path / "all").exists()
+
+
+@pytest.mark.process
+@pytest.mark.parametrize(
+    ("name", "said"),
+    [
+        ("../../../evil", "belongs to part 2/2"),
+        ("../../../evil5", "its name is no case's"),
+        ("behind/unplanned4", "are not those that were planned for the part"),
+    ],
+)
+def test_a_case_that_was_not_planned_for_a_part_is_refused(runs: Path, tmp_path: Path, name: str, said: str) -> None:
+    part = tmp_path / "part"
+    shutil.copytree(runs / "one", part, symlinks=True)
+    table = CaseTable(part / "results.sqlite")
+    case = next(iter(table.cases()))
+    table.keep("another", {**case, "name": name}, place=4)
+    table.close()
+
+    with pytest.raises(ResultsError, match=said):
+        merge(load_shards([part, runs / "two"]), tmp_path, tracer=True)
+
+
+@pytest.mark.process
+def test_a_run_says_which_one_it_replaces(runs: Path, tmp_path: Path) -> None:
+    assert replaced(tmp_path) is None
+    assert re.fullmatch(f"replaces the run of 2.* in {runs / 'whole'}: tracer, 5 cases", replaced(runs / "whole") or "")
+    (tmp_path / "results.sqlite").write_text("hello")
+    assert replaced(tmp_path) == f"replaces a run in {tmp_path} that did not end, or cannot be read"
+    assert (
+        "replaces the run of"
+        in rayproof("run", CASES[0], "--out", shutil.copytree(runs / "one", tmp_path / "one", symlinks=True)).stdout
+    )
 
 
 def changed(folder: Path, where: Path, **more: Any) -> Path:
