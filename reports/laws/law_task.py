@@ -37,7 +37,7 @@ def renderer(subject: Subject, configuration: str) -> Render:
         trace = handler(TRACING)
         return lambda scene: trace(TracerTask(scene=scene, configuration=configuration, samples=1))[0]
     test = handler(kind_of(subject))
-    return lambda scene: test(SubjectTask(scene=scene, samples=1, case="law", subject=subject))[0]
+    return lambda scene: test(SubjectTask(scene=scene, samples=1, subject=subject))[0]
 
 
 class Asked:

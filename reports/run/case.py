@@ -226,7 +226,7 @@ class CaseRun:
             subject = replace(subject, seconds=max(subject.seconds, self._limit))
         kept = subject.is_program and not again
         keep = Keep(folder=self._folder / CALLS / place_of(case.name)) if kept else None
-        task = SubjectTask(scene=case.scene, samples=case.samples, case=case.name, subject=subject, keep=keep)
+        task = SubjectTask(scene=case.scene, samples=case.samples, subject=subject, keep=keep)
         return Request(kind=kind_of(subject), task=task, first=True)
 
     def _rendered(self, replies: Replies) -> Renders:

@@ -48,7 +48,6 @@ class SubjectTask:
 
     scene: Scene
     samples: int
-    case: str
     subject: Subject
     keep: Keep | None = None  # where a program's call itself is left
 

@@ -223,7 +223,7 @@ def _program() -> Callable[[SubjectTask | QuestionTask], Any]:
                 return str(wrong)
         able, stays = subject.capabilities, server(subject)
         versions = {subject.name: f"{able.title} ({able.precision}, written as float32)"}
-        answered = candidate(subject, task.scene, case=task.case, samples=task.samples, keep=task.keep, server=stays)
+        answered = candidate(subject, task.scene, samples=task.samples, keep=task.keep, server=stays)
         notes = able.told(task.scene)
         if stays is not None:
             return answered, versions, (*notes, *stays.notes()), stays.standing()

@@ -107,7 +107,7 @@ def answered(subject: Subject, scene: Scene, *, keep: Keep | None = None) -> Ans
         ValueError: its worker crashed or ran out of time; what a program comes to is the candidate's error.
 
     """
-    task = SubjectTask(scene=scene, samples=1, case="call", subject=subject, keep=keep)
+    task = SubjectTask(scene=scene, samples=1, subject=subject, keep=keep)
     reply = _reply(kind_of(subject), task, timeout=2 * subject.seconds + LONGEST)
     if reply.error is not None:
         raise ValueError(reply.error)

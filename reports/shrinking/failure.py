@@ -75,7 +75,7 @@ def renderer(subject: Subject, configuration: Configuration) -> Renderer:
         trace = worker_tasks.handler(TRACING)
         return lambda scene: trace(TracerTask(scene=scene, configuration=configuration.name, samples=1))[0]
     ask = worker_tasks.handler(kind_of(subject))
-    return lambda scene: ask(SubjectTask(scene=scene, samples=1, case="shrink", subject=subject))[0]
+    return lambda scene: ask(SubjectTask(scene=scene, samples=1, subject=subject))[0]
 
 
 def judged(scene: Scene, render: Renderer) -> tuple[Judged, Answers, StageImages] | None:

@@ -221,7 +221,7 @@ def ask_capabilities(subject: Subject, *, seconds: float, server: Server | None 
         if ended.problem is not None and (subject.name == FUNCTION or not unknown):
             raise ValueError(ended.problem)
         return Capabilities(protocol=STAYS) if ended.declared is None else capabilities_of(ended.declared, STAYS)
-    with _Place("capabilities") as place:
+    with _Place() as place:
         arguments = [word for word in subject.command if "{" not in word] + [ASKING]
         ended = _called(subject, arguments, place, seconds=seconds, output=ROOM)
     declared = capabilities_from(ended.said) if ended.problem is None else None
@@ -249,7 +249,6 @@ def candidate(
     subject: Subject,
     scene: Scene,
     *,
-    case: str,
     samples: int,
     keep: Keep | None = None,
     server: Server | None = None,
@@ -259,7 +258,7 @@ def candidate(
     `keep` says where to leave the call itself, to be looked at: what it was handed, and what it said. A program that
     stays alive has a `server`.
     """
-    asking = _Asking(subject=subject, case=case, server=server)
+    asking = _Asking(subject=subject, server=server)
     able, stages = subject.capabilities, stages_of(scene)
     blank = Answers(
         name=subject.name,
@@ -295,7 +294,6 @@ class _Asking:
     """A program that is asked about a case; one that stays alive has a `server`."""
 
     subject: Subject
-    case: str
     server: Server | None
 
     def ended(self, place: "_Place", scene: Path, *, samples: int, output: int) -> Ended:
@@ -325,7 +323,7 @@ def _image(asking: _Asking, scene: Scene, *, samples: int = 1, keep: Keep | None
 
     """
     able = asking.subject.capabilities
-    with _Place(asking.case, within=asking.server.folder if asking.server is not None else None) as place:
+    with _Place(within=asking.server.folder if asking.server is not None else None) as place:
         given = rebuilt(scene, able.stand_ins)
         path = hand_over(given.scene, place.folder)
         most = allowance(scene)
@@ -380,12 +378,13 @@ class _Place:
     One that stays alive has it in the folder `within` which it works, and where it may write.
     """
 
-    def __init__(self, case: str, *, within: Path | None = None) -> None:
-        self._case, self._within = case, within
+    def __init__(self, *, within: Path | None = None) -> None:
+        self._within = within
 
     def __enter__(self) -> "_Place":
         self._above = Path(tempfile.mkdtemp(prefix="rayproof-")) if self._within is None else self._within
-        self.folder = Path(tempfile.mkdtemp(prefix=self._case.replace("/", "-") + "-", dir=self._above))
+        # Without the case's name, by which a program could answer.
+        self.folder = Path(tempfile.mkdtemp(prefix="call-", dir=self._above))
         return self
 
     def strays(self) -> list[str]:

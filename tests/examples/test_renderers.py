@@ -92,7 +92,7 @@ TELLING = {
 
 def judged(subject: Subject, case: Case) -> Judged:
     """Judge a program on a case before the oracle alone."""
-    given = candidate(subject, case.scene, case=case.name, samples=1)
+    given = candidate(subject, case.scene, samples=1)
     answers = ORACLE.render(case.scene, stages_of(case.scene))
     truth = Answers(name="analytic", precision="float64", independent=True, answers=answers)
     return of_what_is_supported(judge_case(case, [given], [truth], ORACLE, {}), [given])

@@ -137,7 +137,7 @@ def answers_of(case: Case, subject: Subject, configurations: Iterable[str]) -> t
         told = [_task(TRACING)(task) for task in tasks]
     else:
         kind = PROGRAM if subject.name == PROGRAM else f"{UNDER_TEST}{subject.name}"
-        told = [_task(kind)(SubjectTask(scene=case.scene, samples=1, case=case.name, subject=subject))]
+        told = [_task(kind)(SubjectTask(scene=case.scene, samples=1, subject=subject))]
     return [one[0] for one in told], {name: version for one in told for name, version in one[1].items()}
 
 

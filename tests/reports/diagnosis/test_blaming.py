@@ -41,7 +41,7 @@ def shown(
     subject = Subject(name=PROGRAM, title="exec:mistaken", command=command)
     records, evidence = [], {}
     for case in select(names):
-        given = candidate(subject, case.scene, case=case.name, samples=1)
+        given = candidate(subject, case.scene, samples=1)
         answers = ORACLE.render(case.scene, stages_of(case.scene))
         truth = Answers(name="analytic", precision="float64", independent=True, answers=answers)
         found = of_what_is_supported(judge_case(case, [given], [truth], ORACLE, {}), [given])

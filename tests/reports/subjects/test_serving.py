@@ -58,7 +58,7 @@ class Asked:
 
     def answer(self, samples: int = 1, keep: Path | None = None) -> Answers:
         kept = None if keep is None else Keep(folder=keep)
-        return candidate(self.subject, SCENE, case="a/b", samples=samples, keep=kept, server=self.server)
+        return candidate(self.subject, SCENE, samples=samples, keep=kept, server=self.server)
 
     def value(self) -> float | None:
         """Return what the image has in every pixel."""

@@ -158,7 +158,7 @@ def test_confined_a_program_draws_what_it_would(program: Writing) -> None:
     )
 
     loose, confined = (
-        candidate(replace(subject, surroundings=Surroundings(confined=shut)), SCENE, case="a/b", samples=1)
+        candidate(replace(subject, surroundings=Surroundings(confined=shut)), SCENE, samples=1)
         for shut in (False, True)
     )
 
