@@ -169,14 +169,16 @@ def workflow(
     service: Literal["github", "gitlab", "jenkins"],
     *selectors: str,
     source: Annotated[str, Parameter(name="--from")],
-    subject: str | None = None,
-    expect: Path | None = None,
+    build: str,
+    subject: str,
+    expect: Path = Path("known.json"),
     least_coverage: float | None = None,
     out: Path | None = None,
 ) -> int:
     """Write a workflow that runs rayproof in continuous integration.
 
-    It installs rayproof, runs it, applies a file of known failures if there is one, and keeps the report.
+    It builds the renderer, installs rayproof, runs it, holds the run against a file of known failures, and keeps the
+    report.
 
     Parameters
     ----------
@@ -187,29 +189,31 @@ def workflow(
     source
         What pip installs, since rayproof is on no package registry: the path of a wheel in your project, or
         git+https://HOST/PROJECT@COMMIT.
+    build
+        The shell command that builds the renderer from your checkout, such as "make"; "true" if there is nothing to
+        build.
     subject
-        The renderer under test, as for `rayproof run --subject`. Default: the tracer.
+        The renderer under test, as for `rayproof run --subject`.
     expect
-        The file of known failures that `rayproof gate accept` wrote.
+        The file of known failures and of how much is answered, which `rayproof gate accept` writes.
     least_coverage
         The least share [%] of the checks that must be measured.
     out
         The file to write. Default: where the service looks for it.
 
     """
-    for word in (*selectors, source, subject or "", str(expect or "")):
+    for word in (*selectors, source, build, subject, str(expect)):
         if LINE.search(word):
             raise UsageError(f"{word!r}: a quote or a control character cannot stand in a workflow")
     name, usual = SERVICES[service]
     file = out or usual
     command = ["rayproof", "run", *selectors, "--out", REPORT]
-    command += ["--subject", subject] if subject is not None else []
-    command += ["--expect", str(expect)] if expect is not None else []
+    command += ["--subject", subject, "--expect", str(expect)]
     command += ["--least-coverage", f"{least_coverage:g}"] if least_coverage is not None else []
     filled = (WORKFLOWS / name).read_text(encoding="utf-8")
     # Double quotes: the services' own files quote by single ones, and YAML takes a shell's line for a string.
     words = [shlex.quote(word).replace("'", '"') for word in command]
-    for mark, text in (("@INSTALL@", f'"{source}"'), ("@RUN@", " ".join(words)), ("@OUT@", REPORT)):
+    for mark, text in (("@INSTALL@", f'"{source}"'), ("@BUILD@", build), ("@RUN@", " ".join(words)), ("@OUT@", REPORT)):
         filled = filled.replace(mark, text)
     with told_in_one_line():
         file.parent.mkdir(parents=True, exist_ok=True)
@@ -218,4 +222,6 @@ def workflow(
             raise UsageError(f"{file}: exists already, and is not overwritten; --out names another file")
         file.write_text(filled, encoding="utf-8")
     say(f"wrote {file}; it runs: {' '.join(words)}")
+    accept = f"{called()} gate accept {REPORT} --file {expect} --reason WHY"
+    say(f"{expect} must lie in your project: run this command here without --expect, then {accept}")
     return 0

@@ -365,12 +365,12 @@ def _wide(stage: Stage, limit: np.ndarray, theirs: np.ndarray, size: np.ndarray 
     """Return where a limit is more than `WIDE` of the value, or of `size`, in any channel (height, width)."""
     if stage in DIRECTIONS:
         return limit > WIDE  # rad, of a unit vector
-    if size is not None:
-        return limit > WIDE * size
-    if stage is Stage.POSITION:
-        return limit > WIDE * length(theirs)
-    wide = (limit if limit.ndim == theirs.ndim else limit[..., np.newaxis]) > WIDE * np.abs(theirs)
-    return any_of(wide)
+    # A black pixel, or a miss, has no size: the step of a file of floats there, 2^-150, is no wide limit.
+    least = np.finfo(np.float32).tiny
+    if size is not None or stage is Stage.POSITION:
+        return limit > WIDE * np.maximum(length(theirs) if size is None else size, least)
+    values = np.maximum(np.abs(theirs), least)
+    return any_of((limit if limit.ndim == theirs.ndim else limit[..., np.newaxis]) > WIDE * values)
 
 
 def _new_infinities(ours: np.ndarray, theirs: np.ndarray, forgiven: np.ndarray) -> int:

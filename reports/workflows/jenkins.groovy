@@ -6,6 +6,9 @@ pipeline {
         stage('rayproof') {
             steps {
                 sh '''
+                    @BUILD@
+                '''
+                sh '''
                     python -m venv .rayproof
                     .rayproof/bin/python -m pip install @INSTALL@
                     PATH="$PWD/.rayproof/bin:$PATH" @RUN@

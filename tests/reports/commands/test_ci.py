@@ -15,6 +15,7 @@ from tests.reports.commands.conftest import Rayproof, rayproof
 
 __all__ = ["rayproof"]
 
+BUILD = "echo made > built"
 SUBJECT = "exec:cp nothing.exr {scene} {output}"
 
 
@@ -33,7 +34,19 @@ def test_what_a_service_would_run_fails_by_its_exit_code_and_leaves_a_report(
 ) -> None:
     monkeypatch.chdir(tmp_path)
     wrong = "float32/sphere=fault_far_root"
-    ended = rayproof("new", "workflow", service, "primitives/plane", "--from", "wheels/rayproof.whl")
+    ended = rayproof(
+        "new",
+        "workflow",
+        service,
+        "primitives/plane",
+        "--from",
+        "wheels/rayproof.whl",
+        "--build",
+        BUILD,
+        "--subject",
+        "tracer",
+    )
+    (tmp_path / "known.json").write_text('{"schema": 2}')
     assert (ended.code, ended.error) == (0, "")
     text = SERVICES[service][1].read_text()
     lines = shell_lines(service, text)
@@ -60,6 +73,7 @@ def test_what_a_service_would_run_fails_by_its_exit_code_and_leaves_a_report(
         assert max(codes) == code
         assert Path(REPORT, "index.html").is_file()
         assert Path(REPORT, "junit.xml").is_file()
+        assert Path("built").read_text() == "made\n"
     assert (service == "github") == summary.exists()
     assert text.count("wheels/rayproof.whl") == 1
     assert "@" not in re.sub(r"@v\d", "", text)
@@ -69,25 +83,49 @@ def test_the_subject_and_the_gate_are_in_the_command(rayproof: Rayproof, tmp_pat
     file = tmp_path / "job.yml"
 
     ended = rayproof(
-        "new", "workflow", "gitlab", "--from", "git+https://127.0.0.1/rayproof@abc", "--subject", SUBJECT, "--expect",
-        "known.json", "--least-coverage", 62.5, "--out", file,
+        "new", "workflow", "gitlab", "--from", "git+https://127.0.0.1/rayproof@abc", "--build", BUILD,
+        "--subject", SUBJECT,
+        "--least-coverage", 62.5, "--out", file,
     )  # fmt: skip
 
     assert ended.code == 0
-    (line,) = shell_lines("gitlab", file.read_text())
-    line = line.strip()
+    build, line = map(str.strip, shell_lines("gitlab", file.read_text()))
+    assert build == BUILD
     assert shlex.split(line) == [
         "rayproof", "run", "--out", REPORT, "--subject", SUBJECT, "--expect", "known.json",
         "--least-coverage", "62.5",
     ]  # fmt: skip
-    again = rayproof("new", "workflow", "gitlab", "--from", "x.whl", "--out", file)
+    again = rayproof(
+        "new", "workflow", "gitlab", "--from", "x.whl", "--build", BUILD, "--subject", SUBJECT, "--out", file
+    )
     assert (again.code, again.error.count("\n")) == (2, 1)
     assert "is not overwritten" in again.error
 
 
+@pytest.mark.parametrize("left_out", ["--build", "--subject"])
+def test_what_the_command_cannot_know_it_asks_for(rayproof: Rayproof, left_out: str) -> None:
+    options = {"--from": "x.whl", "--build": BUILD, "--subject": SUBJECT}
+    del options[left_out]
+    ended = rayproof("new", "workflow", "github", *(word for pair in options.items() for word in pair))
+
+    assert (ended.code, left_out in ended.error) == (2, True)
+
+
 @pytest.mark.parametrize("word", ["a\nb", "it's", "\x1b[31m"])
 def test_what_would_end_a_line_or_a_string_is_refused(rayproof: Rayproof, tmp_path: Path, word: str) -> None:
-    ended = rayproof("new", "workflow", "jenkins", "--from", word, "--out", tmp_path / "Jenkinsfile")
+    ended = rayproof(
+        "new",
+        "workflow",
+        "jenkins",
+        "--from",
+        word,
+        "--build",
+        BUILD,
+        "--subject",
+        SUBJECT,
+        "--out",
+        tmp_path / "Jenkinsfile",
+    )
 
     assert (ended.code, ended.error.count("\n")) == (2, 1)
     assert list(tmp_path.iterdir()) == []

@@ -8,6 +8,7 @@ import pytest
 from rayproof.cases.stages import Resolution, Stage
 from rayproof.reports.judge.case import judge_case
 from rayproof.reports.judge.limits import Coarseness
+from rayproof.reports.judge.measurement import held_to
 from rayproof.reports.results.outcomes import Outcome
 from tests.reports.judge.scenes import CASE, ORACLE, SCENE, candidate, rounded, truth, witness
 
@@ -114,3 +115,15 @@ def test_hits_within_a_partys_own_epsilon_are_counted_apart():
     assert judge_case(CASE, [candidate(rounded(answers))], [witness(answers), without], ORACLE, {}).outcome in (
         Outcome.REFERENCE_SUSPECT,
     )
+
+
+@pytest.mark.parametrize("stage", [Stage.RADIANCE, Stage.POSITION])
+def test_the_step_of_a_file_at_black_pixels_and_misses_is_no_wide_limit(stage: Stage):
+    """Of a `chained` program each output is coarse by 2^-150 at least, of which a value of 0 has no share."""
+    theirs, size = np.zeros((1, 3, 3)), np.zeros((1, 3))
+    limit = np.array([[2.0**-150, 2.0**-40, 0.0]])
+
+    wide, bounded = held_to(stage, limit, theirs, size if stage is Stage.POSITION else None)
+
+    assert wide.tolist() == [[False, True, False]]
+    assert bounded.all()
