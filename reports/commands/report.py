@@ -9,6 +9,7 @@ from cyclopts import App
 from rayproof.reports.commands.output import say, shout, show_table, write_json
 from rayproof.reports.commands.usage import UsageError, own, told_in_one_line, writable_folder
 from rayproof.reports.results.records import ComparisonRowRecord, RunRecord
+from rayproof.reports.studies.stability.limit_records import changes, load_limits, place_of
 
 NOT_MEASURED = 3
 FEW = 12  # names in a line
@@ -42,7 +43,8 @@ def report(
     folder
         A folder that `rayproof run --out` filled.
     other
-        The folder of a later run: show what changed between the two, with the images of both.
+        The folder of a later run: show what changed between the two, with the images of both. Of two folders or
+        files with limits of renderers (`rayproof stability --subject`): how far each carries.
     out
         With two runs: the folder for the report of what changed. Default: only a table is printed.
     single_file
@@ -209,6 +211,8 @@ def write_one_file(folder: Path, results: RunRecord | None = None, *, asked: boo
 
 def report_between(before: Path, after: Path, out: Path | None, *, single_file: bool, json: Path | None) -> int:
     """Say what changed between two runs, and publish a folder that shows it."""
+    if place_of(before).is_file() and place_of(after).is_file():
+        return limits_between(before, after, json)
     from rayproof.reports.history.run_difference import comparison, moved, names_of, sentence
     from rayproof.reports.publish import publish_all
     from rayproof.reports.results.document import load_results
@@ -245,6 +249,20 @@ def report_between(before: Path, after: Path, out: Path | None, *, single_file: 
     if out is not None:
         say(f"report: {out / 'index.html'}")
         write_one_file(out, asked=single_file)
+    return 0
+
+
+def limits_between(before: Path, after: Path, json: Path | None) -> int:
+    """Say how far two renderers carry, as `rayproof stability --subject` left it in two folders or files."""
+    with told_in_one_line():
+        found = changes(load_limits(before), load_limits(after))
+        if json is not None:
+            writable_folder(json.parent)
+    rows = [[one["ladder"], one["quantity"], one["unit"], one["before"], one["after"], one["rungs"]] for one in found]
+    show_table("how far each carries", ["ladder", "what grows", "unit", str(before), str(after), "rungs"], rows)
+    lower, higher = (sum(sign * one["rungs"] > 0 for one in found) for sign in (-1, 1))
+    say(f"{len(found)} limits: {higher} higher and {lower} lower in {after}")
+    write_json(json, found)
     return 0
 
 

@@ -1,5 +1,6 @@
-"""`rayproof stability`: how far up its ladders each formula climbs, and whether that is what the catalogue says."""
+"""`rayproof stability`: how far up its ladders each formula, or a whole renderer, climbs."""
 
+import os
 import sys
 from collections.abc import Sequence
 from pathlib import Path
@@ -14,6 +15,7 @@ from rayproof.reports.results.provenance import caption, keep, origin
 from rayproof.reports.studies.publication import MOST_PANELS, Paper, draw, write_table
 
 if TYPE_CHECKING:
+    from rayproof.reports.studies.stability.limit_records import LimitsRecord
     from rayproof.reports.studies.stability.records import ClimbRecord, SurveyRecord
 from rayproof.reports.studies.stability.document import Plan
 
@@ -31,12 +33,14 @@ def stability(
     quick: bool = False,
     ladder: Repeated = (),
     precision: Precisions = (),
+    subject: str | None = None,
+    against: Path | None = None,
     json: Path | None = None,
     out: Path | None = None,
     sweep: str | None = None,
     paper: Annotated[Paper, Parameter(name="*")] = Paper(),  # noqa: B008  frozen
 ) -> int:
-    """Measure formulas on ladders of ill-conditioned inputs.
+    """Measure formulas on ladders of ill-conditioned inputs, or a whole renderer on ladders of scenes.
 
     Parameters
     ----------
@@ -44,20 +48,32 @@ def stability(
         A slot such as sphere, a formula such as sphere/haines, a pattern, or a function of your own, such as
         sphere=./mine.py:nearest_hit. Default: all.
     quick
-        Draw fewer rays.
+        Draw fewer rays; with --subject leave out the other renderers' limits.
     ladder
-        A ladder, such as SPH-FAR, or a pattern. Repeatable. Default: all.
+        A ladder, such as SPH-FAR, or a pattern; with --subject a ladder of scenes, such as offset. Repeatable.
+        Default: all.
     precision
         float32 or float64. Repeatable. Default: both.
+    subject
+        A whole renderer instead of formulas: tracer, a reference, or "exec:COMMAND {scene} {output}".
+    against
+        With --subject: the file or folder of earlier limits. The exit code is 1 if one of them is lower now.
     json
         Also write the results to this file.
     out
-        Also write JSON, CSV and SVG of every ladder to OUT/stability, with what is needed to compute them again.
+        Also write JSON, CSV and SVG of every ladder, or the limits of renderers, to OUT/stability, with what is needed
+        to compute them again.
     sweep
         Measure your own function for many values of one of its parameters: eps=1e-6..1e-2:9 are nine values in equal
         ratios.
 
     """
+    if subject is not None and (formulas or precision):
+        raise UsageError("--subject measures a whole renderer, without formulas and --precision")
+    if against is not None and subject is None:
+        raise UsageError("--against holds the limits of a renderer: name it with --subject")
+    if subject is not None and (sweep is not None or paper.figure is not None):
+        raise UsageError("--sweep and --figure are for formulas, and --subject measures a whole renderer")
     with told_in_one_line():
         paper.check()
         if out is not None:
@@ -67,6 +83,12 @@ def stability(
     from rayproof.tracer.kernel.compiler import choose_packaged_llvm
 
     choose_packaged_llvm()
+    if subject is not None:
+        from rayproof.reports.studies.stability.limit_records import load_limits
+
+        with told_in_one_line():
+            earlier = None if against is None else load_limits(against)  # read now, since it may lie in OUT
+        return limits_shown(whole_renderer(subject, ladder, json, out, alone=quick), earlier, paper.table)
     from rayproof.reports.studies.stability.document import plan, survey
     from rayproof.reports.studies.stability.figures import paper_rows
 
@@ -115,6 +137,57 @@ def swept(formulas: Sequence[str], sweep: str | None) -> tuple[str, list[str], d
         each = {with_number(one, name, value): value for one in own for value in values}
         known = {FORMULAS.named(text).name: value for text, value in each.items()}
     return name, [*(one for one in formulas if one not in own), *each], known
+
+
+def whole_renderer(
+    subject: str, names: Sequence[str], json: Path | None, out: Path | None, *, alone: bool
+) -> "LimitsRecord":
+    """Measure how far a renderer carries, and beside it the others unless it is `alone`; write it where it is asked."""
+    from rayproof.reports.commands.run import subject_named
+    from rayproof.reports.processes.scratch import scratch
+    from rayproof.reports.run.renderer_limits import columns, ladders_named, measure, scale
+    from rayproof.reports.run.scenes import USUAL_LIMIT
+    from rayproof.reports.studies.stability.limit_records import SCHEMA, write_limits
+    from rayproof.tracer.kernel.arrays import versions
+
+    with told_in_one_line():
+        ladders = ladders_named(names)
+    with scratch():
+        tested = subject_named(subject)
+        renderers = columns(tested, alone=alone)
+        found: LimitsRecord = {
+            "schema": SCHEMA,
+            "subject": tested.title,
+            "renderers": [column.title for column in renderers],
+            "ladders": [scale(ladder) for ladder in ladders],
+            "limits": list(measure(renderers, ladders, jobs=os.cpu_count() or 1, seconds=USUAL_LIMIT)),
+            "environment": versions(),
+        }
+    write_json(json, found)
+    if out is not None:
+        write_limits(out / "stability", found)
+    return found
+
+
+def limits_shown(found: "LimitsRecord", earlier: "LimitsRecord | None", file: Path | None) -> int:
+    """Print how far each renderer carries, hold the first against earlier limits, and return the exit code."""
+    from rayproof.reports.studies.stability.limit_records import changes, table, worse
+
+    columns, rows = table(found)
+    show_table(f"{found['renderers'][0]}: how far it carries", columns, rows)
+    if any(not one["monotone"] for one in found["limits"]):
+        say("* some rungs beyond the first that does not pass do; the ladder was climbed whole")
+    write_table(file, columns, rows, caption=f"How far renderers carry. {caption(origin())}.")
+    if earlier is not None:
+        with told_in_one_line():
+            compared = changes(earlier, found)
+        lower = worse(compared)
+        for sentence in lower:
+            say(f"LOWER: {sentence}")
+        say(f"{len(lower)} of {len(compared)} limits are lower than they were")
+        return 1 if lower else 0
+    firsts = {one["verdict"] for one in found["limits"][: len(found["ladders"])] if one["limit"] is None}
+    return 1 if "fail" in firsts else 3 if firsts & {"error", "missing"} else 0
 
 
 def tell(done: int, total: int, one: "ClimbRecord") -> None:

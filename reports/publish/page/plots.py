@@ -15,6 +15,7 @@ from rayproof.reports.results.files import number, write_text
 from rayproof.reports.results.float_codec import pack_json
 from rayproof.reports.results.images import script
 from rayproof.reports.results.records import RunRecord
+from rayproof.reports.studies.stability.limit_records import LimitsError, LimitsPlot, bars, load_limits, place_of
 from rayproof.reports.studies.stability.records import LadderAbout
 
 if TYPE_CHECKING:
@@ -111,8 +112,18 @@ def tradeoff(folder: Path) -> TradeoffRecord | None:
     return _rounded(found)
 
 
-SOURCES: dict[str, Callable[[Path], StabilityPlot | TradeoffRecord | None]] = {
+def limits(folder: Path) -> LimitsPlot | None:
+    """Return how far renderers carry; None where no limits lie there."""
+    place = place_of(folder)
+    try:
+        return _rounded(bars(load_limits(place)))
+    except (OSError, LimitsError):
+        return None
+
+
+SOURCES: dict[str, Callable[[Path], StabilityPlot | LimitsPlot | TradeoffRecord | None]] = {
     "stability": stability,
+    "limits": limits,
     "tradeoff": tradeoff,
 }
 

@@ -117,6 +117,31 @@
   rayproof.addPage("stability", { title: "Stability", has: (results) => Boolean(results.plots?.stability),
     view: (results) => rayproof.later(stabilityView(results)) });
 
+  // How far whole renderers carry: a bar each on the logarithmic axis of every ladder of scenes.
+  function limitRow(bar, own) {
+    const why = [bar.blame, bar.reason].filter(Boolean).join(": ");
+    return e("tr", {}, e("th", { scope: "row" }, own ? e("strong", {}, bar.renderer) : bar.renderer),
+      e("td", { class: "reach" }, e("span", { class: own ? "reached own" : "reached", style: `width: ${Math.max(1, 100 * bar.share)}%`, role: "img",
+        "aria-label": `${Math.round(100 * bar.share)} % of the axis` })),
+      e("td", { class: "figure" }, bar.text), e("td", { title: why }, bar.blame));
+  }
+
+  async function limitsView(results) {
+    const data = JSON.parse(await rayproof.inflateText(await rayproof.request(results.plots.limits)));
+    const card = (scale) => e("section", { class: "panel", "aria-label": scale.quantity },
+      e("h2", {}, scale.quantity, " ", e("span", { class: "muted" }, `${scale.unit ? `[${scale.unit}] ` : ""}${rayproof.short(scale.values[0])} to ${rayproof.short(scale.values.at(-1))}, logarithmic`)),
+      rayproof.scroll(`limits of ${scale.ladder}`, e("table", { class: "limits" },
+        e("thead", {}, e("tr", {}, ["renderer", "", "right up to", "blamed beyond"].map(th))),
+        e("tbody", {}, data.bars.filter((bar) => bar.ladder === scale.ladder).map((bar) => limitRow(bar, bar.renderer === data.renderers[0]))))),
+      rayproof.command(`rayproof stability --subject ${rayproof.quoted(data.renderers[0].startsWith("tracer") ? "tracer" : data.renderers[0])} --ladder ${scale.ladder}`));
+    return [e("section", { class: "panel" }, e("h1", {}, `How far ${data.renderers[0]} carries`),
+      e("p", { class: "muted" }, "The last rung of each ladder of scenes up to which every rung passes. all: to the ladder's end. *: some rungs beyond pass again. undecided: float64 itself, or the pixels at edges, leave nothing to judge by.")),
+    e("div", { class: "ladders" }, data.ladders.map(card))];
+  }
+
+  rayproof.addPage("limits", { title: "Limits", has: (results) => Boolean(results.plots?.limits),
+    view: (results) => rayproof.later(limitsView(results)) });
+
   // Error against run time: work-precision diagrams, with the front of what nothing else beats.
   const hueOf = (point) => point.variant || point.renderer;
   const finite = (value) => typeof value === "number" && Number.isFinite(value);

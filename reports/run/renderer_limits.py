@@ -1,0 +1,253 @@
+"""How far a whole renderer carries: the last rung of each ladder of scenes that it passes, found by few renders.
+
+Every rung is rendered and judged as a case of a run, in worker processes, by the closed forms and by certified numbers.
+No other renderer judges, since at such scenes each of them has limits of its own.
+"""
+
+import tempfile
+from collections import deque
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field
+from fnmatch import fnmatchcase
+from itertools import pairwise
+from pathlib import Path
+
+from rayproof.cases.ladders.whole_scenes import SCENE_LADDERS, SceneLadder
+from rayproof.reports.diagnosis.blaming import by_stages
+from rayproof.reports.judge.oracle import ORACLE
+from rayproof.reports.processes.pool import Pool
+from rayproof.reports.results.case_records import CaseRecord
+from rayproof.reports.results.outcomes import Outcome
+from rayproof.reports.run.cache_store import usual_store
+from rayproof.reports.run.case import CasesUnderWay, Terms
+from rayproof.reports.run.options import Demands, KeptImages
+from rayproof.reports.run.plan import DEFAULTS, PlannedCase, panel, plan
+from rayproof.reports.run.workers import RELIEF, sleeping, workers
+from rayproof.reports.studies.stability.limit_records import LimitRecord, ScaleRecord
+from rayproof.reports.subjects import THE_TRACER, TRACER, Subject
+
+JUDGES = (ORACLE, "certified")
+MOST_RENDERS = 6  # of a ladder that is not climbed whole
+PASSED = (Outcome.PASS, Outcome.WARN)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Column:
+    """A renderer whose limits are measured: a subject, and of the tracer a configuration."""
+
+    subject: Subject
+    configuration: str
+
+    @property
+    def title(self) -> str:
+        """Return its name in tables."""
+        return f"{TRACER} {self.configuration}" if self.subject.is_tracer else self.subject.title
+
+
+@dataclass(frozen=True, kw_only=True)
+class Rung:
+    """What became of one rung."""
+
+    outcome: Outcome
+    stage: str = ""
+    items: tuple[str, ...] = ()  # of the specification, that may be to blame
+    reason: str = ""
+
+    @property
+    def passes(self) -> bool:
+        """Say whether the renderer carries so far."""
+        return self.outcome in PASSED
+
+
+@dataclass(kw_only=True)
+class SceneClimb:
+    """The rungs of a ladder that a renderer was asked about, and which is the next."""
+
+    ladder: SceneLadder
+    rungs: dict[int, Rung] = field(default_factory=dict)
+    answered: frozenset[str] = frozenset()  # the stages that the first rung has an answer for
+
+    def following(self) -> int | None:
+        """Return the rung to render next, or None if the limit is known.
+
+        Both ends come first. Between them it is bisected; the renders that are left look for a rung whose verdict is
+        out of order. If there is one, or the ladder is a control, all rungs are rendered.
+        """
+        last = len(self.ladder.values) - 1
+        if self.whole:
+            return next((rung for rung in range(last + 1) if rung not in self.rungs), None)
+        for end in (0, last):
+            if end not in self.rungs:
+                return end
+        if len(self.rungs) >= MOST_RENDERS:
+            return None
+        known = sorted(self.rungs)
+        gaps = [pair for pair in pairwise(known) if pair[1] - pair[0] > 1]
+        # Where a passing rung is next to one that does not pass lies the limit; else the widest gap is looked into.
+        low, high = max(
+            gaps,
+            key=lambda gap: (self.rungs[gap[0]].passes != self.rungs[gap[1]].passes, gap[1] - gap[0]),
+            default=(0, 0),
+        )
+        return (low + high) // 2 if high else None
+
+    @property
+    def whole(self) -> bool:
+        """Say whether all rungs are to be climbed."""
+        return self.ladder.control or not self.monotone
+
+    @property
+    def monotone(self) -> bool:
+        """Say whether no rung passes beyond one that does not."""
+        passes = [self.rungs[rung].passes for rung in sorted(self.rungs)]
+        return passes == sorted(passes, reverse=True)
+
+    def take(self, rung: int, record: CaseRecord, *, ran: bool) -> None:
+        """Take up what became of a rung; one with fewer stages answered than the first rung is not carried.
+
+        `ran` says that the items that the renderer's formulas cover are known.
+        """
+        outcome = Outcome(record["verdict"])
+        checks = [one for one in record.get("checks", []) if one.get("reference") == ORACLE]
+        lacking = {one.get("stage", ""): one.get("reason") for one in checks if one["verdict"] == Outcome.UNSUPPORTED}
+        if rung == 0:
+            self.answered = frozenset(one.get("stage", "") for one in checks) - lacking.keys()
+        reason, stage = str(record.get("reason") or ""), str(record.get("stage") or "")
+        broken = any(render.get("error") for render in record.get("renders", []))
+        if outcome is Outcome.REFERENCE_SUSPECT or (outcome is Outcome.ERROR and not broken):
+            outcome = Outcome.UNDECIDED  # the judges differ, or have nothing that they can hold the renderer to
+        lost = [name for name in lacking if name in self.answered]
+        if outcome in PASSED and lost:
+            outcome, stage, reason = Outcome.UNSUPPORTED, lost[0], str(lacking[lost[0]])
+        blamed = by_stages(record, ran=ran)
+        items = () if blamed is None else blamed.items
+        self.rungs[rung] = Rung(outcome=outcome, stage=stage, items=items, reason=reason)
+
+    def limit(self, renderer: str) -> LimitRecord:
+        """Return what was found, as it is written."""
+        values, known = self.ladder.values, sorted(self.rungs)
+        broken = next((rung for rung in known if not self.rungs[rung].passes), None)
+        reached = [rung for rung in known if broken is None or rung < broken]
+        found = Rung(outcome=Outcome.PASS) if broken is None else self.rungs[broken]
+        return {
+            "renderer": renderer,
+            "ladder": self.ladder.name,
+            "limit": values[reached[-1]] if reached else None,
+            "breaks_at": None if broken is None else values[broken],
+            "verdict": found.outcome.value,
+            "stage": found.stage,
+            "items": list(found.items),
+            "reason": found.reason,
+            "monotone": self.monotone,
+            "rungs": [{"value": values[rung], "verdict": self.rungs[rung].outcome.value} for rung in known],
+        }
+
+
+def scale(ladder: SceneLadder) -> ScaleRecord:
+    """Return what a reader needs to know of a ladder."""
+    return {
+        "ladder": ladder.name,
+        "quantity": ladder.quantity,
+        "unit": ladder.unit,
+        "values": list(ladder.values),
+        "control": ladder.control,
+    }
+
+
+def ladders_named(patterns: Sequence[str]) -> list[SceneLadder]:
+    """Return the ladders that fit a pattern, all without any.
+
+    Raises:
+        LookupError: a pattern fits none; the message lists what is known.
+
+    """
+    for pattern in patterns:
+        if not any(fnmatchcase(ladder.name, pattern) for ladder in SCENE_LADDERS):
+            known = ", ".join(ladder.name for ladder in SCENE_LADDERS)
+            raise LookupError(f"no ladder of scenes is called {pattern!r}; known: {known}")
+    return [one for one in SCENE_LADDERS if not patterns or any(fnmatchcase(one.name, name) for name in patterns)]
+
+
+def columns(subject: Subject, *, alone: bool) -> list[Column]:
+    """Return whose limits are measured, the subject first; unless it is `alone`, the tracer and the references too."""
+    found = [Column(subject=subject, configuration=DEFAULTS[0] if subject.is_tracer else subject.name)]
+    if alone:
+        return found
+    found += [Column(subject=THE_TRACER, configuration=name) for name in DEFAULTS]
+    names = [name for name in panel((), subject).names if name != ORACLE]
+    found += [Column(subject=Subject(name=name, title=name), configuration=name) for name in names]
+    return list({column.title: column for column in found}.values())
+
+
+def measure(
+    renderers: Sequence[Column],
+    ladders: Sequence[SceneLadder],
+    *,
+    jobs: int,
+    seconds: float,
+    finished: Callable[[Column, SceneClimb], None] = lambda column, climb: None,
+) -> Iterator[LimitRecord]:
+    """Yield the limit of each renderer on each ladder, renderer by renderer."""
+    pool = workers(renderers[0].subject, jobs=jobs, timeout=seconds)
+    pool.sleeping, pool.relief = sleeping(), RELIEF
+    try:
+        for column in renderers:
+            climbs = [SceneClimb(ladder=ladder) for ladder in ladders]
+            with tempfile.TemporaryDirectory(prefix="rayproof-limits-") as folder:
+                _climb(column, climbs, pool, Path(folder), lambda climb, of=column: finished(of, climb))
+            yield from (climb.limit(column.title) for climb in climbs)
+    finally:
+        pool.close()
+
+
+def _climb(
+    column: Column,
+    climbs: Sequence[SceneClimb],
+    pool: Pool,
+    folder: Path,
+    finished: Callable[[SceneClimb], None],
+) -> None:
+    """Climb ladders side by side, each one rung at a time."""
+    subject = column.subject
+    judges = tuple(
+        name for name in panel(("certified",) if subject.name != "certified" else (), subject).names if name in JUDGES
+    )
+    demands = Demands(
+        subject=subject.title,
+        identity=subject.identity,
+        references=judges,
+        require=(),
+        images=KeptImages(0.0),
+        own=(),
+    )
+    ready, at = deque(climbs), dict[str, tuple[SceneClimb, int]]()
+
+    def take(planned: PlannedCase, record: CaseRecord) -> None:
+        climb, rung = at.pop(planned.case.name)
+        climb.take(rung, record, ran=subject.is_tracer)
+        (ready.appendleft if climb.following() is not None else finished)(climb)
+
+    store = usual_store()
+    if store.unused is None:
+        store.begin()
+    terms = Terms(demands=demands, subject=subject, cached=True, patient=False)
+    under_way = CasesUnderWay(
+        terms,
+        pool,
+        folder=folder,
+        store=None if store.unused else store,
+        finished=take,
+        amended=lambda planned, record: None,  # that answers vary is a finding of `rayproof run`
+    )
+    while ready or at:
+        while ready and under_way.has_room:
+            climb = ready.popleft()
+            rung = climb.following()
+            assert rung is not None
+            (planned,) = plan((climb.ladder.case(rung),), (column.configuration,), subject)
+            at[planned.case.name] = (climb, rung)
+            under_way.start(planned)
+        under_way.step()
+    under_way.ask_again()
+    while under_way.asked_again:
+        under_way.step()
