@@ -39,14 +39,14 @@ app = App(name="new")
 
 @app.command
 def formula(slot: str, file: Path) -> int:
-    """Write a file for a formula of your own, with the slot's contract and its default formula.
+    """Write a file for a formula of your own, with the slot's contract and its default formula, and a test of it.
 
     Parameters
     ----------
     slot
         The slot, such as sphere; `rayproof list formulas` names all slots.
     file
-        The file to write, such as mine.py; it must not exist.
+        The file to write, such as mine.py, with test_mine.py beside it; neither may exist.
 
     """
     from rayproof.tracer.formulas import FORMULAS
@@ -57,17 +57,38 @@ def formula(slot: str, file: Path) -> int:
         raise UsageError(f"the file must end in .py, got {file}")
     with told_in_one_line():
         writable_folder(file.parent)
-    if file.exists():
-        raise UsageError(f"{file}: exists already, and is not overwritten")
+    test = file.with_name(f"test_{file.name}")
+    for target in (file, test):
+        if target.exists():
+            raise UsageError(f"{target}: exists already, and is not overwritten")
     default = FORMULAS[f"{slot}/{FORMULAS.slots[slot]}"]
     name, text = starter(default)
     with told_in_one_line():
         file.write_text(text, encoding="utf-8")
+        test.write_text(starter_test(default, f"{slot}={file.name}:{name}"), encoding="utf-8")
     mine = f"{slot}={file}:{name}"
     say(f"wrote {file}: the contract of {slot}, and {default.name} to be changed. It works as it stands. Next:")
-    for step in (f"run --formula {mine}", f"compare {default.name} {mine}", f"stability {mine}"):
+    # Against its own copy nothing would be shown: the first other form, one that is right before one that is not.
+    others = sorted(FORMULAS.variants(slot)[1:], key=lambda one: one.kind != "right")
+    compared = [f"compare {others[0].name} {mine}"] if others else []
+    for step in (f"run --formula {mine}", *compared, f"stability {mine}"):
         say(f"    {called()} {step}")
+    say(f"    {shlex.quote(sys.executable)} -m pytest {test}")
     return 0
+
+
+def starter_test(default: "Formula", formula: str) -> str:
+    """Return the text of a test that judges a formula on the smallest cases that exercise its slot."""
+    from rayproof.cases.families import all_cases
+
+    covering = [case for case in all_cases() if not default.covers or set(default.covers) & set(case.covers)]
+    covering.sort(key=lambda case: case.scene.camera.width * case.scene.camera.height)
+    names = ", ".join(f'"{case.name}"' for case in covering[:3])
+    return (
+        f'"""The formula {formula}, judged on cases that exercise its slot."""\n\n'
+        f'import pytest\n\n\n@pytest.mark.rayproof({names}, formula="{formula}")\n'
+        "def test_my_formula(conformance):\n    conformance.check()\n"
+    )
 
 
 def starter(default: "Formula") -> tuple[str, str]:

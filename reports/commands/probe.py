@@ -1,5 +1,6 @@
 """`rayproof probe`: one pixel, every stage, by every renderer; certified bounds; or one call of a program, kept."""
 
+import textwrap
 from collections import Counter
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -26,6 +27,7 @@ ALL = "ray,object,distance,position,normal,visibility,irradiance,exitance,radian
 MOST_PIXELS = 100_000  # some ten seconds of work, and half a gigabyte of JSON
 OF_KEEP = Parameter(group=Group("One call of a program, kept", sort_key=1))
 OF_CERTIFIED = Parameter(group=Group("Certified bounds", sort_key=2))
+WIDTH, NAME, NUMBER, ACROSS = 80, 26, 17, 3  # columns of a line, of a renderer's name, of a number; numbers a line
 Column = dict[str, float | str]  # row name -> number, or the sentence that says why there is none
 
 
@@ -130,10 +132,52 @@ def probe(
     columns |= {name: reference_pixel(name, scene, x, y, cached=cache) for name in names if name != tested.name}
     write_json(json, {"case": case, "pixel": [x, y], "faults": faults, "renderers": columns})
     say(f"{case}, pixel ({x}, {y}) of {width} x {height}, {scene.shading} light")
-    channels = dict.fromkeys(name for column in columns.values() for name in column)
-    rows = [[name, *(short(column.get(name, "")) for column in columns.values())] for name in channels]
-    show_table("One pixel, every stage", ["stage", *columns], rows)
+    show_pixel(columns)
     return 0
+
+
+def show_pixel(columns: dict[str, Column]) -> None:
+    """Print a pixel stage by stage, a renderer a line, within 80 columns; then why some say nothing."""
+    absent = [name for name in columns if is_absent(name)]
+    there = {name: column for name, column in columns.items() if name not in absent}
+    channels = dict.fromkeys(name for column in there.values() for name in column)
+    stages: dict[str, list[str]] = {}
+    for channel in channels:
+        stage, dot, last = channel.rpartition(".")
+        if dot:
+            stages.setdefault(stage, []).append(last)
+    for stage, names in stages.items():
+        for first in range(0, len(names), ACROSS):
+            across = names[first : first + ACROSS]
+            say(f"{stage:<{NAME}}" + "".join(f"{name:>{NUMBER}}" for name in across))
+            for renderer, column in there.items():
+                cells = [column.get(f"{stage}.{name}") for name in across]
+                if any(cell is not None for cell in cells):
+                    numbers = "".join(f"{'' if cell is None else short(cell):>{NUMBER}}" for cell in cells)
+                    named = f"  {renderer:<{NAME - 2}}"
+                    if len(named) > NAME:
+                        say(named)
+                        named = " " * NAME
+                    say(f"{named}{numbers}")
+    silent: dict[tuple[str, str], list[str]] = {}
+    for renderer, column in there.items():
+        for name, value in column.items():
+            if "." not in name and isinstance(value, str):
+                silent.setdefault((renderer, value), []).append(name)
+    for (renderer, why), names in silent.items():
+        said = f"{renderer}, {', '.join(names)}: {why}"
+        for line in textwrap.wrap(said, WIDTH, subsequent_indent="  ", break_long_words=False):
+            say(line)
+    if absent:
+        say(f"not installed: {', '.join(absent)} (see rayproof list references)")
+
+
+def is_absent(name: str) -> bool:
+    """Return whether a renderer is a reference whose program is not installed."""
+    from rayproof.reference import REFERENCES
+
+    missing = getattr(REFERENCES[name], "missing", None) if name in REFERENCES else None
+    return missing is not None and missing() is not None
 
 
 def subject_pixel(subject: "Subject", scene: Scene, x: int, y: int) -> Column:
