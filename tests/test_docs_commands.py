@@ -79,6 +79,62 @@ def test_the_readme_s_commands_run_in_order_as_they_stand(tmp_path: Path, monkey
     assert '"reason": "Mitsuba draws sheared spheres wrong."' in (tmp_path / "known.json").read_text()
 
 
+RIGHT = """
+from rayproof.cases.scene_json import load_scene
+from rayproof.cases.stages import Stage
+from rayproof.reference.analytic import Analytic
+
+image = Analytic().render(load_scene(Path(sys.argv[1])), (Stage.RADIANCE,))[Stage.RADIANCE].astype("<f4")
+header"""
+
+
+@pytest.mark.process
+@pytest.mark.timeout(600)  # 30 s of one idle processor
+def test_the_way_from_the_readme_to_a_green_a_red_and_a_repaired_gate(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "examples").symlink_to(CHECKOUT / "examples")
+    (tmp_path / ".venv").symlink_to(sys.prefix)
+    monkeypatch.chdir(tmp_path)
+    place = "examples/findings/plain_mitsuba.py"
+    first, accept, gated = re.findall(
+        r"^    \./rayproof (.*gated.*)$", (CHECKOUT / "README.md").read_text(), re.MULTILINE
+    )
+    renderer, wrong = tmp_path / "mine.py", (CHECKOUT / place).read_text()
+
+    def run(line: str, program: str) -> tuple[int, str, str]:
+        """Run a line of the README with a program of one's own; return exit code, last line and the badge's words."""
+        renderer.write_text(program)
+        code = main(shlex.split(line.removesuffix(" || true").replace(place, "mine.py")))
+        (badge,) = re.findall("<title>rayproof: (.*)</title>", (tmp_path / "gated" / "badge.svg").read_text())
+        line, words = re.subn(
+            r"; \d+ of \d+ checks answered \(radiance only\)", "", capsys.readouterr().out.splitlines()[-1]
+        )
+        badge, more = re.subn(r", \d+ % answered", "", badge)  # how many depends on the references that are installed
+        assert words == more == 1
+        return code, line, badge
+
+    assert run(first, wrong) == (1, "fail: gated/index.html", "fail: 0 of 1 pass")
+    assert main(shlex.split(accept)) == 0
+    green = run(gated, wrong)
+    assert green == (0, "gate green; cases: fail: gated/index.html", "gate green: 0 of 1 pass, 1 known to fail")
+    worse = wrong.replace("flux / (4 * np.pi)", "flux / (2 * np.pi)")
+    assert run(gated, worse) == (1, "gate red; cases: fail: gated/index.html", "gate red: 0 of 1 pass")
+    head = "The gate known.json is red: 1 not expected. plain Mitsuba"
+    assert (tmp_path / "gated" / "summary.md").read_text().replace("\\", "").startswith(f"# rayproof: {head}")
+    page = (tmp_path / "gated" / "index.html").read_text()
+    assert "<title>rayproof: gate red</title>" in page
+    assert head in page
+    assert f"::error title=rayproof::{head}" in (tmp_path / "gated" / "annotations.txt").read_text()
+    assert run(gated, wrong) == green
+    # What is repaired is taken out of the file, and stays repaired.
+    right = re.sub(r"\nimage = .*\nheader", RIGHT, wrong)
+    assert run(gated, right) == (1, "gate red; cases: pass: gated/index.html", "gate red: 1 of 1 pass")
+    assert main(["gate", "prune", "gated", "--file", "known.json"]) == 0
+    assert run(gated, right) == (0, "gate green; cases: pass: gated/index.html", "gate green: 1 of 1 pass")
+    assert run(gated, wrong)[0] == 1
+
+
 @pytest.mark.process
 def test_the_site_builds_in_strict_mode_and_fails_on_a_lost_page(tmp_path: Path) -> None:
     pytest.importorskip("mkdocs", reason="mkdocs is not installed; ./rayproof test installs it")

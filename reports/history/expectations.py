@@ -30,12 +30,14 @@ class KnownCheck(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_field
     verdict: Expectable
     ratio: tuple[Bound, Bound]  # lowest and highest worst error over limit
     wrong: tuple[Count, Count]  # lowest and highest number of pixels over their limit
+    # Lowest and highest mean error of these, in the stage's unit; where a limit is 0 the error over it is infinite.
+    error: tuple[Bound, Bound] = (0.0, "inf")
     # Which cells of an 8 x 8 grid may hold wrong pixels, as a record's second `cells`; None: any.
     cells: Annotated[str, Meta(pattern="^[0-9a-f]{16}$")] | None = None
 
     def __post_init__(self) -> None:
         """Raise ValueError for a range that ends before it begins."""
-        for key, (low, high) in (("ratio", self.ratio), ("wrong", self.wrong)):
+        for key, (low, high) in (("ratio", self.ratio), ("wrong", self.wrong), ("error", self.error)):
             if not float(low) <= float(high):
                 raise ValueError(f"{key} must begin with the lowest, got {[low, high]}")
 

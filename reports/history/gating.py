@@ -13,7 +13,7 @@ import msgspec
 
 from rayproof.cases.stages import Stage
 from rayproof.reports.history.database import WORSE_ERROR, append, opened, read_series, revision, worse
-from rayproof.reports.history.expectations import EXPECTABLE, NO_CELLS, Expectation, Known, KnownCheck, plainly
+from rayproof.reports.history.expectations import EXPECTABLE, NO_CELLS, Bound, Expectation, Known, KnownCheck, plainly
 from rayproof.reports.history.run_difference import LEAST_RATIO, ORDER, both, paired
 from rayproof.reports.results.case_records import CaseRecord, CheckRecord
 from rayproof.reports.results.document import load_results
@@ -105,12 +105,13 @@ def _worse(before: CheckRecord | None, after: CheckRecord | None) -> str | None:
     # What shows nothing is no better than a failure.
     if ORDER.index(now) > ORDER.index(was) or (now in SHOW_NOTHING and now != was):
         return f"{now}, was {was}"
-    for what, value, earlier in (
-        ("worst error / limit", figures(after)[0], figures(before)[0]),
-        ("wrong pixels", figures(after)[1], figures(before)[1]),
-        ("pixels without a finite number", not_finite(after), not_finite(before)),
+    for what, value, earlier in zip(
+        (*FIGURES, "pixels without a finite number"),
+        (*figures(after), not_finite(after)),
+        (*figures(before), not_finite(before)),
+        strict=True,
     ):
-        if value >= LEAST_RATIO and value > WORSE_ERROR * earlier:
+        if (value >= LEAST_RATIO or what != FIGURES[0]) and value > WORSE_ERROR * earlier:
             return f"{what} {value:.5g}, was {earlier:.5g}"
     if "cells" in before and (strays := _elsewhere(after, before["cells"][1])):
         return f"pixels are wrong in {strays}"
@@ -326,8 +327,7 @@ def _objection(case: CaseRecord, check: CheckRecord, entry: Expectation, known: 
         return "regressions", f"{check['verdict']}, and {known.verdict} is expected"
     if entry.item is not None and entry.item not in (case.get("blamed_items") or [case.get("item")]):
         return "regressions", f"{blamed_items(case) or 'nothing'} is blamed, and {entry.item} is expected"
-    ratio, wrong = figures(check)
-    for what, value, (low, high) in (("error over limit", ratio, known.ratio), ("wrong pixels", wrong, known.wrong)):
+    for what, value, (low, high) in zip(FIGURES, figures(check), (known.ratio, known.wrong, known.error), strict=True):
         if not value <= float(high):
             return "regressions", f"{value:.4g} {what}, and at most {float(high):.4g} is expected"
         if value < float(low):
@@ -346,9 +346,14 @@ def unexpectable(check: CheckRecord) -> str | None:
     return None
 
 
-def figures(check: CheckRecord) -> tuple[float, int]:
-    """Return a check's worst error over its limit, and how many pixels are over it."""
-    return float(check.get("ratio") or 0.0), int((check.get("examined") or {}).get("wrong", 0))
+FIGURES = ("error over limit", "wrong pixels", "mean error of the wrong pixels")
+
+
+def figures(check: CheckRecord) -> tuple[float, int, float]:
+    """Return a check's worst error over its limit, how many pixels are over it, and their mean error."""
+    means = [float((check.get(key) or {}).get("mean_wrong", 0.0)) for key in ("end_to_end", "continued")]
+    wrong = int((check.get("examined") or {}).get("wrong", 0))
+    return float(check.get("ratio") or 0.0), wrong, next(filter(None, means), 0.0)
 
 
 def not_finite(check: CheckRecord) -> int:
@@ -392,11 +397,12 @@ def accepted(
             if (why := unexpectable(check)) is not None:
                 refused.append(f"{case['name']}: {where}: {why}")
                 continue
-            ratio, wrong = figures(check)
+            ratio, wrong, error = figures(check)
             new[" ".join(plainly(str(check[key])) for key in ("configuration", "reference", "stage"))] = KnownCheck(
                 verdict=check["verdict"],  # type: ignore[arg-type]
                 ratio=(_rounded(ratio / (1 + SLACK)), _rounded(ratio * (1 + SLACK))),
                 wrong=(math.floor(wrong / (1 + SLACK)), math.ceil(wrong * (1 + SLACK))),
+                error=(_rounded(error / (1 + SLACK)), _rounded(error * (1 + SLACK))),
                 cells=check.get("cells", (NO_CELLS, NO_CELLS))[1],
             )
         if not new:
@@ -456,19 +462,25 @@ def _narrowed(known: KnownCheck, checks: Sequence[CheckRecord]) -> KnownCheck:
     failing = [figures(check) for check in checks if check["verdict"] in EXPECTABLE]
     if not failing:
         return known
-    ratios, wrongs = zip(*failing, strict=True)
-    ratio, wrong = tuple(map(float, known.ratio)), known.wrong
-    low, high = _rounded(min(ratios) / (1 + SLACK)), _rounded(max(ratios) * (1 + SLACK))
+    ratios, wrongs, errors = zip(*failing, strict=True)
+    wrong = known.wrong
     least, most = math.floor(min(wrongs) / (1 + SLACK)), math.ceil(max(wrongs) * (1 + SLACK))
     there = 0
     for check in checks:
         there |= int(check.get("cells", (NO_CELLS, NO_CELLS))[1], 16)
     return msgspec.structs.replace(
         known,
-        ratio=(min(ratio[0], low), min(ratio[1], max(high, low))),
+        ratio=_closer(known.ratio, ratios),
+        error=_closer(known.error, errors),
         wrong=(min(wrong[0], least), min(wrong[1], max(most, least))),
         cells=None if known.cells is None else f"{int(known.cells, 16) & there:016x}",
     )
+
+
+def _closer(known: Sequence[Bound], values: Sequence[float]) -> tuple[float, float]:
+    low, high = map(float, known)
+    least, most = _rounded(min(values) / (1 + SLACK)), _rounded(max(values) * (1 + SLACK))
+    return min(low, least), min(high, max(most, least))
 
 
 def _rounded(value: float) -> float:

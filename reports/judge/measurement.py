@@ -168,6 +168,7 @@ class Measurement:
     inf: int
     flagged: int
     ulp: float  # the worst pixel's error in units in the last place of the reference, in the candidate's precision
+    mean_wrong: float = 0.0  # the mean error of the wrong pixels that are off by a finite one
     kinds: np.ndarray = field(compare=False, repr=False)  # uint8 (height, width): each pixel's `Kind`
 
     @property
@@ -185,7 +186,7 @@ class Measurement:
             {
                 name: value if type(value) is int else jsonable(shortened(value, 3 if name == "ulp" else DIGITS))
                 for name, value in vars(self).items()
-                if name != "kinds"
+                if name != "kinds" and (name != "mean_wrong" or value)
             },
         )
 
@@ -318,6 +319,7 @@ def measure(
     errors, bounds = (np.atleast_1d(image[row, column]).tolist() for image in (wrong, limit))
     worst_error = _worst_channel(errors, bounds if len(bounds) == len(errors) else bounds * len(errors))
     wide, bounded = held or held_to(stage, limit, theirs)
+    kinds = kinds_of(ratio, forgiven, wide=wide, bounded=bounded, edge=edge, interval=interval, window=within)
     return Measurement(
         worst_ratio=float(there),
         worst_inside=worst_inside,
@@ -338,16 +340,16 @@ def measure(
         inf=0 if finite else _new_infinities(ours, theirs, forgiven),
         flagged=int(np.count_nonzero(flagged)),
         ulp=_ulp(own, others, precision),
-        kinds=kinds_of(
-            ratio,
-            forgiven,
-            wide=wide,
-            bounded=bounded,
-            edge=edge,
-            interval=interval,
-            window=within,
-        ),
+        mean_wrong=_mean_finite(wrong[kinds == Kind.WRONG]) if there > 1 else 0.0,
+        kinds=kinds,
     )
+
+
+def _mean_finite(errors: np.ndarray) -> float:
+    """Return the mean of errors, of each pixel's largest channel, without those that are not finite; 0 of none."""
+    each = errors if errors.ndim == 1 else errors.max(axis=-1)
+    known = each[np.isfinite(each)]
+    return float(known.mean()) if known.size else 0.0
 
 
 def held_to(

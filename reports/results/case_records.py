@@ -58,6 +58,7 @@ class MeasurementRecord(TypedDict, total=False):
     inf: int
     flagged: int
     ulp: Number | None
+    mean_wrong: Number  # left out where no pixel is wrong
     relative_mse: Number | None
     ssim: Number | None
     psnr: Number | None

@@ -30,7 +30,7 @@ def test_what_fails_as_before_is_let_through_and_named():
 @pytest.mark.parametrize(
     ("now", "before", "said"),
     [
-        (run(check(ratio=3.4)), run(check()), "error / limit 3.4, was 3"),
+        (run(check(ratio=3.4)), run(check()), "error over limit 3.4, was 3"),
         (run(check()), run(check(verdict="warn"), verdict="warn"), "fail, was warn"),
         (run(check(ratio=0.5, verdict="pass")), run(check(ratio=0.001, verdict="pass")), "limit 0.5, was 0.001"),
         (run(check(verdict="error")), run(check()), "error, was fail"),
@@ -43,12 +43,14 @@ def test_what_fails_as_before_is_let_through_and_named():
         (run(check(verdict="undecided"), verdict="undecided"), run(check()), "undecided, was fail"),
         (run(check(verdict="unsupported"), verdict="unsupported"), run(check()), "unsupported, was fail"),
         (MORE, WRONG, "wrong pixels 11998, was 400"),
+        (run(check(end_to_end={"mean_wrong": 4})), run(check(end_to_end={"mean_wrong": 2})), "wrong pixels 4, was 2"),
         (run(check(end_to_end={"nan": 3})), run(check()), "pixels without a finite number 3, was 0"),
         (run(check(cells=[FIRST, FIRST])), run(check(cells=[LAST, LAST])), "wrong in 1 of 64 parts"),
     ],
     ids=[
         "error", "verdict", "from nothing", "crash", "no answer", "new check without answer", "new check",
-        "lost check", "new case", "no checks", "undecided", "unsupported", "more pixels", "NaN", "elsewhere",
+        "lost check", "new case", "no checks", "undecided", "unsupported", "more pixels", "larger error", "NaN",
+        "elsewhere",
     ],
 )  # fmt: skip
 def test_whatever_became_worse_is_red(now: dict[str, Any], before: dict[str, Any], said: str):

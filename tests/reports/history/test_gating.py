@@ -188,6 +188,17 @@ def test_as_many_wrong_pixels_elsewhere_are_red_and_an_outline_that_moves_a_litt
     assert said.endswith("pixels are wrong in 1 of 64 parts of the image in which they were right")
 
 
+def test_an_error_that_doubles_is_red_where_its_limit_is_0():
+    def off(mean: float) -> dict[str, Any]:
+        return run(check(ratio=float("inf"), end_to_end={"mean_wrong": mean}))
+
+    known, *_ = accepted(off(0.02), Known(), reason="known", expires=None, issue=None, when={})
+
+    assert not held(off(0.0201), *known.expected).red
+    assert "mean error of the wrong pixels" in held(off(0.04), *known.expected).regressions[0]
+    assert "mean error of the wrong pixels" in held(off(0.01), *known.expected).tighten[0]
+
+
 def test_an_entrys_item_may_be_one_of_several_that_are_blamed():
     several = run(check())["cases"][0] | {"item": None, "blamed_items": ["HIT-4", "HIT-5"]}
 
