@@ -27,7 +27,6 @@ GROUPS: dict[str, tuple[str, dict[str, tuple[str, str]]]] = {
         'run primitives shadows --subject "exec:./mine {scene} {output}"',
         {
             "run": (f"{_IN}.run:run", "Judge the tracer or another renderer on cases or scene files; write a report."),
-            "laws": (f"{_IN}.laws:laws", "Test a renderer against itself, by laws that need no reference."),
             "gate": (f"{_IN}.gate:gate", "Keep a file of known failures, and check a run against it."),
         },
     ),
@@ -86,6 +85,7 @@ GONE: dict[str, str] = {
     "schema": "rayproof list schema",
     "adapt": "rayproof new adapter",
     "ci": "rayproof new workflow",
+    "laws": "rayproof run --laws",
     "audit": "python -m tests.harness.audit, in a checkout of rayproof",
     "bench": "python -m tests.benchmarks.bench, in a checkout of rayproof",
     "paths": "python -m tests.harness.paths, in a checkout of rayproof",

@@ -39,6 +39,7 @@ def run(
     resume: Annotated[bool, SELECTION] = False,
     shard: Annotated[str | None, SELECTION] = None,
     merge: Annotated[bool, SELECTION] = False,
+    laws: Annotated[bool, SELECTION] = False,
     require: Annotated[Repeated, SUBJECT] = (),
     jobs: Annotated[int | None, LIMITS] = None,
     timeout: Annotated[float | None, LIMITS] = None,
@@ -82,6 +83,9 @@ def run(
     merge
         Combine the parts that --shard made into one run; SELECTORS are their folders. All parts must have the same
         code, plan, subject and options. Cases of an absent part are missing.
+    laws
+        Also hold the subject against itself: a law relates its images of a scene to those of a changed scene. SELECTORS
+        may name laws as well. A case that is named meets these, or every law; other cases those of a usual choice.
     require
         References that must answer, separated by commas. A case that one of them cannot answer at all fails; of an
         optional program, a run in which it answers nothing does. If one is not installed, the run ends. References
@@ -162,7 +166,20 @@ def run(
         raise UsageError(f"--least-coverage must be from 0 to 100 %, got {least_coverage}")
     if merge:
         if any(
-            (resume, shard, require, configuration, formula, subject != TRACER, dry_run, count, seed, scenes, scheduler)
+            (
+                resume,
+                shard,
+                laws,
+                require,
+                configuration,
+                formula,
+                subject != TRACER,
+                dry_run,
+                count,
+                seed,
+                scenes,
+                scheduler,
+            )
         ):
             raise UsageError(
                 "--merge renders nothing and takes only --out, --json, --single-file, --history and the gate's options"
@@ -184,6 +201,11 @@ def run(
             piece = shard_of(shard)
     if piece is not None and not all(one is None for one in (expect, against, least_coverage, history)):
         raise UsageError("--expect, --against, --least-coverage and --history need the whole run: give them to --merge")
+    choice = None
+    if laws:
+        from rayproof.reports.run.options import laws_among
+
+        selectors, choice = laws_among(selectors)
     selectors = drawn(selectors, count, seed)
     if scenes is not None and selectors:
         raise UsageError(f"--scenes and selectors exclude each other, got both: {selectors[0]}")
@@ -228,6 +250,7 @@ def run(
         request = RunOptions(
             selectors=selectors,
             scenes=stream,
+            laws=choice,
             out=out,
             resume=resume,
             shard=piece,

@@ -17,7 +17,7 @@ from rayproof.reports.diagnosis.answering import Unanswerable, changed
 from rayproof.reports.diagnosis.hypotheses import Clock, bound
 from rayproof.reports.diagnosis.trials import ALLOWED, Evidence
 from rayproof.reports.judge import verdict
-from rayproof.reports.results.case_records import CaseRecord
+from rayproof.reports.results.case_records import CaseRecord, by_references
 from rayproof.reports.results.outcomes import Outcome
 
 PASSING = 4  # passing cases that are asked, those of the most shapes, lights and matrices
@@ -40,7 +40,7 @@ def passing(case: CaseRecord, configuration: str) -> frozenset[Stage]:
 def _verdicts(case: CaseRecord, configuration: str) -> list[tuple[str, str]]:
     return [
         (str(check.get("stage")), str(check.get("verdict")))
-        for check in case.get("checks", [])
+        for check in by_references(case)
         if check.get("configuration") == configuration
     ]
 
@@ -50,7 +50,7 @@ def guilty(case: CaseRecord) -> str | None:
     return next(
         (
             str(check["configuration"])
-            for check in case.get("checks", [])
+            for check in by_references(case)
             if check.get("verdict") == Outcome.FAIL.value and check.get("stage") == case.get("stage")
         ),
         None,

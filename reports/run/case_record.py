@@ -22,7 +22,7 @@ from rayproof.reports.processes.worker import Reply
 from rayproof.reports.results.case_records import CaseRecord, CheckRecord
 from rayproof.reports.results.outcomes import Outcome
 from rayproof.reports.run.common_factors import camera_and_lights
-from rayproof.reports.run.plan import DEFAULTS
+from rayproof.reports.run.plan import DEFAULTS, PlannedCase
 from rayproof.reports.run.scenes import FAMILY, place_of
 from rayproof.reports.subjects import THE_TRACER, Subject
 
@@ -37,11 +37,12 @@ def write_scene(folder: Path, case: Case) -> str:
     return path.as_posix()
 
 
-def reproduce(folder: Path, case: Case, configurations: tuple[str, ...], subject: Subject = THE_TRACER) -> str:
-    """Return the command that runs the case alone, by the same subject and configurations if not the suite's own.
+def reproduce(folder: Path, planned: PlannedCase, subject: Subject = THE_TRACER) -> str:
+    """Return the command that runs the case alone, by the same subject, laws and configurations if not the suite's own.
 
     A user's scene has no name that would find it, only a file.
     """
+    case, configurations = planned.case, planned.configurations
     if not subject.is_tracer:
         chosen = f" --subject {shlex.quote(subject.title)}"
         chosen += "".join(f" --env {shlex.quote(name)}" for name in subject.surroundings.variables)
@@ -50,6 +51,8 @@ def reproduce(folder: Path, case: Case, configurations: tuple[str, ...], subject
         chosen = ""
     else:
         chosen = "".join(f" --configuration {shlex.quote(name)}" for name in configurations)
+    if planned.laws:
+        chosen = "".join(f" {law}" for law in dict.fromkeys(law for law, _ in planned.laws)) + f" --laws{chosen}"
     if case.family != FAMILY:
         return f"{called()} run {case.name}{chosen}"
     return f"{called()} run {shlex.quote(str(folder / 'scenes' / f'{place_of(case.name)}.json'))}{chosen}"

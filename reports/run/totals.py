@@ -12,7 +12,7 @@ from rayproof.cases.case import ITEMS
 from rayproof.cases.stages import IMAGE_STAGES, Stage
 from rayproof.reports.judge.known_defects import known_findings
 from rayproof.reports.judge.measurement import Examined
-from rayproof.reports.results.case_records import CaseRecord, CheckRecord, Number
+from rayproof.reports.results.case_records import CaseRecord, CheckRecord, Number, by_references
 from rayproof.reports.results.files import at_worst, legible
 from rayproof.reports.results.images import keeps_images
 from rayproof.reports.results.outcomes import MEASURED, Outcome, concerning, ledger, worst
@@ -60,6 +60,8 @@ class Totals:
     def __init__(self) -> None:
         self.cases: Counter[Outcome] = Counter()
         self.checks: Counter[Outcome] = Counter()
+        self.laws: Counter[Outcome] = Counter()  # each law on each configuration of each case
+        self.relations = 0  # that laws examined
         self.planned_checks = 0
         self.abstained: dict[str, dict[str, str]] = {}  # reference -> case in which it had no say -> why
         self.stopped: dict[str, list[str]] = {}  # renderer, or the judge -> cases in which its time was over
@@ -91,6 +93,9 @@ class Totals:
             self.without_images += 1
         if len(self.dark) < LISTED and record.get("dark"):
             self.dark.append(record["name"])
+        for law in record.get("laws", []):
+            self.laws[Outcome(law["verdict"])] += 1
+            self.relations += law["relations"]
         self.factors.add(record)
         self._changing += [one["sentence"] for one in record.get("repeated", []) if one["verdict"] == Outcome.FAIL]
         self._growth = max(self._growth, (record.get("growth", 0), record["name"]))
@@ -325,7 +330,7 @@ def _nothing_covered() -> dict[str, Covered]:
 
 def _cover(found: dict[str, Covered], record: CaseRecord) -> None:
     """Add to each specification item what a case measured of it."""
-    compared = [check for check in record["checks"] if Outcome(check["verdict"]) in MEASURED]
+    compared = [check for check in by_references(record) if Outcome(check["verdict"]) in MEASURED]
     # Many items are measured by the same checks: what these come to is worked out once.
     known: dict[tuple[tuple[str, ...], frozenset[str], bool], tuple[bool, set[str], CheckRecord] | None] = {}
     for item in record["covers"]:

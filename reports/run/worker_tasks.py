@@ -16,6 +16,7 @@ from rayproof.reports.run import reference_cache as cache
 from rayproof.reports.run.cache_store import DamagedEntryError
 from rayproof.reports.run.messages import (
     JUDGE,
+    LAWS,
     RECALLING,
     TRACING,
     UNDER_TEST,
@@ -136,6 +137,10 @@ def handler(kind: str) -> Callable[[Any], Any]:
         from rayproof.reports.run.judge_task import judge
 
         return judge
+    if kind == LAWS:
+        from rayproof.reports.run.law_task import law_worker
+
+        return law_worker(handler)
     if kind == RECALLING:
         return _recall
     if kind in (PROGRAM, SERVED, FUNCTION):

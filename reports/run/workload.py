@@ -190,7 +190,7 @@ class Recording:
         return True
 
     def _reproduce(self, one: PlannedCase) -> str:
-        return reproduce(self.request.out, one.case, one.configurations, self.request.subject)
+        return reproduce(self.request.out, one, self.request.subject)
 
 
 def render_and_judge(

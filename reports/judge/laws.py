@@ -1,4 +1,4 @@
-"""A relation between images judged: how far rounding may keep its two sides apart, and whether they are farther.
+"""Laws judged: how far rounding may keep a relation's two sides apart, whether they are farther, what a record says.
 
 Rounding makes a value differ by some u of its own size. It also turns the camera's ray by some u and moves the hit by
 some u of the coordinates: that slides the value over the image by u x pixels per radian pixels, and over one pixel it
@@ -7,16 +7,22 @@ Source: Higham, Accuracy and Stability of Numerical Algorithms, 2nd ed. (2002), 
 """
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
+from rayproof.cases.case import ITEMS
+from rayproof.cases.laws import LAWS
 from rayproof.cases.laws.relations import Relation
 from rayproof.cases.placement import world_triangles
 from rayproof.cases.rounding import UNIT_ROUNDOFF
 from rayproof.cases.scene import Camera, Mesh, Scene, Triangle
 from rayproof.cases.stages import Resolution, Stage
 from rayproof.reports.judge.conditioning import ABSOLUTE, basis_condition, image_reach
+from rayproof.reports.judge.measurement import jsonable, shortened
+from rayproof.reports.results.case_records import BY_LAWS, CaseRecord, CheckRecord, LawRecord
+from rayproof.reports.results.outcomes import Outcome, worst
 
 # Roundings from pixel to radiance, each side of a relation: ray 16, hit 16, position 4, normal 16, light 12
 # (`reports.judge.limits`). The sum is what one side may be off; two random sides come near to it together.
@@ -217,3 +223,124 @@ def _at_an_edge(relation: Relation, allowed: np.ndarray) -> np.ndarray:
     empty = np.isnan(around).any(axis=-1).any(axis=0)  # a miss is next to it
     missed, gone = np.isnan(image).any(axis=-1), np.isnan(value).any(axis=-1)
     return np.where(gone, empty, ((bends > BEND * steps) | empty | missed) & beyond) & ~broken.any(axis=-1)
+
+
+# What the laws of a case say, as checks of its record beside those of the references.
+
+
+SHOWN = 3  # broken laws of a stage that a reason tells one by one
+BECAUSE = f"{K} u times the scene's condition times (the value's size + pixels per radian x the neighbours' range)"
+
+
+@dataclass(frozen=True, kw_only=True)
+class LawReport:
+    """What one law says of one configuration on a case: its relations, or the sentence that says why there are none."""
+
+    law: str
+    configuration: str
+    judged: tuple[Judged, ...] = ()
+    unsupported: str | None = None  # the subject's reason
+    error: str | None = None
+
+    @property
+    def alarms(self) -> tuple[Judged, ...]:
+        """Return the relations that are broken."""
+        return tuple(one for one in self.judged if one.alarm)
+
+    @property
+    def outcome(self) -> Outcome:
+        """Return the law's verdict; it is undecided where no relation could be examined."""
+        if self.error is not None:
+            return Outcome.ERROR
+        if self.unsupported is not None:
+            return Outcome.UNSUPPORTED
+        if self.alarms:
+            return Outcome.FAIL
+        return Outcome.PASS if any(one.examined for one in self.judged) else Outcome.UNDECIDED
+
+    def as_json(self) -> LawRecord:
+        """Return plain JSON data."""
+        return {
+            "law": self.law,
+            "configuration": self.configuration,
+            "verdict": self.outcome.value,
+            "relations": sum(one.examined > 0 for one in self.judged),
+            "ill_conditioned": sum(one.ill_conditioned for one in self.judged),
+            "excused": sum(one.excused for one in self.judged),
+            "worst_ratio": jsonable(shortened(max((one.worst for one in self.judged), default=0.0))),
+            "reason": self.error or self.unsupported or "; ".join(_sentence(self.law, one) for one in self.alarms[:1]),
+        }
+
+
+def with_laws(record: CaseRecord, reports: Sequence[LawReport]) -> CaseRecord:
+    """Return a case's record with the checks of its laws: a broken one fails the case, as a reference's does."""
+    checks: list[CheckRecord] = []
+    for configuration in dict.fromkeys(report.configuration for report in reports):
+        own = [report for report in reports if report.configuration == configuration]
+        checks += [check for stage in Stage if (check := _check(own, stage)) is not None]
+    record["laws"] = [report.as_json() for report in reports]
+    record["checks"] = [*record["checks"], *checks]
+    record["planned"] += len(checks)
+    bad = [check for check in checks if check["verdict"] != Outcome.PASS]
+    outcome = worst([Outcome(record["verdict"]), *(Outcome(check["verdict"]) for check in bad)])
+    if outcome != record["verdict"]:
+        first = next(check for check in bad if check["verdict"] == outcome)
+        record.update({"verdict": outcome.value, "stage": first["stage"], "item": None, "reason": first["reason"]})
+        if outcome is Outcome.FAIL:
+            record["blamed_items"] = items = implicated([report.law for report in reports if report.alarms])
+            record["item"] = items[0] if len(items) == 1 else None
+    return record
+
+
+def implicated(broken: Sequence[str]) -> list[str]:
+    """Return the items that every broken law speaks of; where there is none, those that any of them speaks of."""
+    each = [set(LAWS.about(law)["implicates"]) for law in broken]
+    named = set.intersection(*each) or set.union(*each)
+    return [item for item in ITEMS if item in named]
+
+
+def _check(reports: Sequence[LawReport], stage: Stage) -> CheckRecord | None:
+    """Return what the laws of one configuration say of a stage, by the worst of their relations; None: nothing."""
+    judged = [(report.law, one) for report in reports for one in report.judged if one.stage is stage and one.examined]
+    lost = [report for report in reports if report.error is not None and LAWS.about(report.law)["stage"] is stage]
+    if not judged and not lost:
+        return None
+    broken = {law: one for law, one in sorted(judged, key=lambda each: each[1].worst) if one.alarm}
+    reasons = [_sentence(law, one) for law, one in reversed(broken.items())]
+    reasons = reasons or [f"law {report.law}: {report.error}" for report in lost]
+    more = f"; {len(reasons) - SHOWN} more" if len(reasons) > SHOWN else ""
+    outcome = Outcome.FAIL if broken else Outcome.ERROR if lost else Outcome.PASS
+    chosen = max((one for _, one in judged), key=lambda one: (one.alarm, one.worst), default=None)
+    check: CheckRecord = {
+        "configuration": reports[0].configuration,
+        "reference": BY_LAWS,
+        "stage": stage.value,
+        "verdict": outcome.value,
+        "reason": "; ".join(reasons[:SHOWN]) + more,
+        "ratio": 0.0,
+        "end_to_end": None,
+        "continued": None,
+        "examined": None,
+        "because": BECAUSE,
+    }
+    if chosen is not None:  # its pixel is one of a changed scene, and stands in the reason alone
+        check["ratio"] = jsonable(shortened(chosen.worst))
+        check["end_to_end"] = {
+            "worst_ratio": check["ratio"],
+            "interior": chosen.examined - chosen.excused,
+            "over_inside": chosen.outside,
+            "edge": chosen.excused,
+            "differ_at_edge": chosen.excused,
+        }
+    return check
+
+
+def _sentence(law: str, one: Judged) -> str:
+    """Return what is broken in words, with the two values at the worst pixel of the changed scene."""
+    items = ", ".join(LAWS.about(law)["implicates"])
+    if one.pixel is None:
+        values = f"{one.outside or one.excused} of {one.examined} pixels are wrong or have a neighbour's value"
+    else:
+        expected, measured = (", ".join(f"{value:.9g}" for value in values) for values in (one.expected, one.measured))
+        values = f"at pixel {one.pixel} it expects ({expected}), and ({measured}) was measured"
+    return f"law {law} is broken ({one.what}): {values}; it implicates {items}"
