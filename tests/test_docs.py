@@ -61,8 +61,8 @@ assert FlatGrey().version()
 from rayproof.cases.families import select
 from rayproof.reference.analytic import Analytic
 from rayproof.reports.judge.oracle import stages_of
-from rayproof.reports.laws.judging import judge
-from rayproof.reports.laws.law_task import small
+from rayproof.reports.judge.laws import judge
+from rayproof.reports.run.law_task import small
 scene = small(select(["clipping/sphere_none"])[0].scene)
 found = [judge(one, "float64") for one in clip_free(scene, lambda one: Analytic().render(one, stages_of(one)))]
 assert found and not any(one.alarm for one in found)

@@ -26,6 +26,8 @@ from rayproof.reports.run.plan import DEFAULTS, PlannedCase
 from rayproof.reports.run.scenes import FAMILY, place_of
 from rayproof.reports.subjects import THE_TRACER, Subject
 
+NAMED = 12  # laws that a command names; of more every law is asked
+
 
 def write_scene(folder: Path, case: Case) -> str:
     """Write the scene as JSON, meshes inline, large ones packed; return its path relative to the results `folder`."""
@@ -52,7 +54,8 @@ def reproduce(folder: Path, planned: PlannedCase, subject: Subject = THE_TRACER)
     else:
         chosen = "".join(f" --configuration {shlex.quote(name)}" for name in configurations)
     if planned.laws:
-        chosen = "".join(f" {law}" for law in dict.fromkeys(law for law, _ in planned.laws)) + f" --laws{chosen}"
+        laws = [*dict.fromkeys(law for law, _ in planned.laws)]
+        chosen = f" {' '.join(laws)} --laws{chosen}" if len(laws) <= NAMED else f" --laws{chosen}"
     if case.family != FAMILY:
         return f"{called()} run {case.name}{chosen}"
     return f"{called()} run {shlex.quote(str(folder / 'scenes' / f'{place_of(case.name)}.json'))}{chosen}"

@@ -15,9 +15,9 @@ from rayproof.cases.laws.relations import Relation
 from rayproof.cases.scene import Scene
 from rayproof.cases.stages import Stage, StageImages
 from rayproof.reference.analytic import Analytic
+from rayproof.reports.judge.laws import judge
 from rayproof.reports.judge.oracle import stages_of
-from rayproof.reports.laws.judging import judge
-from rayproof.reports.laws.law_task import small
+from rayproof.reports.run.law_task import small
 
 # Each holds shapes, lights and clipping that some law needs; between them every law has something to say.
 CASES = ("random_scenes/seed_2", "sidedness/plane_from_below_two_sided")

@@ -9,16 +9,16 @@ from dataclasses import dataclass
 from typing import Any
 
 from rayproof.cases.case import Case
-from rayproof.cases.families import all_cases
-from rayproof.cases.laws import LAWS
+from rayproof.cases.families import all_cases, select
+from rayproof.cases.laws import LAWS, USUAL
 from rayproof.cases.laws.relations import Relation
 from rayproof.cases.stages import Stage
-from rayproof.reports.laws.judging import judge
-from rayproof.reports.laws.law_task import Asked, LawOrder, obey, renderer, small
-from rayproof.reports.laws.suite import Pair, default
+from rayproof.reports.judge.laws import judge
 from rayproof.reports.processes.pool import Pool
 from rayproof.reports.processes.worker import Reply, serve
-from rayproof.reports.subjects import THE_TRACER
+from rayproof.reports.run.law_task import Asked, check_law, small
+from rayproof.reports.run.messages import TRACING, TracerTask
+from rayproof.reports.run.worker_tasks import handler
 from rayproof.tracer.kernel.compiler import choose_packaged_llvm
 from tests.harness.audit.planted import PlantedFault, candidates
 from tests.harness.audit.records import LawsScore
@@ -32,7 +32,7 @@ class FaultOrder:
     """Put one fault to pairs of law and case."""
 
     fault: PlantedFault
-    pairs: tuple[Pair, ...]
+    pairs: tuple[tuple[str, Case], ...]  # a law and a case
     cases: tuple[Case, ...]  # on which to see whether a survivor changes an image
 
 
@@ -53,24 +53,22 @@ def serve_faults(kind: str, connection: Any) -> None:
     serve(kind, connection, handlers=lambda _: meet)
 
 
+def traced_by(configuration: str) -> Asked:
+    """Return the tracer by a configuration, as laws ask it."""
+    trace = handler(TRACING)
+    return Asked(lambda scene: trace(TracerTask(scene=scene, configuration=configuration, samples=1))[0])
+
+
 def meet(order: FaultOrder) -> FaultReport:
     """Put one fault to the laws."""
     fault, image, staged = order.fault, None, None
     assert fault.configuration is not None
-    ask = Asked(renderer(THE_TRACER, fault.configuration), Stage)
-    for pair in order.pairs:
-        asked = LawOrder(
-            law=pair.law,
-            case=pair.case.name,
-            scene=pair.case.scene,
-            subject=THE_TRACER,
-            configuration=fault.configuration,
-            stages=tuple(Stage),
-        )
-        broken = {one.stage for one in obey(asked, ask).alarms}
-        words = f"{pair.law}, {pair.case.name}"
+    ask = traced_by(fault.configuration)
+    for law, case in order.pairs:
+        broken = {relation.stage for relation in check_law(law, case.scene, ask, fault.configuration).alarms}
+        words = f"{law}, {case.name}"
         staged = staged or (words if broken else None)
-        if Stage.RADIANCE in broken and not LAWS.about(pair.law).get("staged", False):
+        if Stage.RADIANCE in broken and not LAWS.about(law).get("staged", False):
             image = words
             break
     changes = image or _changed(fault, ask, order.cases)
@@ -80,7 +78,7 @@ def meet(order: FaultOrder) -> FaultReport:
 def _changed(fault: PlantedFault, ask: Asked, cases: Sequence[Case]) -> str | None:
     """Return the first case whose image differs from the right tracer's by more than rounding, or None."""
     assert fault.configuration is not None
-    right = Asked(renderer(THE_TRACER, fault.configuration.split("/", maxsplit=1)[0]), (Stage.RADIANCE,))
+    right = traced_by(fault.configuration.split("/", maxsplit=1)[0])
     for case in cases:
         scene = small(case.scene)
         relation = Relation(
@@ -103,7 +101,7 @@ def before_the_laws(
     wrong = [fault for fault in faults if fault.configuration is not None]
     if not wrong:
         return None
-    pairs = default()
+    pairs = tuple((law, select([name])[0]) for law, name in USUAL)
     cases = tuple(case for case in all_cases() if case.samples == 1)
     reports: list[FaultReport] = []
     pool = Pool(jobs=jobs, timeout=timeout * len(pairs), copies={KIND: jobs}, target=serve_faults)

@@ -6,12 +6,11 @@ import pytest
 
 from rayproof.cases.case import Case
 from rayproof.cases.families import select
-from rayproof.reports.laws.suite import Pair
 from tests.harness.audit.faults_against_laws import FaultOrder, FaultReport, before_the_laws, meet, summed_up, told
 from tests.harness.audit.planted import PlantedFault, planted
 
 (LIGHTS,) = select(["several_lights/inverse_square"])
-PAIRS = (Pair(law="albedo_linear", case=LIGHTS), Pair(law="lights_add", case=LIGHTS))
+PAIRS = (("albedo_linear", LIGHTS), ("lights_add", LIGHTS))
 
 
 def met(name: str, *cases: Case) -> FaultReport:

@@ -6,7 +6,7 @@ import pytest
 from rayproof.cases.families import select
 from rayproof.cases.laws.relations import Conditions, Relation
 from rayproof.cases.stages import Stage
-from rayproof.reports.laws.judging import judge
+from rayproof.reports.judge.laws import judge
 
 SCENE = select(["primitives/sphere"])[0].scene
 ROWS, COLUMNS = np.mgrid[0:21, 0:31]

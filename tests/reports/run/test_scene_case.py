@@ -4,14 +4,16 @@ import json
 import os
 import shlex
 from collections import Counter
+from dataclasses import replace
 from pathlib import Path, PurePosixPath
 
 import pytest
 
 from rayproof.cases.families import all_cases
+from rayproof.cases.laws import LAWS
 from rayproof.cases.scene_json import load_scene
 from rayproof.reports.run.case_record import reproduce, write_scene
-from rayproof.reports.run.plan import DEFAULTS
+from rayproof.reports.run.plan import DEFAULTS, PlannedCase
 from rayproof.reports.run.scenes import cases_of_files, place_of
 
 SCENE = {
@@ -72,7 +74,7 @@ def test_the_command_of_a_users_scene_finds_the_very_scene(tmp_path: Path):
     folder = tmp_path / "out put"
 
     path = write_scene(folder, case)
-    *command, named = shlex.split(reproduce(folder, case, DEFAULTS))
+    *command, named = shlex.split(reproduce(folder, PlannedCase(case=case, configurations=DEFAULTS)))
 
     assert command == ["rayproof", "run"]
     assert Path(named) == folder / path
@@ -82,13 +84,24 @@ def test_the_command_of_a_users_scene_finds_the_very_scene(tmp_path: Path):
 def test_the_command_of_a_case_is_its_name(tmp_path: Path):
     case = all_cases()[0]
 
-    assert reproduce(tmp_path, case, DEFAULTS) == f"rayproof run {case.name}"
+    assert reproduce(tmp_path, PlannedCase(case=case, configurations=DEFAULTS)) == f"rayproof run {case.name}"
 
 
 def test_a_configuration_that_was_asked_for_is_asked_for_again(tmp_path):
     case = all_cases()[0]
 
-    assert reproduce(tmp_path, case, ("float64/sphere=textbook",)).endswith(" --configuration float64/sphere=textbook")
+    planned = PlannedCase(case=case, configurations=("float64/sphere=textbook",))
+
+    assert reproduce(tmp_path, planned).endswith(" --configuration float64/sphere=textbook")
+
+
+def test_the_laws_of_a_case_are_asked_again(tmp_path: Path):
+    case = all_cases()[0]
+    few = PlannedCase(case=case, configurations=DEFAULTS, laws=(("crop", "float32"), ("crop", "float64")))
+    every = replace(few, laws=tuple((law, "float32") for law in LAWS))
+
+    assert reproduce(tmp_path, few) == f"rayproof run {case.name} crop --laws"
+    assert reproduce(tmp_path, every) == f"rayproof run {case.name} --laws"
 
 
 def test_the_files_of_very_many_scenes_are_spread_and_those_of_the_suite_are_not():
