@@ -35,9 +35,9 @@ def gate(
     Parameters
     ----------
     what
-        accept: add an entry for each failing check without one; needs --reason. prune: remove entries whose checks
-        pass, and narrow the others; nothing is added or widened. check: check the run against the file, as `rayproof
-        run --expect` does, and exit with 1 if the gate is red.
+        accept: add the failing checks that no entry is about, which needs --reason, and write how many checks are
+        answered. prune: remove checks that pass, and narrow the others; nothing is added or widened. check: check the
+        run against the file, as `rayproof run --expect` does, and exit with 1 if the gate is red.
     folder
         A folder that `rayproof run --out` filled.
     file

@@ -291,7 +291,7 @@ class CaseFacts(TypedDict, total=False):
     growth: Count  # bytes of memory a scene, where a program that stays alive grows from scene to scene
     notes: list[NoteRecord]
     dark: bool  # a user's scene of which no pixel is lit
-    kinds: list[str]  # of another subject than the tracer: what kind of case it is, in words
+    kinds: list[str]  # of a program under test: what kind of case it is, in words
     refused: bool  # by what the program declares, it cannot draw the scene
     expectations: list[ExpectationRecord]
     adjudication: dict[str, AdjudicationRecord] | None

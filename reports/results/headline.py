@@ -126,7 +126,7 @@ def _of_cases(results: RunRecord) -> str:
     if worst_first == [Outcome.PASS]:
         if answered:
             pass_on = f"pass{'es' if summary['planned'] == 1 else ''} on the"
-            return f"{total} {pass_on} {answered[0].replace('answered', 'that are answered')}.{shared}"
+            return f"{total} {pass_on} {answered[0].replace('answered', 'that it answers')}.{shared}"
         every = "each passes" if of_the_whole(results) else "all pass"
         return f"{total}: {every}, in {_checks(cast('dict[str, int]', results['checks']))}.{shared}"
     shared += f" {answered[0]}." if answered else ""

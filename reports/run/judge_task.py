@@ -205,7 +205,7 @@ def _record(task: JudgeTask, judged: Judged, scene: str, images: dict[str, str])
     }
     if dark:
         record["dark"] = True
-    if not task.subject.is_tracer:
+    if not task.subject.is_tracer and task.subject.name not in REFERENCES:  # whose limits are known
         record["kinds"] = kinds_of(case.scene, truth)
         record["refused"] = task.subject.capabilities.refusal(case.scene) is not None
     return record

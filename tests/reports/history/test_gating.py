@@ -256,3 +256,18 @@ def test_a_bad_file_is_told_with_the_entry(tmp_path, text, named):
 
     with pytest.raises(ValueError, match=named):
         load_known(tmp_path / "known.json", patterns=True)
+
+
+@pytest.mark.parametrize(
+    ("now", "red"),
+    [((99, 100), False), ((989, 1000), True), ((65, 511), True), ((0, 0), False), ((200, 200), False)],
+)
+def test_a_share_of_answers_that_falls_by_more_than_a_hundredth_is_red(now: tuple[int, int], red: bool):
+    fuller = run(check(verdict="pass"), verdict="pass", answered={"families": {"shadows": (100, 100)}})
+    known, new, _ = accepted(fuller, Known(), reason="", expires=None, issue=None, when={})
+
+    found = gate(fuller | {"answered": {"families": {"shadows": now, "other": (0, 9)}}}, known, file="known.json")
+
+    assert (new, found.red, len(found.uncovered)) == (0, red, red)
+    if now == (65, 511):
+        assert found.uncovered == ["shadows: 65 of 511 checks (12.72 %) are answered, 100 % were"]

@@ -69,7 +69,7 @@ def test_the_share_that_was_answered_stands_in_headline_and_last_line() -> None:
     named = little | {"declared": {"name": "mine 1.2"}}
     wrong = run_of("fail", answered={"checks": 65, "planned": 511, "stages": ["ray", "object", "distance", "normal"]})
 
-    assert headline(little) == "exec:./mine: 1 case passes on the 65 of 511 checks that are answered (ray only)."
+    assert headline(little) == "exec:./mine: 1 case passes on the 65 of 511 checks that it answers (ray only)."
     assert headline(named).startswith("mine 1.2: 1 case passes on the 65 of 511")
     assert last_line(little) == "pass; 65 of 511 checks answered (ray only)"
     assert "65 of 511 checks answered (without position, visibility" in headline(wrong)

@@ -4,9 +4,12 @@ from typing import Any
 
 import pytest
 
+from rayproof.cases.families import select
+from rayproof.cases.stages import IMAGE_STAGES
+from rayproof.reference.analytic import Analytic
 from rayproof.reports.results.outcomes import Outcome, exit_code, ledger
 from rayproof.reports.run import totals
-from rayproof.reports.run.case_record import DECLARABLE
+from rayproof.reports.run.case_record import DECLARABLE, kinds_of
 from rayproof.reports.run.totals import of
 
 
@@ -144,6 +147,22 @@ BOTH = ("normal", "visibility")
 )
 def test_what_is_left_out_of_cases_of_a_kind_is_named(cases: list[Any], said: list[str]) -> None:
     assert of(cases).answered["left_out"] == said
+
+
+@pytest.mark.parametrize(
+    ("name", "kinds"),
+    [
+        ("shadows/every_blocker", {BLOCKED, CUBE, f"{DECLARABLE}with a square"}),
+        ("primitives/sphere", {f"{DECLARABLE}with a sphere"}),
+    ],
+)
+def test_the_kinds_of_a_case_name_its_shapes_and_whether_a_light_is_blocked(name: str, kinds: set[str]) -> None:
+    (case,) = select((name,))
+
+    found = {*kinds_of(case.scene, Analytic().render(case.scene, IMAGE_STAGES))}
+
+    assert kinds <= found
+    assert (BLOCKED in found) == (BLOCKED in kinds)
 
 
 def test_the_share_that_was_answered_leaves_out_what_the_protocol_does() -> None:
