@@ -1,4 +1,4 @@
-// rayproof's protocol, version 1, for a C++17 program: reads the scene, writes images of named channels.
+// rayproof's protocol for a C++17 program: reads requests and scenes, writes images of named channels.
 #pragma once
 
 #include <cmath>
@@ -89,6 +89,16 @@ private:
         return found;
     }
 };
+
+// A text as JSON has it.
+inline std::string quoted(const std::string& text) {
+    std::string found = "\"";
+    for (char c : text) {
+        if (c == '"' || c == '\\') found += '\\';
+        found += static_cast<unsigned char>(c) < ' ' ? ' ' : c;
+    }
+    return found + '"';
+}
 
 inline std::string read_file(const std::string& path) {
     std::ifstream file(path, std::ios::binary);

@@ -176,10 +176,12 @@ def adapter(file: Path, *, language: Literal["python", "c++"] | None = None) -> 
     say(f"wrote {', '.join(map(str, names.values()))}: it works as it stands, for spheres. Next:")
     steps = [f"cd {file.parent}"] if str(file.parent) != "." else []
     steps += [build.format(file=file.name)] if build else []
-    command = f'"exec:{call.format(file=file.name)} {{scene}} {{output}}"'
-    steps += [f"{called()} run primitives/sphere nearest --subject {command} --out report"]
+    words = call.format(file=file.name)
+    for command in (f"serve:{words}", f"exec:{words} {{scene}} {{output}}"):
+        steps += [f'{called()} run primitives/sphere nearest --subject "{command}" --out report']
     for step in steps:
         say(f"    {step}")
+    say("serve: starts it once for each worker, exec: for each scene.")
     say("Then put your renderer at YOUR RENDERER, declare its capabilities, and run without naming cases.")
     say("The protocol: docs/protocol.md; the scene's format: docs/scene.md and `rayproof list schema`.")
     return 0

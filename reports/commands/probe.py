@@ -70,7 +70,8 @@ def probe(
     require
         A reference that answers on request only, such as certified. Repeatable.
     subject
-        Another renderer, whose values come first: a reference by name, or "exec:COMMAND {scene} {output}".
+        Another renderer, whose values come first: a reference by name, "exec:COMMAND {scene} {output}",
+        "serve:COMMAND" or "python:FILE.py:FUNCTION".
     env
         An environment variable to pass to a program, as in `rayproof run`. Repeatable.
     cache

@@ -48,7 +48,8 @@ def shrink(
         Folder for scene.json, pixel.json, pixel.md, picture.png, issue.md and, of one shape that is hit wrongly,
         vector.csv.
     subject
-        Who fails, instead of the tracer: a reference by name, or "exec:COMMAND {scene} {output}".
+        Who fails, instead of the tracer: a reference by name, "exec:COMMAND {scene} {output}",
+        "serve:COMMAND" or "python:FILE.py:FUNCTION".
     configuration
         The tracer's configuration, such as float64/triangle=woop.
     formula

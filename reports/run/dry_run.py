@@ -13,6 +13,7 @@ from rayproof.reports.run.plan import PlannedCase, configurations_of, panel
 from rayproof.reports.run.scenes import BEGINNING, LARGE, Estimate, deadline, estimate, triangles_of
 from rayproof.reports.run.suite import planned_cases
 from rayproof.reports.run.worker_tasks import unable
+from rayproof.reports.run.workers import answered
 from rayproof.reports.subjects import Subject
 
 GB = 1e9
@@ -70,7 +71,12 @@ def _estimated(
     request: RunOptions, planned: Sequence[PlannedCase], each: list[Estimate], *, references: int
 ) -> Iterator[str]:
     """Yield time, memory, disk and deadlines."""
-    seconds = sum(one.seconds for one in each) / request.jobs
+    start, call, case = _called(request, planned)
+    calls = sum(1 + one.twice for one in planned)
+    seconds = sum(one.seconds for one in each) / request.jobs + start + calls * call / request.jobs
+    if case is not None:
+        alive = f"{start:.2g} s to start once for each worker, and " if request.subject.stays else ""
+        yield f"the program takes {alive}{call:.2g} s for {case}; it answers {calls} times"
     worst = max(one.memory for one in each)
     at_once = 1 if max(one.memory for one in each) > LARGE else request.jobs
     together = at_once * worst + (worst - BEGINNING) + (references + 3) * PROCESS
@@ -88,6 +94,23 @@ def _estimated(
     yield f"deadline: {limit:.0f} s for one render or one judgement" + (
         " of the largest case" * (limit > request.timeout)
     )
+
+
+def _called(request: RunOptions, planned: Sequence[PlannedCase]) -> tuple[float, float, str | None]:
+    """Return how long a program takes to start and to answer a case of middling size [s], and which; or nothing.
+
+    A program that is called for each image starts within the call.
+    """
+    if not request.subject.is_program:
+        return 0.0, 0.0, None
+    able = request.subject.capabilities
+    cases = [one.case for one in planned if able.refusal(one.case.scene) is None]
+    if not cases:
+        return 0.0, 0.0, None
+    case = sorted(cases, key=lambda case: case.scene.camera.width * case.scene.camera.height)[len(cases) // 2]
+    took: list[tuple[float, float]] = []
+    answered(request.subject, case.scene, told=lambda start, call: took.append((start, call)))
+    return *took[0], case.name
 
 
 def in_words(seconds: float) -> str:

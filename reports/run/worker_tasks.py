@@ -227,7 +227,9 @@ def _program() -> Callable[[SubjectTask | QuestionTask], Any]:
             except ValueError as wrong:
                 return str(wrong)
         able, stays = subject.capabilities, server(subject)
-        versions = {subject.name: f"{able.title} ({able.precision}, written as float32)"}
+        # A run's environment names Python's own version, too.
+        who = "function" if subject.name == FUNCTION else subject.name
+        versions = {who: f"{able.title} ({able.precision}, written as float32)"}
         answered = candidate(subject, task.scene, samples=task.samples, keep=task.keep, server=stays)
         notes = able.told(task.scene)
         if stays is not None:

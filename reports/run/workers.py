@@ -3,7 +3,7 @@
 The tracer's worker is started first, since its imports take as long as those of all others.
 """
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -102,17 +102,24 @@ def ask(subject: Subject, pool: Pool | None = None) -> Capabilities:
     raise ValueError(reply.value if reply.error is None else reply.error)
 
 
-def answered(subject: Subject, scene: Scene, *, keep: Keep | None = None) -> Answers:
+def answered(
+    subject: Subject, scene: Scene, *, keep: Keep | None = None, told: Callable[[float, float], None] | None = None
+) -> Answers:
     """Return what a subject that is not the tracer answers to a scene; a program's call is kept in a folder, if given.
+
+    `told` gets how long it took [s]: the start of a program that stays alive, and the answer.
 
     Raises:
         ValueError: its worker crashed or ran out of time; what a program comes to is the candidate's error.
 
     """
     task = SubjectTask(scene=scene, samples=1, subject=subject, keep=keep)
-    reply = _reply(kind_of(subject), task, timeout=2 * subject.seconds + LONGEST)
+    reply = _reply(kind_of(subject), task, timeout=3 * subject.seconds + LONGEST)
     if reply.error is not None:
         raise ValueError(reply.error)
+    if told is not None:
+        start = reply.value[3].start if subject.stays else 0.0
+        told(start, reply.seconds - start)
     return reply.value[0]
 
 
@@ -120,6 +127,7 @@ def _reply(kind: str, task: QuestionTask | SubjectTask, *, timeout: float, pool:
     asked = pool or Pool(jobs=1, timeout=timeout, target=serve_run)
     replies: list[Reply] = []
     try:
+        asked.prepare(kind)  # its imports are no part of the reply's time
         asked.submit(kind, task, replies.append)
         while not replies:
             asked.step()

@@ -8,20 +8,22 @@ from pathlib import Path
 import pytest
 
 from rayproof.cases.case import Case
-from rayproof.cases.families import all_cases
+from rayproof.cases.families import all_cases, select
 from rayproof.cases.stages import Stage
 from rayproof.reference.analytic import Analytic
 from rayproof.reports.cli import main
 from rayproof.reports.judge.answers import Answers
 from rayproof.reports.judge.case import judge_case
 from rayproof.reports.judge.oracle import stages_of
+from rayproof.reports.judge.repeated import changes
 from rayproof.reports.judge.verdict import Judged, of_what_is_supported
 from rayproof.reports.results.document import load_results
 from rayproof.reports.results.outcomes import Outcome
 from rayproof.reports.run.plan import within_reach
-from rayproof.reports.subjects import PROGRAM, Subject
+from rayproof.reports.subjects import PROGRAM, SERVED, Subject
 from rayproof.reports.subjects.program import ask_capabilities, candidate
 from rayproof.reports.subjects.protocol import hand_over
+from rayproof.reports.subjects.serving import Server
 
 RENDERERS = Path(__file__).parents[2] / "examples" / "renderers"
 STARTERS = Path(__file__).parents[2] / "reports" / "subjects" / "starters"
@@ -223,7 +225,26 @@ def test_the_starter_in_cpp_passes_on_spheres(tmp_path: Path, capsys: pytest.Cap
     assert main(["new", "adapter", str(tmp_path / "mine.cpp")]) == 0
     assert "c++ -O2 -std=c++17 -o adapter mine.cpp" in capsys.readouterr().out
 
-    passes_on_spheres(built(tmp_path, tmp_path / "mine.cpp"))
+    subject = built(tmp_path, tmp_path / "mine.cpp")
+    passes_on_spheres(subject)
+    answers_line_by_line(subject.command[0])
+
+
+def answers_line_by_line(*command: str) -> None:
+    """Have a starter answer a case as a program that stays alive, to the bit as when it is called for each scene."""
+    (sphere,), lost = select(["primitives/sphere"]), {"scene": "nowhere.json", "output": "nowhere.exr"}
+    called = Subject(name=PROGRAM, title="exec:mine", command=(*command, "{scene}", "{output}"))
+    subject = Subject(name=SERVED, title="serve:mine", command=command)
+    server = Server(subject)
+    able = replace(subject, capabilities=ask_capabilities(subject, seconds=10, server=server))
+    answers = [candidate(able, sphere.scene, samples=1, server=server).answers for _ in range(2)]
+    error = server.ask(lost, seconds=10, output=2**26).problem
+    server.close()
+
+    assert able.capabilities.shapes == ("sphere",)
+    assert "nowhere.json" in str(error)
+    for answer in answers:
+        assert changes(answer, candidate(called, sphere.scene, samples=1).answers) == {}
 
 
 def passes_on_spheres(subject: Subject) -> None:

@@ -1,8 +1,9 @@
 // An adapter between rayproof and a renderer. It works as it stands, for spheres; put your renderer in its place.
 //
 //     c++ -O2 -std=c++17 -o adapter @FILE@
-//     rayproof run --subject "exec:./adapter {scene} {output}" --out report
+//     rayproof run --subject serve:./adapter --out report
 //
+// `serve:` starts it once for each worker; `--subject "exec:./adapter {scene} {output}"` calls it for each scene.
 // rayproof.hpp, written beside this file, reads the scene and writes the image.
 #include <array>
 #include <iostream>
@@ -19,11 +20,12 @@ Vec normalize(Vec a) { return add({}, 1 / std::sqrt(dot(a, a)), a); }
 
 // What this adapter can do. Whatever is left out here is reported as unsupported: no pass, and no failure.
 // Add "chained": true once each stage is made of the very numbers that you write for the stages before it.
-const char* CAPABILITIES = R"({
-    "protocol": 1, "name": "adapter", "version": "0", "precision": "float64",
-    "stages": ["ray", "object", "distance", "position", "normal"],
-    "shapes": ["sphere"], "affine": false
-})";
+std::string capabilities(int protocol) {
+    return "{\"protocol\": " + std::to_string(protocol) +
+           R"(, "name": "adapter", "version": "0", "precision": "float64",)"
+           R"( "stages": ["ray", "object", "distance", "position", "normal"],)"
+           R"( "shapes": ["sphere"], "affine": false})";
+}
 
 struct Hit { double t = INFINITY; int shape = -1; Vec normal{}; };
 
@@ -54,13 +56,8 @@ Hit trace(const Json& scene, Vec eye, Vec direction, double low, double high) {
     return best;
 }
 
-int main(int count, char** words) try {
-    if (count == 2 && std::string(words[1]) == "--capabilities") {
-        std::cout << CAPABILITIES;
-        return 0;
-    }
-    if (count != 3) throw std::runtime_error("usage: adapter SCENE OUTPUT");
-    const Json scene = rayproof::read_scene(words[1]), &camera = scene["camera"];
+void draw(const std::string& scene_path, const std::string& output) {
+    const Json scene = rayproof::read_scene(scene_path), &camera = scene["camera"];
     rayproof::Image image{int(camera["width"].number), int(camera["height"].number), {}};
     const Vec eye = vec(camera["eye"]), F = normalize(add(vec(camera["target"]), -1, eye));
     const Vec R = normalize(cross(F, vec(camera["up"]))), U = cross(R, F);
@@ -89,7 +86,37 @@ int main(int count, char** words) try {
             image.at("face.V", x, y) = any ? 0.0f : -1.0f;
             image.at("distance.V", x, y) = float(hit.t);
         }
-    image.write_exr(words[2]);
+    image.write_exr(output);
+}
+
+// Answer requests, a JSON object a line, as long as they come.
+void serve() {
+    for (std::string line; std::getline(std::cin, line);) {
+        const Json request = rayproof::JsonReader(line).value();
+        std::cout << "{\"id\": " << long(request["id"].number) << ", ";
+        try {
+            if (request.has("capabilities"))
+                std::cout << "\"capabilities\": " << capabilities(2);
+            else {
+                draw(request["scene"].text, request["output"].text);
+                std::cout << "\"ok\": true";
+            }
+        } catch (const std::exception& error) {
+            std::cout << "\"error\": " << rayproof::quoted(error.what());
+        }
+        std::cout << "}" << std::endl;
+    }
+}
+
+int main(int count, char** words) try {
+    if (count == 2 && std::string(words[1]) == "--capabilities")
+        std::cout << capabilities(1);
+    else if (count == 3)
+        draw(words[1], words[2]);
+    else if (count == 1)
+        serve();
+    else
+        throw std::runtime_error("usage: adapter SCENE OUTPUT, or nothing for requests on standard input");
 } catch (const std::exception& error) {
     std::cerr << "adapter: " << error.what() << "\n";
     return 1;

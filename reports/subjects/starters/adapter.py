@@ -1,7 +1,9 @@
 #!/usr/bin/env python3
 """An adapter between rayproof and a renderer. It works as it stands, for spheres; put your renderer in its place.
 
-rayproof run --subject "exec:python3 @FILE@ {scene} {output}" --out report
+rayproof run --subject "serve:python3 @FILE@" --out report
+
+`serve:` starts it once for each worker; `--subject "exec:python3 @FILE@ {scene} {output}"` calls it for each scene.
 """
 
 import json
@@ -11,7 +13,6 @@ import sys
 
 # What this adapter can do. Whatever is left out here is reported as unsupported: no pass, and no failure.
 CAPABILITIES = {
-    "protocol": 1,
     "name": "adapter",
     "version": "0",
     "precision": "float64",
@@ -124,11 +125,34 @@ def unit(a):
     return [component / size for component in a]
 
 
+def draw(scene, output):
+    """Read a scene file and write its image."""
+    with open(scene) as file:
+        write_exr(output, render(json.load(file)))
+
+
+def serve():
+    """Answer requests, a JSON object a line, as long as they come."""
+    for line in sys.stdin:
+        request = json.loads(line)
+        answer = {"id": request["id"]}
+        try:
+            if "capabilities" in request:
+                answer["capabilities"] = {"protocol": 2, **CAPABILITIES}
+            else:
+                draw(request["scene"], request["output"])
+                answer["ok"] = True
+        except Exception as error:
+            answer["error"] = f"{type(error).__name__}: {error}"
+        print(json.dumps(answer), flush=True)
+
+
 if __name__ == "__main__":
     if sys.argv[1:] == ["--capabilities"]:
-        print(json.dumps(CAPABILITIES))
+        print(json.dumps({"protocol": 1, **CAPABILITIES}))
     elif len(sys.argv) == 3:
-        with open(sys.argv[1]) as file:
-            write_exr(sys.argv[2], render(json.load(file)))
+        draw(*sys.argv[1:])
+    elif len(sys.argv) == 1:
+        serve()
     else:
-        sys.exit("usage: adapter.py SCENE OUTPUT")
+        sys.exit("usage: adapter.py SCENE OUTPUT, or nothing for requests on standard input")

@@ -9,7 +9,7 @@ import pytest
 from rayproof.cases.families import select
 from rayproof.reports.subjects import PROGRAM, Subject
 from rayproof.reports.subjects.program import ask_capabilities, candidate
-from tests.examples.test_renderers import judged
+from tests.examples.test_renderers import answers_line_by_line, judged
 from tests.reports.commands.conftest import Rayproof
 
 
@@ -19,8 +19,10 @@ def test_the_starter_in_python_passes_on_spheres(rayproof: Rayproof, tmp_path: P
 
     assert ended.code == 0
     assert 'rayproof run primitives/sphere nearest --subject "exec:python3 mine.py {scene} {output}"' in ended.out
-    command = (sys.executable, "-I", "-W", "error", str(tmp_path / "mine.py"), "{scene}", "{output}")
-    subject = Subject(name=PROGRAM, title="exec:mine", command=command)
+    assert 'rayproof run primitives/sphere nearest --subject "serve:python3 mine.py"' in ended.out
+    command = (sys.executable, "-I", "-W", "error", str(tmp_path / "mine.py"))
+    answers_line_by_line(*command)
+    subject = Subject(name=PROGRAM, title="exec:mine", command=(*command, "{scene}", "{output}"))
     able = replace(subject, capabilities=ask_capabilities(subject, seconds=10))
     (sphere,), (cube,) = select(["primitives/sphere"]), select(["primitives/cube"])
     assert judged(able, sphere).outcome == "pass"

@@ -25,7 +25,7 @@ def draw(scene, output):
     open(mark, "w")
     adapter.write_exr(output, channels)
 if sys.argv[1:] == ["--capabilities"]:
-    print(json.dumps(adapter.CAPABILITIES))
+    print(json.dumps({"protocol": 1, **adapter.CAPABILITIES}))
 elif sys.argv[1:]:
     draw(*sys.argv[1:])
 else:
