@@ -121,11 +121,16 @@ def _excused(witness: Answers) -> bool:
     return witness.error is None and bool(REFERENCES.about(witness.name).get("optional", False))
 
 
-def judge(task: JudgeTask | GuardTask | RepeatTask) -> CaseRecord | RepeatedRecord | None:
+def do(task: JudgeTask | GuardTask | RepeatTask) -> CaseRecord | RepeatedRecord | None:
+    """Do a task of the judge's worker."""
+    if not isinstance(task, RepeatTask):
+        return judge(task)
+    base = ground(task.case.scene, stages_of(task.case.scene), _ORACLE)
+    return repeated(task.case.name, task.first, task.again, base, varies=task.varies)
+
+
+def judge(task: JudgeTask | GuardTask) -> CaseRecord | None:
     """Judge one case and return its record; of sentinels there is none."""
-    if isinstance(task, RepeatTask):
-        base = ground(task.case.scene, stages_of(task.case.scene), _ORACLE)
-        return repeated(task.case.name, task.first, task.again, base, varies=task.varies)
     _guarded(cached=task.cached)
     if isinstance(task, GuardTask):
         return None

@@ -134,9 +134,9 @@ def handler(kind: str) -> Callable[[Any], Any]:
         prepare()
         return trace
     if kind == JUDGE:
-        from rayproof.reports.run.judge_task import judge
+        from rayproof.reports.run.judge_task import do
 
-        return judge
+        return do
     if kind == LAWS:
         from rayproof.reports.run.law_task import law_worker
 
