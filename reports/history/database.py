@@ -45,6 +45,10 @@ CREATE TABLE errors (
     error REAL, place TEXT NOT NULL, PRIMARY KEY (run, name, stage)
 ) WITHOUT ROWID;
 """
+# Of cases with wrong pixels the largest number in one check; files of earlier versions lack it until a run is appended.
+_WRONG = """CREATE TABLE IF NOT EXISTS wrong (
+    run INTEGER NOT NULL REFERENCES runs (id), name TEXT NOT NULL, pixels INTEGER NOT NULL, PRIMARY KEY (run, name)
+) WITHOUT ROWID"""
 
 
 class HistoryError(ValueError):
@@ -128,7 +132,17 @@ def append(path: Path, results: RunRecord, revision: str) -> int:
             "INSERT INTO errors VALUES (?, ?, ?, ?, ?, ?)",
             (storable(*row) for c in results["cases"] for row in _errors(run, c)),
         )
+        connection.execute(_WRONG)
+        wrong = ((case["name"], wrong_pixels(case)) for case in results["cases"])
+        connection.executemany(
+            "INSERT INTO wrong VALUES (?, ?, ?)", (storable(run, name, pixels) for name, pixels in wrong if pixels)
+        )
     return run
+
+
+def wrong_pixels(case: CaseRecord) -> int:
+    """Return the largest number of pixels over their limit in one check of a case."""
+    return max(((check.get("examined") or {}).get("wrong", 0) for check in case.get("checks", [])), default=0)
 
 
 def storable(*values: Any) -> tuple[Any, ...]:
@@ -325,6 +339,26 @@ def worse(series: Sequence[Series], run: int) -> list[WorseRecord]:
     return sorted(found, key=lambda entry: -at_worst(entry["factor"]))
 
 
+def more_wrong(connection: sqlite3.Connection, run: int) -> list[WorseRecord]:
+    """Return the cases with a tenth more wrong pixels than in the run of their subject before, if that had some."""
+    rows = connection.execute(
+        "SELECT w.name, w.pixels, o.pixels, o.run FROM wrong w JOIN wrong o ON o.name = w.name AND o.run = ("
+        "SELECT max(c.run) FROM cases c JOIN runs r ON r.id = c.run WHERE c.name = w.name AND c.run < w.run"
+        " AND r.subject = (SELECT subject FROM runs WHERE id = w.run)) WHERE w.run = ?",
+        (run,),
+    )
+    return [
+        {
+            "case": name,
+            "what": "pixels",
+            "factor": now / before,
+            "sentence": f"{name}: {now} wrong pixels, were {before} in run {earlier}",
+        }
+        for name, now, before, earlier in rows
+        if now > WORSE_ERROR * before
+    ]
+
+
 def _entry(one: Series, what: str, factor: float, sentence: str) -> WorseRecord:
     return {"case": one.name, "what": what, "factor": factor, "sentence": f"{one.name}: {sentence}"}
 
@@ -384,7 +418,7 @@ def keep(path: Path, results: RunRecord) -> list[str]:
     run = append(path, results, revision())
     with opened(path) as connection:
         series = read_series(connection, str(results.get("subject", "tracer")))
-    found = worse(series, run)
+        found = [*worse(series, run), *more_wrong(connection, run)]
     results["history"] = {"file": path.name, "run": run, "worse": found, "cases": {s.name: drawn(s) for s in series}}
     return [entry["sentence"] for entry in found]
 

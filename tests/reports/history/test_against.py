@@ -1,16 +1,21 @@
 """Held against an earlier run: what became worse is red, what fails as before is let through and named."""
 
+import sqlite3
+from contextlib import closing
+from pathlib import Path
 from typing import Any
 
 import pytest
 from msgspec.structs import replace
 
+from rayproof.reports.history.database import append
 from rayproof.reports.history.expectations import Expectation, Known
-from rayproof.reports.history.gating import Base, Demanded, coverage, held, standing
+from rayproof.reports.history.gating import Base, Demanded, coverage, held, load_base, standing
 from tests.reports.history.test_gating import CHECK, ENTRY, TODAY, as_of, check, run
 
 FIRST, LAST = "8" + "0" * 15, "0" * 15 + "1"
 WRONG, MORE = (run(check(ratio=float("inf"), examined={"wrong": count})) for count in (400, 11_998))
+AT = {"started": "2026-11-22T00:00:00+00:00", "verdict": "fail"}
 LEDGER = {"planned": 4, "pass": 2, "warn": 0, "fail": 1, "unsupported": 1}
 
 
@@ -113,3 +118,24 @@ def test_the_record_has_every_list_that_keeps_a_gate_shut():
     assert shut(ENTRY, old) == {"expired"}
     assert shut(less) == {"tighten"}
     assert shut(ENTRY, ratio=float("nan")) == {"regressions"}
+
+
+@pytest.mark.process
+def test_more_wrong_pixels_than_in_a_history_are_red(tmp_path: Path):
+    file = tmp_path / "history.sqlite"
+    append(file, AT | WRONG, "")
+
+    assert held(AT | WRONG, Demanded(against=load_base(file))).worse == []
+    found = held(AT | MORE, Demanded(against=load_base(file)))
+    assert found.worse == ["shadows/one: 11998 wrong pixels, were 400 in run 1"]
+    assert held(AT | MORE | {"subject": "another"}, Demanded(against=load_base(file))).worse == []
+
+
+@pytest.mark.process
+def test_a_history_of_an_earlier_version_gets_its_table_of_wrong_pixels(tmp_path: Path):
+    file = tmp_path / "history.sqlite"
+    append(file, AT | WRONG, "")
+    with closing(sqlite3.connect(file)) as connection:
+        connection.execute("DROP TABLE wrong")
+
+    assert held(AT | MORE, Demanded(against=load_base(file))).worse == []
