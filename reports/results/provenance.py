@@ -132,7 +132,7 @@ def keep(folder: Path, kind: str, seed: object = "") -> None:
         "left_out": digests[False],
         # A run's records take a second to read: its digest is taken when it is asked for.
         "result": "" if kind == "run" else digest_of(essence(folder, kind)),
-        "program": any("exec:" in word or "serve:" in word for word in arguments()),
+        "program": any(name in word for word in arguments() for name in ("exec:", "serve:", "python:")),
     }
     write_text(place / NAME, as_json(record, indent=1) + "\n")
 
@@ -151,6 +151,8 @@ def _named(words: Sequence[str]) -> Iterator[tuple[str, Path, dict[str, Path]]]:
     seen: set[str] = set()
     for before, word in zip(["", *words], words, strict=False):
         value = word.partition("=")[2] if word.startswith("--") else word
+        if before == "--subject" or word.startswith("--subject="):
+            continue  # who is under test is not kept
         for part in filter(is_own, parts_of(value)):
             written = parsed(part.partition("=")[2])[0]
             if written not in seen:
