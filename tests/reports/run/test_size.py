@@ -1,6 +1,8 @@
 """What a scene takes is told before anything starts, and what no machine could hold is refused in one line."""
 
 import json
+import re
+import sys
 from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
@@ -9,6 +11,7 @@ import numpy as np
 import psutil
 import pytest
 
+from rayproof import ROOT
 from rayproof.cases.case import Case
 from rayproof.cases.families import select
 from rayproof.cases.scene import Mesh, SceneError
@@ -109,3 +112,28 @@ def test_a_dry_run_prints_the_plan_and_does_nothing(tmp_path: Path, capsys: pyte
         assert any(line.startswith(f"estimated {what}: ") for line in lines)
     assert lines[-1] == "deadline: 120 s for one render or one judgement"
     assert not out.exists()
+
+
+@pytest.mark.process
+def test_a_dry_run_calls_a_program_once_and_counts_its_start(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    log, adapter = tmp_path / "log", ROOT / "reports" / "subjects" / "starters" / "adapter.py"
+    program = tmp_path / "slow.py"
+    program.write_text(
+        f"import time; open({str(log)!r}, 'a').write('started '); time.sleep(0.6)\n" + adapter.read_text()
+    )
+    command = f"{sys.executable} -S {program}"
+
+    assert main(["run", "primitives/sphere", "--dry-run", "--subject", f"serve:{command}"]) == 0
+    alive = capsys.readouterr().out
+    assert main(["run", "primitives/sphere", "--dry-run", "--subject", f"exec:{command} {{scene}} {{output}}"]) == 0
+    called = capsys.readouterr().out
+
+    assert log.read_text().split() == ["started"] * 4, "twice each: for what it can, and for a case"
+    start = re.search(r"takes ([\d.]+) s to start once for each worker, and ([\d.]+) s for primitives/sphere", alive)
+    call = re.search(r"takes ([\d.]+) s for primitives/sphere; it answers 2 times", called)
+    assert start is not None
+    assert call is not None
+    assert float(start[1]) >= 0.6
+    assert float(call[1]) >= 0.6
