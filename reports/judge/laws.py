@@ -119,8 +119,6 @@ def limit(relation: Relation, precision: str, coarse: Resolution | None = None) 
 
 
 # One relation judged: how many of its values lie within the limit, at an edge, or outside.
-
-
 BEND = 0.5  # of a step from pixel to pixel: where an image bends by more, an edge runs between the two
 MOST_EXCUSED = 0.02  # share of the pixels examined that rounding may move over an edge
 ALWAYS = 8  # pixels that it may in any image: an edge that runs along a short row
@@ -226,8 +224,6 @@ def _at_an_edge(relation: Relation, allowed: np.ndarray) -> np.ndarray:
 
 
 # What the laws of a case say, as checks of its record beside those of the references.
-
-
 SHOWN = 3  # broken laws of a stage that a reason tells one by one
 BECAUSE = f"{K} u times the scene's condition times (the value's size + pixels per radian x the neighbours' range)"
 
@@ -327,6 +323,9 @@ def _check(reports: Sequence[LawReport], stage: Stage) -> CheckRecord | None:
         check["ratio"] = jsonable(shortened(chosen.worst))
         check["end_to_end"] = {
             "worst_ratio": check["ratio"],
+            "worst_error": None,
+            "limit": None,
+            "pixel": None,
             "interior": chosen.examined - chosen.excused,
             "over_inside": chosen.outside,
             "edge": chosen.excused,

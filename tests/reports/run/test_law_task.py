@@ -38,7 +38,7 @@ def test_a_right_tracer_keeps_the_laws_and_every_publication_shows_it(tmp_path: 
         ("float64", "pass"),
     }
     assert {"ray", "irradiance"} <= {check["stage"] for check in checks}
-    assert all(0 <= check["ratio"] < 1 for check in checks)
+    assert all(0 <= check["ratio"] < 1 and check["end_to_end"]["pixel"] is None for check in checks)
     assert all(BY_LAWS not in entry["references"] for entry in results["coverage_detail"].values())
     assert case["reproduce"].endswith("run several_lights/inverse_square crop light_split --laws")
     assert BY_LAWS in (tmp_path / "junit.xml").read_text()
