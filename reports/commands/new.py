@@ -1,4 +1,4 @@
-"""`rayproof new`: starters for a formula, for an adapter of a renderer, and for a workflow of a CI service."""
+"""`rayproof new`: starters for a formula, an adapter of a renderer, a rubric, and a workflow of a CI service."""
 
 import ast
 import inspect
@@ -184,6 +184,31 @@ def adapter(file: Path, *, language: Literal["python", "c++"] | None = None) -> 
     say("serve: starts it once for each worker, exec: for each scene.")
     say("Then put your renderer at YOUR RENDERER, declare its capabilities, and run without naming cases.")
     say("The protocol: docs/protocol.md; the scene's format: docs/scene.md and `rayproof list schema`.")
+    return 0
+
+
+@app.command
+def rubric(file: Path = Path("rubric.toml")) -> int:
+    """Write a rubric for `rayproof grade`: the lecture's formulas, their points, and cases, some of them hidden.
+
+    Parameters
+    ----------
+    file
+        The file to write; it must not exist.
+
+    """
+    import secrets
+
+    from rayproof.reports.grading.rubric import starter as rubric_to_begin_with
+
+    with told_in_one_line():
+        writable_folder(file.parent)
+    if file.exists():
+        raise UsageError(f"{file}: exists already, and is not overwritten")
+    with told_in_one_line():
+        file.write_text(rubric_to_begin_with(secrets.randbelow(2**31)), encoding="utf-8")
+    say(f"wrote {file}: keep it to yourself, since its seed draws the hidden cases. Next:")
+    say(f"    {called()} grade SUBMISSIONS --rubric {file} --out grades")
     return 0
 
 

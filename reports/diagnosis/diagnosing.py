@@ -1,6 +1,6 @@
 """A run's folder searched for the cause of its failures, and the result in sentences: one entry for each cause."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
 from typing import cast
 
@@ -16,7 +16,8 @@ from rayproof.reports.diagnosis import MISTAKES
 from rayproof.reports.diagnosis.blaming import Blamed, guilty, narrowed, put
 from rayproof.reports.diagnosis.hypotheses import Clock
 from rayproof.reports.diagnosis.search import Found, Searched, search, spread
-from rayproof.reports.diagnosis.trials import Evidence, differ, trial, undecided
+from rayproof.reports.diagnosis.stage_by_stage import Shared, shares
+from rayproof.reports.diagnosis.trials import Continued, Evidence, differ, trial, undecided
 from rayproof.reports.results.case_records import CaseRecord, RepeatedRecord, by_references
 from rayproof.reports.results.files import at_worst
 from rayproof.reports.results.float_codec import inflated
@@ -220,6 +221,20 @@ def diagnose(folder: Path, results: RunRecord, *, seconds: float) -> list[CauseR
         causes = [of_images_that_change(*changing, [one.case for one in failing], of=failed)]
     narrow(results, evidence, configuration, causes, seconds=max(FOR_BLAME, seconds - clock.spent))
     return causes
+
+
+def shared_by_mistakes(folder: Path, results: RunRecord, names: Collection[str], *, seconds: float) -> list[Shared]:
+    """Return the mistakes that explain some of the named failing cases at some stage, of a renderer that writes all."""
+    renderer, configuration = _worst(results)
+    if renderer is None:
+        return []
+    oracle, failing = Analytic(), []
+    for case in results["cases"]:
+        one = _evidence(folder, case, renderer, configuration, oracle) if case["name"] in names else None
+        if one is not None and (continued := Continued(evidence=one)).usable:
+            failing.append(continued)
+    modes = sorted({case.evidence.scene.shading for case in failing})
+    return list(shares(failing, modes, seconds=seconds))
 
 
 def _changing(results: RunRecord, configuration: str) -> tuple[RepeatedRecord, str] | None:
