@@ -20,7 +20,7 @@ from rayproof.cases.rounding import UNIT_ROUNDOFF
 from rayproof.cases.scene import Camera, Mesh, Scene, Triangle
 from rayproof.cases.stages import Resolution, Stage
 from rayproof.reports.judge.conditioning import ABSOLUTE, basis_condition, image_reach
-from rayproof.reports.judge.measurement import jsonable, shortened
+from rayproof.reports.judge.measurement import Examined, jsonable, shortened
 from rayproof.reports.results.case_records import BY_LAWS, CaseRecord, CheckRecord, LawRecord
 from rayproof.reports.results.outcomes import Outcome, worst
 
@@ -316,7 +316,7 @@ def _check(reports: Sequence[LawReport], stage: Stage) -> CheckRecord | None:
         "ratio": 0.0,
         "end_to_end": None,
         "continued": None,
-        "examined": None,
+        "examined": _examined([relation for _, relation in judged]).as_json(),
         "because": BECAUSE,
     }
     if chosen is not None:  # its pixel is one of a changed scene, and stands in the reason alone
@@ -329,9 +329,14 @@ def _check(reports: Sequence[LawReport], stage: Stage) -> CheckRecord | None:
             "interior": chosen.examined - chosen.excused,
             "over_inside": chosen.outside,
             "edge": chosen.excused,
-            "differ_at_edge": chosen.excused,
         }
     return check
+
+
+def _examined(judged: Sequence[Judged]) -> Examined:
+    """Return what became of the pixels of relations: within the limit, a neighbour's value at an edge, or wrong."""
+    pixels, side, wrong = (sum(getattr(each, name) for each in judged) for name in ("examined", "excused", "outside"))
+    return Examined(pixels=pixels, strict=pixels - side - wrong, side=side, wrong=wrong)
 
 
 def _sentence(law: str, one: Judged) -> str:

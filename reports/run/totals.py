@@ -12,7 +12,7 @@ from rayproof.cases.case import ITEMS
 from rayproof.cases.stages import IMAGE_STAGES, Stage
 from rayproof.reports.judge.known_defects import known_findings
 from rayproof.reports.judge.measurement import Examined
-from rayproof.reports.results.case_records import CaseRecord, CheckRecord, Number, by_references
+from rayproof.reports.results.case_records import BY_LAWS, CaseRecord, CheckRecord, Number, by_references
 from rayproof.reports.results.files import at_worst, legible
 from rayproof.reports.results.images import keeps_images
 from rayproof.reports.results.outcomes import MEASURED, Outcome, concerning, ledger, worst
@@ -106,7 +106,8 @@ class Totals:
             outcome = Outcome(check["verdict"])
             self.checks[outcome] += 1
             for ledger_of in (self._examined, *([self._passing] if outcome is Outcome.PASS else [])):
-                for name, count in (check.get("examined") or {}).items():
+                # Laws look at images of other scenes.
+                for name, count in ((check["reference"] != BY_LAWS and check.get("examined")) or {}).items():
                     ledger_of[name] += count
             if (finding := check.get("finding")) and len(met := self._met.setdefault(finding, [])) < LISTED:
                 met.append(_name(record, check))
@@ -202,7 +203,7 @@ class Answered:
     def add(self, record: CaseRecord) -> None:
         """Take up another case. A stage is answered if a check of it measured something, or none of them lacks it."""
         outcomes: dict[tuple[str, str], list[Outcome]] = {}
-        for check in record["checks"]:
+        for check in by_references(record):
             outcomes.setdefault((check["configuration"], check["stage"]), []).append(Outcome(check["verdict"]))
         there: dict[bool, set[str]] = {True: set(), False: set()}
         done, planned = self._families.get(record["family"], (0, 0))
@@ -283,7 +284,7 @@ class Limits:
 
     def add(self, record: CaseRecord) -> None:
         """Take up another case."""
-        for check in record["checks"]:
+        for check in by_references(record):
             # Integers are equal or not: their limit is 0 and cannot be slack.
             if check["stage"] in (Stage.OBJECT, Stage.VISIBILITY) or Outcome(check["verdict"]) not in MEASURED:
                 continue

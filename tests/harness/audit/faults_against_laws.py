@@ -1,6 +1,6 @@
 """The tracer's planted faults before the laws: which law kills each, from the image alone and from all stages.
 
-A law asks nobody but the spoilt tracer itself. Each fault meets the default choice of law and case, in its order, until
+A law asks nobody but the spoilt tracer itself. Each fault meets the usual choice of law and case, in its order, until
 its image breaks a law. Whether a survivor changes an image at all is found out beside the right tracer.
 """
 

@@ -127,6 +127,7 @@ def test_the_worst_law_of_a_stage_makes_its_check_and_blames_what_all_broken_one
         ["LIT-1"],
         "LIT-1",
     )
+    assert [check["examined"]["wrong"] for check in record["checks"]] == [0, 4]  # a gate holds a law to them
     assert "light_caged" in record["reason"]
     assert "light_hidden" in record["reason"]
     assert [row["verdict"] for row in record["laws"]] == ["pass", "fail", "fail", "error", "unsupported", "undecided"]
