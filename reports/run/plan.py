@@ -72,15 +72,20 @@ ASKED_AGAIN = 20  # cases of a program that stays alive, once all are answered
 
 
 def with_some_twice(planned: Sequence[PlannedCase], subject: Subject = THE_TRACER) -> Sequence[PlannedCase]:
-    """Return a plan of which one early case, small and lit, is rendered twice.
+    """Return a plan of which one early case, small and lit, is rendered twice, among those that the subject can draw.
 
     Of a program the smallest early case where none is small. Of a program that stays alive, which may carry something
     from one scene to the next, as many as `ASKED_AGAIN` all over the plan.
     """
+    places: Sequence[int] = range(len(planned))
+    if subject.is_program and not isinstance(planned, PlannedScenes):  # a stream is not read for it
+        able = subject.capabilities
+        places = [place for place in places if able.refusal(planned[place].case.scene) is None]
     if subject.stays:
-        count = min(ASKED_AGAIN, len(planned))
-        return _with_twice(planned, {(2 * number + 1) * len(planned) // (2 * count) for number in range(count)})
-    firsts = [(place, planned[place]) for place in range(min(LOOKED_AT, len(planned)))]
+        count = min(ASKED_AGAIN, len(places))
+        chosen = [places[(2 * number + 1) * len(places) // (2 * count)] for number in range(count)]
+        return _with_twice(planned, chosen)
+    firsts = [(place, planned[place]) for place in places[:LOOKED_AT]]
     small = [(place, one) for place, one in firsts if one.case.samples == 1 and _pixels(one) <= MOST_TWICE]
     lit = [(place, one) for place, one in small if one.case.scene.lights]
     if not small and subject.is_program:

@@ -54,6 +54,16 @@ def test_of_a_program_that_stays_alive_twenty_cases_all_over_the_plan_are_asked_
     assert {after - before for before, after in pairwise(places)} <= {count // twice, count // twice + 1}
 
 
+@pytest.mark.parametrize(("name", "twice"), [(PROGRAM, 1), (SERVED, 7)])
+def test_what_a_program_says_that_it_cannot_draw_is_not_asked_twice(name: str, twice: int) -> None:
+    (cube,), (sphere,) = (plan(select([f"primitives/{shape}"]), ("float32",)) for shape in ("cube", "sphere"))
+    subject = Subject(name=name, title="mine", capabilities=Capabilities(shapes=("sphere",)))
+
+    planned = with_some_twice((cube,) * 40 + (sphere,) * 7, subject)
+
+    assert [one.case.name for one in planned if one.twice] == ["primitives/sphere"] * twice
+
+
 def test_every_case_runs_the_default_in_both_precisions():
     assert all(one.configurations[:2] == ("float32", "float64") for one in plan(all_cases(), ()))
 
