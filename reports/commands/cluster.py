@@ -31,25 +31,26 @@ def scheduler_at(address: str | None, tls: Path | None) -> "Place | None":
 
     if find_spec("distributed") is None:
         raise UsageError("--scheduler needs Dask distributed, which is not installed: ./rayproof install dask")
-    from rayproof.reports.run.engine.cluster import Credentials, Place, checked
+    from rayproof.reports.run.engine.cluster import Place, checked
 
     with told_in_one_line():
-        return checked(Place(address=address, credentials=None if tls is None else Credentials(folder=tls)))
+        return checked(Place(address=address, tls=tls))
 
 
 @contextmanager
 def engaged(
     place: "Place", request: "RunOptions", references: tuple[str, ...], *, jobs: int | None
 ) -> Iterator["Dispatch"]:
-    """Yield a cluster's workers that may have the request's cases; they end what they do for it with the block.
+    """Yield what hands out the request's cases to a cluster's workers, which end what they do for it with the block.
 
     Raises:
-        UsageError: the cluster cannot be used, or has no such worker.
+        UsageError: the cluster cannot be used, or has no worker.
 
     """
     from rayproof.reports.run.case import Terms
-    from rayproof.reports.run.engine.batch import Limits
-    from rayproof.reports.run.engine.dispatch import dispatch
+    from rayproof.reports.run.engine.cluster import reached
+    from rayproof.reports.run.engine.dispatch import Dispatch
+    from rayproof.reports.run.engine.machine import Batch
     from rayproof.reports.run.options import demands
 
     with ExitStack() as stack:
@@ -61,8 +62,9 @@ def engaged(
                 patient=request.patient,
                 sources=_sources(request.configurations),
             )
-            limits = Limits(timeout=request.timeout, jobs=jobs, memory=request.worker_memory)
-            workers = stack.enter_context(dispatch(place, terms, limits, tell=_tell))
+            batch = Batch(terms=terms, timeout=request.timeout, jobs=jobs, memory=request.worker_memory)
+            workers = Dispatch(stack.enter_context(reached(place)), batch, tell=_tell)
+            stack.callback(workers.close)
         yield workers
 
 

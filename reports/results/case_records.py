@@ -300,7 +300,6 @@ class CaseFacts(TypedDict, total=False):
     versions: dict[str, str]
     remembered: bool
     worker: str
-    attempts: Count
     key: str
     seconds: Seconds
     judge_seconds: Seconds

@@ -197,18 +197,8 @@ class GateRecord(TypedDict):
     uncovered: NotRequired[list[str]]
 
 
-class WorkerRecord(TypedDict):
-    """A worker of a cluster that had work, or might have had."""
-
-    id: str
-    processor: str
-    jobs: Count
-    cases: Count
-    lost: Count
-
-
 class RefusedRecord(TypedDict):
-    """A worker that got no work, or no more."""
+    """A worker that refused work, or could not do it."""
 
     id: str
     why: str
@@ -219,10 +209,6 @@ class EngineRecord(TypedDict):
 
     name: str
     version: str
-    workers: list[WorkerRecord]
-    batches: Count
-    resent: Count
-    split: Count
     refused: list[RefusedRecord]
 
 

@@ -243,13 +243,13 @@ def render_and_judge(
                     progress.working(under_way.asked_again, workers.busy)
                     under_way.step()
             else:
-                workers.put_through(
-                    pending,
-                    folder=request.out,
-                    finished=recording.finished,
-                    enough=lambda: calls.hopeless is not None,
-                    glance=lambda: progress.working(workers.under_way, workers.busy),
-                )
+                for finished in workers.records(pending, request.out):
+                    if finished is None:
+                        progress.working((), workers.busy)
+                    else:
+                        recording.finished(*finished)
+                    if calls.hopeless is not None:
+                        break
                 gone = workers.gone
         except KeyboardInterrupt:
             interrupted = True

@@ -1,176 +1,205 @@
-"""What a worker of a cluster does: it keeps a pool of processes, puts batches of cases through it, and returns bytes.
+"""What a worker of a cluster does: it puts batches of cases through a pool of processes, and returns bytes.
 
-The processes are those of a run on one machine, started by `subprocess`: a worker of the engine's is daemonic, and
-`multiprocessing` starts nothing below such a process. They stay across the batches of a run, since imported
-renderers, their kernels and their caches are theirs, and end when the run does, or when nothing has come for a while.
+A record must not depend on the machine that made it, so that a worker refuses where anything differs from the calling
+machine. Batches carry scenes, answers carry files: no disk is shared. The processes, with renderers that are imported
+and kernels that are compiled, stay across the batches of a run.
 """
 
-import contextlib
+import json
 import multiprocessing
 import os
+import pickle
+import platform
 import threading
 import time
-from collections.abc import Iterable, Iterator
-from dataclasses import replace
+import zlib
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from importlib.metadata import version
 from multiprocessing.util import Finalize
-from pathlib import PurePath
+from pathlib import Path, PurePath
+from tempfile import TemporaryDirectory
 
 from rayproof.reports.processes.scratch import Scratch, sweep
 from rayproof.reports.processes.signals import end_with_parent
 from rayproof.reports.results.case_records import CaseRecord
 from rayproof.reports.run.cache_store import usual_store
-from rayproof.reports.run.case import CasesUnderWay, Source, Terms
-from rayproof.reports.run.engine.batch import Answer, Batch, Finished, packed, write
-from rayproof.reports.run.engine.facts import Facts, facts
+from rayproof.reports.run.case import CasesUnderWay, Terms
 from rayproof.reports.run.plan import PlannedCase
+from rayproof.reports.run.reference_cache import PACKAGES, code, processor
+from rayproof.reports.run.scenes import place_of
+from rayproof.reports.run.verdict_memory import version as reference_version
 from rayproof.reports.run.workers import RELIEF, sleeping, workers
-from rayproof.tracer.kernel.compiler import choose_packaged_llvm
+from rayproof.reports.subjects.choosing import identity
+from rayproof.tracer.kernel.compiler import VARIABLE, choose_packaged_llvm, packaged_library
 
-IDLE = 60.0  # s without a batch after which the processes end: who sent the last one may be gone
-# What the engine sets in its workers' environment, and a run on one machine has not: how many threads a library has.
-OF_THE_ENGINE = "distributed.nanny.pre-spawn-environ"
-
-
-class StoppedError(RuntimeError):
-    """The run was stopped while a batch of it was under way."""
+IDLE = 60.0  # s without a batch after which the processes end: the run that sent the last one may be gone
+GLANCE = 1.0  # s between looks at whether they are to end
+Cases = tuple[PlannedCase, ...]
+Finished = tuple[bytes, Mapping[str, bytes]]  # a case's record as deflated JSON, and its files by their places
 
 
-class Machine:
-    """The pool of one run on this machine."""
+@dataclass(frozen=True, kw_only=True)
+class Batch:
+    """Whole cases for one worker, and what its processes may take for them."""
 
-    def __init__(self, batch: Batch) -> None:
+    terms: Terms
+    timeout: float  # s, for one render or one judgement
+    memory: float = float("inf")  # bytes of a process
+    jobs: int | None = None  # processes at once; None: as many as that machine has processors
+    cases: Cases = ()
+
+
+@dataclass(frozen=True, kw_only=True)
+class Answer:
+    """What a worker found of a batch, by the cases' names, or why it refused it."""
+
+    worker: str  # its address
+    finished: Mapping[str, Finished] = field(default_factory=dict)
+    seconds: float = 0.0  # that it took
+    refused: str = ""
+
+
+def packed(name: str, record: CaseRecord, folder: Path) -> Finished:
+    """Return a case's record with the files that it has below `folder`."""
+    place = place_of(name)
+    paths = [folder / f"scenes/{place}.json", folder / f"images/{place}.js"]
+    paths += [path for root in ("images", "calls") for path in sorted((folder / root / place).rglob("*"))]
+    files = {path.relative_to(folder).as_posix(): path.read_bytes() for path in paths if path.is_file()}
+    return zlib.compress(json.dumps(record).encode()), files
+
+
+def unpacked(finished: Finished, folder: Path) -> CaseRecord:
+    """Return a case's record, once its files are written below a results folder."""
+    write(finished[1], folder)
+    record: CaseRecord = json.loads(zlib.decompress(finished[0]))
+    return record
+
+
+def write(files: Mapping[str, bytes], folder: Path) -> None:
+    """Write files below a folder; raise OSError where that cannot be done."""
+    for name, data in files.items():
+        (folder / name).parent.mkdir(parents=True, exist_ok=True)
+        (folder / name).write_bytes(data)
+
+
+def facts(terms: Terms) -> dict[str, str]:
+    """Return everything of this machine on which the records of a run on these terms depend."""
+    architecture, model, features = processor()
+    library, packaged = os.environ.get(VARIABLE, ""), packaged_library()
+    usual = packaged is not None and library in ("", str(packaged))  # it lies elsewhere on every machine
+    found = {"rayproof's code": code(tracer=True), "Python": platform.python_version()}
+    found |= {package: version(package) for package in PACKAGES}
+    found |= {"architecture": architecture, "processor": model, "processor features": features}
+    found["LLVM"] = version("karellen-llvm-core") if usual else library
+    found["RAYPROOF_BACKEND"] = os.environ.get("RAYPROOF_BACKEND", "")
+    found["program under test"] = " ".join(identity(terms.subject)) if terms.subject.is_program else ""
+    return found | {f"reference {name}": reference_version(name) for name in terms.demands.references}
+
+
+def difference(caller: Mapping[str, str], here: Mapping[str, str]) -> str:
+    """Return in words the first fact of a worker `here` that the caller has not; nothing if there is none."""
+    for name, value in here.items():
+        if value != caller.get(name):
+            words, wanted = set(value.split()), set(caller.get(name, "").split())
+            there, ours = (" ".join(sorted(more))[:80] or "no more" for more in (words - wanted, wanted - words))
+            return f"{name}: {there} there, {ours} here"
+    return ""
+
+
+class _Machine:
+    """The processes of one run on this machine."""
+
+    def __init__(self, run: str, batch: Batch) -> None:
+        import dask.config
+
+        _end()
         choose_packaged_llvm()
-        _as_on_one_machine()
-        self._scratch = Scratch()
-        self.run, self._terms = batch.run, replace(batch.terms, copies=tuple(self._copies(batch.terms.sources)))
-        sweep(self._scratch.folder.parent)
-        subject, jobs = batch.terms.subject, batch.limits.jobs or processors()
-        self._pool = workers(subject, jobs=jobs, timeout=batch.limits.timeout, folder=self._scratch.folder)
-        self._pool.memory = batch.limits.memory
-        self._pool.sleeping, self._pool.relief = sleeping(), RELIEF
+        # Dask sets how many threads libraries have; renderers are to find what they find without it.
+        for name, value in dict(dask.config.get("distributed.nanny.pre-spawn-environ", {})).items():
+            if os.environ.get(str(name)) == str(value):
+                del os.environ[str(name)]
+        self.scratch, self.run, self.last = Scratch(), run, time.monotonic()
+        folder = self.scratch.folder
+        sweep(folder.parent)
+        copies = []
+        for number, source in enumerate(batch.terms.sources):  # the user's own formulas, each in a folder of its own
+            write(source.files, folder / f"formula-{number}")
+            copies.append((source.path, str(folder / f"formula-{number}" / PurePath(source.path).name)))
+        self._terms = replace(batch.terms, copies=tuple(copies))
+        allowed = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+        self.pool = workers(batch.terms.subject, jobs=batch.jobs or allowed, timeout=batch.timeout, folder=folder)
+        self.pool.memory, self.pool.sleeping, self.pool.relief = batch.memory, sleeping(), RELIEF
         self._store = usual_store() if batch.terms.cached else None
+        if (nanny := multiprocessing.parent_process()) is not None and nanny.pid is not None:
+            end_with_parent(nanny.pid)  # Dask has a thread watch it, which does not run where a worker is stopped
+        Finalize(None, _end, exitpriority=10)
+        threading.Thread(target=_watch, args=(self,), daemon=True).start()
+        _KEPT[run] = self
 
-    def _copies(self, sources: Iterable[Source]) -> Iterator[tuple[str, str]]:
-        """Write the user's own formulas, each in a folder of its own; yield their paths and where they lie now."""
-        for number, source in enumerate(sources):
-            folder = self._scratch.folder / f"formula-{number}"
-            write(source.files, folder)
-            yield source.path, str(folder / PurePath(source.path).name)
+    def finished(self, batch: Batch) -> dict[str, Finished]:
+        """Return the cases of a batch by their names; raise RuntimeError if the run was stopped meanwhile."""
+        done: dict[str, Finished] = {}
+        waiting = [*reversed(batch.cases)]
+        with TemporaryDirectory(dir=self.scratch.folder) as name:
 
-    def answer(self, batch: Batch, stopped: threading.Event) -> Answer:
-        """Return what was found of a batch.
+            def finished(planned: PlannedCase, record: CaseRecord) -> None:
+                done[planned.case.name] = packed(planned.case.name, record, Path(name))
 
-        Raises:
-            StoppedError: the run was stopped meanwhile.
-            OSError: nothing could be written here.
-
-        """
-        start, done = time.perf_counter(), []
-        with contextlib.ExitStack() as stack:
-            scratch = Scratch(self._scratch.folder)
-            stack.callback(scratch.remove)
-
-            def finished(one: PlannedCase, record: CaseRecord) -> None:
-                done.append(packed(one.case.name, record, scratch.folder))
-
-            under_way = CasesUnderWay(
-                self._terms, self._pool, folder=scratch.folder, store=self._store, finished=finished, amended=finished
-            )
-            waiting = iter(batch.cases)
-            while len(done) < len(batch.cases):
-                if stopped.is_set():
-                    raise StoppedError
-                while under_way.has_room and (one := next(waiting, None)) is not None:
-                    under_way.start(one)
+            about = {"folder": Path(name), "store": self._store, "finished": finished, "amended": finished}
+            under_way = CasesUnderWay(self._terms, self.pool, **about)
+            while len(done) < len(batch.cases) or under_way.asked_again:
+                if self.run in _STOPPED:
+                    raise RuntimeError("the run is over")
+                while waiting and under_way.has_room:
+                    under_way.start(waiting.pop())
                 under_way.step()
-            under_way.ask_again()
-            while under_way.asked_again and not stopped.is_set():
-                under_way.step()
-        answers: tuple[Finished, ...] = tuple(done)
-        return Answer(finished=answers, seconds=time.perf_counter() - start)
-
-    def close(self) -> None:
-        """End the processes and remove what they left."""
-        self._pool.close()
-        self._scratch.remove()
+                if len(done) == len(batch.cases):
+                    under_way.ask_again()
+        self.last = time.monotonic()
+        return done
 
 
-class _Kept:
-    """The machine that this process keeps, if it has one."""
-
-    def __init__(self) -> None:
-        self.lock = threading.Lock()  # one batch at a time, however many threads a worker has
-        self._closing = threading.Lock()  # the run may be over while this process ends
-        self.machine: Machine | None = None
-        self.timer: threading.Timer | None = None
-        self.stopped: dict[str, threading.Event] = {}  # by run
-
-    def close(self) -> None:
-        with self._closing:
-            if self.machine is not None:
-                self.machine.close()
-                self.machine = None
-
-    def idle(self) -> None:
-        with self.lock:
-            self.close()
+_STOPPED: set[str] = set()  # runs that are over
+_KEPT: dict[str, _Machine] = {}  # by run; one at most
+_LOCK = threading.Lock()  # one batch at a time, however many threads a worker has
 
 
-_KEPT = _Kept()
+def work(run: str, caller: Mapping[str, str], pickled: bytes) -> Answer:
+    """Do a batch of a run if the facts here are the caller's: Dask's task. Other code may be unable to unpickle it."""
+    from distributed import get_worker
 
-
-def work(batch: Batch) -> Answer:
-    """Put a batch of cases to the test on this machine: what a task of the engine's does."""
-    with _KEPT.lock:
-        if _KEPT.timer is not None:
-            _KEPT.timer.cancel()
-        stopped = _KEPT.stopped.setdefault(batch.run, threading.Event())
-        if stopped.is_set():
-            raise StoppedError
-        if _KEPT.machine is None or _KEPT.machine.run != batch.run:
-            _KEPT.close()
-            _KEPT.machine = Machine(batch)
-            Finalize(None, _KEPT.close, exitpriority=10)
+    start, answer = time.perf_counter(), Answer(worker=get_worker().address)
+    with _LOCK:
         try:
-            return _KEPT.machine.answer(batch, stopped)
-        except BaseException:
-            _KEPT.close()  # whatever it was doing is nobody's any more
-            raise
-        finally:
-            _KEPT.timer = threading.Timer(IDLE, _KEPT.idle)
-            _KEPT.timer.daemon = True
-            _KEPT.timer.start()
+            batch: Batch = pickle.loads(pickled)
+            if run not in _KEPT and (refused := difference(caller, facts(batch.terms))):
+                return replace(answer, refused=refused)
+            finished = (_KEPT.get(run) or _Machine(run, batch)).finished(batch)
+        except Exception as error:  # a renderer's failure is an answer: this machine cannot work
+            _end()
+            return replace(answer, refused=" ".join(f"{type(error).__name__}: {error}".split()))
+    return replace(answer, finished=finished, seconds=time.perf_counter() - start)
+
+
+def _watch(machine: _Machine) -> None:
+    """End a run's processes once it is over, or once nothing has come for a while."""
+    over = False
+    while not over:
+        time.sleep(GLANCE)
+        with _LOCK:
+            over = machine.run in _STOPPED or time.monotonic() - machine.last > IDLE
+            if over and machine in _KEPT.values():
+                _end()
+
+
+def _end() -> None:
+    while _KEPT:
+        _, machine = _KEPT.popitem()
+        machine.pool.close()
+        machine.scratch.remove()
 
 
 def stop(run: str) -> None:
-    """End what this machine does for a run, now or once it looks: the run is over."""
-    _KEPT.stopped.setdefault(run, threading.Event()).set()
-    threading.Thread(target=_KEPT.idle, daemon=True).start()  # which waits for a batch that is under way
-
-
-def tell(terms: Terms) -> tuple[Facts, int]:
-    """Return what this machine is, and how many processors it has.
-
-    From then on a worker below a nanny ends with it even where it is stopped, and its processes with the worker: the
-    engine has a thread watch the nanny, which does not run then.
-    """
-    nanny = multiprocessing.parent_process()
-    if nanny is not None and nanny.pid is not None:
-        end_with_parent(nanny.pid)
-    return facts(terms), processors()
-
-
-def processors() -> int:
-    """Return how many processors this process may use."""
-    if hasattr(os, "sched_getaffinity"):
-        return len(os.sched_getaffinity(0))
-    return os.cpu_count() or 1
-
-
-def _as_on_one_machine() -> None:
-    """Take out of the environment what the engine put there, so that renderers find what they find without it."""
-    import dask.config
-
-    for name, value in dict(dask.config.get(OF_THE_ENGINE, {})).items():
-        if os.environ.get(str(name)) == str(value):
-            del os.environ[str(name)]
+    """Have this machine end what it does for a run, which is over."""
+    _STOPPED.add(run)

@@ -11,11 +11,12 @@ import time
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 import psutil
 
 from rayproof.reports.processes.signals import end_below
-from rayproof.reports.run.engine.cluster import LOCAL, written_credentials
+from rayproof.reports.run.engine.cluster import FILES, LIFETIME, LOCAL
 
 STARTING = 60.0  # s within which a scheduler says where it is
 PARTING = 10.0  # s that a process has to end once it is told to
@@ -25,18 +26,23 @@ class Engine:
     """A scheduler and workers, as processes; `words` are the options of a run that uses them."""
 
     def __init__(self, folder: Path, environment: Mapping[str, str], workers: int) -> None:
+        from distributed import Security
+
         folder.mkdir()
-        self._environment = {**environment, "DASK_TEMPORARY_DIRECTORY": str(folder)}
-        files = written_credentials(folder)
-        self._tls = ("--tls-ca-file", files.authority, "--tls-cert", files.certificate, "--tls-key", files.key)
+        lifetime = {"DASK_DISTRIBUTED__SCHEDULER__WORKER_TTL": f"{LIFETIME}s"}
+        self._environment = {**environment, **lifetime, "DASK_TEMPORARY_DIRECTORY": str(folder)}
+        made: Any = Security.temporary()
+        authority, certificate, key = (folder / name for name in FILES)
+        authority.write_text(made.tls_ca_file)
+        certificate.write_text(made.tls_client_cert)
+        key.write_text(made.tls_client_key)
+        self._tls = ("--tls-ca-file", authority, "--tls-cert", certificate, "--tls-key", key)
         where = folder / "where.json"
         about = ("--host", "127.0.0.1", "--port", "0", "--dashboard-address", "127.0.0.1:0", "--scheduler-file", where)
         self._scheduler = self._started("scheduler", *about)
         self._address = self._told(where)
         self._workers = [self._worker() for _ in range(workers)]
-        self.words = (
-            "--scheduler", self._address, "--tls", str(files.folder),
-        )  # fmt: skip
+        self.words = ("--scheduler", self._address, "--tls", str(folder))
 
     @property
     def pids(self) -> list[int]:

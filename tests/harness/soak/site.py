@@ -20,7 +20,7 @@ from rayproof.reports.results.case_records import CaseRecord
 from rayproof.reports.results.compact import expand
 from rayproof.reports.results.records import RunRecord
 from rayproof.reports.run import cache_store
-from rayproof.reports.run.engine.vetting import LIFETIME
+from rayproof.reports.run.engine.cluster import LIFETIME
 from tests.benchmarks.growth.scenes import small_scenes
 from tests.harness.soak.disturbing import ENGINE_WORKER, Signal
 from tests.harness.soak.engine import made_by_the_run

@@ -12,7 +12,7 @@ from pathlib import Path
 import psutil
 import pytest
 
-from rayproof.reports.run.engine.vetting import LIFETIME
+from rayproof.reports.run.engine.cluster import LIFETIME
 from tests.command_line import Command
 from tests.harness.soak.__main__ import document, soak
 from tests.harness.soak.disturbing import MEMORY, PAUSE, STOP, Signal, _kind, chosen, hit, processes

@@ -10,7 +10,7 @@ from rayproof.cases.families import select
 from rayproof.cases.stages import Stage
 from rayproof.reports.processes.worker import Reply
 from rayproof.reports.run import suite
-from rayproof.reports.run.engine.batch import write
+from rayproof.reports.run.engine.machine import write
 from rayproof.reports.run.messages import TracerTask
 from rayproof.reports.run.options import RunOptions, demands
 from rayproof.reports.run.tracer_task import trace

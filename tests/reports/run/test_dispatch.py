@@ -1,35 +1,34 @@
-"""What becomes of the cases of a cluster's workers that die, hang, raise or answer late; a cluster is played here."""
+"""What becomes of the cases whose workers die, refuse or lose their answers; Dask's client is played here."""
 
 from collections import deque
 from collections.abc import Callable
+from concurrent.futures import CancelledError
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
 
 from rayproof.cases.families import select
+from rayproof.reports.results.case_records import CaseRecord
 from rayproof.reports.run.case import Terms
 from rayproof.reports.run.engine import dispatch as module
-from rayproof.reports.run.engine import machine, vetting
-from rayproof.reports.run.engine.batch import Answer, Batch, Limits, packed
-from rayproof.reports.run.engine.cluster import ClusterError, Event, WorkerState
 from rayproof.reports.run.engine.dispatch import Dispatch
-from rayproof.reports.run.engine.facts import Facts
-from rayproof.reports.run.engine.vetting import Vetting
+from rayproof.reports.run.engine.machine import Answer, Batch, packed
 from rayproof.reports.run.options import EVERY_CASE, Demands
 from rayproof.reports.run.plan import PlannedCase
 from rayproof.reports.subjects import THE_TRACER
 
+distributed = pytest.importorskip("distributed")
+
 CASE = select(["primitives/sphere"])[0]
 DEMANDS = Demands(subject="tracer", identity=(), references=("analytic",), require=(), images=EVERY_CASE, own=())
 TERMS = Terms(demands=DEMANDS, subject=THE_TRACER, cached=False, patient=False)
-LIMITS = Limits(timeout=60.0, jobs=1)
-RECORD: dict[str, Any] = {
+RECORD: Any = {
     "name": "played/0", "family": "played", "verdict": "pass", "renders": [], "planned": 0, "checks": [], "ran": {},
     "covers": [],
 }  # fmt: skip
-FACTS = Facts(told={"Python": "3"}, model="any")
 
 
 def planned(number: int) -> PlannedCase:
@@ -37,157 +36,162 @@ def planned(number: int) -> PlannedCase:
 
 
 class Played:
-    """A cluster of workers who do what `behaviour` says of a batch: answer, die, raise or say nothing."""
+    """Dask's client, future and scheduler in one: whoever asks which workers there are has the next task done.
 
-    version, alive = "played", True
+    `does` gets the names of a batch's cases and its worker, and returns an answer or raises as Dask would.
+    """
 
-    def __init__(self, folder: Path, count: int, behaviour: Callable[[Batch], str]) -> None:
-        self._folder, self._behaviour = folder, behaviour
-        self._born = 0
-        self.there: dict[str, WorkerState] = {}
-        self.events: deque[Event] = deque()
-        self._queues: dict[str, deque[tuple[str, Batch]]] = {}
-        self.late: list[Event] = []
-        self.forgotten: set[str] = set()
-        self.most_waiting = 0
-        for _ in range(count):
-            self.born()
+    status, most = "running", 0
 
-    def born(self) -> None:
-        self._born += 1
-        self.there[f"tls://played:{self._born}"] = WorkerState(name=str(self._born), host="played", last_seen=0.0)
+    def __init__(self, workers: list[str], does: Callable[[list[str], str], Answer | str]) -> None:
+        self.workers, self._does = workers, does
+        self.waiting: deque[Any] = deque()
+        self.scheduler = SimpleNamespace(ncores=None)
 
-    def send(self, task: str, function: Any, *arguments: Any, worker: str) -> None:
-        if function is machine.tell:
-            self.events.append(Event(task=task, value=(FACTS, 1)))
-            return
-        if worker in self.there:  # of others nobody ever hears again
-            self._queues.setdefault(worker, deque()).append((task, arguments[0]))
-            self.most_waiting = max(self.most_waiting, len(self._queues[worker]))
+    def submit(self, function: Any, run: str, facts: Any, pickled: bytes, *, workers: Any, **_: Any) -> Any:
+        names = [one.case.name for one in module.pickle.loads(pickled).cases]
+        future = SimpleNamespace(key=object(), names=names, workers=workers, status="pending", calls=[])
+        future.add_done_callback = future.calls.append
+        self.waiting.append(future)
+        self.most = max(self.most, len(self.waiting))
+        return future
 
-    def forget(self, task: str) -> None:
-        self.forgotten.add(task)
-        for queue in self._queues.values():
-            for one in [one for one in queue if one[0] == task]:
-                queue.remove(one)
+    def cancel(self, futures: list[Any], *, force: bool) -> None:
+        for future in futures:
+            self.waiting.remove(future)
 
-    def tell_all(self, function: Any, *arguments: Any) -> None:
-        assert function is machine.stop
+    def run(self, function: Any, run: str, **_: Any) -> None:
+        assert function is module.stop
 
-    def next(self, seconds: float) -> Event | None:
-        if self.events:
-            return self.events.popleft()
-        for address, queue in list(self._queues.items()):
-            if not queue or address not in self.there:
-                continue
-            task, batch = queue.popleft()
-            does = self._behaviour(batch)
-            if does == "die":
-                # Whatever waited there is lost with it, and another one comes in its place.
-                del self.there[address], self._queues[address]
-                self.born()
-            elif does == "raise":
-                return Event(task=task, error=OSError(28, "No space left on device"))
-            else:
-                answer = Event(task=task, value=Answer(finished=tuple(map(self._case, batch.cases)), seconds=1.0))
-                if does == "answer":
-                    return answer
-                self.late.append(answer)
-        return Event(task="", value=dict(self.there))
-
-    def _case(self, one: PlannedCase) -> Any:
-        record = {**RECORD, "name": one.case.name}
-        return packed(one.case.name, record, self._folder)
+    def sync(self, function: Any, *, callback_timeout: float) -> dict[str, int]:
+        chosen = ((one, worker) for one in self.waiting for worker in self.workers if worker in (one.workers or worker))
+        for future, worker in [*chosen][:1]:
+            self.waiting.remove(future)
+            try:
+                value = self._does(future.names, worker)
+                answers = {name: packed(name, {**RECORD, "name": name}, Path("/nowhere")) for name in future.names}
+                answer = Answer(worker=worker, finished=answers, seconds=0.1 * len(answers))
+                value = replace(answer, refused=value) if isinstance(value, str) else value
+                future.result, future.status = lambda timeout, value=value: value, "finished"
+            except Exception as error:
+                future.status = "cancelled" if isinstance(error, CancelledError) else "error"
+                future.result = lambda timeout, error=error: (_ for _ in ()).throw(error)
+            for call in future.calls:
+                call(future)
+        return dict.fromkeys(self.workers, 1)
 
 
-def put_through(cluster: Played, cases: list[PlannedCase], folder: Path) -> tuple[list[dict[str, Any]], Dispatch]:
-    """Return the records in the order in which they came."""
-    vetting = Vetting(cluster, TERMS, LIMITS, tell=lambda line: None)
-    vetting.wait(5.0)
-    dispatch = Dispatch(cluster, TERMS, LIMITS, vetting, patience=0.05)
-    records: list[dict[str, Any]] = []
-    dispatch.put_through(
-        cases,
-        folder=folder,
-        finished=lambda one, record: records.append(record),
-        enough=lambda: False,
-        glance=lambda: None,
-    )
+def put_through(client: Played, count: int, folder: Path) -> tuple[list[CaseRecord], Dispatch, list[str]]:
+    """Return the records in the order in which they came, and what was told meanwhile."""
+    lines: list[str] = []
+    dispatch = Dispatch(client, Batch(terms=TERMS, timeout=60.0), tell=lines.append)
+    records = [both[1] for both in dispatch.records(map(planned, range(count)), folder) if both is not None]
     dispatch.close()
-    return records, dispatch
+    return records, dispatch, lines
 
 
 @pytest.fixture(autouse=True)
-def _as_here(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(vetting, "facts", lambda terms: FACTS)
+def _quickly(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(module, "facts", lambda terms: {"processor": "any"})
+    monkeypatch.setattr(module, "GLANCE", 0.0)
+    monkeypatch.setattr(module, "WAIT", 0.2)
 
 
-def test_who_kills_workers_is_an_error_and_no_innocent_neighbour_is(tmp_path: Path) -> None:
-    def kills(batch: Batch) -> str:
-        return "die" if any(one.case.name == "played/30" for one in batch.cases) else "answer"
+def killed(worker: str) -> Exception:
+    return distributed.KilledWorker("task", SimpleNamespace(address=worker), 1)
 
-    cluster = Played(tmp_path, 2, kills)
-    records, dispatch = put_through(cluster, [planned(number) for number in range(61)], tmp_path)
+
+def test_a_case_that_kills_workers_is_an_error_and_no_neighbour_is(tmp_path: Path) -> None:
+    beside: list[int] = []
+
+    def does(names: list[str], worker: str) -> str:
+        # Who waits beside a task that kills its worker is counted by Dask, too; here, once in three times.
+        beside.append(len(client.waiting))
+        if "played/30" in names or (client.waiting and len(beside) % 3 == 0):
+            raise killed(worker)
+        return ""
+
+    client = Played(["tls://a:1", "tls://b:1"], does)
+    records, _, _ = put_through(client, 61, tmp_path)
 
     assert sorted(record["name"] for record in records) == sorted(f"played/{number}" for number in range(61))
-    wrong = [record for record in records if record["verdict"] != "pass"]
-    assert [record["name"] for record in wrong] == ["played/30"]
-    assert wrong[0]["verdict"] == "error"
-    assert wrong[0]["reason"].count("it left the cluster") == 2
-    told = dispatch.record()
-    assert told["split"] > 0
-    assert sum(worker["cases"] for worker in told["workers"]) == 60
-    assert cluster.most_waiting <= module.WINDOW
+    (wrong,) = [record for record in records if record["verdict"] != "pass"]
+    assert (wrong["name"], wrong["verdict"], wrong["worker"]) == ("played/30", "error", "tls://a:1")
+    assert "2 workers died that had nothing else to do" in wrong["reason"]
+    assert client.most <= module.WINDOW * 2
 
 
-def test_a_late_answer_is_not_taken_twice(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(module, "LIFETIME", 0.3)
-    first: list[str] = []
+def test_a_worker_that_refuses_is_named_once_and_left_out(tmp_path: Path) -> None:
+    done: list[str] = []
 
-    def sleeps(batch: Batch) -> str:
-        first.append(batch.name)
-        return "answer" if len(first) > 2 else "say nothing"
+    def does(names: list[str], worker: str) -> str:
+        done.append(worker)
+        return "Python: 3.12 there, 3.11 here" if worker == "tls://a:1" else ""
 
-    cluster = Played(tmp_path, 1, sleeps)
-    once = cluster.next
+    records, dispatch, lines = put_through(Played(["tls://a:1", "tls://b:1"], does), 40, tmp_path)
 
-    def next_and_late(seconds: float) -> Event | None:
-        event = once(seconds)
-        if event is not None and event.task not in first and len(cluster.there) == 1 and len(first) >= 2:
-            cluster.born()  # a second worker; the first one is still listed, and silent
-        alive = list(cluster.there)[1:]
-        for address in alive:
-            cluster.there[address] = replace(cluster.there[address], last_seen=cluster.there[address].last_seen + 1)
-        given_up = [late for late in cluster.late if late.task in cluster.forgotten]
-        cluster.events.extend(given_up)
-        cluster.late = [late for late in cluster.late if late not in given_up]
-        return event
-
-    monkeypatch.setattr(cluster, "next", next_and_late)
-    records, dispatch = put_through(cluster, [planned(number) for number in range(40)], tmp_path)
-
-    assert sorted(record["name"] for record in records) == sorted(f"played/{number}" for number in range(40))
-    assert not cluster.late, "both late answers came"
-    assert dispatch.record()["workers"][0]["lost"] == 1
+    assert len({record["name"] for record in records}) == len(records) == 40
+    assert lines == ["worker tls://a:1 gets no work: Python: 3.12 there, 3.11 here"]
+    assert dispatch.record()["refused"] == [{"id": "tls://a:1", "why": "Python: 3.12 there, 3.11 here"}]
+    assert done.count("tls://a:1") <= 2 * module.WINDOW, "what was on its way before it refused"
 
 
-def test_a_worker_that_raises_gets_no_more_work_and_the_run_stops_where_none_is_left(tmp_path: Path) -> None:
-    records, dispatch = put_through(Played(tmp_path, 2, lambda batch: "raise"), [planned(0), planned(1)], tmp_path)
+def test_a_run_whose_workers_all_refuse_ends_in_one_line(tmp_path: Path) -> None:
+    records, dispatch, lines = put_through(Played(["tls://a:1"], lambda names, worker: "differs"), 3, tmp_path)
 
-    assert records == []
+    assert (records, len(lines)) == ([], 1)
+    assert dispatch.gone == "no worker may have work: tls://a:1: differs"
+
+
+def test_what_waits_for_workers_that_have_gone_is_done_by_new_ones(tmp_path: Path) -> None:
+    def does(names: list[str], worker: str) -> str:
+        if worker == "tls://b:1" and client.waiting:
+            client.workers = ["tls://a:1", "tls://c:1"]  # as a nanny starts one again, elsewhere
+        return "differs" if worker == "tls://a:1" else ""
+
+    client = Played(["tls://a:1", "tls://b:1", "tls://d:1"], does)
+    records, _, _ = put_through(client, 30, tmp_path)
+
+    assert len({record["name"] for record in records}) == len(records) == 30
+    assert {record["worker"] for record in records} == {"tls://b:1", "tls://c:1"}
+
+
+def test_a_lost_answer_is_made_again_and_an_unreadable_batch_ends_the_run(tmp_path: Path) -> None:
+    errors: list[Exception] = [CancelledError(), ModuleNotFoundError("No module named 'rayproof'")]
+
+    def does(names: list[str], worker: str) -> str:
+        if "played/0" in names and len(errors) == 2:
+            raise errors.pop(0)
+        if "played/9" in names:
+            raise errors[0]
+        return ""
+
+    records, dispatch, _ = put_through(Played(["tls://a:1"], does), 10, tmp_path)
+
+    assert "played/0" in {record["name"] for record in records}
+    assert dispatch.gone == "a worker cannot read a batch: ModuleNotFoundError: No module named 'rayproof'"
+
+
+@pytest.mark.parametrize(("gone", "why"), [("workers", "no worker is left"), ("scheduler", "the scheduler has gone")])
+def test_a_run_that_is_left_alone_ends(tmp_path: Path, gone: str, why: str) -> None:
+    def does(names: list[str], worker: str) -> str:
+        if "played/20" in names:
+            client.workers = [] if gone == "workers" else client.workers
+            client.status = "running" if gone == "workers" else "connecting"
+        return ""
+
+    client = Played(["tls://a:1"], does)
+    records, dispatch, _ = put_through(client, 40, tmp_path)
+
+    assert 0 < len(records) < 40
     assert dispatch.gone is not None
-    assert "no worker is left" in dispatch.gone
-    assert [one["why"] for one in dispatch.record()["refused"]] == ["OSError: [Errno 28] No space left on device"] * 2
+    assert why in dispatch.gone
 
 
-def test_a_worker_that_differs_is_named_with_the_first_difference(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    ours = Facts(told={"Python": "3", "processor features": "avx2 avx512f fma"}, model="any")
-    theirs = Facts(told={"Python": "3", "processor features": "avx2 fma"}, model="any")
-    monkeypatch.setattr(vetting, "facts", lambda terms: ours)
-    monkeypatch.setitem(globals(), "FACTS", theirs)
-    cluster = Played(tmp_path, 1, lambda batch: "answer")
+def test_an_error_in_writing_what_came_is_the_runs_own(tmp_path: Path) -> None:
+    (tmp_path / "scenes").write_text("no folder")
+    files = packed("played/0", RECORD, tmp_path)[0], {"scenes/played/0.json": b""}
+    answer = Answer(worker="tls://a:1", finished={"played/0": files}, seconds=1.0)
 
-    with pytest.raises(ClusterError, match=r"tls://played:1: processor features: no more there, avx512f here"):
-        Vetting(cluster, TERMS, LIMITS, tell=lambda line: None).wait(5.0)
+    with pytest.raises(OSError, match="scenes"):
+        put_through(Played(["tls://a:1"], lambda names, worker: answer), 1, tmp_path)

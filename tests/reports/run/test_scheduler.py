@@ -1,4 +1,4 @@
-"""A run on a cluster: what it finds is what a pool finds, who may not is kept out, what is lost comes again.
+"""A run on a cluster finds what a pool finds; plain text and bad input are refused; a case that kills is an error.
 
 The clusters are real: workers of this machine, and `dask scheduler` and `dask worker` as processes on loopback.
 """
@@ -27,7 +27,7 @@ from tests.reports.run.certificates import Authority
 
 CHECKOUT = Path(__file__).parents[3]
 # What differs between two runs that find the same: times, who did it, and pictures, which are drawn afterwards.
-OF_A_RUN = {"seconds", "judge_seconds", "worker", "attempts", "picture", "thumbnail", "reproduce"}
+OF_A_RUN = {"seconds", "judge_seconds", "worker", "picture", "thumbnail", "reproduce"}
 SCENE = {
     "camera": {"eye": [0, -3, 1], "target": [0, 0, 0], "up": [0, 0, 1], "fovy": 40, "width": 16, "height": 12,
                "near": 0.1, "far": 9},
@@ -91,8 +91,7 @@ def test_a_cluster_finds_what_a_pool_finds_to_the_last_byte(tmp_path: Path) -> N
     assert any(name.endswith(".exr") for name in files(tmp_path / "cluster"))
     assert str(tmp_path / "cluster" / "scenes") in next(one for one in theirs if one["family"] == "file")["reproduce"]
     engine = json.loads((tmp_path / "cluster" / "results.json").read_text())["engine"]
-    assert sum(worker["cases"] for worker in engine["workers"]) == len(theirs)
-    assert {one["worker"] for one in theirs} <= {worker["id"] for worker in engine["workers"]}
+    assert {one["worker"].partition(":")[0] for one in theirs} == {"tls"}
     assert engine["refused"] == []
 
 
@@ -110,19 +109,17 @@ class Site:
         )
         self.address = self._address()
 
-    def worker(self, before: tuple[str, ...] = (), **environment: str) -> subprocess.Popen[bytes]:
+    def worker(self, **environment: str) -> subprocess.Popen[bytes]:
         about = ("--nthreads", "1", "--no-dashboard", "--memory-limit", "0", "--local-directory", self.folder)
-        return self._started("worker", self.address, *about, before=before, **environment)
+        return self._started("worker", self.address, *about, **environment)
 
     def _pair(self, name: str, *options: str) -> tuple[object, ...]:
         return tuple(word for pair in zip(options, self.authority.vouched(name), strict=True) for word in pair)
 
-    def _started(
-        self, role: str, *arguments: object, before: tuple[str, ...] = (), **environment: str
-    ) -> subprocess.Popen[bytes]:
+    def _started(self, role: str, *arguments: object, **environment: str) -> subprocess.Popen[bytes]:
         tls = ("--tls-ca-file", self.authority.file, *self._pair(role, "--tls-cert", "--tls-key"))
         process = subprocess.Popen(
-            [*before, sys.executable, "-m", "dask", role, *map(str, arguments), *map(str, tls)],
+            [sys.executable, "-m", "dask", role, *map(str, arguments), *map(str, tls)],
             cwd=CHECKOUT,
             env={**os.environ, "TMPDIR": str(self.folder), "PYTHONPATH": str(CHECKOUT / "python"), **environment},
             stdout=subprocess.DEVNULL,
@@ -156,6 +153,31 @@ def site(folder: Path) -> Iterator[Site]:
         one.close()
 
 
+@pytest.mark.process
+def test_a_cluster_of_this_machine_answers_nobody_without_its_certificates() -> None:
+    nobody = ssl.create_default_context()
+    nobody.check_hostname, nobody.verify_mode = False, ssl.CERT_NONE
+    before = set(psutil.Process().children(recursive=True))
+    heard: set[bytes] = set()
+    with reached(checked(Place(address="local:1"))):
+        ours = [psutil.Process(), *set(psutil.Process().children(recursive=True)) - before]
+        ports = {one.laddr for process in ours for one in process.net_connections("inet") if one.status == "LISTEN"}
+        for address in ports:
+            with contextlib.suppress(OSError), socket.create_connection(address, timeout=20) as plain:
+                plain.sendall(b"GET /health HTTP/1.0\r\n\r\n")
+                heard.add(plain.recv(64).split(b"\r\n")[0])
+            with (
+                contextlib.suppress(OSError),
+                socket.create_connection(address, timeout=20) as plain,
+                nobody.wrap_socket(plain) as sealed,
+            ):
+                heard.add(sealed.recv(64))
+
+    assert len(ports) >= 3, "of the scheduler, the nanny and the worker"
+    assert {address.ip for address in ports} == {"127.0.0.1"}
+    assert heard <= {b"", b"HTTP/1.1 404 Not Found"}
+
+
 @pytest.fixture(scope="module")
 def lonely(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Site]:
     """Return a scheduler to which no worker comes."""
@@ -163,90 +185,33 @@ def lonely(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Site]:
         yield one
 
 
-@pytest.mark.process
-def test_who_shows_no_certificate_is_kept_out_and_so_is_plain_text(lonely: Site, tmp_path: Path) -> None:
-    host, port = lonely.address.removeprefix("tls://").split(":")
-    nobody = ssl.create_default_context(cafile=str(lonely.authority.file))
-    nobody.check_hostname = False
-    somebody = ssl.create_default_context(cafile=str(lonely.authority.file))
-    somebody.check_hostname = False
-    somebody.load_cert_chain(*lonely.authority.vouched("somebody"))
-
-    def said(context: ssl.SSLContext | None) -> bytes:
-        """Return what the scheduler says first of all."""
-        with (
-            contextlib.suppress(ssl.SSLError, ConnectionError),
-            socket.create_connection((host, int(port)), timeout=20) as plain,
-        ):
-            if context is None:
-                plain.sendall(bytes(64))
-                return plain.recv(64)
-            with context.wrap_socket(plain) as sealed:
-                return sealed.recv(64)
-        return b""
-
-    assert said(somebody) != b""
-    assert said(nobody) == b""
-    assert said(None) == b""
-    plain = ran("primitives/sphere", "--out", tmp_path / "out", "--scheduler", f"tcp://{host}:{port}")
-    assert plain.returncode == 2
-    assert not (tmp_path / "out").exists()
+TLS = ("--scheduler", "tls://127.0.0.1:1", "--tls")
+# Options, and what the line says about them. ADDRESS is a scheduler's that has no worker, FOLDER holds certificates.
+BAD = {
+    "another authority": (("--scheduler", "ADDRESS", "--tls", "FOLDER"), "all ends need valid certificates"),
+    "expired": (("--scheduler", "ADDRESS", "--tls", "FOLDER"), "all ends need valid certificates"),
+    "no worker": (("--scheduler", "ADDRESS", "--tls", "FOLDER"), "0/1 workers arrived after 2"),
+    "nobody there": ((*TLS, "FOLDER"), "Connection refused"),
+    "absent file": ((*TLS, "FOLDER"), "there is no file cert.pem"),
+    "another's key": ((*TLS, "FOLDER"), "KEY_VALUES_MISMATCH"),
+    "no certificate": (TLS[:2], "--tls names the folder"),
+    "plain text": (("--scheduler", "tcp://127.0.0.1:1"), "in plain text"),
+    "no address": (("--scheduler", "127.0.0.1"), "tls://HOST:PORT"),
+    "no workers": (("--scheduler", "local:0"), "1 to 64"),
+    "no scheduler": (("--tls", "FOLDER"), "--tls needs --scheduler"),
+}
 
 
-@pytest.mark.process
-def test_a_cluster_of_this_machine_tells_nobody_anything_in_plain_text() -> None:
-    before = set(psutil.Process().children(recursive=True))
-    with reached(checked(Place(address="local:1"))):
-        ours = [psutil.Process(), *set(psutil.Process().children(recursive=True)) - before]
-        ports = {one.laddr for process in ours for one in process.net_connections("inet") if one.status == "LISTEN"}
-        said = {}
-        for address in ports:
-            with contextlib.suppress(ConnectionError), socket.create_connection(address, timeout=20) as plain:
-                plain.sendall(b"GET /health HTTP/1.0\r\n\r\n")
-                said[address] = plain.recv(64)
-
-    assert len(ports) >= 3, "of the scheduler, the nanny and the worker"
-    assert {address.ip for address in ports} == {"127.0.0.1"}
-    assert {one.split(b"\r\n")[0] for one in said.values()} <= {b"", b"HTTP/1.1 404 Not Found"}
-
-
-def bad(lonely: Site, tmp_path: Path, what: str) -> tuple[tuple[object, ...], str]:
-    """Return options, and what the line says about them."""
-    at = ("--scheduler", lonely.address)
-    other = Authority(tmp_path, "other")
-    mixed = {
-        "absent file": ("cert.pem", None),
-        "not PEM": ("cert.pem", "key.pem"),
-        "another's key": ("key.pem", "key.pem"),
-        "another authority": ("ca.pem", "ca.pem"),
-    }
-    if what in mixed:
-        folder, (name, theirs) = lonely.authority.folder(what.replace(" ", "-").replace("'", "")), mixed[what]
-        source = folder if what == "not PEM" else other.folder("wrong")
-        (folder / name).unlink() if theirs is None else (folder / name).write_bytes((source / theirs).read_bytes())
-        said = {"absent file": "No such file", "not PEM": "no certificate", "another's key": "do not belong together"}
-        return (*at, "--tls", folder), said.get(what, "--tls")
-    if what == "another's certificate":
-        folder = other.folder("stranger")
-        (folder / "ca.pem").write_bytes(lonely.authority.file.read_bytes())
-        return (*at, "--tls", folder), "--tls"
-    if what == "expired":
-        return (*at, "--tls", lonely.authority.folder("expired", days=-1.0)), "expired on"
-    return {
-        "plain text": (("--scheduler", "tcp://127.0.0.1:1"), "in plain text"),
-        "no certificate": (at, "--tls names the folder"),
-        "nobody there": (("--scheduler", "tls://127.0.0.1:1", *lonely.tls), "nobody listens"),
-        "no worker": ((*at, *lonely.tls), "no worker came within 2 s"),
-        "no address": (("--scheduler", "127.0.0.1"), "tls://HOST:PORT"),
-        "no workers": (("--scheduler", "local:0"), "from 1 to"),
-        "no scheduler": (("--tls", tmp_path), "--tls needs --scheduler"),
-    }[what]
-
-
-BAD = (
-    "plain text", "no certificate", "expired", "absent file", "not PEM", "another's key", "another authority",
-    "another's certificate", "nobody there", "no worker", "no address", "no workers", "no scheduler",
-)  # fmt: skip
+def certificates(lonely: Site, tmp_path: Path, what: str) -> Path:
+    """Return a folder of certificates with what is wrong with them, if they are what is wrong."""
+    folder = lonely.authority.folder(what.replace(" ", "-").replace("'", ""), days=-1.0 if what == "expired" else 1.0)
+    spoilt = {"another authority": "ca.pem", "absent file": "cert.pem", "another's key": "key.pem"}.get(what)
+    if spoilt is not None:
+        other = Authority(tmp_path, "other").folder("stranger")
+        (folder / spoilt).unlink() if what == "absent file" else (folder / spoilt).write_bytes(
+            (other / spoilt).read_bytes()
+        )
+    return folder
 
 
 @pytest.mark.process
@@ -254,13 +219,11 @@ BAD = (
 def test_bad_input_is_a_line_and_nothing_is_written(
     lonely: Site, rayproof: Rayproof, tmp_path: Path, what: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    if what == "nobody there":
-        monkeypatch.setattr(
-            "rayproof.reports.run.engine.cluster.CONNECTING", 1e-4
-        )  # s, too short to hear that it is refused
-    if what == "no worker":
-        monkeypatch.setattr("rayproof.reports.run.engine.dispatch.WAIT", 2.0)
-    options, says = bad(lonely, tmp_path, what)
+    monkeypatch.setattr("rayproof.reports.run.engine.cluster.CONNECTING", 3.0)
+    monkeypatch.setattr("rayproof.reports.run.engine.cluster.WAIT", 2.0)
+    options, says = BAD[what]
+    meant = {"ADDRESS": lonely.address, "FOLDER": certificates(lonely, tmp_path, what)}
+    options = tuple(meant.get(option, option) for option in options)
     ended = rayproof("run", "primitives/sphere", "--out", tmp_path / "out", *options)
 
     assert ended.code == 2
@@ -331,6 +294,5 @@ def test_a_case_that_kills_its_workers_is_an_error_and_its_neighbours_are_not(tm
 
     cases = {one["name"]: one for one in found(tmp_path / "out")}
     assert len(cases) == 4, run.stderr
-    assert "lost 2 workers" in cases["file/s1"]["reason"]
-    assert cases["file/s1"]["attempts"] >= 3
+    assert "2 workers died that had nothing else to do" in cases["file/s1"]["reason"]
     assert [one["verdict"] for name, one in cases.items() if name != "file/s1"] == ["fail"] * 3
