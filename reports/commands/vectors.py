@@ -9,10 +9,6 @@ from rayproof.reports.commands.usage import UsageError, own, told_in_one_line
 if TYPE_CHECKING:
     from rayproof.reports.vectors.judging import Judgement
 
-NO_FILE = {
-    "corners": "a frustum's corners are no question about a ray",
-    "pixel": "back from the image to its pixel is no question about a ray",
-}
 WORST = 5  # failing rows shown of a file
 
 
@@ -54,7 +50,7 @@ def vectors(
 
 
 def _files(slots: tuple[str, ...]) -> list[str]:
-    from rayproof.reports.vectors import SLOTS_OF
+    from rayproof.reports.vectors import NO_FILE, SLOTS_OF
 
     wanted: dict[str, None] = {}
     for slot in slots:

@@ -23,7 +23,7 @@ from rayproof.cases.rounding import UNIT_ROUNDOFF
 
 BITS = 256  # of the balls
 ROUNDINGS = 16  # of a straightforward evaluation, as in docs/judging.md
-# File -> the slots whose formulas its rows put to the test; `corners` and `pixel` have no file.
+# File -> the slots whose formulas its rows put to the test.
 SLOTS_OF: dict[str, tuple[str, ...]] = {
     "camera_ray": (
         *("half_extent", "basis", "view", "projection", "inverse", "sample", "ndc", "ray"),
@@ -39,6 +39,10 @@ SLOTS_OF: dict[str, tuple[str, ...]] = {
     "irradiance": ("falloff", "cosine", "lambert", "simplified", "sum_lights"),
     "radiance": ("exitance", "radiance", "radiance_simplified", "hidden"),
     "nearest": ("nearest",),
+}
+NO_FILE = {
+    "corners": "a frustum's corners are no question about a ray",
+    "pixel": "back from the image to its pixel is no question about a ray",
 }
 Numbers = tuple[float, ...] | float | str
 Enclosure = tuple[float, float]  # the float64 numbers next below and above, equal if it is one

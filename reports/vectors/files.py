@@ -18,7 +18,7 @@ import numpy as np
 from rayproof.cases.rounding import PRECISIONS
 from rayproof.reference.certified.fields import precision
 from rayproof.reports.results.files import write_text
-from rayproof.reports.vectors import BITS, SLOTS_OF, Numbers, Row
+from rayproof.reports.vectors import BITS, NO_FILE, SLOTS_OF, Numbers, Row
 from rayproof.reports.vectors.check import FILES, VERSION
 from rayproof.reports.vectors.rows import everything
 from rayproof.reports.vectors.shapes import length, vector
@@ -191,8 +191,15 @@ def contents(wanted: Iterable[str] = FILES) -> dict[str, str]:
     )
     texts["vectors.json"] = msgspec.json.format(msgspec.json.encode(record), indent=1).decode() + "\n"
     texts["schema.json"] = json.dumps(schema(), indent=1) + "\n"
+    texts["slots.md"] = slots_table()
     texts["check.py"] = CHECKER.read_text(encoding="utf-8")
     return texts
+
+
+def slots_table() -> str:
+    """Return the file of every slot of `rayproof list formulas`, or why it has none, as Markdown."""
+    places = {slot: f"`{file}.csv`" for file, slots in SLOTS_OF.items() for slot in slots} | NO_FILE
+    return "".join(f"| {slot} | {place} |\n" for slot, place in [("slot", "file"), ("---", "---"), *places.items()])
 
 
 def meaning(name: str) -> str:

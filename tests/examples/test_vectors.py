@@ -1,5 +1,6 @@
 """The examples of docs/vectors.md, one a language, answer the sphere's vectors without a failure."""
 
+import runpy
 import shutil
 import subprocess
 import sys
@@ -43,3 +44,29 @@ def test_an_example_answers_every_row(suffix: str, tmp_path: Path) -> None:
     answers = read_answers(tmp_path / "answers.csv", rows)
     assert answers.name == source.name
     assert [v for v in scored(rows, (), answers, precision) if v.outcome != "passed"] == []
+
+
+# The two libraries that rayproof has anyway, and how many of their rows fail at float32's limits (docs/vectors.md).
+@pytest.mark.process
+@pytest.mark.parametrize(
+    ("library", "failing"), [("embreex", {"triangle": 0}), ("mitsuba", {"sphere": 4, "triangle": 1})]
+)
+def test_an_adapter_answers_as_the_table_says(library: str, failing: dict[str, int], tmp_path: Path) -> None:
+    write(tmp_path, ["sphere", "triangle"])
+    rows, _ = as_read(["sphere", "triangle"])
+    command = [sys.executable, str(EXAMPLES / "libraries" / "answers.py"), library, str(tmp_path)]
+    subprocess.run(command, check=True, capture_output=True)
+    found = {}
+    for file in failing:
+        answers = read_answers(tmp_path / f"{library}-{file}.csv", [name for name in rows if f"-{file}-" in name])
+        found[file] = sum(verdict.outcome == "failed" for verdict in scored(rows, (), answers, "float32"))
+
+    assert found == failing
+
+
+def test_the_table_has_the_pinned_versions() -> None:
+    page = (EXAMPLES.parents[1] / "docs" / "vectors.md").read_text()
+    scope = runpy.run_path(str(EXAMPLES / "libraries" / "table.py"))
+
+    assert len(scope["LIBRARIES"]) >= 10
+    assert all(f"| {library} {scope['version_of'](library)} |" in page for library in scope["LIBRARIES"])

@@ -4,6 +4,7 @@ import csv
 import hashlib
 import os
 import re
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -12,14 +13,16 @@ import msgspec
 import numpy as np
 import pytest
 
+from rayproof import HOLDER
 from rayproof.cases.ladders import all_ladders
-from rayproof.reports.vectors import SLOTS_OF
+from rayproof.reports.vectors import NO_FILE, SLOTS_OF
 from rayproof.reports.vectors.check import FILES, VERSION
-from rayproof.reports.vectors.files import VectorsRecord, contents, flat, number
+from rayproof.reports.vectors.files import VectorsRecord, contents, flat, number, slots_table
 from rayproof.reports.vectors.rows import LADDERS, everything
 from rayproof.tracer.formulas import STAGE_OF
 from tests.harness.choose_vectors import chosen
 
+CHECKOUT = Path(__file__).parents[3]
 NO_AVX512 = "AVX512F AVX512CD AVX512_SKX AVX512_CLX AVX512_CNL AVX512_ICL AVX512_SPR"
 
 
@@ -29,7 +32,7 @@ def texts() -> dict[str, str]:
 
 
 def test_every_slot_has_a_file_but_two() -> None:
-    assert set(STAGE_OF) - {slot for slots in SLOTS_OF.values() for slot in slots} == {"corners", "pixel"}
+    assert set(STAGE_OF) - {slot for slots in SLOTS_OF.values() for slot in slots} == set(NO_FILE)
     assert set(SLOTS_OF) == set(FILES)
 
 
@@ -80,6 +83,28 @@ def test_the_files_are_the_same_without_avx512(texts: dict[str, str], tmp_path: 
     subprocess.run(command, check=True, env=os.environ | {"NPY_DISABLE_CPU_FEATURES": NO_AVX512})
 
     assert {path.name: path.read_bytes().decode() for path in tmp_path.iterdir()} == texts
+
+
+@pytest.mark.process
+@pytest.mark.parametrize("version", ["3.12", "3.13"])
+def test_other_interpreters_write_the_same_files(version: str, texts: dict[str, str], tmp_path: Path) -> None:
+    # Whatever of rayproof's libraries such an interpreter has; it needs no compiled kernel.
+    python = shutil.which(f"python{version}")
+    program = "import sys, pathlib; from rayproof.reports.vectors.files import write; write(pathlib.Path(sys.argv[1]))"
+    where = os.environ | {"PYTHONPATH": str(HOLDER)}
+    if python is None or f"{sys.version_info[0]}.{sys.version_info[1]}" == version:
+        pytest.skip(f"Python {version} is this one, or not installed")
+    if subprocess.run(
+        [python, "-c", "import numpy, scipy, flint, msgspec"], capture_output=True, check=False
+    ).returncode:
+        pytest.skip(f"Python {version} has no numpy, scipy, python-flint or msgspec")
+    subprocess.run([python, "-W", "ignore", "-c", program, str(tmp_path)], check=True, env=where)
+
+    assert {path.name: path.read_bytes().decode() for path in tmp_path.iterdir()} == texts
+
+
+def test_the_documents_map_every_slot() -> None:
+    assert slots_table() in (CHECKOUT / "docs" / "vectors.md").read_text(encoding="utf-8")
 
 
 def test_rays_of_ladders_are_those_that_would_be_chosen_again() -> None:
