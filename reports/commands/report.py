@@ -25,6 +25,7 @@ def report(
     *,
     out: Path | None = None,
     single_file: bool = False,
+    all: bool = False,
     draw: str | None = None,
     pictures: Path | None = None,
     case: str | None = None,
@@ -48,7 +49,9 @@ def report(
     out
         With two runs: the folder for the report of what changed. Default: only a table is printed.
     single_file
-        Also write report.html: the whole report in one file.
+        Also write report.html: the report in one file of at most 8 MB, with what fails and the worst ten cases.
+    all
+        With --single-file: with every case, however large it becomes.
     draw
         Draw the stills of these cases first: a case's name, worst:N, or all. A run draws those of failing cases, at
         most 100, and of the worst twelve.
@@ -79,6 +82,8 @@ def report(
         if pictures is not None or figures or draw is not None or parquet is not None:
             raise UsageError("--draw, --pictures, --figures and --parquet need one folder, got two")
         return report_between(folder, other, out, single_file=single_file, json=json)
+    if all and not single_file:
+        raise UsageError("--all needs --single-file")
     if out is not None or json is not None:
         raise UsageError("--out and --json need the folders of two runs, got one")
     if parquet is not None and find_spec("pyarrow") is None:
@@ -102,7 +107,7 @@ def report(
         draw_cases(folder, results, draw)
     publish_all(folder, results)
     say(f"report: {folder / 'index.html'}")
-    write_one_file(folder, results, asked=single_file)
+    write_one_file(folder, results, asked=single_file, everything=all)
     if parquet is not None:
         from rayproof.reports.results.parquet import write_checks
 
@@ -195,7 +200,7 @@ def look(folder: Path, results: RunRecord, pictures: Path | None, case: str | No
         show_table(str(folder), ["", "folder", "single file"], measured(folder, results))
 
 
-def write_one_file(folder: Path, results: RunRecord | None = None, *, asked: bool) -> None:
+def write_one_file(folder: Path, results: RunRecord | None = None, *, asked: bool, everything: bool = False) -> None:
     """Write the report of a published results folder as one file, and say where and how large it is.
 
     An earlier one is written anew though nobody `asked`: it would tell of another run.
@@ -205,7 +210,7 @@ def write_one_file(folder: Path, results: RunRecord | None = None, *, asked: boo
 
     if not (asked or (folder / NAME).is_file()):
         return
-    path = write_single_file(folder, load_results(folder) if results is None else results)
+    path = write_single_file(folder, load_results(folder) if results is None else results, everything=everything)
     say(f"single file: {path} ({path.stat().st_size / 1e6:.1f} MB)")
 
 

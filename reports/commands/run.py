@@ -3,8 +3,9 @@
 import errno
 import os
 import sys
-from contextlib import ExitStack, nullcontext
+from contextlib import ExitStack, nullcontext, redirect_stdout
 from functools import partial
+from io import StringIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
@@ -54,6 +55,7 @@ def run(
     cache: Annotated[bool, LIMITS] = True,
     keep_images: Annotated[str | None, OUTPUT] = None,
     single_file: Annotated[bool, OUTPUT] = False,
+    studies: Annotated[bool, OUTPUT] = False,
     dry_run: Annotated[bool, SELECTION] = False,
     history: Annotated[Path | None, OUTPUT] = None,
     expect: Annotated[Path | None, GATE] = None,
@@ -122,7 +124,10 @@ def run(
         others. all: every renderer's images of every case, as EXR. Default: all images of cases that did not pass, and
         the subject's and the oracle's of the others; with more than 2000 cases sample:1%.
     single_file
-        Also write report.html: the whole report in one file.
+        Also write report.html: the report in one file of at most 8 MB, with what fails and the worst ten cases.
+    studies
+        Also measure the ladders and the trade-off of error and time, as `rayproof stability --quick` and `rayproof
+        tradeoff --quick` do, into the same report.
     dry_run
         Print the plan and an estimate of time, memory and disk, and run nothing.
     history
@@ -164,6 +169,10 @@ def run(
         raise UsageError(f"--memory must be positive and below {MOST_MEMORY:g}, got {memory} GiB")
     if least_coverage is not None and not 0 <= least_coverage <= 100:
         raise UsageError(f"--least-coverage must be from 0 to 100 %, got {least_coverage}")
+    if studies and (merge or shard or dry_run or scheduler or subject != TRACER):
+        raise UsageError(
+            "--studies measures the tracer's formulas: without --merge, --shard, --dry-run, --scheduler, --subject"
+        )
     if merge:
         if any(
             (
@@ -292,6 +301,8 @@ def run(
                 lines = plan_in_words(request)
             sys.stdout.writelines(f"{legible(line)}\n" for line in lines)
             return 0
+        if studies:
+            study(out)
         try:
             from rayproof.reports.run.suite import run as run_suite
 
@@ -307,6 +318,20 @@ def run(
 
     write_one_file(out, asked=single_file)
     return code
+
+
+def study(out: Path) -> None:
+    """Measure the quick ladders and the quick trade-off into OUT; only what each comes to is said.
+
+    Before the run, whose verdict is then the last that is said, and which publishes all of it. They decide nothing.
+    """
+    from rayproof.reports.commands.stability import stability
+    from rayproof.reports.commands.tradeoff import tradeoff
+
+    for name, measure in (("stability", stability), ("tradeoff", tradeoff)):
+        with redirect_stdout(StringIO()) as told:
+            measure(quick=True, out=out)
+        sys.stderr.write(f"{name}: {told.getvalue().strip().splitlines()[-1]}\n")
 
 
 def gate_demands(

@@ -15,7 +15,7 @@ from urllib.parse import urlencode
 
 from rayproof.reports.publish.page.case_data import has_view
 from rayproof.reports.publish.page.front import SHARD, data_file
-from rayproof.reports.publish.page.page import NAME, write_single_file
+from rayproof.reports.publish.page.page import NAME, WORST, write_single_file
 from rayproof.reports.results.case_records import CaseRecord
 from rayproof.reports.results.files import replacing
 from rayproof.reports.results.headline import worst_first
@@ -88,8 +88,8 @@ def figures(folder: Path, results: RunRecord) -> list[list[str]]:
         case for place, case in enumerate(ordered[:SHARD], 1) if (folder / data_file(place, long=long)).is_file()
     ]
     measured = [case for case in written if case.get("checks")]
-    viewed = next((case for case in measured if has_view(folder, case)), None)
-    pages = [folder / "index.html", *([] if long else [write_single_file(folder, results)])]
+    viewed = next((case for case in measured[:WORST] if has_view(folder, case)), None)  # the single file has it, too
+    pages = [folder / "index.html", write_single_file(folder, results)]
     with chromium() as browser:
         sides = [_measured(browser, page, measured[0] if measured else None, viewed) for page in pages]
     opened, whole = sizes(folder)
@@ -97,14 +97,11 @@ def figures(folder: Path, results: RunRecord) -> list[list[str]]:
         [
             f"the report of {len(ordered)} cases",
             _megabytes(opened),
-            *(_megabytes(one.stat().st_size) for one in pages[1:]),
+            _megabytes(pages[1].stat().st_size),
         ],
         ["index.html", _megabytes(pages[0].stat().st_size), "-"],
         ["all that is in the folder", _megabytes(whole), "-"],
     ]
-    if long:  # whose single file would be too large to be of use
-        sides.append({})
-        rows[0].append("-")
     for name in ("first page", "a case", "another image", "3-D"):
         rows.append([name, *("-" if side.get(name) is None else f"{side[name]:.0f} ms" for side in sides)])
     return rows

@@ -139,6 +139,8 @@ class RenderRecord(TypedDict, total=False):
     error: str | None
     cached: bool
     seconds: Seconds
+    kernels: Seconds  # of the tracer: what the kernels of one launch ran, the median of `launches`
+    launches: int
 
 
 class UnsupportedRecord(TypedDict, total=False):

@@ -8,7 +8,7 @@ processor is idle, because all cases wait for a slow or sleeping renderer, as ma
 import pickle
 import tempfile
 from collections.abc import Callable, Collection, Generator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
 from typing import IO, Any
@@ -37,13 +37,14 @@ from rayproof.reports.run.messages import (
     kind_of,
 )
 from rayproof.reports.run.options import EVERY_CASE, Demands, KeptImages
-from rayproof.reports.run.plan import PlannedCase
+from rayproof.reports.run.plan import DEFAULTS, PlannedCase
 from rayproof.reports.run.scenes import deadline, is_large, place_of
 from rayproof.reports.run.verdict_memory import Memory
 from rayproof.reports.subjects import THE_TRACER, TRACER, Subject
 from rayproof.reports.subjects.calls import FOLDER as CALLS
 from rayproof.reports.subjects.calls import Keep
 
+LAUNCHES = 3  # of a kernel, the median of which is its time
 AGAIN = ", again"  # after a candidate's name: its second answer
 
 
@@ -69,6 +70,7 @@ class Renders:
     seconds: dict[str, float]  # by renderer, as the report names it
     notes: tuple[str, ...] = ()  # what the subject says of its answers
     growth: float = 0.0  # bytes of memory a scene, of a program that stays alive
+    launches: dict[str, tuple[float, int]] = field(default_factory=dict)  # of the tracer: median time [s], how many
 
 
 class CaseRun:
@@ -244,7 +246,12 @@ class CaseRun:
         """
         case, subject = self.planned.case, self._asked[configuration]
         if subject.is_tracer:
+            # The suite's further configurations are launched once: to repeat all took 5 % of the suite's time.
+            often = not again and (
+                configuration in DEFAULTS or self.planned.configurations[: len(DEFAULTS)] != DEFAULTS
+            )
             about = {"scene": case.scene, "configuration": configuration, "samples": case.samples}
+            about["launches"] = LAUNCHES if often else 1
             return Request(kind=TRACER, task=TracerTask(**about, own=self._own, copies=self._copies), first=True)
         if self._limit is not None:
             subject = replace(subject, seconds=max(subject.seconds, self._limit))
@@ -272,6 +279,8 @@ class CaseRun:
             found.versions |= versions
             if subject == self._subject and more:
                 found.notes = more[0]
+            if subject.is_tracer:
+                found.launches[subject.renderer(name)] = more[1]
             if subject.stays:
                 found.seconds[name] -= more[1].start
                 found.growth = more[1].growth
@@ -323,6 +332,8 @@ class CaseRun:
         """Return the record with the times of this run's renders."""
         for render in record["renders"]:
             render["seconds"] = round(renders.seconds.get(render["renderer"], 0.0), 4)
+            if (timed := renders.launches.get(render["renderer"])) is not None:
+                render["kernels"], render["launches"] = float(f"{timed[0]:.4g}"), timed[1]
         if self.planned.twice:
             record["repeated"] = self._repeated
         if lost := [one.name for one in renders.candidates.values() if one.lost]:

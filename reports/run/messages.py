@@ -18,6 +18,7 @@ class TracerTask:
     scene: Scene
     configuration: str
     samples: int
+    launches: int = 1  # the median of which is its time; the images are the first one's
     copies: tuple[tuple[str, str], ...] = ()  # of the user's files: the path that he wrote, and where it lies here
     own: tuple[str, ...] = ()  # the user's own formulas as the run knows them (`Demands.own`); any other is refused
 

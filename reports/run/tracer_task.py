@@ -1,8 +1,13 @@
-"""The tracer's task: render a scene by one configuration, and tell how far it moved the feelers' starts."""
+"""The tracer's task: render a scene by one configuration, and tell how far it moved the feelers' starts.
+
+Beside the answers stands what they cost: the seconds that the kernels of one launch ran, the median of some launches.
+"""
 
 from contextlib import nullcontext
 from pathlib import Path
+from statistics import median
 
+import drjit as dr
 import numpy as np
 
 from rayproof.cases.scene import Scene
@@ -35,6 +40,7 @@ def shadow_epsilons(scene: Scene, answers: StageImages, configuration: Configura
     return shadow_epsilon(configuration, scale=coordinates, spread=spreads)
 
 
+LONG = 0.1  # s, which no repetition begins after: what takes so long is known well enough by one launch
 SMALL = 2**16  # px of an image that one thread renders no later than several, with half of their processor time
 
 
@@ -45,15 +51,18 @@ def prepare() -> None:
         formula.load()
 
 
-def trace(task: TracerTask) -> tuple[Answers, dict[str, str]]:
-    """Return what the tracer answered, and the versions of what computed it."""
+def trace(task: TracerTask) -> tuple[Answers, dict[str, str], tuple[str, ...], tuple[float, int]]:
+    """Return what the tracer answered, the versions of what computed it, no notes, and a launch's time and how many."""
     for path, copy in task.copies:
         copied(path, Path(copy))
     configuration = Configuration.parse(task.configuration)
     if task.own:
         _unchanged(configuration, task.own)
-    answers = _images(task.scene, configuration)
-    fine = _images(finer(task.scene, task.samples), configuration) if task.samples > 1 else None
+    answers, seconds = _images(task.scene, configuration)
+    times = [seconds]
+    while len(times) < task.launches and sum(times) < LONG:
+        times.append(_images(task.scene, configuration)[1])
+    fine = _images(finer(task.scene, task.samples), configuration)[0] if task.samples > 1 else None
     candidate = Answers(
         name=configuration.name,
         precision=configuration.precision,
@@ -62,12 +71,19 @@ def trace(task: TracerTask) -> tuple[Answers, dict[str, str]]:
         answers=answers,
         fine=fine,
     )
-    return candidate, versions()
+    return candidate, versions(), (), (median(times), len(times))
 
 
-def _images(scene: Scene, configuration: Configuration) -> StageImages:
-    with one_thread() if scene.camera.width * scene.camera.height <= SMALL else nullcontext():
-        return render(scene, stages_of(scene), configuration)
+def _images(scene: Scene, configuration: Configuration) -> tuple[StageImages, float]:
+    """Return all stages, and the seconds that their kernels ran."""
+    dr.kernel_history_clear()
+    dr.set_flag(dr.JitFlag.KernelHistory, True)
+    try:
+        with one_thread() if scene.camera.width * scene.camera.height <= SMALL else nullcontext():
+            answers = render(scene, stages_of(scene), configuration)
+        return answers, sum(kernel["execution_time"] for kernel in dr.kernel_history([dr.KernelType.JIT])) * 1e-3
+    finally:
+        dr.set_flag(dr.JitFlag.KernelHistory, False)
 
 
 def _unchanged(configuration: Configuration, known: tuple[str, ...]) -> None:

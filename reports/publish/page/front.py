@@ -11,6 +11,7 @@ from typing import Any, NotRequired, TypedDict
 from rayproof.cases.stages import FACTS, Stage
 from rayproof.reports.judge.known_defects import known_findings
 from rayproof.reports.publish.page.case_data import picture_of, thumbnail_of
+from rayproof.reports.publish.page.plots import Times
 from rayproof.reports.results.case_records import CaseRecord, CheckRecord, worst_of, worst_ratio
 from rayproof.reports.results.files import as_json, legible_json, number
 from rayproof.reports.results.float_codec import pack_text
@@ -236,6 +237,7 @@ class Front:
         self._rows: dict[int, list[CaseRow]] = {}  # by shard, until they are handed over
         self._said = Said()
         self._times: dict[str, float] = {}
+        self.times = Times()
         self._columns = Columns()
         self._references = dict.fromkeys(map(str, results.get("references") or {}))
         self._configurations = dict.fromkeys(map(str, results.get("configurations") or []))
@@ -247,6 +249,7 @@ class Front:
         self._rows.setdefault((place - 1) // SHARD, []).append(row)
         self._columns.add(row)
         self._said.add(case)
+        self.times.add(case)
         # The renderers that have a column: those that the run names, then those that only cases name.
         for names, key in ((self._references, "reference"), (self._configurations, "configuration")):
             for entry in case.get("checks", []):

@@ -12,6 +12,7 @@ viewer once, and each open view is a frame of its own.
 import base64
 import hashlib
 import html
+import math
 import re
 import shutil
 from collections.abc import Iterator, Sequence
@@ -41,15 +42,16 @@ from rayproof.reports.publish.page.comparisons import (
     history_front,
 )
 from rayproof.reports.publish.page.front import SHARD, Front, FrontData, data_file, findings, rows_file
-from rayproof.reports.publish.page.plots import FOLDER, LIBRARY, pages
+from rayproof.reports.publish.page.plots import FOLDER, LIBRARY, pages, write_times
 from rayproof.reports.publish.page.plots import pages as plots
 from rayproof.reports.publish.scene3d.parts import look
 from rayproof.reports.results.case_records import CaseRecord
 from rayproof.reports.results.case_table import briefs
 from rayproof.reports.results.files import replacing, write_text
 from rayproof.reports.results.float_codec import pack_json, pack_text
-from rayproof.reports.results.headline import headline, shouts, standing, worst_first
+from rayproof.reports.results.headline import BAD, headline, shouts, standing, worst_first
 from rayproof.reports.results.images import handed_over, inert, inside, script
+from rayproof.reports.results.outcomes import Outcome
 from rayproof.reports.results.records import FindingRecord, RunRecord
 
 # In the order in which they build on each other.
@@ -113,6 +115,7 @@ def publish(folder: Path, results: RunRecord) -> list[Path]:
     """Write index.html and data/*.js; of a long run data/NNN/*.js, of which the rows' scripts are told."""
     front = Front(folder, results)
     written = list(_write_all(folder, results, front))
+    written += write_times(folder, front.times)
     head, tail = page_parts(results, page_data(folder, results, front))
     return [write_text(folder / "index.html", head + tail), *written]
 
@@ -224,8 +227,15 @@ def _asset(name: str) -> str:
 NAME = "report.html"
 
 
-def write_single_file(folder: Path, results: RunRecord) -> Path:
-    """Write `folder`/report.html from what `publish_all` wrote into `folder`, and return its path."""
+MOST_BYTES = 8_000_000  # of a single file that not everything was asked for
+WORST = 10  # cases that it holds beside those that fail
+
+
+def write_single_file(folder: Path, results: RunRecord, *, everything: bool = False) -> Path:
+    """Write `folder`/report.html from what `publish_all` wrote into `folder`, and return its path.
+
+    It lists all cases, and holds those that fail and the worst ones, as long as there is room for them.
+    """
     scripts, styles = digests_in_one()
     # Drawings by `rayproof tradeoff` and their page are files beside; the page of plots has all of their points.
     ordered, front = worst_first(results["cases"]), Front(folder, results)
@@ -233,30 +243,55 @@ def write_single_file(folder: Path, results: RunRecord) -> Path:
         front.add(case)
         if front.long and (number % SHARD == 0 or number == len(ordered)):
             front.handed_over(number)  # they are in a script, too
+    beside = [*_beside(folder, ordered, long=front.long)]
+    room = math.inf if everything else MOST_BYTES - sum(map(len, beside)) - 600_000
+    held, elements = _held(folder, ordered, long=front.long, room=room, everything=everything)
     data: PageData = {**page_data(folder, results, front), "alone": True, "tradeoff": []}
+    for row in data.get("cases", []):
+        if row["name"] not in held:
+            row.pop("thumbnail", None)
     head, tail = page_parts(results, data, alone=True, digests=([*scripts, digest(vendored(LIBRARY))], styles))
     path = folder / NAME
     with replacing(path) as draft, draft.open("w", encoding="utf-8", errors="replace", newline="\n") as file:
         file.write(head)
-        for element in _elements(folder, ordered, long=front.long):
-            file.write(element)
+        file.writelines(beside)
+        file.writelines(elements)
         file.write(tail)
     return path
 
 
-def _elements(folder: Path, ordered: Sequence[CaseRecord], *, long: bool) -> Iterator[str]:
-    viewed = False
+def _held(
+    folder: Path, ordered: Sequence[CaseRecord], *, long: bool, room: float, everything: bool
+) -> tuple[set[str], list[str]]:
+    """Return the names of the cases that the file holds, and their elements: what fails, and the worst others."""
+    names: set[str] = set()
+    elements: list[str] = []
     for number, case in enumerate(briefs(ordered), start=1):
-        if long and number % SHARD == 1:
-            yield from _script(folder, rows_file(number))
-        record, kept = data_file(number, long=long), case.get("pixels")
-        written = record.replace(".js", ".pixels.js")
-        for name in (record, kept if isinstance(kept, str) and inside(folder, kept) else written):
-            yield from _script(folder, name)
-        viewed = viewed or has_view(folder, case)
-        for picture in filter(None, (picture_of(folder, case), thumbnail_of(folder, case))):
-            content = base64.b64encode((folder / picture).read_bytes()).decode("ascii")
-            yield _element(picture, content, 'type="text/plain" data-type="image/png"')
+        if not everything and Outcome(case["verdict"]) not in BAD and number > WORST:
+            break  # the rest is better
+        own = [*_of_case(folder, case, data_file(number, long=long))]
+        room -= sum(map(len, own))
+        if room < 0:
+            break
+        names.add(case["name"])
+        elements += own
+    return names, elements
+
+
+def _of_case(folder: Path, case: CaseRecord, record: str) -> Iterator[str]:
+    kept, written = case.get("pixels"), record.replace(".js", ".pixels.js")
+    for name in (record, kept if isinstance(kept, str) and inside(folder, kept) else written):
+        yield from _script(folder, name)
+    for picture in filter(None, (picture_of(folder, case), thumbnail_of(folder, case))):
+        content = base64.b64encode((folder / picture).read_bytes()).decode("ascii")
+        yield _element(picture, content, 'type="text/plain" data-type="image/png"')
+
+
+def _beside(folder: Path, ordered: Sequence[CaseRecord], *, long: bool) -> Iterator[str]:
+    """Yield what the file holds beside the cases: the rows of a long list, plots, history, and the 3-D viewer."""
+    for number in range(1, len(ordered) + 1, SHARD) if long else ():
+        yield from _script(folder, rows_file(number))
+    viewed = any(has_view(folder, case) for case in briefs(ordered))
     for name in (*plots(folder).values(), HISTORY):
         yield from _script(folder, name)
     if plots(folder):

@@ -6,14 +6,17 @@ Plotly comes beside them once, where there is anything to plot; the pages load a
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypedDict, TypeGuard
 
 from rayproof.reports.publish.page.case_data import vendored
-from rayproof.reports.results.files import number, write_text
+from rayproof.reports.results.case_records import CaseRecord, CheckRecord, ratio_of
+from rayproof.reports.results.files import at_worst, number, write_text
 from rayproof.reports.results.float_codec import pack_json
 from rayproof.reports.results.images import script
+from rayproof.reports.results.outcomes import Outcome
 from rayproof.reports.results.records import RunRecord
 from rayproof.reports.studies.stability.limit_records import LimitsError, LimitsPlot, bars, load_limits, place_of
 from rayproof.reports.studies.stability.records import LadderAbout
@@ -22,7 +25,7 @@ if TYPE_CHECKING:
     from rayproof.reports.studies.stability.records import ClimbRecord, LadderRecord, SurveyAbout
     from rayproof.reports.studies.tradeoff.points import TradeoffRecord
 
-FOLDER = "plots"
+FOLDER, TIMES = "plots", "times"
 LIBRARY = "plotly-basic.min.js"
 DIGITS = 4
 _COUNTED = ("false_hits", "false_misses", "invalid")
@@ -65,14 +68,94 @@ class StabilityPlot(TypedDict):
     about: SurveyAbout | NotTold
 
 
+class TimesPlot(TypedDict):
+    """Errors against times of what a run measured; names are told by their places in the lists."""
+
+    configurations: list[str]
+    references: list[str]
+    stages: list[str]
+    # A row a case and configuration: the case's place in the list from 0, the configuration, the time [ms], of how many
+    # launches it is the median (0: the whole render, once), and of each reference its place, the worst error over its
+    # limit, the stage of that, and the time of its own render [ms], null if it was not rendered now.
+    rows: list[list[Any]]
+
+
+class Times:
+    """What each case, configuration and reference came to, taken up case by case in the order of the list."""
+
+    def __init__(self) -> None:
+        self._names: dict[str, dict[str, int]] = {"configuration": {}, "reference": {}, "stage": {}}
+        self._cases = 0
+        self.rows: list[list[Any]] = []
+
+    def add(self, case: CaseRecord) -> None:
+        """Take up another case."""
+        worst: dict[str, dict[str, CheckRecord]] = {}
+        for check in case.get("checks", []):
+            if number(ratio_of(check)) is not None and check["verdict"] in MEASURED:
+                of = worst.setdefault(str(check.get("configuration")), {})
+                reference = str(check.get("reference"))
+                if reference not in of or _size(of[reference]) < _size(check):
+                    of[reference] = check
+        renders = [render for render in case.get("renders", []) if not render.get("cached")]
+        theirs = {str(one.get("renderer")): _milliseconds(one.get("seconds")) for one in renders}
+        for render in renders:
+            checks = worst.get(str(render.get("configuration")), {})
+            launches = render.get("launches") or 0
+            time = _milliseconds(render.get("kernels") if launches else render.get("seconds"))
+            if time and checks:
+                each = [
+                    [
+                        self._place("reference", name),
+                        _three(check),
+                        self._place("stage", check["stage"]),
+                        theirs.get(name),
+                    ]
+                    for name, check in checks.items()
+                ]
+                self.rows.append(
+                    [self._cases, self._place("configuration", render["configuration"]), time, launches, each]
+                )
+        self._cases += 1
+
+    def _place(self, kind: str, name: Any) -> int:
+        names = self._names[kind]
+        return names.setdefault(str(name), len(names))
+
+    @property
+    def data(self) -> TimesPlot:
+        """Return what the page draws."""
+        configurations, references, stages = (list(names) for names in self._names.values())
+        return {"configurations": configurations, "references": references, "stages": stages, "rows": self.rows}
+
+
+MEASURED = (Outcome.PASS, Outcome.WARN, Outcome.FAIL, Outcome.REFERENCE_SUSPECT)
+
+
+def _size(check: CheckRecord) -> float:
+    ratio = number(ratio_of(check))
+    return 0.0 if ratio is None else at_worst(ratio)
+
+
+def _three(check: CheckRecord) -> float | str:
+    """Return an error over its limit with the three digits that are shown."""
+    size = _size(check)
+    return float(f"{size:.3g}") if math.isfinite(size) else "inf"
+
+
+def _milliseconds(seconds: Any) -> float | None:
+    value = number(seconds)
+    return None if value is None else float(f"{1000 * value:.3g}")
+
+
 def publish(folder: Path, results: RunRecord) -> list[Path]:
-    """Write plots/*.js for what was measured, and the library; nothing where there is nothing to plot."""
+    """Write plots/*.js for what was measured by studies, and the library; errors and times are in plots/times.js."""
     written = [
         write_text(folder / data_of(name), script(data_of(name), pack_json(found)))
         for name, load in SOURCES.items()
         if (found := load(folder)) is not None
     ]
-    if written:
+    if written or (folder / data_of(TIMES)).is_file():
         written.append(write_text(folder / FOLDER / LIBRARY, vendored(LIBRARY)))
     # Of an earlier publication, when there was more to plot.
     for stale in {folder / name for name in (*map(data_of, SOURCES), f"{FOLDER}/{LIBRARY}")} - set(written):
@@ -82,7 +165,16 @@ def publish(folder: Path, results: RunRecord) -> list[Path]:
 
 def pages(folder: Path) -> dict[str, str]:
     """Return which plots there are: the page's name to the script with its data."""
-    return {name: data_of(name) for name, load in SOURCES.items() if load(folder) is not None}
+    found = {name: data_of(name) for name, load in SOURCES.items() if load(folder) is not None}
+    return found | ({TIMES: data_of(TIMES)} if (folder / data_of(TIMES)).is_file() else {})
+
+
+def write_times(folder: Path, times: Times) -> list[Path]:
+    """Write plots/times.js, or remove that of an earlier publication where nothing was measured."""
+    if not times.rows:
+        (folder / data_of(TIMES)).unlink(missing_ok=True)
+        return []
+    return [write_text(folder / data_of(TIMES), script(data_of(TIMES), pack_json(times.data)))]
 
 
 def data_of(name: str) -> str:

@@ -50,10 +50,11 @@ def test_a_run_that_passes_shows_a_contact_sheet_first_and_a_key_changes_its_sta
     assert box["y"] + box["height"] < 720
     radiance = page.evaluate(pictures)
     page.keyboard.press("[")
-    page.wait_for_selector(".sheet[data-painted=exitance]")
+    page.keyboard.press("[")
+    page.wait_for_selector(".sheet[data-painted=irradiance]")
     assert all(a != b for a, b in zip(radiance, page.evaluate(pictures), strict=True))
     page.locator(".sheet a").first.click()
-    page.wait_for_selector("#tab-exitance[aria-selected=true]")
+    page.wait_for_selector("#tab-irradiance[aria-selected=true]")
     visit.end()
 
 
@@ -234,10 +235,40 @@ def test_what_failed_is_in_sight_on_a_telephone(browser, tmp_path):
     assert page.locator('.ledger td[data-word="fail"]:visible').count() == 2
 
 
-def test_a_page_without_data_says_so(visit):
+@pytest.mark.parametrize("name", ["stability", "tradeoff"])
+def test_the_tabs_of_studies_are_there_and_name_the_commands_that_fill_them(visit, name):
+    page = visit.open()
+    assert page.locator("nav.pages a").all_inner_texts() == ["Cases", "Stability", "Error against time", "References"]
+
+    page = visit.open(page=name)
+
+    assert page.locator(".command code").all_inner_texts() == [
+        "rayproof run --studies",
+        f"rayproof {name} --quick --out FOLDER && rayproof report FOLDER",
+    ]
+
+
+def test_a_run_shows_its_own_errors_against_times(browser, tmp_path):
+    results = make_folder(tmp_path)
+    case = next(case for case in results["cases"] if case["name"] == "sphere/plain")
+    case["renders"][0] |= {"configuration": "float32", "kernels": 0.0002, "launches": 3}
+    case["renders"][1] |= {"configuration": "float64", "cached": True}
+    case["renders"][2] |= {"cached": True}
+    publish_all(tmp_path, results)
+    visit = Visit(browser, tmp_path)
     page = visit.open(page="tradeoff")
 
-    assert page.locator("main").inner_text().startswith("Error against time: this report has no data for it.")
+    page.wait_for_selector(".plot[data-drawn]")
+    own = page.get_by_role("region", name="Error against time of this run")
+    assert own.locator(".plot .points path").count() == 1  # by the reference against which it does worst
+    rows = [row.split() for row in own.locator("tbody tr").all_inner_texts()]
+    cache, scalar = ["from", "the", "cache"], ["120"]
+    assert sorted(row[2:3] + row[4:] for row in rows) == [
+        ["analytic", "0.21", "0.2", "3", *cache], ["mitsuba_scalar", "0.21", "0.2", "3", *scalar],
+    ]  # fmt: skip
+    page.get_by_label("reference", exact=True).select_option("analytic")
+    assert own.locator("tbody tr").count() == 1
+    visit.end()
 
 
 def test_a_long_list_is_columns_in_the_page_and_rows_in_scripts(browser, tmp_path, monkeypatch):

@@ -138,7 +138,7 @@
 
   // What differs, to be seen at once: the worst case's images, then those of others, by what is wrong with them.
   rayproof.differences = function (results) {
-    const rows = results.cases.filter((row) => row.thumbnail);
+    const rows = results.cases.filter((row) => row.thumbnail && (!results.alone || rayproof.inlined(row.thumbnail)));
     if (!rows.length) return null;
     const [first] = rows;
     const groups = new Map();

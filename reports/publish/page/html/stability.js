@@ -88,6 +88,11 @@
         e("p", { class: "muted" }, [about.quick ? "few rays (--quick)" : null, about.environment?.backend, Object.entries(about.subnormals || {}).map(([name, word]) => `${name} subnormals ${word}`).join(", ")].filter(Boolean).join(" \u00B7 "))));
   }
 
+  // What the page says where nothing was measured: which commands do.
+  const unmeasured = (what, command) => e("section", { class: "panel" }, e("p", {}, `Here stand ${what}. This run did not measure them; it does with`),
+    rayproof.command("rayproof run --studies"), e("p", {}, "and into the folder of this report, which is then published again:"),
+    rayproof.command(`rayproof ${command} --quick --out FOLDER && rayproof report FOLDER`));
+
   async function stabilityView(results) {
     const data = JSON.parse(await rayproof.inflateText(await rayproof.request(results.plots.stability)));
     const climbs = data.ladders.flatMap((ladder) => ladder.climbs);
@@ -114,8 +119,8 @@
       e("li", {}, e("strong", {}, climb.formula), ` ${climb.precision}: ${climb.surprise}`)))) : null, e("section", { class: "panel" }, controls), body];
   }
 
-  rayproof.addPage("stability", { title: "Stability", has: (results) => Boolean(results.plots?.stability),
-    view: (results) => rayproof.later(stabilityView(results)) });
+  rayproof.addPage("stability", { title: "Stability", has: () => true, view: (results) => (results.plots?.stability ? rayproof.later(stabilityView(results))
+    : [e("h1", {}, "Stability"), unmeasured("the ladders: how errors grow as inputs become ill-conditioned, and the breakpoint of every formula", "stability")]) });
 
   // How far whole renderers carry: a bar each on the logarithmic axis of every ladder of scenes.
   function limitRow(bar, own) {
@@ -202,12 +207,70 @@
   async function tradeoffView(results) {
     const data = JSON.parse(await rayproof.inflateText(await rayproof.request(results.plots.tradeoff)));
     const order = [...data.diagrams].sort((a, b) => b.name.endsWith("/overall") - a.name.endsWith("/overall"));
-    return [e("section", { class: "panel" }, e("h1", {}, "Error against run time"),
+    return [e("section", { class: "panel" }, e("h2", {}, "Work-precision diagrams"),
       e("p", { class: "muted" }, `${data.repetitions} interleaved repetitions; intervals of 95 %. Filled: on the front. Circles float32, squares float64, crosses formulas that are kept as wrong.`),
       results.alone ? null : e("p", {}, e("a", { href: "tradeoff/tradeoff.csv" }, "all numbers as CSV"))),
     e("div", { class: "ladders" }, order.map((diagram) => diagramCard(results, diagram)))];
   }
 
-  rayproof.addPage("tradeoff", { title: "Error against time", has: (results) => Boolean(results.plots?.tradeoff),
-    view: (results) => rayproof.later(tradeoffView(results)) });
+  // What a run measures anyway: the worst error over its limit of each case, configuration and reference, and the time.
+  const [LEAST, MOST] = [1e-6, 1e9]; // error / limit: what lies beyond, as 0 and inf do, is drawn there
+  const FEW = 50; // rows of the table at first
+
+  async function timesView(results) {
+    const { configurations, references, stages, rows } = JSON.parse(await rayproof.inflateText(await rayproof.request(results.plots.times)));
+    const kernels = rows.some((row) => row[3] > 0);
+    const chosen = { configuration: "", reference: "" }, body = e("tbody"), more = e("p"), picture = e("div"), controls = e("div", { class: "controls" });
+    let points = [], shown = 0;
+    const size = (point) => rayproof.number(point.ratio);
+    const table = e("table", {}, e("thead", {}, e("tr", {}, ["case", "configuration", "reference", "stage", "error / limit", "time [ms]", "launches", "the reference's time [ms]"].map((title) =>
+      e("th", { scope: "col", "data-name": title }, title === "error / limit" ? rayproof.ratioHead(title) : title)))), body);
+    const line = (point) => e("tr", {}, e("th", { scope: "row" }, e("a", { href: rayproof.link({ case: point.case.name, stage: point.stage }) }, e("bdi", {}, rayproof.parts(point.case.name)))),
+      e("td", {}, rayproof.parts(point.configuration)), e("td", {}, point.reference), e("td", {}, point.stage), e("td", {}, rayproof.ratioBar(point.ratio)),
+      e("td", { class: "figure" }, rayproof.short(point.time)), e("td", { class: "figure" }, point.launches || "1 render"), e("td", { class: "figure" }, point.theirs === null ? "from the cache" : rayproof.short(point.theirs)));
+
+    function next() {
+      rayproof.append(body, points.slice(shown, shown + FEW).map(line));
+      rayproof.named(table);
+      shown = Math.min(points.length, shown + FEW);
+      rayproof.replace(more, shown < points.length ? e("button", { class: "quiet", onclick: next }, `show more of ${points.length}`) : null);
+    }
+
+    // A point a case and configuration: by the reference against which it does worst.
+    function plot() {
+      const worst = new Map();
+      for (const point of points) if (!worst.has(point.row)) worst.set(point.row, point); // they come worst first
+      const traces = configurations.map((name, i) => {
+        const own = [...worst.values()].filter((point) => point.configuration === name);
+        return { x: own.map((point) => point.time), y: own.map((point) => Math.min(MOST, Math.max(LEAST, size(point)))), type: "scatter", mode: "markers", name: rayproof.plotText(name), customdata: own,
+          text: own.map((point) => rayproof.plotText(`${point.case.name}, ${point.reference}, ${point.stage}: ${rayproof.short(point.ratio)} of the limit, ${rayproof.short(point.time)} ms`)), hovertemplate: "%{text}<extra></extra>",
+          marker: { color: rayproof.hue(i), symbol: rayproof.symbol(i), size: 6, opacity: 0.75 } };
+      }).filter((trace) => trace.x.length);
+      return { traces, instead: () => null, onpoint: (point) => { location.hash = rayproof.link({ case: point.case.name, stage: point.stage }); },
+        layout: { xaxis: { type: "log", title: { text: kernels ? "time of the kernels of a launch [ms]" : "time of a render [ms]" } }, yaxis: { type: "log", title: { text: "worst error / limit" } },
+          shapes: [{ type: "line", xref: "paper", x0: 0, x1: 1, y0: 1, y1: 1, line: { dash: "dash", width: 1, color: "#8a949e" } }],
+          annotations: [{ xref: "paper", x: 1, y: 0, text: "limit", showarrow: false, xanchor: "right", yanchor: "bottom", font: { color: "#8a949e" } }] } };
+    }
+
+    function show() {
+      points = rows.flatMap((row) => row[4].map(([reference, ratio, stage, theirs]) => ({ row, case: results.cases[row[0]], configuration: configurations[row[1]], time: row[2], launches: row[3],
+        reference: references[reference], ratio, stage: stages[stage], theirs }))).filter((point) => ["configuration", "reference"].every((key) => !chosen[key] || point[key] === chosen[key]))
+        .sort((a, b) => size(b) - size(a) || b.time - a.time);
+      shown = 0;
+      body.replaceChildren();
+      rayproof.replace(picture, rayproof.plot("worst error over limit against time", plot));
+      next();
+    }
+    const pick = (key, values) => rayproof.select(key, [["", `any ${key}`], ...values.map((name) => [name, name])], "", (value) => { chosen[key] = value; show(); });
+    rayproof.append(controls, [pick("configuration", configurations), pick("reference", references)]);
+    show();
+    return e("section", { class: "panel", "aria-label": "Error against time of this run" }, e("h2", {}, "This run"),
+      e("p", { class: "muted" }, kernels ? "The time is that of the tracer's kernels without compiling, the median of the launches that the table counts; a reference's is that of its whole render." : "The time is that of a whole render, from the call to the image."),
+      e("p", { class: "muted" }, `A point is a case and a configuration, by the reference against which it does worst; it opens the case. Dashed: the limit. Below ${LEAST} and above ${rayproof.short(MOST)} points lie on the edge.`),
+      controls, picture, rayproof.scroll("table of errors and times", table), more);
+  }
+
+  rayproof.addPage("tradeoff", { title: "Error against time", has: () => true, view: (results) => [e("h1", {}, "Error against time"),
+    results.plots?.times ? rayproof.later(timesView(results)) : e("p", { class: "panel muted" }, "Nothing was measured in this run."),
+    results.plots?.tradeoff ? rayproof.later(tradeoffView(results)) : unmeasured("work-precision diagrams: error against time of every formula of a slot, in both precisions", "tradeoff")] });
 })(window.rayproof);

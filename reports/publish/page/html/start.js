@@ -39,6 +39,8 @@
   async function oneCase(name) {
     const at = results.cases.findIndex((item) => item.name === name);
     if (at < 0) return { node: problem(`There is no case called ${name}.`), keys: [["Escape", "back to all cases", () => { location.hash = rayproof.listAddress || ""; }]] };
+    if (results.alone && !rayproof.inlined(results.cases[at].file)) return { node: problem("This file holds what fails and the worst cases. The others are in index.html of the run's folder, and in this file after", rayproof.command("rayproof report FOLDER --single-file --all")),
+      keys: [["Escape", "back to all cases", () => { location.hash = rayproof.listAddress || ""; }]] };
     // Neighbours are those of the list as it was filtered and sorted.
     const order = list ? list.rows() : results.cases;
     const place = order.indexOf(results.cases[at]);
@@ -72,7 +74,7 @@
     window.scrollTo(0, 0);
   }
 
-  const problem = (text) => e("main", {}, e("p", { class: "shout", role: "alert" }, text), e("p", {}, e("a", { href: "#" }, "\u2190 all cases")));
+  const problem = (text, more = null) => e("main", {}, e("p", { class: "shout", role: "alert" }, text), more, e("p", {}, e("a", { href: "#" }, "\u2190 all cases")));
 
   window.addEventListener("hashchange", () => {
     const { case: name, page: other } = rayproof.address();

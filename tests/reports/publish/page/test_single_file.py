@@ -14,6 +14,7 @@ from PIL import Image
 
 from rayproof.cases.stages import Stage
 from rayproof.reports.publish import publish_all
+from rayproof.reports.publish.page import page as module
 from rayproof.reports.publish.page.page import write_single_file
 from rayproof.reports.results.document import save_results
 from rayproof.reports.results.images import read_answers
@@ -95,6 +96,30 @@ def test_the_picture_is_there_until_the_scene_is_opened_in_3d(page: Any) -> None
 
     shot = np.asarray(Image.open(io.BytesIO(page.locator("iframe").screenshot())).convert("RGB"))
     assert len(np.unique(shot.reshape(-1, 3), axis=0)) > 100
+
+
+@pytest.mark.browser
+def test_it_holds_what_fails_and_the_worst_and_everything_on_request(
+    browser: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    results = make_folder(tmp_path, extra_cases=20)
+    publish_all(tmp_path, results)
+    held = re.compile(r'data-path="(data/[0-9]+\.js)"')
+
+    few = write_single_file(tmp_path, results).read_text()
+    visit = Visit(browser, tmp_path, file="report.html")
+    page = visit.open()
+    assert page.locator(".cases").get_attribute("aria-rowcount") == "30"
+    assert page.locator(".thumbnails img").count() == few.count('data-path="thumbnails/')
+    assert page.locator("summary", has_text="Contact sheet").count() == 1
+    page = visit.open(case="more/case_019")
+    assert page.locator(".command code").inner_text() == "rayproof report FOLDER --single-file --all"
+    visit.end()
+    whole = write_single_file(tmp_path, results, everything=True).read_text()
+    assert (len(held.findall(few)), len(held.findall(whole))) == (10, 29)
+    monkeypatch.setattr(module, "MOST_BYTES", len(few) - 50_000)
+    tight = write_single_file(tmp_path, results).read_text()
+    assert 0 <= len(held.findall(tight)) < 10
 
 
 @pytest.mark.browser
