@@ -1,7 +1,8 @@
-"""Find what a user names: one case or scene file, tracer configurations, stages."""
+"""Find what a user names: one case or scene file, tracer configurations, stages, the subject."""
 
 import re
 from collections.abc import Sequence
+from functools import partial
 from math import inf
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -14,8 +15,12 @@ if TYPE_CHECKING:
     from rayproof.cases.case import Case
     from rayproof.cases.scene import Scene
     from rayproof.cases.stages import Stage
+    from rayproof.reports.processes.pool import Pool
+    from rayproof.reports.subjects import Subject, Surroundings
     from rayproof.tracer.configuration import Configuration
 
+TRACER = "tracer"
+USUAL_LIMIT = 120.0  # s, for one render or one judgement
 Repeated = Annotated[tuple[str, ...], Parameter(negative="", show_default=False)]  # an option given once a value
 
 
@@ -154,3 +159,45 @@ def references_named(required: Sequence[str]) -> tuple[str, ...]:
         for name in required:
             REFERENCES.about(name)
     return tuple(name for name in REFERENCES if name in required or not REFERENCES.about(name).get("on_request", False))
+
+
+def under_test(
+    subject: str,
+    *,
+    seconds: float,
+    memory: float,
+    surroundings: "Surroundings",
+    before_oracle: bool = True,
+    pool: "Pool | None" = None,
+) -> "Subject":
+    """Return the subject that is named so; raise ValueError, LookupError or OSError if it cannot be put under test.
+
+    One that stays alive is started in the `pool` that will ask it, if there is one.
+    """
+    from rayproof.reports.run.workers import ask
+    from rayproof.reports.subjects import THE_TRACER
+    from rayproof.reports.subjects.choosing import KNOWN, chosen
+
+    if subject == TRACER:
+        if surroundings.variables or surroundings.confined:
+            raise ValueError(f"--env and --confine are for a program under test: --subject {KNOWN}")
+        return THE_TRACER
+    return chosen(
+        subject,
+        seconds=seconds,
+        memory=int(memory * 2**30),
+        ask=partial(ask, pool=pool),
+        surroundings=surroundings,
+        before_oracle=before_oracle,
+    )
+
+
+def subject_named(
+    subject: str, env: tuple[str, ...] = (), *, confine: bool = False, seconds: float = USUAL_LIMIT
+) -> "Subject":
+    """Return the subject that is named so, with the usual limits; one line says why it cannot be put under test."""
+    from rayproof.reports.subjects import Surroundings
+
+    with told_in_one_line():
+        surroundings = Surroundings(variables=env, confined=confine)
+        return under_test(subject, seconds=seconds, memory=8.0, surroundings=surroundings, before_oracle=False)

@@ -10,9 +10,16 @@ from cyclopts import Group, Parameter
 
 from rayproof.cases.scene import Scene
 from rayproof.cases.stages import IMAGE_STAGES, Stage, StageImages, exr_channels
-from rayproof.reports.commands.lookup import Repeated, configurations, references_named, scene_named, stages_named
+from rayproof.reports.commands.lookup import (
+    USUAL_LIMIT,
+    Repeated,
+    configurations,
+    references_named,
+    scene_named,
+    stages_named,
+    subject_named,
+)
 from rayproof.reports.commands.output import say, shout, show_table, write_json
-from rayproof.reports.commands.run import USUAL_LIMIT, subject_named
 from rayproof.reports.commands.usage import UsageError, told_in_one_line, writable_folder
 from rayproof.reports.results.files import plain
 

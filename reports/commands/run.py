@@ -4,7 +4,6 @@ import errno
 import os
 import sys
 from contextlib import ExitStack, nullcontext, redirect_stdout
-from functools import partial
 from io import StringIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
@@ -12,7 +11,14 @@ from typing import TYPE_CHECKING, Annotated, Literal
 from cyclopts import Group, Parameter
 
 from rayproof.reports.commands.cluster import engaged, scheduler_at
-from rayproof.reports.commands.lookup import Repeated, configurations, references_named
+from rayproof.reports.commands.lookup import (
+    TRACER,
+    USUAL_LIMIT,
+    Repeated,
+    configurations,
+    references_named,
+    under_test,
+)
 from rayproof.reports.commands.output import say
 from rayproof.reports.commands.usage import UsageError, own, told_in_one_line, writable_folder
 from rayproof.reports.results.files import legible
@@ -20,16 +26,13 @@ from rayproof.reports.run.cache_store import usual_limit
 
 if TYPE_CHECKING:
     from rayproof.reports.history.gating import Demanded
-    from rayproof.reports.processes.pool import Pool
-    from rayproof.reports.subjects import Subject, Surroundings
+    from rayproof.reports.subjects import Subject
 
 # The headings of `run --help`, in their order.
 SELECTION, SUBJECT, LIMITS, OUTPUT, GATE, CLUSTER = (
     Parameter(group=Group(heading, sort_key=place))
     for place, heading in enumerate(("Selection", "Subject", "Limits", "Output", "Gate", "Cluster"))
 )
-TRACER = "tracer"
-USUAL_LIMIT = 120.0  # s, for one render or one judgement
 MOST_DRAWN = 10_000  # random scenes, all of which are held in memory
 MOST_MEMORY = 2.0**33  # GiB; a process's limits are numbers of 63 bits
 
@@ -374,48 +377,6 @@ def drawn(selectors: tuple[str, ...], count: int | None, seed: int | None) -> tu
     if not 0 <= seed <= LARGEST:
         raise UsageError(f"--seed must be from 0 to {LARGEST}, got {seed}")
     return tuple(f"{FAMILY}/{seed}/{number}" for number in range(count))
-
-
-def under_test(
-    subject: str,
-    *,
-    seconds: float,
-    memory: float,
-    surroundings: "Surroundings",
-    before_oracle: bool = True,
-    pool: "Pool | None" = None,
-) -> "Subject":
-    """Return the subject that is named so; raise ValueError, LookupError or OSError if it cannot be put under test.
-
-    One that stays alive is started in the `pool` that will ask it, if there is one.
-    """
-    from rayproof.reports.run.workers import ask
-    from rayproof.reports.subjects import THE_TRACER
-    from rayproof.reports.subjects.choosing import KNOWN, chosen
-
-    if subject == TRACER:
-        if surroundings.variables or surroundings.confined:
-            raise ValueError(f"--env and --confine are for a program under test: --subject {KNOWN}")
-        return THE_TRACER
-    return chosen(
-        subject,
-        seconds=seconds,
-        memory=int(memory * 2**30),
-        ask=partial(ask, pool=pool),
-        surroundings=surroundings,
-        before_oracle=before_oracle,
-    )
-
-
-def subject_named(
-    subject: str, env: tuple[str, ...] = (), *, confine: bool = False, seconds: float = USUAL_LIMIT
-) -> "Subject":
-    """Return the subject that is named so, with the usual limits; one line says why it cannot be put under test."""
-    from rayproof.reports.subjects import Surroundings
-
-    with told_in_one_line():
-        surroundings = Surroundings(variables=env, confined=confine)
-        return under_test(subject, seconds=seconds, memory=8.0, surroundings=surroundings, before_oracle=False)
 
 
 def check_names(selectors: tuple[str, ...]) -> None:

@@ -7,9 +7,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from rayproof.reports.called import called
-from rayproof.reports.commands.lookup import Repeated, configurations, scene_named
+from rayproof.reports.commands.lookup import TRACER, Repeated, configurations, scene_named, subject_named
 from rayproof.reports.commands.output import say, shout
-from rayproof.reports.commands.run import TRACER, subject_named
 from rayproof.reports.commands.usage import UsageError, own, told_in_one_line, writable_folder
 
 if TYPE_CHECKING:

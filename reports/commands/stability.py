@@ -143,7 +143,7 @@ def whole_renderer(
     subject: str, names: Sequence[str], json: Path | None, out: Path | None, *, alone: bool
 ) -> "LimitsRecord":
     """Measure how far a renderer carries, and beside it the others unless it is `alone`; write it where it is asked."""
-    from rayproof.reports.commands.run import subject_named
+    from rayproof.reports.commands.lookup import subject_named
     from rayproof.reports.processes.scratch import scratch
     from rayproof.reports.run.renderer_limits import columns, ladders_named, measure, scale
     from rayproof.reports.run.scenes import USUAL_LIMIT
