@@ -13,6 +13,7 @@ from enum import StrEnum
 from rayproof.cases.case import STORING
 from rayproof.cases.stages import Stage
 from rayproof.reports.diagnosis import MISTAKES
+from rayproof.reports.diagnosis.diagnosing import CHANGING
 from rayproof.reports.diagnosis.stage_by_stage import Shared
 from rayproof.reports.grading.rubric import Rubric, covered_items, graded_items
 from rayproof.reports.judge.oracle import ORACLE
@@ -91,8 +92,9 @@ def grades(
             for item, points in rubric.points.items()
         ]
     cases = {str(case["name"]): case for case in results["cases"]}
-    causes = [cause for cause in results.get("diagnosis", []) if cause["mistake"] is not None]
-    explained = {name for cause in causes for name in cause["cases"]}
+    causes = _proven(results)
+    # A mistake is named only if no case contradicts it: failing cases that it does not explain say nothing against it.
+    explained = {name for name, case in cases.items() if causes and case["verdict"] == Outcome.FAIL}
     ledger, clauses, staged = _Ledger(), [], False
     for name, case in cases.items():
         staged |= _staged(case)
@@ -119,10 +121,14 @@ def grades(
 
 
 def unexplained(results: RunRecord) -> set[str]:
-    """Return the failing cases that no proven mistake explains, of a program that writes its stages; else none."""
+    """Return the failing cases of a program that writes its stages where no mistake is proven; else none."""
     failing = {str(case["name"]) for case in results["cases"] if case["verdict"] == Outcome.FAIL and _staged(case)}
-    causes = results.get("diagnosis", [])
-    return failing - {name for cause in causes if cause["mistake"] is not None for name in cause["cases"]}
+    return set() if _proven(results) else failing
+
+
+def _proven(results: RunRecord) -> list[CauseRecord]:
+    """Return the mistakes that are proven; that images change from call to call proves nothing about a formula."""
+    return [cause for cause in results.get("diagnosis", []) if cause["mistake"] not in (None, CHANGING)]
 
 
 def _own(case: CaseRecord) -> list[CheckRecord]:

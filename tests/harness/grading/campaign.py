@@ -46,9 +46,9 @@ class Student:
 
 def items_of(switch: str) -> tuple[str, ...]:
     """Return the graded items that a switch's mistake concerns, its own first."""
-    items = graded_items(MISTAKES[CALLED.get(switch, switch)].items)
-    own = OF_CAMERAS.get(switch, items[0])
-    return (own, *(item for item in items if item != own))
+    if switch in OF_CAMERAS:
+        return (OF_CAMERAS[switch],)
+    return graded_items(MISTAKES[CALLED.get(switch, switch)].items)
 
 
 def drawn(switches: Mapping[str, Sequence[str]], seed: int, share: float = 1.0) -> list[Student]:

@@ -5,6 +5,7 @@ from typing import Any, cast
 
 import pytest
 
+from rayproof.reports.diagnosis.diagnosing import CHANGING
 from rayproof.reports.grading.points import State, grades, own_items
 from rayproof.reports.grading.rubric import Rubric, load_rubric
 from rayproof.reports.results.records import RunRecord
@@ -97,9 +98,11 @@ def test_without_an_answer_nothing_is_earned_by_it(rubric: Rubric, verdict: str)
     assert set(states(rubric, *everything).values()) == {State(verdict)}
 
 
-def test_images_that_change_cost_their_storing(rubric: Rubric) -> None:
-    twice = record(rubric, CASES[0], "pass", repeated=[{"verdict": "fail", "stage": "radiance"}])
-    assert states(rubric, twice) == {"IMG-1": State.WRONG}
+def test_images_that_change_cost_their_storing_and_excuse_nothing(rubric: Rubric) -> None:
+    again = [{"verdict": "fail", "stage": "radiance"}]
+    twice = record(rubric, CASES[0], "fail", "distance", blamed_items=["HIT-1"], repeated=again)
+    cause = {"mistake": CHANGING, "items": ["IMG-1"], "sentence": "It changes.", "cases": list(CASES)}
+    assert states(rubric, twice, diagnosis=[cause]) == {"IMG-1": State.WRONG, "HIT-1": State.WRONG}
 
 
 def test_a_camera_that_was_fitted_costs_what_it_differs_in() -> None:
