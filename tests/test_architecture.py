@@ -101,8 +101,8 @@ def test_the_house_stays_within_its_ceilings() -> None:
     lines = sorted(len(file.read_text(encoding="utf-8").splitlines()) for file in product)
     scripts = [file for file in (CHECKOUT / "reports" / "publish").rglob("*.js") if "vendor" not in file.parts]
 
-    assert len(product) <= 381
-    assert sum(lines) <= 81_344
+    assert len(product) <= 382
+    assert sum(lines) <= 81_752
     assert lines[len(lines) // 2] >= 120
     assert lines[-1] <= 500
     assert len(scripts) <= 20

@@ -6,17 +6,19 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
-from cyclopts import Parameter
+from cyclopts import Group, Parameter
 
 from rayproof.reports.commands.lookup import Repeated, sweep_of
-from rayproof.reports.commands.output import say, show_table, write_json
+from rayproof.reports.commands.output import console, say, show_table, write_json
 from rayproof.reports.commands.usage import UsageError, own, told_in_one_line, writable_folder
 from rayproof.reports.results.provenance import caption, keep, origin
 from rayproof.reports.studies.publication import MOST_PANELS, Paper, draw, write_table
 
 if TYPE_CHECKING:
+    import numpy as np
+
     from rayproof.reports.studies.stability.limit_records import LimitsRecord
-    from rayproof.reports.studies.stability.records import ClimbRecord, SurveyRecord
+    from rayproof.reports.studies.stability.records import ClimbRecord, SurveyRecord, WorstRecord
 from rayproof.reports.studies.stability.document import Plan
 
 CLEARED = 100  # columns of an earlier, longer line
@@ -24,6 +26,9 @@ COLUMNS = (
     "ladder", "formula", "precision", "slope", "predicted", "breakpoint", "error / K u", "false hits", "false misses",
     "per million", "verdict", "expected",
 )  # fmt: skip
+OF_WORST = Parameter(group=Group("The worst rays", sort_key=1))
+WORST_COLUMNS = ("formula", "what", "limits", "ray")
+SECONDS, NAMED = 60.0, 5  # of a search, by default; worst rays that are printed
 SHOWN = 40  # rows of the table, unless formulas or ladders were named
 Precisions = Annotated[tuple[Literal["float32", "float64"], ...], Parameter(negative="", show_default=False)]
 
@@ -38,6 +43,10 @@ def stability(
     json: Path | None = None,
     out: Path | None = None,
     sweep: str | None = None,
+    worst: Annotated[bool, OF_WORST] = False,
+    seconds: Annotated[float | None, OF_WORST] = None,
+    seed: Annotated[int | None, OF_WORST] = None,
+    keep_rays: Annotated[Path | None, OF_WORST, Parameter(name="--keep")] = None,
     paper: Annotated[Paper, Parameter(name="*")] = Paper(),  # noqa: B008  frozen
 ) -> int:
     """Measure formulas on ladders of ill-conditioned inputs, or a whole renderer on ladders of scenes.
@@ -66,8 +75,25 @@ def stability(
     sweep
         Measure your own function for many values of one of its parameters: eps=1e-6..1e-2:9 are nine values in equal
         ratios.
+    worst
+        Search for the rays that a formula of an intersection answers worst, in float32, instead of climbing ladders.
+    seconds
+        How long each formula is searched. Default: 60.
+    seed
+        The seed of the search. Default: 1.
+    keep_rays
+        Write the worst rays into this CSV file, as test vectors.
 
     """
+    if not worst and not all(one is None for one in (seconds, seed, keep_rays)):
+        raise UsageError("--seconds, --seed and --keep need --worst")
+    if worst:
+        if subject is not None or ladder or sweep is not None or quick or paper.figure is not None or out is not None:
+            raise UsageError("--worst takes formulas, --seconds, --seed, --keep, --json and --table only")
+        chosen = SECONDS if seconds is None else seconds
+        if not chosen > 0:
+            raise UsageError(f"--seconds must be positive, got {chosen}")
+        return search_worst(formulas, chosen, 1 if seed is None else seed, keep_rays, json, paper)
     if subject is not None and (formulas or precision):
         raise UsageError("--subject measures a whole renderer, without formulas and --precision")
     if against is not None and subject is None:
@@ -117,6 +143,68 @@ def stability(
     drawn = paper_rows(ladders, records, (name, values) if name else None) if paper.figure is not None else []
     draw(paper, drawn, caption=about, height=0.38 * paper.width)
     return 1 if surprises else 0
+
+
+def search_worst(
+    names: Sequence[str], seconds: float, seed: int, keep_rays: Path | None, json: Path | None, paper: Paper
+) -> int:
+    """Search for the rays that each formula answers worst; return 1 if one is answered beyond its limit."""
+    if not names:
+        raise UsageError("--worst needs formulas: sphere/haines, or a function of your own, sphere=./mine.py:hit")
+    from rayproof.tracer.kernel.compiler import choose_packaged_llvm
+
+    choose_packaged_llvm()
+    from rayproof.reports.studies.stability.worst import common, ladder_of, search
+    from rayproof.reports.vectors.check import VERSION
+    from rayproof.reports.vectors.files import ORDER, as_csv, cells, columns
+    from rayproof.reports.vectors.rows import of_rays
+    from rayproof.tracer.formulas import FORMULAS
+
+    with told_in_one_line():
+        paper.check()
+        for file in (keep_rays, json):
+            if file is not None:
+                writable_folder(file.parent)
+        chosen = [FORMULAS.named(name) for name in names]
+        ladders = [ladder_of(formula.slot) for formula in chosen]
+    if keep_rays is not None and len({formula.slot for formula in chosen}) > 1:
+        raise UsageError("--keep writes the vectors of one shape: name formulas of one slot")
+    table: list[dict[str, str | float]] = []
+    rows: list[list[str]] = []
+    found: list[WorstRecord] = []
+    for formula, ladder in zip(chosen, ladders, strict=True):
+        with console().status("searching") as status:
+            worst = search(formula, seconds=seconds, seed=seed, tell=status.update)
+        beyond = int((worst.scores > 1).sum())
+        say(f"{formula.name}: {worst.tried} rays tried, {beyond} of the worst {len(worst.scores)} beyond their limit")
+        say(f"  the worst {len(worst.scores)}: {'; '.join(common(worst, formula.slot))}")
+        if tied := len(worst.ties.get("o", ())):
+            first = "  ".join(f"{name} {_exact(array[0])}" for name, array in worst.ties.items())
+            say(f"  {tied} or more exact ties, in a face or on an edge, are decided unlike the closed shape: {first}")
+        whys = [
+            f"{formula.name}: {kind} of {score:.3g} limits."
+            for kind, score in zip(worst.kinds, worst.scores, strict=True)
+        ]
+        for number, score in enumerate(worst.scores[:NAMED]):
+            ray = "  ".join(f"{name} {_exact(array[number])}" for name, array in worst.inputs.items())
+            rows.append([formula.name, worst.kinds[number], f"{score:.3g}", ray])
+        kept = of_rays(ladder, worst.inputs, whys) if keep_rays is not None else []
+        kept += of_rays(ladder, worst.ties, [f"{formula.name}: an exact tie."] * tied) if keep_rays is not None else []
+        table += [cells(f"{VERSION}-{row.file}-worst-{len(table) + k}", row) for k, row in enumerate(kept)]
+        found.append({"formula": formula.name, "tried": worst.tried, "beyond": beyond, "scores": worst.scores.tolist()})
+    show_table(f"The {NAMED} worst rays", WORST_COLUMNS, rows)
+    if keep_rays is not None:
+        keep_rays.write_text(as_csv(columns(table, ORDER), table), encoding="utf-8")
+        say(f"{len(table)} vectors in {keep_rays}")
+    made = origin(seed)
+    write_json(json, {"schema": 1, "origin": made, "seconds": seconds, "formulas": found})
+    write_table(paper.table, WORST_COLUMNS, rows, caption=f"The worst rays. {caption(made)}.")
+    return 1 if any(one["beyond"] for one in found) else 0
+
+
+def _exact(numbers: "np.ndarray") -> str:
+    """Return float32 numbers with the digits that bring them back."""
+    return " ".join(f"{value:.9g}" for value in numbers.ravel())
 
 
 def swept(formulas: Sequence[str], sweep: str | None) -> tuple[str, list[str], dict[str, float]]:

@@ -5,7 +5,7 @@ break every formula that breaks there and none that holds (`tests/harness/choose
 """
 
 import json
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -178,6 +178,17 @@ def _shadow(x: Mapping[str, Any], ray: dict[str, Numbers]) -> Iterator[tuple[str
 def _plain(array: np.ndarray) -> Any:
     value = array[0]
     return tuple(map(float, value)) if np.ndim(value) else float(value)
+
+
+def of_rays(ladder: Ladder, inputs: Inputs, whys: Sequence[str]) -> list[Row]:
+    """Return rays that a ladder asks about as rows, each with the sentence why it is one."""
+    found: list[Row] = []
+    for ray, why in enumerate(whys):
+        given = {name: array[ray : ray + 1] for name, array in inputs.items()}
+        x = {name: _plain(array) for name, array in given.items()}
+        for file, question, asked, kind in _of_ladder(ladder, x):
+            found.append(_row(file, question, asked, why, kind=kind or "reported", ray=ray, given=given))
+    return found
 
 
 def of_ladders() -> Iterator[Row]:

@@ -103,6 +103,15 @@ class SurveyAbout(TypedDict):
     subnormals: dict[str, str]  # precision -> whether they are kept
 
 
+class WorstRecord(TypedDict):
+    """What a search for the worst rays of a formula found."""
+
+    formula: str
+    tried: int  # rays
+    beyond: int  # of the worst, those answered beyond their limit
+    scores: list[float]  # of the worst, in units of the limit
+
+
 class SurveyRecord(SurveyAbout):
     """What `rayproof stability --json` writes."""
 

@@ -1,0 +1,300 @@
+"""The worst inputs of an intersection formula, found by evolution; certified truth judges every one of them.
+
+A genome says where a ray is aimed on a shape, how near to its edge, how grazing, from how far and how fast, and where
+the shape stands; some of its genes snap directions to axes, points to edges and starts to neighbouring floats. An error
+counts in units of its limit, a wrong decision by how many roundings of all inputs the ray clears every edge.
+Source: Storn and Price, "Differential Evolution" (1997), by SciPy.
+"""
+
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any, cast
+
+import numpy as np
+
+from rayproof.cases.ladders import Inputs, Ladder, all_ladders
+from rayproof.cases.rounding import UNIT_ROUNDOFF
+from rayproof.reports.studies.stability.questions import QUESTIONS
+from rayproof.reports.studies.stability.shapes import SHAPES, Conditioned, towards
+from rayproof.tracer.formulas import Formula
+
+PRECISION = "float32"
+ERROR_LIMIT = 4.0  # K u, the ladders' gate
+DECISION_LIMIT = 16.0  # roundings of every input, as many as a test vector excuses (reports.vectors)
+POPULATION, GENERATIONS = 2048, 40
+KEPT = 100
+GENES = 24
+LONGEST = 2.0**20  # m: where lengths end, so that products of four of them are float32 numbers
+Genome = np.ndarray  # (genes, rays) in [0, 1]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Worst:
+    """What a search found, the worst first."""
+
+    inputs: Inputs  # (found,) or (found, 3)
+    scores: np.ndarray  # in units of the limit
+    kinds: tuple[str, ...]  # error, false hit, false miss
+    ties: Inputs  # rays in exact ties that the formula decides otherwise than the closed shape
+    tried: int
+
+
+def ladder_of(slot: str) -> Ladder:
+    """Return a ladder that asks for the distance along a ray to a slot's shape.
+
+    Raises:
+        LookupError: the slot intersects no shape.
+
+    """
+    for ladder in all_ladders():
+        if ladder.question == "distance" and slot in ladder.slots and ladder.options.get("shape") == slot:
+            return ladder
+    raise LookupError(f"--worst searches the slots {', '.join(SHAPES)}, got {slot}")
+
+
+def search(formula: Formula, *, seconds: float, seed: int, tell: Callable[[str], None]) -> Worst:
+    """Return the worst inputs that evolution finds within so many seconds; at least one generation is tried."""
+    from scipy.optimize import differential_evolution
+
+    ladder, slot = ladder_of(formula.slot), formula.slot
+    generator = np.random.default_rng(seed)
+    end = time.monotonic() + seconds
+    archive = _Archive()
+
+    def cost(genomes: Genome) -> np.ndarray:
+        inputs = decoded(slot, genomes)
+        scores, kinds, tied = judged(ladder, formula, inputs)
+        archive.add(inputs, scores, kinds, tied)
+        return -scores
+
+    def late(*_: Any, **__: Any) -> bool:
+        tell(f"{formula.name}: {archive.tried} rays, the worst at {archive.best:.3g} limits")
+        return time.monotonic() >= end
+
+    while archive.tried == 0 or time.monotonic() < end:
+        first = cast("Any", generator.random((POPULATION, GENES)))
+        differential_evolution(
+            cost, [(0.0, 1.0)] * GENES, init=first, maxiter=GENERATIONS, tol=0.0,
+            mutation=(0.3, 0.9), recombination=0.6, updating="deferred", vectorized=True, polish=False, callback=late,
+            rng=generator,
+        )  # fmt: skip
+    return archive.worst()
+
+
+def judged(ladder: Ladder, formula: Formula, inputs: Inputs) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return each ray's score, its kind, and whether it is an exact tie that is decided otherwise."""
+    question = QUESTIONS[ladder.question]()
+    truth = question.truth(ladder, inputs, np.zeros(len(inputs["o"]), dtype=int))
+    answer = question.answer(ladder, formula, inputs, PRECISION)
+    grades = question.grade(ladder, inputs, truth, answer, PRECISION)
+    wrong = grades.false_hit | grades.false_miss | grades.invalid
+    clear = clearance(str(ladder.options["shape"]), inputs)
+    error = np.nan_to_num(distance_error(truth.facts, answer["t"]), nan=0.0) / ERROR_LIMIT
+    # Beside an edge the answer may be that of the other side, such as a sphere's other root from its surface.
+    error = np.where(clear > DECISION_LIMIT, error, 0.0)
+    scores = np.where(wrong, clear / DECISION_LIMIT, error)
+    kinds = np.select([grades.false_hit, wrong], ["false hit", "false miss"], "error")
+    counted = grades.counted & np.isfinite(scores)
+    return np.where(counted, scores, 0.0), kinds, wrong & counted & (clear == 0)
+
+
+def distance_error(facts: Mapping[str, Any], t: np.ndarray) -> np.ndarray:
+    """Return by how many roundings of everything a shape must move for a ray to meet it at `t`; NaN without a hit.
+
+    Rounding of size u moves the surface by u (|o - c| + |t d| + size), and a hit by that over n . d; where the ray all
+    but touches a sphere, by the root of its parabola. The ladders' K looks at components, which no formula that turns
+    the ray or the shape can keep to.
+    """
+    hit, x = facts["hit"], facts["given"]
+    with np.errstate(all="ignore"):
+        off = abs(hit.t.minus(np.ldexp(t, facts["shift"])))
+    center = x[facts["shape"].center] if facts["shape"].center else 0.0
+    edges = [np.linalg.norm(x[one] - x["a"], axis=1) for one in "bc"] if "b" in x else []
+    size = np.max(edges, axis=0) if edges else hit.size
+    reach = np.linalg.norm(x["o"] - center, axis=1) + np.linalg.norm(hit.t.high[:, None] * x["d"], axis=1) + size
+    slope = abs(np.sum(hit.normal * x["d"], axis=1))
+    bend = np.sum(x["d"] ** 2, axis=1) / x["r"] if "r" in x else 0.0
+    with np.errstate(all="ignore"):
+        moved = np.where(off * bend <= slope, slope * off - bend * off**2 / 2, bend * off**2 / 2)
+        return moved / (reach * UNIT_ROUNDOFF[PRECISION])
+
+
+def clearance(shape: str, inputs: Inputs) -> np.ndarray:
+    """Return by how many roundings of every input at once a ray clears the nearest edge at which its answer changes.
+
+    A vector is rounded as a whole: each component by u times its length, as where it is turned.
+    """
+    given = {name: _whole(array) for name, array in inputs.items()}
+    if shape == "cube":
+        given["towards"] = tuple(Conditioned(sign, 0.0) for sign in towards(inputs["d"]).T)
+    with np.errstate(all="ignore"):
+        found = SHAPES[shape]().predicates(given)
+        each = [abs(one.value) / (one.weight * UNIT_ROUNDOFF[PRECISION]) for one in found.values()]
+    # What is 0 of weight 0 is exact, as the speed along an axis that a ray runs across: it is no edge.
+    return np.min([np.where(np.isnan(one), np.inf, one) for one in each], axis=0)
+
+
+def _whole(array: np.ndarray) -> Any:
+    if array.ndim == 1:
+        return Conditioned(array)
+    length = np.linalg.norm(array, axis=1)
+    return tuple(Conditioned(component, length) for component in array.T)
+
+
+class _Archive:
+    """The worst of all that was tried."""
+
+    def __init__(self) -> None:
+        self.tried = 0
+        self._found: Inputs = {}
+        self._ties: Inputs = {}
+        self._scores, self._kinds = np.empty(0), np.empty(0, dtype=object)
+
+    @property
+    def best(self) -> float:
+        """Return the largest score."""
+        return float(self._scores.max(initial=0.0))
+
+    def add(self, inputs: Inputs, scores: np.ndarray, kinds: np.ndarray, tied: np.ndarray) -> None:
+        """Take in what was tried; equal rays count once."""
+        self.tried += len(scores)
+        joined = {name: np.concatenate([self._found.get(name, array[:0]), array]) for name, array in inputs.items()}
+        scores, kinds = np.concatenate([self._scores, scores]), np.concatenate([self._kinds, kinds])
+        rows = np.concatenate([array.reshape(len(scores), -1) for array in joined.values()], axis=1)
+        order = np.argsort(-scores, kind="stable")[: 4 * KEPT]
+        _, first = np.unique(rows[order], axis=0, return_index=True)
+        order = order[np.sort(first)][:KEPT]
+        self._found = {name: array[order] for name, array in joined.items()}
+        self._scores, self._kinds = scores[order], kinds[order]
+        room = KEPT - len(next(iter(self._ties.values()), ()))
+        picked = np.flatnonzero(tied)[:room]
+        self._ties = {n: np.concatenate([self._ties.get(n, array[:0]), array[picked]]) for n, array in inputs.items()}
+
+    def worst(self) -> Worst:
+        """Return what is kept."""
+        kinds = tuple(map(str, self._kinds))
+        return Worst(inputs=self._found, scores=self._scores, kinds=kinds, ties=self._ties, tried=self.tried)
+
+
+def common(worst: Worst, slot: str) -> list[str]:
+    """Return in words what the worst inputs have in common."""
+    x, some = worst.inputs, len(worst.scores)
+    if not some:
+        return []
+    center = x["c"] if slot == "sphere" else (x["a"] + x["b"] + x["c"]) / 3 if slot == "triangle" else 0.0
+    size = x["r"] if slot == "sphere" else np.linalg.norm(x["b"] - x["a"], axis=1) if slot == "triangle" else 1.0
+    away = np.linalg.norm(x["o"] - center, axis=1) / size
+    kinds = {kind: worst.kinds.count(kind) for kind in dict.fromkeys(worst.kinds)}
+    low, high = np.quantile(away, (0.1, 0.9))
+    told = [", ".join(f"{count} {kind}s" for kind, count in kinds.items())]
+    told.append(f"from {low:.2g} to {high:.2g} sizes away (80 % of them)")
+    zero = int(np.sum(np.any(x["d"] == 0, axis=1)))
+    told += [f"{zero} of {some} run across an axis"] if zero else []
+    if slot == "triangle":
+        edges = [np.linalg.norm(x[a] - x[b], axis=1) for a, b in ("ab", "bc", "ca")]
+        area = np.linalg.norm(np.cross(x["b"] - x["a"], x["c"] - x["a"]), axis=1)
+        aspect = np.max(edges, axis=0) ** 2 / np.maximum(area, np.finfo(float).tiny)
+        told.append(
+            f"triangles {np.quantile(aspect, 0.1):.2g} to {np.quantile(aspect, 0.9):.2g} times longer than high"
+        )
+    return told
+
+
+# From a genome to a ray and a shape, every number a float32.
+
+
+def decoded(slot: str, genomes: Genome) -> Inputs:
+    """Return the inputs that genomes (genes, rays) describe."""
+    gene = iter(np.clip(genomes, 0.0, 1.0))
+    d = _direction(next(gene), next(gene))
+    snapped = np.stack([next(gene) < 0.12 for _ in range(3)], axis=1)
+    d = np.where(snapped & ~np.all(snapped, axis=1, keepdims=True), 0.0 * d, d)  # zeros of both signs
+    d /= np.linalg.norm(d, axis=1, keepdims=True)
+    far = _power(next(gene), -20.0, 20.0)
+    speed = _usually(next(gene), -3.0, 3.0)
+    steps = np.stack([np.round((next(gene) - 0.5) * 6) for _ in range(3)], axis=1)
+    grazing = _usually(next(gene), -20.0, 0.0)
+    edge = _power(next(gene), -26.0, 0.0) * np.where(next(gene) < 0.5, -1.0, 1.0)
+    near = next(gene) < 0.6  # aimed at an edge; else anywhere
+    place = (
+        _direction(next(gene), next(gene))
+        * np.where((moved := next(gene)) < 0.4, 0.0, _power(moved, -20.0, 16.0))[:, None]
+    )
+    across, along = next(gene), next(gene)
+    size = _usually(next(gene), -8.0, 8.0)
+    build = {"sphere": _sphere, "triangle": _triangle}.get(slot, _unit_shape)
+    target, d, size, own = build(slot, d, grazing, edge, near, place, across, along, size, list(gene))
+    d = d * speed[:, None]
+    o = (target - d * (far * size / speed)[:, None]).astype(np.float32)
+    o = np.clip(o, -LONGEST, LONGEST)
+    for _ in range(3):  # up to three floats beside
+        o = np.where(abs(steps) > _, np.nextafter(o, np.where(steps < 0, -np.inf, np.inf).astype(np.float32)), o)
+    found = {"o": o, "d": d} | own
+    return {name: np.asarray(array).astype(np.float32).astype(np.float64) for name, array in found.items()}
+
+
+def _direction(one: np.ndarray, other: np.ndarray) -> np.ndarray:
+    height, angle = 2 * one - 1, 2 * np.pi * other
+    flat = np.sqrt(np.maximum(0.0, 1 - height**2))
+    return np.stack([flat * np.cos(angle), flat * np.sin(angle), height], axis=1)
+
+
+def _power(gene: np.ndarray, low: float, high: float) -> np.ndarray:
+    return 2.0 ** (low + (high - low) * gene)
+
+
+def _usually(gene: np.ndarray, low: float, high: float) -> np.ndarray:
+    """Return 1 for half of the genes, and a power of two for the other half."""
+    return np.where(gene < 0.5, 1.0, _power(2 * gene - 1, low, high))
+
+
+def _beside(direction: np.ndarray, angle: np.ndarray) -> np.ndarray:
+    """Return unit vectors across directions, turned about them by an angle [turns]."""
+    least = np.eye(3)[np.argmin(abs(direction), axis=1)]
+    first = np.cross(direction, least)
+    first /= np.linalg.norm(first, axis=1, keepdims=True)
+    turn = 2 * np.pi * angle[:, None]
+    return first * np.cos(turn) + np.cross(direction, first) * np.sin(turn)
+
+
+def _sphere(
+    slot: str, d: Any, grazing: Any, edge: Any, near: Any, place: Any, across: Any, along: Any, size: Any, rest: Any
+) -> Any:
+    impact = np.where(near, 1.0 + edge, 1.5 * along)
+    target = place + _beside(d, across) * (impact * size)[:, None]
+    return target, d, size, {"c": place, "r": size}
+
+
+def _triangle(
+    slot: str, d: Any, grazing: Any, edge: Any, near: Any, place: Any, across: Any, along: Any, size: Any, rest: Any
+) -> Any:
+    normal = _direction(rest[0], rest[1])
+    first = _beside(normal, rest[2])
+    second = np.cross(normal, first) * _usually(rest[3], -18.0, 0.0)[:, None]
+    corners = [place + corner * size[:, None] for corner in (0 * first, first, first * along[:, None] + second)]
+    a, b, c = (corner.astype(np.float32).astype(np.float64) for corner in corners)
+    weight = np.where(near, edge, across)[:, None]
+    target = a + (b - a) * along[:, None] * (1 - weight) + (c - a) * weight
+    return target, _tilted(d, normal, grazing), size, {"a": a, "b": b, "c": c}
+
+
+def _unit_shape(
+    slot: str, d: Any, grazing: Any, edge: Any, near: Any, place: Any, across: Any, along: Any, size: Any, rest: Any
+) -> Any:
+    axis = (rest[0] * 3).astype(int).clip(0, 2) if slot == "cube" else np.full(len(across), 2)
+    side = np.where(rest[1] < 0.5, -0.5, 0.5) if slot == "cube" else np.zeros(len(across))
+    inside = [np.where(near, 0.5 + edge, 1.2 * (across - 0.5)), 1.2 * (along - 0.5)]
+    target = np.empty((len(across), 3))
+    rows = np.arange(len(across))
+    for number, value in enumerate([side, *inside]):
+        target[rows, (axis + number) % 3] = value
+    if slot == "plane":
+        target[:, :2] += place[:, :2]
+    return target, _tilted(d, np.eye(3)[axis], grazing), np.ones(len(across)), {}
+
+
+def _tilted(d: Any, normal: Any, grazing: Any) -> Any:
+    """Return directions whose part along a normal is made smaller."""
+    part = np.sum(d * normal, axis=1, keepdims=True)
+    return d - normal * part * (1 - grazing[:, None])
