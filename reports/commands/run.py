@@ -301,7 +301,7 @@ def run(
             from rayproof.reports.run.dry_run import plan_in_words
 
             with told_in_one_line():
-                lines = plan_in_words(request)
+                lines = plan_in_words(request, pool)
             sys.stdout.writelines(f"{legible(line)}\n" for line in lines)
             return 0
         if studies:

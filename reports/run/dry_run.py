@@ -8,6 +8,7 @@ import psutil
 
 from rayproof.cases.stages import Stage
 from rayproof.reports.judge.oracle import stages_of
+from rayproof.reports.processes.pool import Pool
 from rayproof.reports.run.options import RunOptions
 from rayproof.reports.run.plan import PlannedCase, configurations_of, panel
 from rayproof.reports.run.scenes import BEGINNING, LARGE, Estimate, deadline, estimate, triangles_of
@@ -21,8 +22,8 @@ NOT_ENOUGH = ", which is not enough"
 PROCESS = 0.15e9  # bytes that a process of the panel takes to begin with
 
 
-def plan_in_words(request: RunOptions) -> list[str]:
-    """Return the lines that `--dry-run` prints.
+def plan_in_words(request: RunOptions, pool: Pool | None = None) -> list[str]:
+    """Return the lines that `--dry-run` prints; a program that stays alive was started in a `pool`.
 
     Raises:
         LookupError, ValueError, OSError: the request itself is wrong.
@@ -41,7 +42,7 @@ def plan_in_words(request: RunOptions) -> list[str]:
         f"plan: {counts} ({', '.join(heard.names)}); {renders} renders, {checks} checks",
         *(f"not asked: {name}: {why}" for name, why in heard.absent.items()),
         f"largest case: {_about(largest[0])}",
-        *_estimated(request, planned, each, references=len(heard.names)),
+        *_estimated(request, planned, each, pool, references=len(heard.names)),
     ]
 
 
@@ -68,10 +69,10 @@ def _checks(planned: PlannedCase, references: tuple[str, ...], subject: Subject)
 
 
 def _estimated(
-    request: RunOptions, planned: Sequence[PlannedCase], each: list[Estimate], *, references: int
+    request: RunOptions, planned: Sequence[PlannedCase], each: list[Estimate], pool: Pool | None, *, references: int
 ) -> Iterator[str]:
     """Yield time, memory, disk and deadlines."""
-    start, call, case = _called(request, planned)
+    start, call, case = _called(request, planned, pool)
     calls = sum(1 + one.twice for one in planned)
     seconds = sum(one.seconds for one in each) / request.jobs + start + calls * call / request.jobs
     if case is not None:
@@ -96,7 +97,7 @@ def _estimated(
     )
 
 
-def _called(request: RunOptions, planned: Sequence[PlannedCase]) -> tuple[float, float, str | None]:
+def _called(request: RunOptions, planned: Sequence[PlannedCase], pool: Pool | None) -> tuple[float, float, str | None]:
     """Return how long a program takes to start and to answer a case of middling size [s], and which; or nothing.
 
     A program that is called for each image starts within the call.
@@ -109,7 +110,7 @@ def _called(request: RunOptions, planned: Sequence[PlannedCase]) -> tuple[float,
         return 0.0, 0.0, None
     case = sorted(cases, key=lambda case: case.scene.camera.width * case.scene.camera.height)[len(cases) // 2]
     took: list[tuple[float, float]] = []
-    answered(request.subject, case.scene, told=lambda start, call: took.append((start, call)))
+    answered(request.subject, case.scene, told=lambda start, call: took.append((start, call)), pool=pool)
     return *took[0], case.name
 
 

@@ -15,6 +15,7 @@ from rayproof.reports.run.messages import JUDGE, LAWS, TRACING, UNDER_TEST, Ques
 from rayproof.reports.subjects import FUNCTION, PROGRAM, SERVED, TRACER, Subject
 from rayproof.reports.subjects.calls import Keep
 from rayproof.reports.subjects.protocol import Capabilities
+from rayproof.reports.subjects.serving import Standing
 
 
 def serve_run(kind: str, connection: Channel) -> None:
@@ -103,23 +104,29 @@ def ask(subject: Subject, pool: Pool | None = None) -> Capabilities:
 
 
 def answered(
-    subject: Subject, scene: Scene, *, keep: Keep | None = None, told: Callable[[float, float], None] | None = None
+    subject: Subject,
+    scene: Scene,
+    *,
+    keep: Keep | None = None,
+    told: Callable[[float, float], None] | None = None,
+    pool: Pool | None = None,
 ) -> Answers:
     """Return what a subject that is not the tracer answers to a scene; a program's call is kept in a folder, if given.
 
-    `told` gets how long it took [s]: the start of a program that stays alive, and the answer.
+    `told` gets how long it took [s]: the start of a program that stays alive, and the answer. One that was started in a
+    `pool` is asked there.
 
     Raises:
         ValueError: its worker crashed or ran out of time; what a program comes to is the candidate's error.
 
     """
     task = SubjectTask(scene=scene, samples=1, subject=subject, keep=keep)
-    reply = _reply(kind_of(subject), task, timeout=3 * subject.seconds + LONGEST)
+    reply = _reply(kind_of(subject), task, timeout=3 * subject.seconds + LONGEST, pool=pool)
     if reply.error is not None:
         raise ValueError(reply.error)
     if told is not None:
-        start = reply.value[3].start if subject.stays else 0.0
-        told(start, reply.seconds - start)
+        stands = reply.value[3] if subject.stays else Standing(start=0.0, last_start=0.0, growth=0.0)
+        told(stands.last_start, reply.seconds - stands.start)
     return reply.value[0]
 
 

@@ -53,6 +53,7 @@ class Standing:
     """What a program that stays alive costs beside its answers."""
 
     start: float  # s that it took to start since this was last asked; 0 if it ran
+    last_start: float  # s that its last start took
     growth: float  # bytes of memory a scene, where its memory grows from scene to scene
 
 
@@ -62,7 +63,7 @@ class Server:
     def __init__(self, subject: Subject) -> None:
         self.subject = subject
         self.folder = Path(tempfile.mkdtemp(prefix="rayproof-"))
-        self._start = 0.0  # s that the program took to start, since it was last told
+        self._start = self._last_start = 0.0  # s that the program took to start, since it was last told; the last time
         self._running: _Running | None = None
         self._sizes: deque[int] = deque(maxlen=SCENES + 1)  # bytes of memory after each of the last scenes
         self._prints, self._first_print = 0, ""  # since they were last told
@@ -77,7 +78,8 @@ class Server:
             self._running = _Running(self.subject, self.folder)
             self._sizes.clear()
             ended = self._asked({"capabilities": True}, seconds=self.subject.seconds, output=output)
-            self._start += time.monotonic() - begun
+            self._last_start = time.monotonic() - begun
+            self._start += self._last_start
             if "capabilities" in request or ended.lost or self._running is None:
                 return ended
         ended = self._asked(request, seconds=seconds, output=output)
@@ -96,7 +98,7 @@ class Server:
     def standing(self) -> Standing:
         """Return how the program stands; its start is told once."""
         start, self._start = self._start, 0.0
-        return Standing(start=start, growth=self._growth())
+        return Standing(start=start, last_start=self._last_start, growth=self._growth())
 
     def notes(self) -> tuple[str, ...]:
         """Return in a sentence what it printed since this was last asked."""
