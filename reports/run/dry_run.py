@@ -35,11 +35,13 @@ def plan_in_words(request: RunOptions, pool: Pool | None = None) -> list[str]:
     each = [estimate(one.case, candidates=len(one.configurations), references=len(heard.names)) for one in planned]
     renders = sum((1 + one.twice) * len(one.configurations) + len(heard.names) for one in planned)
     checks = sum(_checks(one, heard.names, subject) for one in planned)
+    laws = sum(len(one.laws) for one in planned)
     configurations = configurations_of(planned)
     largest = max(zip(planned, each, strict=True), key=lambda both: both[1].seconds)
     counts = f"{len(planned)} cases, {len(configurations)} configurations, {len(heard.names)} references"
     return [
-        f"plan: {counts} ({', '.join(heard.names)}); {renders} renders, {checks} checks",
+        f"plan: {counts} ({', '.join(heard.names)}); {renders} renders, {checks} checks"
+        + f", {laws} laws put" * bool(laws),
         *(f"not asked: {name}: {why}" for name, why in heard.absent.items()),
         f"largest case: {_about(largest[0])}",
         *_estimated(request, planned, each, pool, references=len(heard.names)),

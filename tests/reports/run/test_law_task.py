@@ -81,6 +81,12 @@ def test_a_run_in_which_no_law_has_anything_to_say_measured_nothing(tmp_path: Pa
     assert (code, results["verdict"], results["cases"][0]["laws"][0]["verdict"]) == (3, "pass", "undecided")
 
 
+def test_a_plan_says_how_often_a_law_is_put_to_a_configuration(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["run", "split", "primitives/sphere", "--laws", "--dry-run"]) == 0
+
+    assert " checks, 2 laws put\n" in capsys.readouterr().out
+
+
 def test_an_unknown_law_is_bad_usage(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["run", "no_such_law", "--laws", "--out", str(tmp_path)]) == 2
 
