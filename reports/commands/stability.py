@@ -274,8 +274,11 @@ def limits_shown(found: "LimitsRecord", earlier: "LimitsRecord | None", file: Pa
             say(f"LOWER: {sentence}")
         say(f"{len(lower)} of {len(compared)} limits are lower than they were")
         return 1 if lower else 0
-    firsts = {one["verdict"] for one in found["limits"][: len(found["ladders"])] if one["limit"] is None}
-    return 1 if "fail" in firsts else 3 if firsts & {"error", "missing"} else 0
+    firsts = {one["verdict"]: one for one in found["limits"][: len(found["ladders"])] if one["limit"] is None}
+    broken = firsts.get("error") or firsts.get("missing")
+    if broken is not None:
+        say(f"{broken['ladder']} {broken['verdict']}: {broken['reason']}")
+    return 1 if "fail" in firsts else 0 if broken is None else 3
 
 
 def tell(done: int, total: int, one: "ClimbRecord") -> None:

@@ -29,6 +29,7 @@ from rayproof.reports.subjects import THE_TRACER, TRACER, Subject
 JUDGES = (ORACLE, "certified")
 MOST_RENDERS = 6  # of a ladder that is not climbed whole
 PASSED = (Outcome.PASS, Outcome.WARN)
+UNANSWERED = (Outcome.ERROR, Outcome.MISSING, Outcome.UNSUPPORTED)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -71,9 +72,12 @@ class SceneClimb:
         """Return the rung to render next, or None if the limit is known.
 
         Both ends come first. Between them it is bisected; the renders that are left look for a rung whose verdict is
-        out of order. If there is one, or the ladder is a control, all rungs are rendered.
+        out of order. If there is one, or the ladder is a control, all rungs are rendered. If the first has no answer,
+        no other is rendered.
         """
         last = len(self.ladder.values) - 1
+        if 0 in self.rungs and self.rungs[0].outcome in UNANSWERED:
+            return None
         if self.whole:
             return next((rung for rung in range(last + 1) if rung not in self.rungs), None)
         for end in (0, last):

@@ -117,13 +117,14 @@ def test_against_is_a_gate(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -
 
 
 @pytest.mark.process
-def test_a_planted_fault_cannot_climb(tmp_path: Path) -> None:
+def test_a_program_without_an_image_is_asked_once_a_ladder(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     program = tmp_path / "blind.py"
     program.write_text("import sys\nsys.exit('no image today')\n")
     subject = f"exec:python3 {program} {{scene}} {{output}}"
 
     assert main(["stability", "--subject", subject, "--quick", "--ladder", "tall", "--out", str(tmp_path)]) == 3
-    assert load_limits(tmp_path)["limits"][0]["limit"] is None
+    assert [one["verdict"] for one in load_limits(tmp_path)["limits"][0]["rungs"]] == ["error"]
+    assert "no image today" in capsys.readouterr().out
 
 
 @pytest.mark.parametrize("words", [["sphere", "--subject", "tracer"], ["--against", "x"], ["--subject", "nobody"]])
