@@ -12,6 +12,7 @@ from PIL import Image
 from rayproof.reports.cli import main
 from rayproof.reports.publish import browser
 from rayproof.reports.publish.browser import MOST_BYTES, sizes
+from tests.harness.pictures import DRAWN_BY, scripts_digest
 from tests.reports.publish.sample import make_folder
 
 
@@ -49,6 +50,10 @@ def test_pictures_are_small_and_figures_are_numbers(run: Path, tmp_path: Path) -
     assert re.search(r"all that is in the folder +│ +\d\.\d MB +│ +- ", out)
     for name in ("first page", "a case", "another image", "3-D"):
         assert re.search(rf"{name} +│ +\d+ ms +│ +\d+ ms", out), name
+
+
+def test_the_documents_pictures_show_the_page_as_it_is() -> None:
+    assert DRAWN_BY.read_text().strip() == scripts_digest(), "run: python -m tests.harness.pictures"
 
 
 def test_what_is_opened_is_told_from_what_lies_beside_it(run: Path) -> None:

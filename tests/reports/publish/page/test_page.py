@@ -47,6 +47,16 @@ def test_every_script_is_in_the_page_and_every_item_has_a_title():
     assert set(TITLES) == set(BLAMABLE)
 
 
+def test_the_words_of_the_page_are_terms():
+    scripts = "\n".join(path.read_text() for path in Path(package.__path__[0], "html").glob("*.js")).lower()
+    terms = (Path(package.__path__[0]).parents[1] / "terms.md").read_text()
+    words = "end to end, continued, error / limit, worst pixel, undecided, ladder, climb, breakpoint, surprise, slope"
+
+    for word in [*words.split(", "), "Pareto front", "contact sheet", "cause", "configuration", "finding"]:
+        assert word.lower() in scripts, word
+        assert f"**{word}**" in terms, word
+
+
 def test_scripts_never_use_what_turns_text_into_markup():
     for path in Path(package.__path__[0], "html").glob("*.js"):
         assert not re.search(
