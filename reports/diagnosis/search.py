@@ -113,7 +113,7 @@ def _holds(case: Evidence, blank: dict[Stage, np.ndarray]) -> np.ndarray:
     """Return the pixels (height, width) that hold what the memory held, in every stage."""
     found = np.ones(case.wrong.shape, dtype=bool)
     for stage, value in blank.items():
-        if stage in case.stages:
+        if stage in case.stages and case.ours[stage].shape[-1] == len(value):  # visibility has a channel for each light
             image = case.ours[stage]
             found &= np.all((image == value) | (np.isnan(image) & np.isnan(value)), axis=-1)
     return found

@@ -11,7 +11,7 @@ from itertools import chain
 import numpy as np
 
 from rayproof.cases.stages import IMAGE_STAGES, Stage
-from rayproof.reports.diagnosis import Fit, Way
+from rayproof.reports.diagnosis import MISTAKES, Fit, Way
 from rayproof.reports.diagnosis.answering import LIGHT
 from rayproof.reports.diagnosis.fits import from_stages
 from rayproof.reports.diagnosis.hypotheses import (
@@ -101,9 +101,14 @@ def shares(failing: Sequence[Continued], modes: Sequence[str], *, seconds: float
             if most < min(len(shown), FEWEST):
                 break
             first, cases = best[0]
-            alike = [one for one, others in best if others == cases and bool(one.parameters) <= bool(first.parameters)]
+            alike = [one for one, others in best if others == cases and _free(one) <= _free(first)]
             yield Shared(stage=stage, hypotheses=tuple(alike), cases=cases)
             left -= cases
+
+
+def _free(hypothesis: Hypothesis) -> tuple[bool, bool]:
+    """Return how freely a hypothesis follows what it explains: whether a law was fitted, and a parameter estimated."""
+    return MISTAKES[hypothesis.mistakes[0]].fitted is not None, bool(hypothesis.parameters)
 
 
 def _fitted(stage: Stage, shown: Sequence[Continued], look: Sequence[Continued], clock: Clock) -> Iterator[Hypothesis]:

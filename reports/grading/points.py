@@ -28,6 +28,7 @@ OF_CAMERAS = {
     "CAM-1": ("turned by", "the length of", "the distance from eye"),
     "CAM-3": ("shifted by", "of n pixels", "first pixel's corner"),
 }
+FEWEST = 2  # cases beyond those of a mistake that is charged, in which another one has to show
 GARBLED = 0.9  # of the failing cases: where so many are wrong at most stages, the images are stored wrongly
 CUTS = (": this explains", ": in ")  # where a cause's sentence begins to speak of cases
 
@@ -284,6 +285,9 @@ def _explain(ledger: _Ledger, clauses: list[Clause], *, staged: bool) -> None:
     if left and not staged and not any(all(item in clause.items for clause in left) for item in left[0].items):
         _blame(ledger, frozenset().union(*(clause.items for clause in left)), left)
         return
+    told = {clause.case for clause in clauses if clause.items & charged}
+    if len({clause.case for clause in left} - told) == 0 and len({clause.case for clause in left}) < FEWEST:
+        return  # one case, in which an earlier stage is wrong: too little for another mistake
     while left:
         share = {item: len(fails[item]) / len(fails[item] | ledger.right.get(item, set())) for item in fails}
         scores = {item: share[item] * sum(item in clause.items for clause in left) for item in fails}

@@ -111,3 +111,8 @@ def test_a_camera_that_was_fitted_costs_what_it_differs_in() -> None:
     assert own_items("another_camera", items, "whose image is turned by 1 degrees about the right axis") == ("CAM-1",)
     assert own_items("another_camera", items, "n/(n - 1) of n pixels times as wide") == ("CAM-3",)
     assert own_items("acne", ("LIT-2", "LIT-3"), "") == ("LIT-1",)
+
+
+def test_one_case_in_which_an_earlier_stage_is_wrong_costs_no_second_item(rubric: Rubric) -> None:
+    first = record(rubric, CASES[3], "fail", "normal", "visibility", blamed_items=["NRM-3"])
+    assert states(rubric, first) == {"NRM-3": State.WRONG}
