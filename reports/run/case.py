@@ -346,10 +346,7 @@ class CaseRun:
 
 def second_answer(name: str, reply: Reply) -> Answers:
     """Return what the one under test answered when it was asked again."""
-    if reply.error is None:
-        answered: Answers = reply.value[0]
-        return answered
-    return Answers(name=name, precision="float32", error=reply.error)
+    return reply.value[0] if reply.error is None else Answers(name=name, precision="float32", error=reply.error)
 
 
 def flawless(record: CaseRecord, witnesses: tuple[Answers, ...]) -> bool:
