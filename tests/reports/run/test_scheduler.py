@@ -27,7 +27,7 @@ from tests.reports.run.certificates import Authority
 
 CHECKOUT = Path(__file__).parents[3]
 # What differs between two runs that find the same: times, who did it, and pictures, which are drawn afterwards.
-OF_A_RUN = {"seconds", "judge_seconds", "worker", "picture", "thumbnail", "reproduce"}
+OF_A_RUN = {"seconds", "kernels", "launches", "judge_seconds", "worker", "picture", "thumbnail", "reproduce"}
 SCENE = {
     "camera": {"eye": [0, -3, 1], "target": [0, 0, 0], "up": [0, 0, 1], "fovy": 40, "width": 16, "height": 12,
                "near": 0.1, "far": 9},

@@ -19,7 +19,10 @@ from rayproof.reports.run.shards import load_shards, merge, number_of, shard_of
 from rayproof.reports.run.suite import replaced
 
 CASES = ("behind/sphere", "behind/cube", "behind/plane", "behind/square")
-TIMES = {"seconds", "kernels", "judge_seconds", "started", "command", "cached", "remembered", "shard", "shards", "key"}
+TIMES = {
+    "seconds", "kernels", "launches", "judge_seconds", "started", "command", "cached", "remembered", "shard", "shards",
+    "key",
+}  # fmt: skip
 START = "import sys; from rayproof.reports.cli import main; sys.exit(main())"
 
 
