@@ -1,7 +1,9 @@
 """A class: every submission graded in a process of its own, what is finished kept, and equal roundings noted."""
 
+import ctypes
 import hashlib
 import signal
+import sys
 from collections.abc import Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import dataclass
@@ -28,6 +30,7 @@ from rayproof.reports.subjects import PROGRAM
 FEWEST_ROUNDINGS = 1000  # pixels rounded otherwise than the oracle's, without which equal images are no hint
 SHARING = 15.0  # s of processor time for mistakes that explain some stages each
 NAME = "grade.json"
+PDEATHSIG = 1  # linux/prctl.h
 
 
 class Roundings(msgspec.Struct, frozen=True):
@@ -98,6 +101,8 @@ def grade_class(rubric: Rubric, place: Place, chosen: Sequence[str], *, jobs: in
 def grade_one(job: Job) -> Graded:
     """Grade one submission; take up what is known of it under the same rubric and version."""
     signal.signal(signal.SIGINT, signal.default_int_handler)
+    if sys.platform == "linux":  # end with the command, however that ends
+        ctypes.CDLL(None).prctl(PDEATHSIG, signal.SIGTERM)
     rubric, place = load_rubric(job.rubric), job.place
     folder, kept = run_folder(place, job.name), run_folder(place, job.name) / NAME
     problem, results, known = "", None, ""
