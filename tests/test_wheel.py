@@ -139,10 +139,12 @@ def test_the_gate_of_a_foreign_project_goes_red_in_each_of_its_ways(project: tup
     assert rayproof("gate", "accept", "broken", "--file", "known.json", "--reason", "It squares the albedo.") == 0
     known = json.loads((folder / "known.json").read_text())
     first, *others = known["expected"]
+    name, check = next((name, one) for name, one in first["checks"].items() if one["ratio"][0] != "inf")
+    worse = check | {"ratio": [2 * end for end in check["ratio"]]}
     changed = {
         "regressions": others,
-        "tighten": [first | {"ratio": [2 * end for end in first["ratio"]]}, *others],
-        "stale": [first | {"reference": "nobody"}, first, *others],
+        "tighten": [first | {"checks": first["checks"] | {name: worse}}, *others],
+        "stale": [first | {"checks": {"nobody nobody radiance": check}}, first, *others],
         "expired": [first | {"expires": "2020-01-31"}, *others],
     }
 

@@ -141,7 +141,8 @@ def furnish(folder: str, hidden: list[str], shown: list[str], secret: list[str])
     read_only("/")
     for path in sorted(map(os.path.realpath, hidden)):
         empty(path)
-    for path, handle, is_folder in kept:
+    # A folder before those in it: one that is made for them would pass for it.
+    for path, handle, is_folder in sorted(kept):
         if not os.path.exists(path) or path == folder:
             if is_folder:
                 os.makedirs(path, exist_ok=True)

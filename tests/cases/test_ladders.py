@@ -21,7 +21,9 @@ GROUPS = {
 
 
 def test_every_page_is_named() -> None:
-    assert sorted(PAGES) == sorted(page.name for page in iter_modules(ladders.__path__))
+    # Of scenes: `stability --subject` climbs them by a renderer and not by a formula.
+    pages = {page.name for page in iter_modules(ladders.__path__)} - {"whole_scenes"}
+    assert sorted(PAGES) == sorted(pages)
 
 
 def test_there_are_at_least_fifty_over_all_groups() -> None:

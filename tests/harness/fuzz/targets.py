@@ -448,6 +448,7 @@ def _part() -> tuple[RunRecord, bytes]:
         "number": 1,
         "of": 2,
         "planned": 4,
+        "names": "n",
         "configurations": ["float32"],
         "code": "c",
         "plan": "p",

@@ -90,7 +90,8 @@ def test_a_stage_that_is_missing_without_a_word_is_not_passed_over() -> None:
 
 def records(*verdicts: str) -> Any:
     """Return records of cases with these verdicts and no checks."""
-    return [{"name": "a/b", "verdict": one, "covers": [], "ran": {}, "planned": 0, "checks": []} for one in verdicts]
+    about = {"name": "a/b", "family": "a", "covers": [], "ran": {}, "planned": 0, "checks": []}
+    return [about | {"verdict": one} for one in verdicts]
 
 
 def test_a_run_goes_by_the_cases_that_its_subject_can_do() -> None:

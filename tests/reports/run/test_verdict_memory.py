@@ -43,7 +43,7 @@ def told(record: dict[str, Any]) -> dict[str, Any]:
     """Return a record without what each run says of itself: times, and where a render came from."""
     ours = {key: value for key, value in record.items() if "seconds" not in key and key != "remembered"}
     ours["renders"] = [
-        {key: value for key, value in render.items() if key not in ("seconds", "cached")}
+        {key: value for key, value in render.items() if key not in ("seconds", "cached", "kernels", "launches")}
         for render in record["renders"]
     ]
     return ours
