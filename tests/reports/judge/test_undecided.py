@@ -101,13 +101,17 @@ def test_a_face_that_occurs_twice_excuses_no_place_but_its_own(pixel):
     assert (result.outcome, result.stage) == (Outcome.FAIL, Stage.POSITION)
 
 
-@pytest.mark.parametrize(("pixel", "outcome"), [((16, 12), Outcome.PASS), ((16, 13), Outcome.FAIL)], ids=str)
-def test_a_square_that_holds_the_eye_is_met_anywhere_along_a_ray_within_it_and_by_no_other_ray(pixel, outcome):
+@pytest.mark.parametrize(
+    ("pixel", "distance", "outcome"),
+    [((16, 12), 0.16429148149321593, Outcome.PASS), ((16, 12), 2.0, Outcome.FAIL), ((16, 13), 0.164, Outcome.FAIL)],
+    ids=["on-it", "beyond-it", "another-ray"],
+)
+def test_a_square_that_holds_the_eye_is_met_anywhere_along_a_ray_within_it(pixel, distance, outcome):
     """The middle ray of this scene runs within the square: the oracle misses it, and certified arithmetic hits it."""
     case, (column, row) = random_case(51205, 196), pixel
     truth = truth_of(case)
     objects, distances = truth[Stage.OBJECT].copy(), truth[Stage.DISTANCE].copy()
-    objects[row, column], distances[row, column] = 0.0, 0.16429148149321593
+    objects[row, column], distances[row, column] = 0.0, distance
 
     result = judged(case, answered(case, truth | {Stage.OBJECT: objects}, Stage.DISTANCE, distances), truth)
 
