@@ -37,14 +37,13 @@ def cameras(
         forward = directions(count, generator)
         target = rounded(position + forward * 6.0, precision)
         up = np.cos(now["lean"]) * forward + np.sin(now["lean"]) * across(forward, generator)
-        single = {name: rounded(np.full(count, now[name]), precision) for name in ("near", "far", "aspect")}
+        single = {name: rounded(np.full(count, now[name]), precision) for name in ("near", "far", "aspect", "fovy")}
         return {
             "eye": position,
             "target": target,
             "up": rounded(up, precision),
             "sx": rounded(generator.uniform(-1, 1, count), precision),
             "sy": rounded(generator.uniform(-1, 1, count), precision),
-            "fovy": np.full(count, now["fovy"]),
             **single,
         }
 

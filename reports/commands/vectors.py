@@ -87,7 +87,7 @@ def _judged(path: Path, precision: str, out: Path | None) -> int:
 
 
 def _show(judgement: "Judgement") -> None:
-    from rayproof.reports.vectors.judging import reach_cell
+    from rayproof.reports.vectors.judging import LADDERS_TITLE, reach_cell
 
     rows = []
     for file in judgement.files:
@@ -98,7 +98,7 @@ def _show(judgement: "Judgement") -> None:
     title = f"{judgement.name}, {judgement.precision}"
     show_table(title, ["file", "passed", "failed", "skipped", "worst row", "of its limit"], rows)
     reaches = [[reach.ladder.name, reach.ladder.parameter, reach_cell(reach)] for reach in judgement.reaches]
-    show_table("ladders, by the gate of rayproof stability", ["ladder", "what grows", "right up to"], reaches)
+    show_table(LADDERS_TITLE, ["ladder", "what grows", "right up to"], reaches)
     for file in judgement.files:
         for verdict in [v for v in judgement.of_file(file) if v.outcome == "failed"][:WORST]:
             say(f"{verdict.id} fails: {verdict.because}")

@@ -18,6 +18,7 @@ from rayproof.reports.vectors.rows import LADDERS, everything
 from rayproof.tracer.formulas import FORMULAS
 
 Cells = Mapping[str, str]
+LADDERS_TITLE = "ladders, by the gate of rayproof stability at float32 inputs"  # it draws float64 ones for float64
 ALIKE = 0.5  # share of all failures from which a formula is named
 
 
@@ -221,7 +222,7 @@ def markdown(judgement: Judgement) -> str:
         worst = max(own, key=lambda verdict: verdict.ratio)
         counts = [sum(verdict.outcome == outcome for verdict in own) for outcome in ("failed", "skipped")]
         lines.append(f"| {file} | {len(own)} | {counts[0]} | {counts[1]} | {worst.id} | {worst.ratio:.3g} |")
-    lines += ["", "| ladder | what grows | right up to |", "|---|---|---|"]
+    lines += ["", f"{LADDERS_TITLE.capitalize()}:", "", "| ladder | what grows | right up to |", "|---|---|---|"]
     for reach in judgement.reaches:
         lines.append(f"| {reach.ladder.name} | {reach.ladder.parameter} | {reach_cell(reach)} |")
     lines += [""] + [f"* {file}: {sentence}" for file, sentence in judgement.alike.items()]

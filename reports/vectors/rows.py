@@ -58,11 +58,17 @@ SMALLEST, LARGEST = 1e-9, 1e9  # of lengths in a row of no extreme scale: produc
 
 
 def drawn(ladder: Ladder) -> tuple[Inputs, np.ndarray]:
-    """Return the float32 inputs of a ladder, as `rayproof stability` draws them, and the index of each ray's value."""
+    """Return the inputs of a ladder as rows hold them, and the index of each ray's value.
+
+    They are those that `rayproof stability` draws in float32; a blocker is the point where it stands.
+    """
     generator = np.random.default_rng(ladder.seed)
     rays = ladder.quick_rays if ladder.question == "watertight" else ladder.rays
     parts = [ladder.draw(value, rays, generator, "float32") for value in ladder.values]
     inputs = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
+    if "gap" in inputs and "blocker" not in inputs:
+        point, normal, gap = (inputs[name].astype(np.float32) for name in ("point", "normal", "gap"))
+        inputs["blocker"] = (point + normal * gap[:, np.newaxis]).astype(np.float64)
     lengths = [len(next(iter(part.values()))) for part in parts]
     return inputs, np.repeat(np.arange(len(ladder.values)), lengths)
 
@@ -166,13 +172,8 @@ def _of_ladder(ladder: Ladder, x: Mapping[str, Any]) -> Iterator[tuple[str, str,
 def _shadow(x: Mapping[str, Any], ray: dict[str, Numbers]) -> Iterator[tuple[str, str, dict[str, Numbers], str]]:
     sphere = {"center": x.get("c", ""), "radius": x.get("r", "")}
     given = ray | {"point": x["point"], "normal": x["normal"], **sphere, "light": x["light"]}
-    blocker = x.get("blocker")
-    if blocker is None:
-        point, normal, gap = (np.array(x[name], dtype=np.float32) for name in ("point", "normal", "gap"))
-        blocker = tuple((point + normal * gap).astype(np.float64).tolist())
     yield "feeler", "feeler", given | {"blocker": ""}, ""
-    given |= {"blocker": blocker}
-    yield "feeler", "feeler", given, ""
+    yield "feeler", "feeler", given | {"blocker": x["blocker"]}, ""
 
 
 def _plain(array: np.ndarray) -> Any:
@@ -199,8 +200,6 @@ def of_ladders() -> Iterator[Row]:
         for value, rays in zip(ladder.values, chosen[ladder.name], strict=True):
             for ray in rays:
                 given = {name: array[ray : ray + 1] for name, array in inputs.items()}
-                if "fovy" in given:  # which ladders hold in float64
-                    given["fovy"] = given["fovy"].astype(np.float32).astype(np.float64)
                 x = {name: _plain(array) for name, array in given.items()}
                 why = f"{ladder.parameter.capitalize()}: {value:g}."
                 for file, question, asked, kind in _of_ladder(ladder, x):

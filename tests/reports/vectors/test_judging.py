@@ -6,13 +6,16 @@ from subprocess import run
 
 import pytest
 
-from rayproof.reports.studies.stability.climb import climb, drawn
+from rayproof.reports.studies.stability.climb import Drawn, climb, drawn
+from rayproof.reports.studies.stability.document import applies
+from rayproof.reports.studies.stability.questions import QUESTIONS
 from rayproof.reports.vectors import SLOTS_OF
 from rayproof.reports.vectors.answering import configured, formulas_of
-from rayproof.reports.vectors.check import Answers, WrongFileError, judged, read_answers, scored
+from rayproof.reports.vectors.check import FILES, Answers, WrongFileError, judged, read_answers, scored
 from rayproof.reports.vectors.files import as_read, write
 from rayproof.reports.vectors.judging import climbed, judge, junit, markdown
 from rayproof.reports.vectors.rows import LADDERS, everything
+from rayproof.reports.vectors.rows import drawn as stored
 from rayproof.tracer.formulas import FORMULAS
 from tests.reports.vectors.answers import exact, of_formula, written
 
@@ -79,17 +82,27 @@ def test_planted_faults_violate_a_vector() -> None:
     assert len(seen) >= 0.95 * len(faults)
 
 
-@pytest.mark.parametrize("name", ["sphere/textbook", "sphere/haines", "triangle/signed_areas", "cube/ieee_slabs"])
-def test_ladders_break_where_stability_says(name: str) -> None:
-    formula = FORMULAS[name]
-    file = FILE_OF[formula.slot]
+@pytest.mark.parametrize("precision", PRECISIONS)
+@pytest.mark.parametrize("file", FILES)
+def test_every_ladder_breaks_where_stability_says(file: str, precision: str) -> None:
+    """Inputs of rows are float32 numbers: in float64 a ladder is climbed with these, and not with its own draw."""
     rows = {identity: row for identity, row in everything()[0].items() if row.file == file}
-    reaches = climbed(rows, of_formula(name, file, "float32"), "float32")
-
-    assert len(reaches) >= 9
-    for reach in reaches:
-        whole = climb(drawn(reach.ladder, "float32", quick=reach.ladder.question == "watertight"), formula)
-        assert reach.breakpoint == whole.breakpoint, reach.ladder.name
+    of_file = {row.ladder for row in rows.values()}
+    reaches: dict[str, dict[str, float | None]] = {}
+    for ladder in (ladder for ladder in LADDERS if ladder.name in of_file):
+        if precision == "float32":
+            whole = drawn(ladder, precision, quick=ladder.question == "watertight")
+        else:
+            inputs, rungs = stored(ladder)
+            truth = QUESTIONS[ladder.question]().truth(ladder, inputs, rungs)
+            whole = Drawn(ladder=ladder, precision=precision, inputs=inputs, rungs=rungs, truth=truth)
+        formulas = [formula for slot in ladder.slots for formula in FORMULAS.variants(slot) if applies(ladder, formula)]
+        for formula in formulas:
+            if formula.name not in reaches:
+                found = climbed(rows, of_formula(formula.name, file, precision), precision)
+                reaches[formula.name] = {reach.ladder.name: reach.breakpoint for reach in found}
+            expected = climb(whole, formula).breakpoint
+            assert reaches[formula.name][ladder.name] == expected, (ladder.name, formula.name)
 
 
 def test_every_formula_has_ladders_to_climb() -> None:
