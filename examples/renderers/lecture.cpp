@@ -4,13 +4,18 @@
 //     rayproof run --subject "exec:./lecture {scene} {output}"
 //
 // Its stages are made of one another and written as floats, which it says by "chained": a stage is then judged on its own.
-// Compiled with -DPLANTED_BUG it turns normals by the model matrix instead of its inverse transpose.
+// Compiled with -DPLANTED_BUG it turns normals by the model matrix instead of its inverse transpose, and with
+// -DWORLD_NORMALS=true it takes the normals of faces from their rounded corners in the world, which it declares.
 #include <algorithm>
 #include <array>
 #include <iostream>
 #include <limits>
 
 #include "rayproof.hpp"
+
+#ifndef WORLD_NORMALS
+#define WORLD_NORMALS false
+#endif
 
 using Json = rayproof::Json;
 constexpr double PI = 3.14159265358979323846, INF = std::numeric_limits<double>::infinity();
@@ -155,7 +160,9 @@ Shape read_shape(const Json& j, const std::string& path) {
     for (const auto& [p, q, r] : corners) {
         auto baked = [&](Vec v) { v = s.place.point(v); return Vec{float(v.x), float(v.y), float(v.z)}; };
         s.faces.push_back({baked(p), baked(q), baked(r)});
-        s.normals.push_back(s.place.normal(cross(q - p, r - p)));
+        const auto& [a, b, c] = s.faces.back();
+        const Vec world = (s.place.determinant() < 0 ? -1 : 1) * cross(b - a, c - a);
+        s.normals.push_back(WORLD_NORMALS ? normalize(world) : s.place.normal(cross(q - p, r - p)));
     }
     return s;
 }
@@ -163,7 +170,8 @@ Shape read_shape(const Json& j, const std::string& path) {
 int main(int count, char** words) try {
     if (count == 2 && std::string(words[1]) == "--capabilities") {
         std::cout << R"({"protocol": 1, "name": "lecture", "version": "1", "precision": "float64",
-            "chained": true, "epsilons": {"shadow": 1e-7}})";
+            "chained": true, "world_normals": )" << (WORLD_NORMALS ? "true" : "false")
+                  << R"(, "epsilons": {"shadow": 1e-7}})";
         return 0;
     }
     if (count != 3) throw std::runtime_error("usage: lecture SCENE OUTPUT");

@@ -21,6 +21,7 @@ import numpy as np
 from rayproof.cases.registry import Registry
 from rayproof.cases.scene import Scene
 from rayproof.cases.stages import Stage, StageImages
+from rayproof.reports.judge.limits import Roundoff
 
 if TYPE_CHECKING:
     from rayproof.reports.diagnosis.fits import Fitting
@@ -45,6 +46,7 @@ class Answered:
     answers: StageImages
     limits: Mapping[Stage, np.ndarray]  # (height, width) or (height, width, 3)
     edge: np.ndarray  # (height, width): something else begins within a pixel
+    rounding: Roundoff  # the renderer's, of which the limits are
 
 
 # NaN where rounding alone says what such a renderer answers. One that has a parameter may say itself what it is `at`

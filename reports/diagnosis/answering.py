@@ -21,6 +21,7 @@ from rayproof.reports.judge.oracle import FullOracle, stages_of
 
 LIGHT = (Stage.IRRADIANCE, Stage.EXITANCE, Stage.RADIANCE)
 PRECISION = "float32"  # what results keep, whatever a renderer computes in
+FLOAT32 = Roundoff(PRECISION)
 # Relative: what a renderer in float32 may lose beyond the counted roundings, and what files of other steps lose.
 LEAST = 1e-5
 TURNED = 16  # roundings of a ray's direction
@@ -32,10 +33,10 @@ class Unanswerable(Exception):  # noqa: N818  an answer, not a mishap
     """A way that has no answer to a scene: the changed question is no valid scene, or beyond the tracer."""
 
 
-def right_answer(scene: Scene, oracle: FullOracle) -> Answered:
-    """Return the oracle's own answer."""
+def right_answer(scene: Scene, oracle: FullOracle, rounding: Roundoff = FLOAT32) -> Answered:
+    """Return the oracle's own answer, with the limits of a renderer that rounds so."""
     answers = oracle.render(scene, [stage for stage in stages_of(scene) if stage is not Stage.CAMERA])
-    return _answered(scene, answers, {})
+    return _answered(scene, answers, {}, rounding)
 
 
 def answer(way: Way, right: Answered, oracle: FullOracle, *, ours: StageImages | None = None) -> Answered:
@@ -51,8 +52,8 @@ def answer(way: Way, right: Answered, oracle: FullOracle, *, ours: StageImages |
         return way.stored(right, ours or {})
     scene, answers, plain = _plain_answer(way, right, oracle)
     if answers is right.answers:
-        return Answered(scene=scene, answers=answers, limits=right.limits, edge=right.edge)
-    found = _answered(scene, answers, plain)
+        return replace(right, scene=scene)
+    found = _answered(scene, answers, plain, right.rounding)
     if scene == right.scene and Stage.VISIBILITY in answers:
         found = replace(found, edge=found.edge | _by_a_light_on_a_surface(scene, answers, right.answers))
     if Stage.RADIANCE in way.stages and Stage.RADIANCE in plain:
@@ -228,11 +229,9 @@ def _traced(
     return render(scene, stages, Configuration(precision=precision, formulas=formulas))
 
 
-def _answered(scene: Scene, answers: StageImages, plain: StageImages) -> Answered:
+def _answered(scene: Scene, answers: StageImages, plain: StageImages, rounding: Roundoff) -> Answered:
     with np.errstate(all="ignore"):
-        bound = dict(
-            limits(scene, answers, condition(scene, answers), Roundoff(PRECISION), by_matrices=False).end_to_end
-        )
+        bound = dict(limits(scene, answers, condition(scene, answers), rounding, by_matrices=False).end_to_end)
         bound = {stage: np.abs(limit) for stage, limit in bound.items()}  # behind the eye a distance is negative
         for stage, image in answers.items():
             size = np.abs(image)
@@ -253,7 +252,8 @@ def _answered(scene: Scene, answers: StageImages, plain: StageImages) -> Answere
                     limit = limit * np.where(np.isfinite(factor), np.maximum(1.0, factor), 1.0)
                 bound[stage] = limit + LEAST * np.where(np.isfinite(size), size, 0.0)
         bound = {stage: np.where(np.isnan(limit), 0.0, limit) for stage, limit in bound.items()}
-    return Answered(scene=scene, answers=answers, limits=bound, edge=_edges(answers) | between_faces(scene, answers))
+    edge = _edges(answers) | between_faces(scene, answers)
+    return Answered(scene=scene, answers=answers, limits=bound, edge=edge, rounding=rounding)
 
 
 def between_faces(scene: Scene, answers: StageImages) -> np.ndarray:
@@ -310,7 +310,7 @@ def _over_its_limit(scene: Scene, found: Answered, plain: StageImages, way: Way)
     middle, value = plain[Stage.RADIANCE], found.answers[Stage.RADIANCE]
     with np.errstate(all="ignore"):
         room = limits(
-            scene, {**found.answers, **plain}, condition(scene, found.answers), Roundoff(PRECISION), by_matrices=False
+            scene, {**found.answers, **plain}, condition(scene, found.answers), found.rounding, by_matrices=False
         ).end_to_end[Stage.RADIANCE]
         room = np.where(np.isfinite(room), room, 0.0) + LEAST * np.abs(middle)
         exitance, about = found.answers[Stage.EXITANCE], found.limits[Stage.EXITANCE]
@@ -329,9 +329,9 @@ def _over_its_limit(scene: Scene, found: Answered, plain: StageImages, way: Way)
     return {Stage.RADIANCE: np.where(np.isfinite(moved), moved, 0.0) + LEAST * np.abs(value)}
 
 
-def own_limits(scene: Scene, answers: StageImages) -> Answered:
+def own_limits(scene: Scene, answers: StageImages, rounding: Roundoff) -> Answered:
     """Return a renderer's own answers with the limits of what follows from them."""
-    return _answered(scene, answers, {})
+    return _answered(scene, answers, {}, rounding)
 
 
 def _edges(answers: StageImages) -> np.ndarray:

@@ -13,11 +13,13 @@ from rayproof.cases.scene_json import load_scene
 from rayproof.cases.stages import IMAGE_STAGES, Stage
 from rayproof.reference.analytic import Analytic
 from rayproof.reports.diagnosis import MISTAKES
+from rayproof.reports.diagnosis.answering import PRECISION
 from rayproof.reports.diagnosis.blaming import Blamed, guilty, narrowed, put
 from rayproof.reports.diagnosis.hypotheses import Clock
 from rayproof.reports.diagnosis.search import Found, Searched, search, spread
 from rayproof.reports.diagnosis.stage_by_stage import Shared, shares
 from rayproof.reports.diagnosis.trials import Continued, Evidence, differ, trial, undecided
+from rayproof.reports.judge.limits import Roundoff
 from rayproof.reports.results.case_records import CaseRecord, RepeatedRecord, by_references
 from rayproof.reports.results.files import at_worst
 from rayproof.reports.results.float_codec import inflated
@@ -201,11 +203,11 @@ def diagnose(folder: Path, results: RunRecord, *, seconds: float) -> list[CauseR
     renderer, configuration = _worst(results)
     if renderer is None:
         return []
-    oracle, clock = Analytic(), Clock(seconds)
+    oracle, clock, rounding = Analytic(), Clock(seconds), _rounding(results)
     evidence = {
         str(case["name"]): one
         for case in results["cases"]
-        if (one := _evidence(folder, case, renderer, configuration, oracle)) is not None
+        if (one := _evidence(folder, case, renderer, configuration, oracle, rounding)) is not None
     }
     failing = spread([one for one in evidence.values() if one.failed])
     changing = _changing(results, configuration)
@@ -228,9 +230,9 @@ def shared_by_mistakes(folder: Path, results: RunRecord, names: Collection[str],
     renderer, configuration = _worst(results)
     if renderer is None:
         return []
-    oracle, failing = Analytic(), []
+    oracle, failing, rounding = Analytic(), [], _rounding(results)
     for case in results["cases"]:
-        one = _evidence(folder, case, renderer, configuration, oracle) if case["name"] in names else None
+        one = _evidence(folder, case, renderer, configuration, oracle, rounding) if case["name"] in names else None
         if one is not None and (continued := Continued(evidence=one)).usable:
             failing.append(continued)
     modes = sorted({case.evidence.scene.shading for case in failing})
@@ -312,7 +314,15 @@ def _verdict(case: CaseRecord, configuration: str) -> str | None:
     )
 
 
-def _evidence(folder: Path, case: CaseRecord, renderer: str, configuration: str, oracle: Analytic) -> Evidence | None:
+def _rounding(results: RunRecord) -> Roundoff:
+    """Return how the renderer under test rounds, as far as it declares it."""
+    world = bool(results["declared"].get("world_normals"))
+    return Roundoff(PRECISION, baked=world, placed=world)
+
+
+def _evidence(
+    folder: Path, case: CaseRecord, renderer: str, configuration: str, oracle: Analytic, rounding: Roundoff
+) -> Evidence | None:
     verdict, path = _verdict(case, configuration), case.get("scene")
     if verdict is None or not isinstance(path, str) or not inside(folder, path):
         return None
@@ -338,6 +348,7 @@ def _evidence(folder: Path, case: CaseRecord, renderer: str, configuration: str,
         failed=verdict == Outcome.FAIL.value,
         oracle=oracle,
         undecided=_mask(case, configuration),
+        rounding=rounding,
     )
 
 

@@ -210,13 +210,15 @@ class Searched:
 def search(evidence: Sequence[Evidence], *, seconds: float = 20.0) -> Searched:
     """Return the mistakes that explain what the evidence shows, within so much processor time [s]."""
     clock = Clock(seconds)
-    failing = spread([one for one in evidence if one.failed])
-    failing = [one for one in failing if one.stages and np.count_nonzero(one.wrong) > 0]
+    failed = [one for one in spread([one for one in evidence if one.failed]) if one.stages]
+    failing = [one for one in failed if np.count_nonzero(one.wrong) > 0]
     passing = spread([one for one in evidence if not one.failed and one.stages])
     fitted, predicted = failing[::2], failing[1::2]
     screen = failing[:SCREENING]
-    if not screen:
-        return Searched(found=(), tried=0, failing=(), fitted=(), seconds=clock.spent, finished=True)
+    if not screen:  # what is wrong is beyond the judge's limits alone
+        looks = tuple(_seen(failed))
+        tried = len(MISTAKES) if looks else 0
+        return Searched(found=looks, tried=tried, failing=(), fitted=(), seconds=clock.spent, finished=True)
     everything, whole = [*failing, *passing], Clock(seconds + HOLDING)
     complete = {one.case: Continued(evidence=one) for one in everything}
     staged = len(failing[0].stages) > 1 and all(one.usable for one in complete.values())
@@ -230,7 +232,7 @@ def search(evidence: Sequence[Evidence], *, seconds: float = 20.0) -> Searched:
         left = _end_to_end(screen, rest, failing, passing, clock, whole)
         if staged:  # all that it wrote speaks, so that a second mistake in few pixels is seen
             left = [one for one in left if one.off < LEAST_LEFT]
-    left = left or _seen(failing)
+    left = left or _seen(failed)
     return Searched(
         found=tuple(left),
         tried=len(MISTAKES),
@@ -448,7 +450,7 @@ def _seen(failing: Sequence[Evidence]) -> list[Found]:
         if seen is None:
             continue
         looks = [seen(case) for case in failing]
-        if False not in looks and looks.count(True) >= min(LEAST_SEEN, len(failing)):
+        if False not in looks and looks.count(True) >= max(1, min(LEAST_SEEN, len(failing))):
             one = Hypothesis(mistakes=(name,), parameters={}, way=MISTAKES[name].ways[0])
             found.append(Found(hypothesis=one, tallies={}))
     return found

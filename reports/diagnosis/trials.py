@@ -13,6 +13,7 @@ from rayproof.cases.scene import Cube, Mesh, Plane, Scene, SceneError, Sphere, S
 from rayproof.cases.stages import IMAGE_STAGES, Stage, StageImages
 from rayproof.reports.diagnosis import Given, Way
 from rayproof.reports.diagnosis.answering import (
+    FLOAT32,
     LIGHT,
     PRECISION,
     TURNS,
@@ -29,6 +30,7 @@ from rayproof.reports.diagnosis.answering import (
     unsteady,
 )
 from rayproof.reports.judge.answers import Answers
+from rayproof.reports.judge.limits import Roundoff
 from rayproof.reports.judge.measurement import ratios
 from rayproof.reports.judge.oracle import ORACLE, FullOracle, stages_of
 from rayproof.reports.judge.scene_truth import Terms, ground
@@ -51,6 +53,7 @@ class Evidence:
     failed: bool
     oracle: FullOracle
     undecided: np.ndarray | None  # (height, width): where the judge itself does not decide; None: asked of it
+    rounding: Roundoff = FLOAT32
     _kept: dict = field(default_factory=dict)
 
     @cached_property
@@ -61,7 +64,7 @@ class Evidence:
     @cached_property
     def right(self) -> Answered:
         """Return the right answer; what the judge leaves undecided counts as its edges."""
-        found = right_answer(self.scene, self.oracle)
+        found = right_answer(self.scene, self.oracle, self.rounding)
         return replace(found, edge=found.edge | self.never)
 
     @cached_property
@@ -267,7 +270,7 @@ class Continued:
 
     @cached_property
     def _supposed(self) -> Answered:
-        return own_limits(self.evidence.scene, self.own)
+        return own_limits(self.evidence.scene, self.own, self.evidence.rounding)
 
     def scene(self, way: Way) -> Scene:
         """Return the question that a way answers; raise SceneError or ValueError where it is none."""

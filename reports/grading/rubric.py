@@ -33,6 +33,7 @@ DECLARABLE: Mapping[str, tuple[str, ...]] = {
     "stages": ("stages",),
     "deterministic": ("deterministic",),
     "chained": ("chained",),
+    "world_normals": ("world_normals",),
 }
 MOST_POINTS, MOST_CASES = 1000.0, 1000
 

@@ -35,6 +35,7 @@ class Answers:
     edge_epsilon: float = 0.0  # m: so far beyond an edge it may take points for inside
     tie_epsilon: float = 0.0  # m: of surfaces no farther apart along a ray it may name either
     chained: bool = True  # each stage was computed from the very numbers handed over, not by a pass of its own
+    world_normals: bool = False  # of a program: it takes faces' normals from float32 corners in world space
     notes: tuple[str, ...] = ()  # where it answers another question than the one asked, in sentences
     mishaps: tuple[str, ...] = ()  # what went wrong on the way of its answers, none of which was lost, in sentences
     settings: Mapping[str, str] = field(default_factory=dict)  # what its answer depends on, for the report

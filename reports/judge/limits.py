@@ -24,7 +24,10 @@ MATRICES = 8  # a 4x4 product each by the inverse projection and the inverse vie
 HIT = 16  # ray into object space 7, solve 9
 POINT = 4  # product and sum, rounded; origin rounded once
 NORMAL = 16  # point into object space 7, inverse transpose 5, normalisation 4
-BAKING = 4  # two corners rounded once each, seen across the triangle's least height from either side
+# Corners v that are rounded once are off by at most d = u |v|. That turns a triangle of least height h by no more than
+# 2 d / (h - 2 d): its plane leans by 2 d over a height that is itself shorter by 2 d. It is at most 4 d / h unless h is
+# below 4 d, and then the limit is above 1 and a normal says little.
+BAKING = 4
 CORNERS = 10  # two corners of five roundings each (matrix entry, product, three sums), seen across the least height
 LIGHT = 12  # difference, length 4, two dot products' worth of sums, product of flux, cosine and 1 / (4 pi r^2)
 

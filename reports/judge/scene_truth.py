@@ -238,7 +238,10 @@ class Terms:
     def because(self, stage: Stage) -> str:
         """Return what the parties' outputs add to a stage's limit, in words that follow its derivation, or nothing."""
         names = (self.candidate.name, self.witness.name)
-        return "".join(one.because(stage, name) for one, name in zip(self._coarseness, names, strict=True))
+        steps = "".join(one.because(stage, name) for one, name in zip(self._coarseness, names, strict=True))
+        if stage is Stage.NORMAL and self.candidate.world_normals:
+            return f"{steps}; {self.candidate.name} declares that it takes normals from float32 corners in world space"
+        return steps
 
     @cached_property
     def limits(self) -> Limits:
@@ -414,8 +417,13 @@ class Terms:
 def roundoff(party: Answers) -> Roundoff:
     """Return a party's rounding: derived for the tracer and the oracle, calibrated for other references."""
     known = calibration(party.name)
-    flags = {"baked": known.baked_normals, "placed": known.placed_corners, "local": known.local_hits}
-    return Roundoff(party.precision, scale=known.factor, **flags)
+    return Roundoff(
+        party.precision,
+        scale=known.factor,
+        baked=known.baked_normals or party.world_normals,
+        placed=known.placed_corners or party.world_normals,
+        local=known.local_hits,
+    )
 
 
 def _sharp(party: Answers) -> Answers:

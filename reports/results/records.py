@@ -175,6 +175,7 @@ class DeclaredRecord(TypedDict, total=False):
 
     name: str
     stages: list[str]
+    world_normals: bool
 
 
 # What keeps a gate red, the most telling first.

@@ -423,8 +423,12 @@ def results_document(
 
 def _declared(subject: Subject) -> DeclaredRecord:
     able = subject.capabilities
-    name: DeclaredRecord = {"name": able.title} if able.name else {}
-    return name if able.stages is None else {**name, "stages": [stage.value for stage in able.stages]}
+    declared: DeclaredRecord = {"name": able.title} if able.name else {}
+    if able.stages is not None:
+        declared["stages"] = [stage.value for stage in able.stages]
+    if able.world_normals:
+        declared["world_normals"] = True
+    return declared
 
 
 def come_to(found: Totals, *, planned: int, tracer: bool) -> RunRecord:

@@ -267,6 +267,7 @@ def candidate(
         shadow_epsilon=able.shadow_epsilon,
         ray_epsilon=able.ray_epsilon,
         chained=able.chained,
+        world_normals=able.world_normals,
     )
     why = able.refusal(scene)
     try:

@@ -55,6 +55,7 @@ class Capabilities:
     affine: bool = True  # stretched, sheared and mirrored shapes
     triangulated: bool = False  # wants cubes, squares and triangles as meshes
     chained: bool = False  # each stage is made of the very numbers written for the stages before it, but for rounding
+    world_normals: bool = False  # takes faces' normals from corners that it rounds to float32 in world space
     deterministic: bool = True  # the same scene gives the same image, to the last bit
     samples: bool = False  # of one that stays alive: it averages n x n points itself
     format: str = "exr"  # of one that stays alive: what it writes
@@ -141,7 +142,7 @@ def capabilities_of(declared: Mapping[str, Any], protocol: int) -> Capabilities:
     for name in ("name", "version"):
         if name in declared:
             found = replace(found, **{name: _text(name, declared[name])})
-    for name in ("two_sided", "affine", "triangulated", "chained", "deterministic", "samples"):
+    for name in ("two_sided", "affine", "triangulated", "chained", "world_normals", "deterministic", "samples"):
         if name in declared:
             if not isinstance(declared[name], bool):
                 raise ValueError(f"{name} must be true or false, got {declared[name]!r}")

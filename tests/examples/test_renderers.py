@@ -64,6 +64,14 @@ def twin(tmp_path_factory: pytest.TempPathFactory) -> Subject:
 
 
 @pytest.fixture(scope="module")
+def by_corners(tmp_path_factory: pytest.TempPathFactory) -> Subject:
+    """Compile the example with normals from the rounded corners of faces, which it declares."""
+    folder = tmp_path_factory.mktemp("corners")
+    subject = built(folder, RENDERERS / "lecture.cpp", "-DWORLD_NORMALS=true")
+    return replace(subject, capabilities=ask_capabilities(subject, seconds=20))
+
+
+@pytest.fixture(scope="module")
 def short_of_pi(tmp_path_factory: pytest.TempPathFactory) -> Subject:
     """Compile the example with a pi of five digits where exitance becomes radiance, and nowhere else."""
     folder = tmp_path_factory.mktemp("short")
@@ -174,6 +182,16 @@ def test_a_pi_of_five_digits_is_blamed_at_radiance_by_what_the_program_promises(
     (radiance,) = (check for check in without.checks if check.stage is Stage.RADIANCE)
     assert radiance.continued is not None
     assert radiance.continued.worst_ratio <= 1, "passes of their own may differ by more than that"
+
+
+@pytest.mark.process
+@pytest.mark.parametrize("name", ["combined/19_mesh_turned", "combined/29_mesh_mirrored"])
+def test_normals_of_rounded_corners_pass_where_they_are_declared_and_only_there(by_corners: Subject, name: str) -> None:
+    (case,) = select([name])
+    silent = replace(by_corners, capabilities=replace(by_corners.capabilities, world_normals=False))
+
+    assert judged(by_corners, case).outcome is Outcome.PASS
+    assert (judged(silent, case).outcome, judged(silent, case).stage) == (Outcome.FAIL, Stage.NORMAL)
 
 
 @pytest.mark.process

@@ -5,7 +5,7 @@ corner the camera's formulas tell the same (`camera.py`), unless the rays themse
 """
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -36,8 +36,8 @@ class Placed:
         def moved(image: np.ndarray) -> np.ndarray:
             return image.reshape(height * width, *image.shape[2:])[flat]
 
-        return Answered(
-            scene=right.scene,
+        return replace(
+            right,
             answers={
                 stage: np.where(lost[..., np.newaxis], 0.0, moved(np.asarray(image)))
                 for stage, image in right.answers.items()
@@ -66,7 +66,7 @@ class Undrawn:
             stage: np.where(where[..., np.newaxis], self.blank.get(stage, 0.0), image)
             for stage, image in right.answers.items()
         }
-        return Answered(scene=right.scene, answers=answers, limits=right.limits, edge=right.edge & ~where)
+        return replace(right, answers=answers, edge=right.edge & ~where)
 
 
 def _swapped_bytes(right: Answered, ours: StageImages) -> Answered:
@@ -82,7 +82,7 @@ def _swapped_bytes(right: Answered, ours: StageImages) -> Answered:
             written = np.where(agree[..., np.newaxis], mine, written)
         edge |= np.any(np.isnan(written), axis=-1)
         answers[stage] = written
-    return Answered(scene=right.scene, answers=answers, limits=right.limits, edge=edge)
+    return replace(right, answers=answers, edge=edge)
 
 
 def _turned(image: np.ndarray) -> np.ndarray:
@@ -112,7 +112,7 @@ def _halved(*, largest: float) -> Stored:
                 ends = [np.abs(half(image + sign * apart) - answers[stage]) for sign in (-1, 1)]
                 moved = np.nan_to_num(np.maximum(*ends), nan=0.0, posinf=np.inf)
             bounds[stage] = (moved if limit.ndim == 3 else np.linalg.norm(moved, axis=-1)) + limit * 1e-3
-        return Answered(scene=right.scene, answers=answers, limits=bounds, edge=right.edge)
+        return replace(right, answers=answers, limits=bounds)
 
     return stored
 
@@ -127,8 +127,8 @@ class InSomeStages:
     def __call__(self, right: Answered, ours: StageImages) -> Answered:
         """Return the answers as they are written."""
         found = self.stored(right, ours)
-        return Answered(
-            scene=right.scene,
+        return replace(
+            right,
             answers={stage: (found if stage in self.stages else right).answers[stage] for stage in right.answers},
             limits={stage: (found if stage in self.stages else right).limits[stage] for stage in right.answers},
             edge=right.edge | found.edge if self.stages < set(right.answers) & set(IMAGE_STAGES) else found.edge,

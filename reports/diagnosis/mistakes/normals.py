@@ -11,13 +11,17 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from rayproof.cases.placement import world_triangles
 from rayproof.cases.scene import Cube, Mesh, Plane, Scene, Shape, Sphere, Triangle
 from rayproof.cases.stages import Stage
 from rayproof.reference.analytic import Analytic
 from rayproof.reference.analytic.stages import clip_interval
 from rayproof.reference.analytic.surfaces import surface_of
 from rayproof.reports.diagnosis import MISTAKES, Given, Mistake, Way, Wrong
+from rayproof.reports.diagnosis.trials import Evidence
 from rayproof.reports.judge.answers import dot, length
+from rayproof.reports.judge.conditioning import condition
+from rayproof.reports.judge.limits import limits
 
 ABOVE = 1e-6  # of a point's coordinates: so far along the normal its feelers start, more than a float's rounding
 
@@ -229,6 +233,7 @@ PARALLELOGRAMS = _way_of(_Meeting(face=_parallelograms))
 Turned = Callable[[Shape, np.ndarray, np.ndarray], np.ndarray]
 
 
+LEAST_ROUNDED = 30  # pixels of a case: so many wrong normals are not those of rounded corners by chance
 IN_THE_FACE = 1e-6  # of a normal's length: so little of it stands off a face that a float's rounding turns it over
 
 
@@ -354,6 +359,41 @@ def _without_center(shape: Shape, positions: np.ndarray, outward: np.ndarray) ->
     return _unit(_world(shape, _unit(_points(shape, positions))))
 
 
+def _from_rounded_corners(given: Given) -> np.ndarray:
+    """Return the normals of faces whose corners are float32 in world space, turned as the right ones are."""
+    objects, found = given.answers[Stage.OBJECT], np.array(given.right, dtype=np.float64)
+    for index, shape in enumerate(given.scene.shapes):
+        here = objects[..., 0] == index
+        if isinstance(shape, Triangle | Mesh) and here.any():
+            first, second, third = np.moveaxis(world_triangles(shape).astype(np.float64), 1, 0)
+            normals = _unit(np.cross(second - first, third - first))[objects[here][:, 1].astype(int)]
+            found[here] = np.sign(dot(normals, found[here]))[:, np.newaxis] * normals
+    return found
+
+
+def rounded(evidence: Evidence) -> bool | None:
+    """Say whether a case's wrong normals are those of rounded corners; None where too few are wrong.
+
+    They are off by less than a mistake is looked for, so that they are held to the limits of the judge.
+    """
+    right = evidence.right.answers
+    if not {Stage.OBJECT, Stage.NORMAL} <= set(evidence.stages) or evidence.rounding.baked:
+        return None
+    about = Given(scene=evidence.scene, answers=right, right=right[Stage.NORMAL], parameter=0.0)
+    limit = limits(evidence.scene, right, condition(evidence.scene, right), evidence.rounding, by_matrices=False)
+    off, off_rounded = (
+        length(evidence.ours[Stage.NORMAL] - normals) > limit.end_to_end[Stage.NORMAL]
+        for normals in (right[Stage.NORMAL], _from_rounded_corners(about))
+    )
+    flat = [isinstance(shape, Triangle | Mesh) for shape in evidence.scene.shapes]
+    # A flat face has one normal, at its edges too; of a curved surface the edges say nothing.
+    faces = np.array([*flat, False])[right[Stage.OBJECT][..., 0].astype(int)]
+    wrong = off & np.all(evidence.ours[Stage.OBJECT] == right[Stage.OBJECT], axis=-1) & (faces | ~evidence.right.edge)
+    if np.any(wrong & off_rounded):
+        return False
+    return True if np.count_nonzero(wrong) >= LEAST_ROUNDED else None
+
+
 def _greatest_value(shape: Shape, positions: np.ndarray, outward: np.ndarray) -> np.ndarray:
     local = _points(shape, positions)
     axis = np.eye(3)[np.argmax(local, axis=-1)] if len(local) else np.zeros((0, 3))
@@ -402,6 +442,14 @@ _register(
     "never turns a normal towards the viewer, not even a two-sided surface's",
     ("NRM-3",),
     Normals(facing="never"),
+)
+MISTAKES.register("normal_of_rounded_corners")(
+    Mistake(
+        says="takes faces' normals from corners that it rounds to float32 in world space, and does not declare it",
+        items=("NRM-3",),
+        ways=(Way(stages={Stage.NORMAL: _from_rounded_corners}),),
+        seen=rounded,
+    )
 )
 _register(
     "normal_inward",

@@ -1,6 +1,7 @@
 """Every known mistake can answer a scene, is said in the user's words, and differs from the right answer somewhere."""
 
 import re
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -12,9 +13,11 @@ from rayproof.cases.stages import Stage
 from rayproof.reference.analytic import Analytic
 from rayproof.reports.diagnosis import MISTAKES
 from rayproof.reports.diagnosis import search as searching
+from rayproof.reports.diagnosis.answering import FLOAT32
 from rayproof.reports.diagnosis.hypotheses import LEAST_SAMPLES, Hypothesis, bound, estimated, middle
 from rayproof.reports.diagnosis.search import search
 from rayproof.reports.diagnosis.trials import Evidence, trial
+from rayproof.reports.judge.limits import Roundoff
 
 ORACLE = Analytic()
 CASES = {
@@ -27,6 +30,8 @@ CASES = {
             "simplified/lights_at_1.5m",
             "several_lights/inverse_square",
             "inside/sphere",
+            "combined/19_mesh_turned",
+            "combined/29_mesh_mirrored",
         ]
     )
 }
@@ -82,6 +87,24 @@ def test_every_way_of_a_mistake_answers_a_scene_and_none_speaks_against_itself(n
 
         assert tally is not None
         assert (tally.off, tally.agree) == (0, tally.telling)
+
+
+def test_normals_of_rounded_corners_are_named_and_no_other_small_error_of_normals_is() -> None:
+    cases, name = ("combined/19_mesh_turned", "combined/29_mesh_mirrored"), "normal_of_rounded_corners"
+    (way,) = MISTAKES[name].ways
+
+    def named(*, times: float, rounding: Roundoff = FLOAT32) -> list[tuple[str, ...]]:
+        shown = []
+        for case in cases:
+            right, wrong = asked(case).right.answers, asked(case).under(way).answers
+            normals = right[Stage.NORMAL] + times * (wrong[Stage.NORMAL] - right[Stage.NORMAL])
+            one = evidence(case, {**right, Stage.NORMAL: normals})
+            shown.append(replace(one, rounding=rounding))
+        return [one.hypothesis.mistakes for one in search(shown).found]
+
+    assert named(times=1) == [(name,)]
+    assert named(times=-1) == [], "as small, and of no cause that is known"
+    assert named(times=1, rounding=Roundoff("float32", baked=True)) == [], "it is declared"
 
 
 def test_the_right_answer_is_no_mistake() -> None:

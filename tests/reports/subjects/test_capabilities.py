@@ -12,7 +12,8 @@ def test_everything_that_can_be_declared_is_taken() -> None:
     found = capabilities_from(
         '{"protocol": 1, "name": "mine", "version": "2.1", "precision": "float64", "stages": ["normal", "radiance"],'
         ' "shapes": ["mesh"], "shading": ["simplified"], "clip": ["none"], "two_sided": false, "affine": false,'
-        ' "triangulated": true, "chained": true, "epsilons": {"shadow": 1e-6, "ray": 0.5}}'
+        ' "triangulated": true, "chained": true, "world_normals": true,'
+        ' "epsilons": {"shadow": 1e-6, "ray": 0.5}}'
     )
 
     assert found == Capabilities(
@@ -27,6 +28,7 @@ def test_everything_that_can_be_declared_is_taken() -> None:
         affine=False,
         triangulated=True,
         chained=True,
+        world_normals=True,
         shadow_epsilon=1e-6,
         ray_epsilon=0.5,
     )
