@@ -173,14 +173,15 @@ def limit_of(scene: Scene, stage: Stage, precision: str) -> np.ndarray:
     from rayproof.cases.case import ITEMS_OF_OTHERS
     from rayproof.reference.analytic import Analytic
     from rayproof.reports.judge.answers import Answers
+    from rayproof.reports.judge.comparison import Comparison
     from rayproof.reports.judge.oracle import stages_of
-    from rayproof.reports.judge.scene_truth import Terms, ground
+    from rayproof.reports.judge.scene_truth import scene_truth
 
-    base = ground(scene, stages_of(scene), Analytic())
+    base = scene_truth(scene, stages_of(scene), Analytic())
     ours = Answers(name="ours", precision=precision, items=ITEMS_OF_OTHERS, answers=base.truth)
     theirs = Answers(name=ORACLE, precision="float64", independent=True, answers=base.truth)
-    terms = Terms(ground=base, candidate=ours, witness=theirs)
-    shape = terms.classes.outline.shape
-    limit = np.array(terms.limits.end_to_end.get(stage, np.zeros(shape)), dtype=np.float64)
-    limit[terms.classes.edge(stage)] = np.nan
+    pair = Comparison(base=base, subject=ours, reference=theirs)
+    shape = pair.classes.outline.shape
+    limit = np.array(pair.limits.end_to_end.get(stage, np.zeros(shape)), dtype=np.float64)
+    limit[pair.classes.edge(stage)] = np.nan
     return limit

@@ -18,7 +18,7 @@ from rayproof.reports.judge.oracle import ORACLE, stages_of
 from rayproof.reports.judge.verdict import Judged, of_what_is_supported
 from rayproof.reports.results.outcomes import Outcome
 from rayproof.reports.run.messages import ReferenceTask
-from rayproof.reports.run.worker_tasks import heard
+from rayproof.reports.run.worker_tasks import ask_reference
 from rayproof.tracer.kernel.compiler import choose_packaged_llvm
 
 if TYPE_CHECKING:
@@ -118,7 +118,7 @@ class Conformance:
         for name in self._witnesses:
             reference = REFERENCES[name]()
             independent = bool(REFERENCES.about(name).get("independent", False))
-            witnesses.append(heard(name, reference, task, independent=independent))
+            witnesses.append(ask_reference(name, reference, task, independent=independent))
             versions[name] = reference.version()
         return witnesses, versions
 

@@ -25,7 +25,7 @@ from rayproof.reports.results.records import RunRecord
 from rayproof.tracer.kernel.compiler import choose_packaged_llvm
 
 if TYPE_CHECKING:
-    from rayproof.reports.studies.compare.records import FormulaComparison, RunComparison
+    from rayproof.reports.studies.compare.records import FormulaComparisonRecord, RunComparison
 
 GOOD = ("pass", "warn")
 PICTURES = 4  # of the worst cases, in a notebook
@@ -316,7 +316,7 @@ def stage_name(stage: Stage | None) -> str | None:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Comparison:
+class FormulaComparison:
     """Which errs less, and at what price: the sentence, the rows behind it, and the record of `rayproof compare`."""
 
     verdict: str
@@ -341,7 +341,7 @@ def compare(
     repetitions: int = 31,
     precision: str = "float32",
     tell: Callable[[str], None] = lambda line: None,
-) -> Comparison:
+) -> FormulaComparison:
     """Compare two formulas, two configurations, or two finished runs on what both hold.
 
     A formula is a name such as "sphere/haines", or a function of one's own, "sphere=./mine.py:nearest_hit"; a
@@ -374,9 +374,9 @@ def compare(
     return _comparison(compare_formulas(questions(cases, *pair), *pair, repetitions=repetitions | 1, tell=tell))
 
 
-def _comparison(record: "FormulaComparison | RunComparison") -> Comparison:
+def _comparison(record: "FormulaComparisonRecord | RunComparison") -> FormulaComparison:
     from rayproof.reports.studies.compare.records import COLUMNS, rows
 
     columns = COLUMNS["runs" if "changed" in record else "formulas"]
     told = [dict(zip(columns, row, strict=False)) for row in rows(record)]
-    return Comparison(verdict=record["verdict"], rows=table(columns, told), record=MappingProxyType(record))
+    return FormulaComparison(verdict=record["verdict"], rows=table(columns, told), record=MappingProxyType(record))

@@ -47,7 +47,7 @@ def engaged(
         UsageError: the cluster cannot be used, or has no worker.
 
     """
-    from rayproof.reports.run.case import Terms
+    from rayproof.reports.run.case import Instructions
     from rayproof.reports.run.engine.cluster import reached
     from rayproof.reports.run.engine.dispatch import Dispatch
     from rayproof.reports.run.engine.machine import Batch
@@ -55,14 +55,14 @@ def engaged(
 
     with ExitStack() as stack:
         with told_in_one_line():
-            terms = Terms(
+            instructions = Instructions(
                 demands=demands(request, references),
                 subject=request.subject,
                 cached=request.cached,
                 patient=request.patient,
                 sources=_sources(request.configurations),
             )
-            batch = Batch(terms=terms, timeout=request.timeout, jobs=jobs, memory=request.worker_memory)
+            batch = Batch(instructions=instructions, timeout=request.timeout, jobs=jobs, memory=request.worker_memory)
             workers = Dispatch(stack.enter_context(reached(place)), batch, tell=_tell)
             stack.callback(workers.close)
         yield workers

@@ -12,7 +12,7 @@ from rayproof.reports.commands.usage import UsageError, one_line, own, told_in_o
 from rayproof.reports.studies.publication import Paper
 
 if TYPE_CHECKING:  # it would load what only this command needs
-    from rayproof.reports.studies.compare.records import Compared, FormulaComparison, SweepRecord, SweptRecord
+    from rayproof.reports.studies.compare.records import Compared, FormulaComparisonRecord, SweepRecord, SweptRecord
 
 REPETITIONS = 31
 FEWEST = 9  # with fewer a 95 % interval of a median is the range of all values
@@ -122,7 +122,7 @@ def swept(
 
 def formulas(
     base: str, candidate: str, selectors: Sequence[str], repetitions: int, precision: str
-) -> "FormulaComparison":
+) -> "FormulaComparisonRecord":
     """Return the comparison of two formulas or configurations."""
     from rayproof.tracer.kernel.compiler import choose_packaged_llvm
 

@@ -216,10 +216,10 @@ def reference_pixel(name: str, scene: Scene, x: int, y: int, *, cached: bool) ->
     """Return what a reference answers at a pixel, or why it cannot."""
     from rayproof.reference import REFERENCES
     from rayproof.reports.run.messages import ReferenceTask
-    from rayproof.reports.run.worker_tasks import heard
+    from rayproof.reports.run.worker_tasks import ask_reference
 
     task = ReferenceTask(scene=scene, samples=1, cached=cached)
-    witness = heard(name, REFERENCES[name](), task, independent=False)
+    witness = ask_reference(name, REFERENCES[name](), task, independent=False)
     refused = {str(stage): f"unsupported: {why}" for stage, why in witness.unsupported.items()}
     return pixel(scene, x, y, witness.answers) | refused
 

@@ -30,10 +30,11 @@ from rayproof.reports.diagnosis.answering import (
     unsteady,
 )
 from rayproof.reports.judge.answers import Answers
+from rayproof.reports.judge.comparison import Comparison
 from rayproof.reports.judge.limits import Roundoff
 from rayproof.reports.judge.measurement import ratios
 from rayproof.reports.judge.oracle import ORACLE, FullOracle, stages_of
-from rayproof.reports.judge.scene_truth import Terms, ground
+from rayproof.reports.judge.scene_truth import scene_truth
 from rayproof.tracer.formulas import FORMULAS
 
 # Of the pixels that are judged at all this share may be off: rounding decides in places that no edge announces, such as
@@ -91,15 +92,6 @@ class Evidence:
     def wrong(self) -> np.ndarray:
         """Return the pixels (height, width) away from edges at which a stage is not right."""
         return deviates(self.right, {stage: self.ours[stage] for stage in self.stages}) & ~self.right.edge
-
-    @cached_property
-    def first_wrong(self) -> Stage | None:
-        """Return the first stage that is wrong in more pixels than may be, or None."""
-        for stage in reversed(self.stages):
-            off = deviates(self.right, {stage: self.ours[stage]}) & ~self.right.edge
-            if np.count_nonzero(off) > ALLOWED * off.size:
-                return stage
-        return None
 
     def unsure(self, way: Way) -> np.ndarray:
         """Return the pixels (height, width) of which rounding decides under a way, once."""
@@ -211,10 +203,10 @@ def deviates(supposed: Answered, ours: StageImages, *, times: float = 1) -> np.n
 def undecided(scene: Scene, oracle: FullOracle, *, shadow_epsilon: float) -> np.ndarray:
     """Return the pixels (height, width) that the judge does not decide for a renderer in float32."""
     truth = oracle.render(scene, stages_of(scene))
-    base = ground(scene, stages_of(scene), oracle, known=truth)
-    candidate = Answers(name="subject", precision=PRECISION, shadow_epsilon=shadow_epsilon)
-    witness = Answers(name=ORACLE, precision="float64", independent=True, answers=truth)
-    classes = Terms(ground=base, candidate=candidate, witness=witness).classes
+    base = scene_truth(scene, stages_of(scene), oracle, known=truth)
+    subject = Answers(name="subject", precision=PRECISION, shadow_epsilon=shadow_epsilon)
+    reference = Answers(name=ORACLE, precision="float64", independent=True, answers=truth)
+    classes = Comparison(base=base, subject=subject, reference=reference).classes
     return classes.edge(Stage.RADIANCE) if scene.lights else classes.outline
 
 

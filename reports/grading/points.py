@@ -17,7 +17,7 @@ from rayproof.reports.diagnosis.diagnosing import CHANGING
 from rayproof.reports.diagnosis.stage_by_stage import Shared
 from rayproof.reports.grading.rubric import Rubric, covered_items, graded_items
 from rayproof.reports.judge.oracle import ORACLE
-from rayproof.reports.judge.verdict import COMPUTED, candidates
+from rayproof.reports.judge.verdict import COMPUTED, possible_items
 from rayproof.reports.results.case_records import CaseRecord, CheckRecord, ratio_of
 from rayproof.reports.results.files import at_worst, number
 from rayproof.reports.results.outcomes import MEASURED, Outcome
@@ -194,11 +194,11 @@ def _clauses(case: CaseRecord) -> list[Clause]:
     found = []
     for stage, ratio in alone.items():
         before = [other for other in written if other is not stage]
-        items = candidates(stage, before, case.get("shapes", []))
+        items = possible_items(stage, before, case.get("shapes", []))
         if stage is first and case.get("blamed_items"):
             items = tuple(case["blamed_items"])
         graded = set(graded_items(items))
-        possible = graded_items(candidates(stage, before, case.get("shapes", [])))
+        possible = graded_items(possible_items(stage, before, case.get("shapes", [])))
         items = frozenset(graded & covers or graded)
         found.append(Clause(case=name, stage=stage, items=items, possible=items.union(possible), ratio=ratio))
     return found

@@ -1,4 +1,4 @@
-"""The parties to a case: the renderers under test and the references, with what they answered."""
+"""The renderers that answer a case: those under test and the references, with what they answered."""
 
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, field, replace
@@ -40,7 +40,7 @@ class Answers:
     mishaps: tuple[str, ...] = ()  # what went wrong on the way of its answers, none of which was lost, in sentences
     settings: Mapping[str, str] = field(default_factory=dict)  # what its answer depends on, for the report
     cached: bool = False  # its images are those of an earlier run, kept by content
-    # Stage -> the first candidate with the same answer to the last bit (`copied_answers`), where that is another one.
+    # Stage -> the first subject with the same answer to the last bit (`copied_answers`), where that is another one.
     authors: Mapping[Stage, str] = field(default_factory=dict)
 
     @property
@@ -56,15 +56,15 @@ class Answers:
 LOST = "it was announced and nothing came of it"
 
 
-def lost(panel: Collection[str], witnesses: Collection[Answers]) -> list[Answers]:
+def lost(panel: Collection[str], references: Collection[Answers]) -> list[Answers]:
     """Return those of an announced panel of whom nothing came: they were planned, and are missing."""
-    heard = {witness.name for witness in witnesses}
+    heard = {reference.name for reference in references}
     return [Answers(name=name, precision="float32", error=LOST) for name in panel if name not in heard]
 
 
-def abstention(witness: Answers) -> Outcome:
+def abstention(reference: Answers) -> Outcome:
     """Return what becomes of checks against a reference of which there is no answer: it has no say, or was lost."""
-    return Outcome.MISSING if witness.error == LOST else Outcome.UNDECIDED
+    return Outcome.MISSING if reference.error == LOST else Outcome.UNDECIDED
 
 
 # Images of the wrong size, or with other channels: found before anything is compared, so that nothing is broadcast.
@@ -81,16 +81,16 @@ def misshapen(scene: Scene, answers: StageImages) -> dict[Stage, str]:
     }
 
 
-def without(party: Answers, stages: Collection[Stage]) -> Answers:
-    """Return the party without the answers of some stages."""
-    if party.error is not None or not stages:
-        return party
-    return replace(party, answers={stage: image for stage, image in party.answers.items() if stage not in stages})
+def without(renderer: Answers, stages: Collection[Stage]) -> Answers:
+    """Return the renderer without the answers of some stages."""
+    if renderer.error is not None or not stages:
+        return renderer
+    return replace(renderer, answers={stage: image for stage, image in renderer.answers.items() if stage not in stages})
 
 
-def well_shaped(scene: Scene, party: Answers) -> Answers:
-    """Return the party without the images that are no answer to the scene."""
-    return without(party, misshapen(scene, party.answers))
+def well_shaped(scene: Scene, renderer: Answers) -> Answers:
+    """Return the renderer without the images that are no answer to the scene."""
+    return without(renderer, misshapen(scene, renderer.answers))
 
 
 # Images (..., channels) reduced over their channels, one by one: over so short an axis NumPy takes ten times as long.

@@ -15,9 +15,10 @@ from rayproof.cases.scene import Scene
 from rayproof.cases.stages import Stage
 from rayproof.reports.judge.answers import Answers, abstention
 from rayproof.reports.judge.checks import Check, unmeasured
+from rayproof.reports.judge.comparison import Comparison
 from rayproof.reports.judge.measurement import Kind, cells_of, measure
 from rayproof.reports.judge.oracle import FullOracle, stages_of
-from rayproof.reports.judge.scene_truth import Terms, ground
+from rayproof.reports.judge.scene_truth import scene_truth
 from rayproof.reports.results.outcomes import Outcome
 
 MANY = " x"  # between a configuration and its number of samples a pixel
@@ -41,12 +42,7 @@ def under_samples(configuration: str, samples: int) -> str:
     return f"{configuration}{MANY}{samples**2}"
 
 
-def configuration_of(name: str) -> str:
-    """Return the configuration whose images, or mean images, are judged under a name."""
-    return name.split(MANY)[0]
-
-
-def supersampled_check(fine: Terms, ours: np.ndarray, theirs: np.ndarray, samples: int) -> Check:
+def supersampled_check(fine: Comparison, ours: np.ndarray, theirs: np.ndarray, samples: int) -> Check:
     """Judge one mean image against another; `fine` are the terms of the two at the fine resolution."""
     truth = fine.truth[Stage.RADIANCE]
     edge = fine.classes.edge(Stage.RADIANCE)
@@ -64,13 +60,13 @@ def supersampled_check(fine: Terms, ours: np.ndarray, theirs: np.ndarray, sample
         hit=box_mean(fine.conditioning.hit[..., np.newaxis].astype(np.float64), samples)[..., 0] > 0,
         flagged=nothing,
         excused=nothing,
-        precision=fine.candidate.precision,
+        precision=fine.subject.precision,
     )
     good = measured.worst_ratio <= 1
     why = f"pixel {measured.pixel} is off by {measured.worst_error:.3g}, limit {measured.limit:.3g}"
     return Check(
-        configuration=under_samples(fine.candidate.name, samples),
-        reference=fine.witness.name,
+        configuration=under_samples(fine.subject.name, samples),
+        reference=fine.reference.name,
         stage=Stage.RADIANCE,
         outcome=Outcome.PASS if good else Outcome.FAIL,
         reason="" if good else why,
@@ -89,55 +85,55 @@ def _largest_near(image: np.ndarray) -> np.ndarray:
     return np.max([padded[y : y + height, x : x + width] for y in range(3) for x in range(3)], axis=0)
 
 
-# Box-filtered radiance of a case: every candidate before every witness that renders it.
+# Box-filtered radiance of a case: every subject before every reference that renders it.
 
 
 def mean_checks(
-    case: Case, candidates: Sequence[Answers], witnesses: Sequence[Answers], oracle: FullOracle
+    case: Case, subjects: Sequence[Answers], references: Sequence[Answers], oracle: FullOracle
 ) -> tuple[list[Check], list[tuple[Answers, Answers, Stage]]]:
-    """Judge box-filtered radiance, every candidate before every witness that renders it; return checks and plan."""
+    """Judge box-filtered radiance, every subject before every reference that renders it; return checks and plan."""
     scene = finer(case.scene, case.samples)
     planned = [
         (c, w, Stage.RADIANCE)
-        for c in candidates
+        for c in subjects
         if Stage.RADIANCE not in c.unsupported
-        for w in witnesses
+        for w in references
         if w.answers_at(Stage.RADIANCE)
     ]
-    base = ground(scene, stages_of(scene), oracle, known={})
+    base = scene_truth(scene, stages_of(scene), oracle, known={})
     checks = []
     size = (case.scene.camera.height, case.scene.camera.width, 3)
-    for candidate, witness, stage in planned:
+    for subject, reference, stage in planned:
         # Under a name of its own: it says nothing of the radiance through the pixels' centres.
-        many = replace(candidate, name=under_samples(candidate.name, case.samples))
-        if (candidate.fine is None and candidate.mean is None) or witness.mean is None:
-            why = candidate.error or witness.error or "no box-filtered image was given"
-            how = Outcome.ERROR if candidate.error or not witness.error else abstention(witness)
-            checks.append(unmeasured(many, witness, stage, how, why, stopped=candidate.stopped or witness.stopped))
+        many = replace(subject, name=under_samples(subject.name, case.samples))
+        if (subject.fine is None and subject.mean is None) or reference.mean is None:
+            why = subject.error or reference.error or "no box-filtered image was given"
+            how = Outcome.ERROR if subject.error or not reference.error else abstention(reference)
+            checks.append(unmeasured(many, reference, stage, how, why, stopped=subject.stopped or reference.stopped))
             continue
-        fine = Terms(
-            ground=base,
-            candidate=replace(
-                candidate,
-                answers=candidate.fine,
-                shadow_epsilon=_finer(candidate.shadow_epsilon, case.samples),
+        fine = Comparison(
+            base=base,
+            subject=replace(
+                subject,
+                answers=subject.fine,
+                shadow_epsilon=_finer(subject.shadow_epsilon, case.samples),
             ),
-            witness=replace(witness, shadow_epsilon=_finer(witness.shadow_epsilon, case.samples)),
+            reference=replace(reference, shadow_epsilon=_finer(reference.shadow_epsilon, case.samples)),
         )
-        if candidate.mean is not None:
-            ours = candidate.mean
+        if subject.mean is not None:
+            ours = subject.mean
         else:
-            assert candidate.fine is not None
-            ours = box_mean(candidate.fine[Stage.RADIANCE], case.samples)
+            assert subject.fine is not None
+            ours = box_mean(subject.fine[Stage.RADIANCE], case.samples)
         if np.shape(ours) != size:
             why = f"the mean has shape {np.shape(ours)}, not {size}"
-            checks.append(unmeasured(many, witness, stage, Outcome.FAIL, why))
+            checks.append(unmeasured(many, reference, stage, Outcome.FAIL, why))
             continue
-        if np.shape(witness.mean) != size:
-            why = f"{witness.name}'s mean has shape {np.shape(witness.mean)}, not {size}: it is no witness"
-            checks.append(unmeasured(many, witness, stage, Outcome.REFERENCE_SUSPECT, why))
+        if np.shape(reference.mean) != size:
+            why = f"{reference.name}'s mean has shape {np.shape(reference.mean)}, not {size}: it is no witness"
+            checks.append(unmeasured(many, reference, stage, Outcome.REFERENCE_SUSPECT, why))
             continue
-        checks.append(supersampled_check(fine, ours, witness.mean, case.samples))
+        checks.append(supersampled_check(fine, ours, reference.mean, case.samples))
     return checks, planned
 
 

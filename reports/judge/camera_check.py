@@ -2,7 +2,7 @@
 
 Besides comparing with a reference, each side's camera is held against what any camera must satisfy (an inverse
 inverts, the eye goes to 0, corners go to the clip cube's corners with depth 0 and 1). That needs no reference, and
-so it is the third witness when two cameras disagree.
+so it is the third reference when two cameras disagree.
 """
 
 import math

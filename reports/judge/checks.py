@@ -1,7 +1,7 @@
-"""Checks: one candidate, one witness, one stage, judged end to end and continued from the candidate's own stages."""
+"""Checks: one subject, one reference, one stage, judged end to end and continued from the subject's own stages."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import dataclass, field, replace
 from typing import cast
 
 import numpy as np
@@ -11,7 +11,7 @@ from rayproof.cases.stages import Stage, upto
 from rayproof.reports.judge import camera_check
 from rayproof.reports.judge.answers import Answers, abstention
 from rayproof.reports.judge.common_factors import Bias
-from rayproof.reports.judge.comparison import Bench
+from rayproof.reports.judge.comparison import LIGHT, Comparison
 from rayproof.reports.judge.copied_answers import copied
 from rayproof.reports.judge.limits import BECAUSE, Coarseness, Roundoff, calibration
 from rayproof.reports.judge.measurement import (
@@ -27,7 +27,7 @@ from rayproof.reports.judge.measurement import (
 )
 from rayproof.reports.judge.metrics import METRICS
 from rayproof.reports.judge.oracle import ORACLE
-from rayproof.reports.judge.scene_truth import LIGHT
+from rayproof.reports.judge.stage_measuring import measure_continued, measure_end_to_end, shared_factors
 from rayproof.reports.results.case_records import BiasRecord, CheckRecord, EvidenceRecord, MeasurementRecord
 from rayproof.reports.results.outcomes import Outcome
 
@@ -37,7 +37,7 @@ INFORMED = Stage.RADIANCE
 
 @dataclass(frozen=True, kw_only=True)
 class Check:
-    """The result of one check. `alone` says that the stage is wrong given the candidate's own previous stages."""
+    """The result of one check. `alone` says that the stage is wrong given the subject's own previous stages."""
 
     configuration: str
     reference: str
@@ -51,12 +51,12 @@ class Check:
     informative: MeasurementRecord = field(default_factory=lambda: MeasurementRecord())
     part: str | None = None  # camera: the item of the worst part
     ratio: float = 0.0
-    evidence: EvidenceRecord | None = None  # of a failure: which witnesses side with whom, and where
+    evidence: EvidenceRecord | None = None  # of a failure: which references side with whom, and where
     known: str | None = None  # the checked-in finding that explains it
     suspected: str | None = None  # the reference that is under suspicion, if not the one compared with
-    steps: str = ""  # what the parties' coarse outputs add to the limit, in words
+    steps: str = ""  # what the renderers' coarse outputs add to the limit, in words
     abstains: bool = False  # undecided only because the reference declares not to see there, or did not answer
-    stopped: bool = False  # not measured because a party's time was over
+    stopped: bool = False  # not measured because a renderer's time was over
     why: str | None = None  # the derivation of the limit, where it is not the stage's usual one
     examined: Examined | None = None  # what became of every pixel, or camera entry; None until it is accounted for
     cells: list[str] | None = None  # where wrong pixels are, as `cells_of` says
@@ -106,7 +106,7 @@ class Check:
         return record
 
     def _bias_as_json(self, bias: Bias) -> BiasRecord:
-        """Return the factors end to end and, if it was asked, given the candidate's own previous stages.
+        """Return the factors end to end and, if it was asked, given the subject's own previous stages.
 
         Of these the groups are told only where one is over its limit.
         """
@@ -119,28 +119,28 @@ class Check:
         return {**bias.as_json(), "continued": told}
 
 
-def check_camera(bench: Bench) -> Check:
+def check_camera(pair: Comparison) -> Check:
     """Judge the camera stage; where the two differ, what every camera must satisfy says who is wrong."""
-    mine = bench.candidate.answers[Stage.CAMERA] if bench.candidate.answers else {}
-    theirs = bench.witness.answers[Stage.CAMERA]
+    mine = pair.subject.answers[Stage.CAMERA] if pair.subject.answers else {}
+    theirs = pair.reference.answers[Stage.CAMERA]
     # The coarser of the two arithmetics: the other's rounding is nothing beside it, or equal and within the counts.
-    g = max(Roundoff(bench.candidate.precision), Roundoff(bench.witness.precision), key=lambda each: each(1))
-    found = bench.ground.once(
-        ("camera", g.key, *bench.authors(Stage.CAMERA)),
-        lambda: camera_check.compared(mine, theirs, bench.ground.scene.camera, g),
+    g = max(Roundoff(pair.subject.precision), Roundoff(pair.reference.precision), key=lambda each: each(1))
+    found = pair.base.once(
+        ("camera", g.key, *pair.authors(Stage.CAMERA)),
+        lambda: camera_check.compared(mine, theirs, pair.base.scene.camera, g),
     )
     outcome, reason = Outcome.PASS, ""
     if not found.ratio <= 1:
         outcome = Outcome.FAIL
         reason = f"{found.part} is off by {found.error:.3g}, limit {found.limit:.3g} ({found.ratio:.3g} times)"
-        ours_bad = camera_check.inconsistency(mine, bench.ground.scene.camera, g)
-        theirs_bad = camera_check.inconsistency(theirs, bench.ground.scene.camera, g)
+        ours_bad = camera_check.inconsistency(mine, pair.base.scene.camera, g)
+        theirs_bad = camera_check.inconsistency(theirs, pair.base.scene.camera, g)
         if ours_bad <= 1 < theirs_bad:
             outcome = Outcome.REFERENCE_SUSPECT
-            reason += f"; {bench.candidate.name}'s camera is consistent in itself, {bench.witness.name}'s is not"
+            reason += f"; {pair.subject.name}'s camera is consistent in itself, {pair.reference.name}'s is not"
     return Check(
-        configuration=bench.candidate.name,
-        reference=bench.witness.name,
+        configuration=pair.subject.name,
+        reference=pair.reference.name,
         stage=Stage.CAMERA,
         outcome=outcome,
         reason=reason,
@@ -150,30 +150,30 @@ def check_camera(bench: Bench) -> Check:
     )
 
 
-def stage_check(bench: Bench, stage: Stage) -> Check:
-    """Judge one image stage end to end and, before the oracle, continued from the candidate's own stages."""
-    ours = bench.candidate.answers
+def stage_check(pair: Comparison, stage: Stage) -> Check:
+    """Judge one image stage end to end and, before the oracle, continued from the subject's own stages."""
+    ours = pair.subject.answers
     assert ours is not None
-    end_to_end, continued, shared, shared_continued = bench.end_to_end(stage), None, None, None
-    by_oracle = bench.witness.name == ORACLE
+    end_to_end, continued, shared, shared_continued = measure_end_to_end(pair, stage), None, None, None
+    by_oracle = pair.reference.name == ORACLE
     if by_oracle and set(upto(stage)[:-1]) <= {Stage.CAMERA, *ours}:
-        continued = bench.continued(stage)
+        continued = measure_continued(pair, stage)
         if stage in LIGHT:
-            shared_continued = bench.shared_factors(stage, continued=True)
+            shared_continued = shared_factors(pair, stage, continued=True)
     if by_oracle and stage in LIGHT:
-        shared = bench.shared_factors(stage, continued=False)
+        shared = shared_factors(pair, stage, continued=False)
     informative = MeasurementRecord()
-    if stage is INFORMED and (by_oracle or bench.candidate.name == ORACLE):
-        both = ours[stage], bench.witness.answers[stage]
-        informative = bench.ground.once(("informative", *bench.authors(stage)), lambda: _inform(*both))
+    if stage is INFORMED and (by_oracle or pair.subject.name == ORACLE):
+        both = ours[stage], pair.reference.answers[stage]
+        informative = pair.base.once(("informative", *pair.authors(stage)), lambda: _inform(*both))
     outcome, ratio, reason = _conclusion(
-        bench.witness.name, stage, end_to_end, continued, shared=shared, shared_continued=shared_continued
+        pair.reference.name, stage, end_to_end, continued, shared=shared, shared_continued=shared_continued
     )
     kinds = _together(end_to_end, continued)
     examined = counted(kinds)
     return Check(
-        configuration=bench.candidate.name,
-        reference=bench.witness.name,
+        configuration=pair.subject.name,
+        reference=pair.reference.name,
         stage=stage,
         outcome=outcome,
         reason=reason,
@@ -183,14 +183,14 @@ def stage_check(bench: Bench, stage: Stage) -> Check:
         bias=shared,
         continued_bias=shared_continued,
         informative=informative,
-        steps=bench.terms.because(stage),
+        steps=pair.because(stage),
         examined=examined,
         cells=cells_of(kinds == Kind.WRONG) if examined.wrong else None,
     )
 
 
 def _together(whole: Measurement, continued: Measurement | None) -> np.ndarray:
-    """Return each pixel's kind end to end, wrong also where it is only given the candidate's previous stages."""
+    """Return each pixel's kind end to end, wrong also where it is only given the subject's previous stages."""
     if continued is None:
         return whole.kinds
     wrong = continued.kinds == Kind.WRONG
@@ -267,8 +267,8 @@ def _accounted(check: Check, scene: Scene, *, tuned: bool) -> Check:
 
 
 def unmeasured(
-    candidate: Answers,
-    witness: Answers,
+    subject: Answers,
+    reference: Answers,
     stage: Stage,
     outcome: Outcome,
     reason: str,
@@ -278,8 +278,8 @@ def unmeasured(
 ) -> Check:
     """Return a check that ended before anything was measured."""
     return Check(
-        configuration=candidate.name,
-        reference=witness.name,
+        configuration=subject.name,
+        reference=reference.name,
         stage=stage,
         outcome=outcome,
         reason=reason,
@@ -289,96 +289,84 @@ def unmeasured(
     )
 
 
-# A check for every planned stage of one candidate before one witness; none is left out, whatever is in its way.
+# A check for every planned stage of one subject before one reference; none is left out, whatever is in its way.
 
 
-@dataclass(frozen=True, kw_only=True)
-class Obstacle:
-    """Why a stage cannot be measured, and what its check ends in."""
-
-    outcome: Outcome
-    reason: str
-    abstains: bool = False
-    stopped: bool = False
-
-
-def pair_checks(bench: Bench, stages: Sequence[Stage], misshapen: Mapping[str, Mapping[Stage, str]]) -> list[Check]:
+def pair_checks(pair: Comparison, stages: Sequence[Stage], misshapen: Mapping[str, Mapping[Stage, str]]) -> list[Check]:
     """Return a check for each of the stages.
 
     `misshapen` says by renderer and stage whose images have another size than was asked for.
     """
-    candidate, witness = bench.candidate, bench.witness
-    repeated = _repeated(bench)
+    repeated = _repeated(pair)
     checks = []
     for stage in stages:
-        # Of several obstacles the first in this order is told.
-        obstacle = (
-            _declined(candidate, stage)
+        # Of several obstacles the first in this order counts.
+        checks.append(
+            _declined(pair, stage)
             or repeated.get(stage)
-            or _abstained(witness)
-            or _not_answered(candidate, stage, misshapen[candidate.name])
-            or _not_answered_by_witness(witness, stage, misshapen[witness.name])
-            or _too_coarse(bench, stage)
+            or _abstained(pair, stage)
+            or _not_answered(pair, stage, misshapen[pair.subject.name])
+            or _not_answered_by_reference(pair, stage, misshapen[pair.reference.name])
+            or _too_coarse(pair, stage)
+            or (check_camera(pair) if stage is Stage.CAMERA else stage_check(pair, stage))
         )
-        if obstacle is not None:
-            checks.append(unmeasured(candidate, witness, stage, **asdict(obstacle)))
-        elif stage is Stage.CAMERA:
-            checks.append(check_camera(bench))
-        else:
-            checks.append(stage_check(bench, stage))
     return checks
 
 
-def _declined(candidate: Answers, stage: Stage) -> Obstacle | None:
-    """Return what the candidate itself said of its not answering."""
-    name = candidate.name
-    if candidate.error is not None:
-        return Obstacle(outcome=Outcome.ERROR, reason=f"{name}: {candidate.error}", stopped=candidate.stopped)
-    if stage in candidate.lacking:
-        return Obstacle(outcome=Outcome.MISSING, reason=f"{name}: {candidate.lacking[stage]}")
-    if stage in candidate.unsupported:
-        return Obstacle(outcome=Outcome.UNSUPPORTED, reason=f"{name} cannot: {candidate.unsupported[stage]}")
+def _declined(pair: Comparison, stage: Stage) -> Check | None:
+    """Return what the subject itself gave as the reason of not answering."""
+    subject, about = pair.subject, (pair.subject, pair.reference, stage)
+    if subject.error is not None:
+        return unmeasured(*about, Outcome.ERROR, f"{subject.name}: {subject.error}", stopped=subject.stopped)
+    if stage in subject.lacking:
+        return unmeasured(*about, Outcome.MISSING, f"{subject.name}: {subject.lacking[stage]}")
+    if stage in subject.unsupported:
+        return unmeasured(*about, Outcome.UNSUPPORTED, f"{subject.name} cannot: {subject.unsupported[stage]}")
     return None
 
 
-def _repeated(bench: Bench) -> dict[Stage, Obstacle]:
-    """Return the stages in which the witness has the candidate's own numbers."""
-    candidate, witness = bench.candidate, bench.witness
-    single = candidate.precision == witness.precision == "float32"
-    stages = copied(candidate.answers, witness.answers, bench.ground.truth, both_float32=single)
-    reason = f"{witness.name} repeats {candidate.name} to the last bit: it is no witness"
-    return {stage: Obstacle(outcome=Outcome.REFERENCE_SUSPECT, reason=reason) for stage in stages}
+def _repeated(pair: Comparison) -> dict[Stage, Check]:
+    """Return the stages in which the reference has the subject's own numbers."""
+    subject, reference = pair.subject, pair.reference
+    single = subject.precision == reference.precision == "float32"
+    stages = copied(subject.answers, reference.answers, pair.base.truth, both_float32=single)
+    reason = f"{reference.name} repeats {subject.name} to the last bit: it is no witness"
+    return {stage: unmeasured(subject, reference, stage, Outcome.REFERENCE_SUSPECT, reason) for stage in stages}
 
 
-def _abstained(witness: Answers) -> Obstacle | None:
-    if witness.error is None:
+def _abstained(pair: Comparison, stage: Stage) -> Check | None:
+    subject, reference = pair.subject, pair.reference
+    if reference.error is None:
         return None
-    why = "was stopped by its time limit" if witness.stopped else "abstains"
-    reason = f"{witness.name} {why}: {witness.error}"
-    return Obstacle(outcome=abstention(witness), reason=reason, abstains=True, stopped=witness.stopped)
+    why = "was stopped by its time limit" if reference.stopped else "abstains"
+    reason = f"{reference.name} {why}: {reference.error}"
+    outcome = abstention(reference)
+    return unmeasured(subject, reference, stage, outcome, reason, abstains=True, stopped=reference.stopped)
 
 
-def _not_answered(candidate: Answers, stage: Stage, misshapen: Mapping[Stage, str]) -> Obstacle | None:
+def _not_answered(pair: Comparison, stage: Stage, misshapen: Mapping[Stage, str]) -> Check | None:
+    about = pair.subject, pair.reference, stage
     if stage in misshapen:
-        return Obstacle(outcome=Outcome.FAIL, reason=misshapen[stage])
-    if stage not in candidate.answers:
-        return Obstacle(outcome=Outcome.UNSUPPORTED, reason=f"{candidate.name} gave no {stage}")
+        return unmeasured(*about, Outcome.FAIL, misshapen[stage])
+    if stage not in pair.subject.answers:
+        return unmeasured(*about, Outcome.UNSUPPORTED, f"{pair.subject.name} gave no {stage}")
     return None
 
 
-def _not_answered_by_witness(witness: Answers, stage: Stage, misshapen: Mapping[Stage, str]) -> Obstacle | None:
+def _not_answered_by_reference(pair: Comparison, stage: Stage, misshapen: Mapping[Stage, str]) -> Check | None:
+    about, name = (pair.subject, pair.reference, stage), pair.reference.name
     if stage in misshapen:
-        reason = f"{witness.name}'s {misshapen[stage]}: it is no witness"
-        return Obstacle(outcome=Outcome.REFERENCE_SUSPECT, reason=reason)
-    if stage not in witness.answers:
-        return Obstacle(outcome=Outcome.MISSING, reason=f"{witness.name} gave no {stage}")
+        return unmeasured(*about, Outcome.REFERENCE_SUSPECT, f"{name}'s {misshapen[stage]}: it is no witness")
+    if stage not in pair.reference.answers:
+        return unmeasured(*about, Outcome.MISSING, f"{name} gave no {stage}")
     return None
 
 
-def _too_coarse(bench: Bench, stage: Stage) -> Obstacle | None:
-    """Return that the candidate's output keeps too little of a stage to tell anything."""
+def _too_coarse(pair: Comparison, stage: Stage) -> Check | None:
+    """Return that the subject's output keeps too little of a stage to tell anything."""
     if stage is Stage.CAMERA:
         return None
-    candidate = bench.candidate
-    why = Coarseness(resolutions=candidate.resolutions).too_coarse(stage, bench.ground.truth[stage])
-    return None if why is None else Obstacle(outcome=Outcome.UNSUPPORTED, reason=f"{candidate.name}: {why}")
+    subject = pair.subject
+    why = Coarseness(resolutions=subject.resolutions).too_coarse(stage, pair.base.truth[stage])
+    reason = f"{subject.name}: {why}"
+    return None if why is None else unmeasured(subject, pair.reference, stage, Outcome.UNSUPPORTED, reason)

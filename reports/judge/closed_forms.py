@@ -1,4 +1,4 @@
-"""A case's closed forms, judged on one candidate's answers with the candidate's own rounding allowed for.
+"""A case's closed forms, judged on one subject's answers with the subject's own rounding allowed for.
 
 To add one: a dataclass in `cases/case.py` and here a function `(expectation, scene, answers, slack) -> Finding` under
 `@EXPECTATIONS.register("NameOfTheDataclass")`. `slack` is the tracer's own rounding at the pixels in question, relative
@@ -16,25 +16,25 @@ from rayproof.cases.registry import Registry
 from rayproof.cases.scene import Scene
 from rayproof.cases.stages import Stage, StageImages
 from rayproof.reports.judge.answers import Answers, largest
+from rayproof.reports.judge.comparison import Comparison
 from rayproof.reports.judge.limits import Roundoff
 from rayproof.reports.judge.measurement import jsonable
-from rayproof.reports.judge.scene_truth import Terms
 from rayproof.reports.results.case_records import ExpectationRecord
 from rayproof.reports.results.outcomes import Outcome
 
 
-def closed_forms(case: Case, candidate: Answers, terms: Terms) -> list[ExpectationRecord]:
-    """Judge the case's closed forms on one candidate's answers."""
+def closed_forms(case: Case, subject: Answers, pair: Comparison) -> list[ExpectationRecord]:
+    """Judge the case's closed forms on one subject's answers."""
     found = []
     for expectation in case.expectations:
         stage = getattr(expectation, "stage", Stage.VISIBILITY if hasattr(expectation, "form") else Stage.IRRADIANCE)
-        if not _needed(expectation, stage) <= set(candidate.answers):
+        if not _needed(expectation, stage) <= set(subject.answers):
             continue  # not every renderer answers every stage
-        finding = judge(expectation, case.scene, candidate.answers, _slack(terms, stage))
+        finding = judge(expectation, case.scene, subject.answers, _slack(pair, stage))
         outcome = Outcome.MISSING if not finding.used else Outcome.PASS if finding.ratio <= 1 else Outcome.FAIL
         found.append(
             {
-                "configuration": candidate.name,
+                "configuration": subject.name,
                 "kind": type(expectation).__name__,
                 "stage": stage.value,
                 "verdict": outcome.value,
@@ -59,13 +59,13 @@ def _needed(expectation: Any, stage: Stage) -> set[Stage]:
     return needed
 
 
-def _slack(terms: Terms, stage: Stage) -> float:
-    """Return the candidate's own rounding relative to the image's typical value: the median of limit over value."""
+def _slack(pair: Comparison, stage: Stage) -> float:
+    """Return the subject's own rounding relative to the image's typical value: the median of limit over value."""
     if stage is Stage.VISIBILITY:
-        return Roundoff(terms.candidate.precision)(64)
-    value, limit = largest(np.abs(terms.truth[stage])), terms.limits.end_to_end[stage]
+        return Roundoff(pair.subject.precision)(64)
+    value, limit = largest(np.abs(pair.truth[stage])), pair.limits.end_to_end[stage]
     limit = largest(limit) if limit.ndim == 3 else limit
-    good = terms.conditioning.hit & (value > 0) & np.isfinite(value)
+    good = pair.conditioning.hit & (value > 0) & np.isfinite(value)
     return float(np.median(limit[good] / value[good])) if np.any(good) else 0.0
 
 

@@ -13,9 +13,9 @@ import numpy as np
 
 from rayproof.cases.stages import Stage, StageImages
 from rayproof.reports.judge.answers import dot, length
+from rayproof.reports.judge.comparison import Comparison, roundoff
 from rayproof.reports.judge.limits import Coarseness, Roundoff, continued_light_limit, irradiance_moved
 from rayproof.reports.judge.measurement import jsonable
-from rayproof.reports.judge.scene_truth import Terms, roundoff
 from rayproof.reports.results.case_records import CHANCE, LEAST_DISTINCT, BiasRecord, FactorGroupRecord, least_share
 
 # Roundings of what all pixels under one light share: flux, 4 pi and their quotient; then albedo and its product with
@@ -63,36 +63,34 @@ class StageBounds:
     allowance: float
 
 
-def floor(terms: Terms) -> float:
+def floor(pair: Comparison) -> float:
     """Return the value below which a rounding is no longer small beside it."""
-    numbers = np.finfo(terms.candidate.precision)
+    numbers = np.finfo(pair.subject.precision)
     return float(numbers.tiny / numbers.eps)
 
 
-def stage_bounds(terms: Terms, stage: Stage, *, continued: bool) -> StageBounds:
-    """Return the bounds of every group at one stage, end to end or given the candidate's own previous stages."""
-    key = ("bias bounds", stage, terms.rules, continued)
-    return terms.ground.once(key, lambda: _stage_bounds(terms, stage, continued=continued))
+def stage_bounds(pair: Comparison, stage: Stage, *, continued: bool) -> StageBounds:
+    """Return the bounds of every group at one stage, end to end or given the subject's own previous stages."""
+    key = ("bias bounds", stage, pair.rules, continued)
+    return pair.base.once(key, lambda: _stage_bounds(pair, stage, continued=continued))
 
 
-def _stage_bounds(terms: Terms, stage: Stage, *, continued: bool) -> StageBounds:
-    truth, candidate = terms.truth, terms.candidate
-    constants = sum(Roundoff(party.precision)(CONSTANTS[stage]) for party in (candidate, terms.witness))
-    (shared_own, whole_own), (shared, whole) = terms.ground.once(
-        ("bias light", terms.rules), lambda: _light_bounds(terms)
-    )
+def _stage_bounds(pair: Comparison, stage: Stage, *, continued: bool) -> StageBounds:
+    truth, subject = pair.truth, pair.subject
+    constants = sum(Roundoff(renderer.precision)(CONSTANTS[stage]) for renderer in (subject, pair.reference))
+    (shared_own, whole_own), (shared, whole) = pair.base.once(("bias light", pair.rules), lambda: _light_bounds(pair))
     if continued:
         # Passes of their own are each off by their own end-to-end error, and so is what they are continued from.
-        own, passes = float(stage is Stage.IRRADIANCE), 0.0 if candidate.chained else 2.0
+        own, passes = float(stage is Stage.IRRADIANCE), 0.0 if subject.chained else 2.0
         with np.errstate(invalid="ignore"):  # 0 times infinity, where no light arrives and no group is
             shared, whole = own * shared_own + passes * shared, own * whole_own + passes * whole
-    steps = _steps(terms, stage, continued=continued)
+    steps = _steps(pair, stage, continued=continued)
     values = truth[stage].reshape(-1, truth[stage].shape[-1])
-    pixels = wide_pixels(terms)
+    pixels = wide_pixels(pair)
     with np.errstate(divide="ignore", invalid="ignore"):  # the back of a surface is black
         wide = constants + shared[pixels] + (0.0 if steps is None else steps[pixels] / values[pixels])
     found, share = [], []
-    for group in groups(terms):
+    for group in groups(pair):
         here = np.ix_(group.pixels, group.channels)
         theirs = values[here]
         stepped = 0.0 if steps is None else np.divide(steps[here], theirs, out=np.zeros_like(theirs), where=theirs > 0)
@@ -104,27 +102,27 @@ def _stage_bounds(terms: Terms, stage: Stage, *, continued: bool) -> StageBounds
     return StageBounds(groups=tuple(found), wide=wide, allowance=constants + max(share, default=0.0))
 
 
-def _steps(terms: Terms, stage: Stage, *, continued: bool) -> np.ndarray | None:
-    """Return what the steps of the parties' outputs add, (n, 3) in the stage's unit, or None where there are none."""
-    parties = terms.candidate, terms.witness
-    if not any(party.resolutions for party in parties):
+def _steps(pair: Comparison, stage: Stage, *, continued: bool) -> np.ndarray | None:
+    """Return what the steps of the renderers' outputs add, (n, 3) in the stage's unit, or None where there are none."""
+    renderers = pair.subject, pair.reference
+    if not any(renderer.resolutions for renderer in renderers):
         return None
-    mine, other = (Coarseness(resolutions=party.resolutions) for party in parties)
-    value = terms.truth[stage]
+    mine, other = (Coarseness(resolutions=renderer.resolutions) for renderer in renderers)
+    value = pair.truth[stage]
     steps = np.zeros_like(value) + mine.step(stage, value) + other.step(stage, value)
     if continued:
-        steps = steps + mine.handed_down(terms.scene, stage, terms.truth, terms.conditioning)
+        steps = steps + mine.handed_down(pair.scene, stage, pair.truth, pair.conditioning)
     return steps.reshape(-1, value.shape[-1])
 
 
-def _light_bounds(terms: Terms) -> tuple[tuple[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]:
+def _light_bounds(pair: Comparison) -> tuple[tuple[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]:
     """Return what is shared and all of what light may be off by, relative (n, 3): on its own, and end to end.
 
     Constants are not in it. Albedo and pi are such: what is relative to irradiance is so to exitance and radiance.
     """
-    scene, truth, parties, c = terms.scene, terms.truth, (terms.candidate, terms.witness), terms.conditioning
-    irradiance, roundoffs = truth[Stage.IRRADIANCE], tuple(map(roundoff, parties))
-    limits = terms.ground.together(*roundoffs, by_matrices=(parties[0].by_matrices, parties[1].by_matrices))
+    scene, truth, renderers, c = pair.scene, pair.truth, (pair.subject, pair.reference), pair.conditioning
+    irradiance, roundoffs = truth[Stage.IRRADIANCE], tuple(map(roundoff, renderers))
+    limits = pair.base.together(*roundoffs, by_matrices=(renderers[0].by_matrices, renderers[1].by_matrices))
     own = sum(
         (continued_light_limit(scene, Stage.IRRADIANCE, truth, irradiance, g) for g in roundoffs),
         np.zeros_like(irradiance),
@@ -139,44 +137,44 @@ def _light_bounds(terms: Terms) -> tuple[tuple[np.ndarray, np.ndarray], tuple[np
     return (relative[0], relative[1]), (relative[2], relative[3])
 
 
-def wide_pixels(terms: Terms) -> tuple[np.ndarray, np.ndarray]:
+def wide_pixels(pair: Comparison) -> tuple[np.ndarray, np.ndarray]:
     """Return the interior pixels that receive light and are held to a limit of more than `WIDE` of it.
 
     As flat indices (n,) and each one's brightest channel (n,).
     """
-    return terms.ground.once(("wide pixels", terms.rules), lambda: _wide_pixels(terms))
+    return pair.base.once(("wide pixels", pair.rules), lambda: _wide_pixels(pair))
 
 
-def _wide_pixels(terms: Terms) -> tuple[np.ndarray, np.ndarray]:
-    value = terms.truth[Stage.IRRADIANCE].reshape(-1, terms.truth[Stage.IRRADIANCE].shape[-1])
-    pixels = _receiving(terms)
-    limit = terms.limits.end_to_end[Stage.IRRADIANCE].reshape(value.shape)[pixels]
+def _wide_pixels(pair: Comparison) -> tuple[np.ndarray, np.ndarray]:
+    value = pair.truth[Stage.IRRADIANCE].reshape(-1, pair.truth[Stage.IRRADIANCE].shape[-1])
+    pixels = _receiving(pair)
+    limit = pair.limits.end_to_end[Stage.IRRADIANCE].reshape(value.shape)[pixels]
     pixels = pixels[(limit > WIDE * value[pixels]).any(axis=1)]
     return pixels, value[pixels].argmax(axis=1)
 
 
-def groups(terms: Terms) -> tuple[Group, ...]:
+def groups(pair: Comparison) -> tuple[Group, ...]:
     """Return the groups of interior pixels that receive light, of `LEAST_DISTINCT` pixels at least."""
-    return terms.ground.once(("bias groups", terms.rules), lambda: _groups(terms))
+    return pair.base.once(("bias groups", pair.rules), lambda: _groups(pair))
 
 
-def _lit(terms: Terms) -> np.ndarray:
+def _lit(pair: Comparison) -> np.ndarray:
     """Return the channels (pixels, 3) that receive light of a size at which a rounding is small."""
-    value = terms.truth[Stage.IRRADIANCE].reshape(-1, terms.truth[Stage.IRRADIANCE].shape[-1])
-    return (value > floor(terms)) & np.isfinite(value)
+    value = pair.truth[Stage.IRRADIANCE].reshape(-1, pair.truth[Stage.IRRADIANCE].shape[-1])
+    return (value > floor(pair)) & np.isfinite(value)
 
 
-def _receiving(terms: Terms) -> np.ndarray:
+def _receiving(pair: Comparison) -> np.ndarray:
     """Return the interior pixels that receive light, as flat indices."""
-    interior = terms.conditioning.hit & ~terms.classes.edge(Stage.IRRADIANCE) & ~terms.near
-    return np.flatnonzero(interior.ravel() & _lit(terms).any(axis=1))
+    interior = pair.conditioning.hit & ~pair.classes.edge(Stage.IRRADIANCE) & ~pair.near
+    return np.flatnonzero(interior.ravel() & _lit(pair).any(axis=1))
 
 
-def _groups(terms: Terms) -> tuple[Group, ...]:
-    truth, lit, candidates = terms.truth, _lit(terms), _receiving(terms)
+def _groups(pair: Comparison) -> tuple[Group, ...]:
+    truth, lit, receiving = pair.truth, _lit(pair), _receiving(pair)
     value = truth[Stage.IRRADIANCE].reshape(-1, truth[Stage.IRRADIANCE].shape[-1])
-    seen = truth[Stage.VISIBILITY].reshape(len(value), -1)[candidates] > 0
-    shapes = truth[Stage.OBJECT][..., 0].ravel()[candidates]
+    seen = truth[Stage.VISIBILITY].reshape(len(value), -1)[receiving] > 0
+    shapes = truth[Stage.OBJECT][..., 0].ravel()[receiving]
     kinds = np.unique(shapes, return_inverse=True)[1]
     for light in range(seen.shape[1]):
         kinds = np.unique(2 * kinds + seen[:, light], return_inverse=True)[1]
@@ -185,29 +183,29 @@ def _groups(terms: Terms) -> tuple[Group, ...]:
         here = kinds == kind
         first = int(np.argmax(here))
         lights = tuple(int(light) for light in np.flatnonzero(seen[first]))
-        pixels = candidates[here]
+        pixels = receiving[here]
         channels = np.flatnonzero(lit[pixels].any(axis=0))
-        weights = _weights(terms, truth, pixels, channels, lights) if len(lights) > 1 else None
+        weights = _weights(pair, truth, pixels, channels, lights) if len(lights) > 1 else None
         group = Group(shape=int(shapes[first]), lights=lights, pixels=pixels, channels=channels, weights=weights)
         found.append(group)
-        wide = pixels[np.isin(pixels, wide_pixels(terms)[0])]
+        wide = pixels[np.isin(pixels, wide_pixels(pair)[0])]
         if LEAST_DISTINCT <= len(wide) < len(pixels):
             found.append(replace(group, pixels=wide, weights=None, wide=True))
     return tuple(found)
 
 
 def _weights(
-    terms: Terms, truth: StageImages, pixels: np.ndarray, channels: np.ndarray, lights: tuple[int, ...]
+    pair: Comparison, truth: StageImages, pixels: np.ndarray, channels: np.ndarray, lights: tuple[int, ...]
 ) -> np.ndarray:
     """Return each light's share of the irradiance, (n, channels, lights)."""
     position, normal = (truth[stage].reshape(-1, 3)[pixels] for stage in (Stage.POSITION, Stage.NORMAL))
     parts = np.zeros((len(pixels), len(channels), len(lights)))
     for place, number in enumerate(lights):
-        light = terms.scene.lights[number]
+        light = pair.scene.lights[number]
         towards = np.asarray(light.position, dtype=np.float64) - position
         r = length(towards)
         arriving = np.maximum(dot(normal, towards), 0.0) / r
-        if terms.scene.shading == "inverse_square":
+        if pair.scene.shading == "inverse_square":
             arriving = arriving / r**2
         parts[..., place] = arriving[:, np.newaxis] * np.asarray(light.flux)[channels]
     total = parts.sum(axis=-1, keepdims=True)
@@ -279,7 +277,7 @@ class Bias:
 
     factors: tuple[Factor, ...]
     allowance: float  # of a factor that a whole run may share: the constants' roundings and the output's step
-    wide: Leaning | None = None  # of the pixels with wide limits; None given the candidate's own previous stages
+    wide: Leaning | None = None  # of the pixels with wide limits; None given the subject's own previous stages
 
     @cached_property
     def worst(self) -> Factor | None:
@@ -336,28 +334,28 @@ class Bias:
         return found
 
 
-def bias(terms: Terms, stage: Stage, ours: np.ndarray, value: np.ndarray | None) -> Bias:
+def bias(pair: Comparison, stage: Stage, ours: np.ndarray, value: np.ndarray | None) -> Bias:
     """Return the factors of `ours` (height, width, 3) over the oracle's stage, or over `value`.
 
-    `value` is what the oracle continued from the candidate's own stages.
+    `value` is what the oracle continued from the subject's own stages.
     """
-    bounds = stage_bounds(terms, stage, continued=value is not None)
+    bounds = stage_bounds(pair, stage, continued=value is not None)
     mine = ours.reshape(-1, ours.shape[-1])
-    theirs = np.asarray(terms.truth[stage] if value is None else value, dtype=np.float64).reshape(mine.shape)
+    theirs = np.asarray(pair.truth[stage] if value is None else value, dtype=np.float64).reshape(mine.shape)
     # Where an output has steps it has a last one, and what is beyond is clamped to it.
-    coarse = terms.candidate.resolutions.get(stage)
+    coarse = pair.subject.resolutions.get(stage)
     top = float(ours.max(initial=0.0)) if coarse is not None and coarse.absolute > TINY else math.inf
-    top = min(top, _ceiling(terms))
+    top = min(top, _ceiling(pair))
     factors: list[Factor] = []
-    for group, bound in zip(groups(terms), bounds.groups, strict=True):
+    for group, bound in zip(groups(pair), bounds.groups, strict=True):
         if group.wide and value is not None:
             continue  # given the stages before, these pixels have no wide limits
         here = np.ix_(group.pixels, group.channels)
-        factors += _factors(group, bound, mine[here], theirs[here], top, floor(terms))
+        factors += _factors(group, bound, mine[here], theirs[here], top, floor(pair))
     wide = None
     if value is None:
-        pixels = wide_pixels(terms)
-        good = (theirs[pixels] > floor(terms)) & (theirs[pixels] < top) & np.isfinite(mine[pixels])
+        pixels = wide_pixels(pair)
+        good = (theirs[pixels] > floor(pair)) & (theirs[pixels] < top) & np.isfinite(mine[pixels])
         wide = _leaning(mine[pixels][good], theirs[pixels][good], bounds.wide[good])
     return Bias(factors=tuple(factors), allowance=bounds.allowance, wide=wide)
 
@@ -369,8 +367,8 @@ def _leaning(ours: np.ndarray, theirs: np.ndarray, shared: np.ndarray) -> Leanin
     return Leaning(pixels=len(off), above=int(np.sum(off > shared)), below=int(np.sum(-off > shared)))
 
 
-def _ceiling(terms: Terms) -> float:
-    return float(np.finfo(terms.candidate.precision).max)
+def _ceiling(pair: Comparison) -> float:
+    return float(np.finfo(pair.subject.precision).max)
 
 
 def _factors(

@@ -1,7 +1,7 @@
 """Does a difference of conventions explain who stands alone? Each is put to the test: the oracle answers under it.
 
 A convention is a question other than the one asked: another clip, another side lit, another point of the pixel, one
-light picked at random. The oracle answers that question instead, with its own edges and limits, and the party is
+light picked at random. The oracle answers that question instead, with its own edges and limits, and the renderer is
 judged against it as strictly as against the right one. Only who passes there is explained.
 """
 
@@ -14,10 +14,11 @@ import numpy as np
 from rayproof.cases.scene import Scene
 from rayproof.cases.stages import IMAGE_STAGES, Stage, StageImages
 from rayproof.reports.judge.answers import Answers
-from rayproof.reports.judge.comparison import Bench
+from rayproof.reports.judge.comparison import Comparison
 from rayproof.reports.judge.measurement import jsonable
 from rayproof.reports.judge.oracle import FullOracle, stages_of
-from rayproof.reports.judge.scene_truth import ground
+from rayproof.reports.judge.scene_truth import scene_truth
+from rayproof.reports.judge.stage_measuring import inside, measure_end_to_end
 from rayproof.reports.results.case_records import ConventionRecord
 
 CLIPS = {
@@ -38,14 +39,14 @@ LIT = (Stage.IRRADIANCE, Stage.EXITANCE, Stage.RADIANCE)
 class Tested:
     """One convention and what became of it."""
 
-    what: str  # a verb phrase of which the party is the subject
+    what: str  # a verb phrase of which the renderer is the subject
     ratio: float  # worst error over limit under it
     differing: int  # interior pixels over the limit under it
     interior: int  # pixels judged strictly under it
 
     @property
     def explains(self) -> bool:
-        """Say whether the party's answer is exactly that of this convention."""
+        """Say whether the renderer's answer is exactly that of this convention."""
         return self.ratio <= 1 and self.interior > 0
 
     def as_json(self) -> ConventionRecord:
@@ -59,13 +60,13 @@ class Tested:
         }
 
 
-def tested(scene: Scene, party: Answers, stage: Stage, oracle: FullOracle) -> list[Tested]:
-    """Return every known convention that could matter to the scene, tested at one image stage of the party."""
-    if stage not in IMAGE_STAGES or party.error is not None or stage not in party.answers:
+def tested(scene: Scene, renderer: Answers, stage: Stage, oracle: FullOracle) -> list[Tested]:
+    """Return every known convention that could matter to the scene, tested at one image stage of the renderer."""
+    if stage not in IMAGE_STAGES or renderer.error is not None or stage not in renderer.answers:
         return []
-    found = [_under(what, other, party, stage, oracle, moved) for what, other, moved in _questions(scene)]
+    found = [_under(what, other, renderer, stage, oracle, moved) for what, other, moved in _questions(scene)]
     if stage in LIT and len(scene.lights) > 1:
-        found.append(_one_light(scene, party, stage, oracle))
+        found.append(_one_light(scene, renderer, stage, oracle))
     return found
 
 
@@ -73,7 +74,7 @@ Moved = Callable[[StageImages, StageImages], StageImages]
 
 
 def _questions(scene: Scene) -> Iterator[tuple[str, Scene, Moved | None]]:
-    """Yield conventions as other scenes; of corners also how the party's image lies in the other scene's."""
+    """Yield conventions as other scenes; of corners also how the renderer's image lies in the other scene's."""
     for clip, what in CLIPS.items():
         if clip != scene.clip:
             yield what, replace(scene, clip=clip), None
@@ -104,30 +105,27 @@ def _placed(down: int, right: int) -> Moved:
     return moved
 
 
-def _under(what: str, other: Scene, party: Answers, stage: Stage, oracle: FullOracle, moved: Moved | None) -> Tested:
-    """Judge the party against the oracle's answer to another question."""
-    base = ground(other, stages_of(other), oracle, known={})
+def _under(what: str, other: Scene, renderer: Answers, stage: Stage, oracle: FullOracle, moved: Moved | None) -> Tested:
+    """Judge the renderer against the oracle's answer to another question."""
+    base = scene_truth(other, stages_of(other), oracle, known={})
     ours = (
-        party
+        renderer
         if moved is None
-        else replace(party, answers=moved(party.answers, base.truth), shadow_epsilon=_most(party))
+        else replace(renderer, answers=moved(renderer.answers, base.truth), shadow_epsilon=_most(renderer))
     )
-    measured = Bench(ground=base, candidate=ours, witness=_answer(base.truth)).end_to_end(stage)
+    measured = measure_end_to_end(Comparison(base=base, subject=ours, reference=_answer(base.truth)), stage)
     return Tested(what=what, ratio=measured.worst_ratio, differing=measured.over_inside, interior=measured.interior)
 
 
-def _one_light(scene: Scene, party: Answers, stage: Stage, oracle: FullOracle) -> Tested:
-    """Judge the party pixel by pixel against each light alone, as strong as all of them together would make it."""
+def _one_light(scene: Scene, renderer: Answers, stage: Stage, oracle: FullOracle) -> Tested:
+    """Judge the renderer pixel by pixel against each light alone, as strong as all of them together would make it."""
     each = []
     for light in scene.lights:
         red, green, blue = (len(scene.lights) * flux for flux in light.flux)
         alone = replace(scene, lights=(replace(light, flux=(red, green, blue)),))
-        base = ground(alone, stages_of(alone), oracle, known={})
-        each.append(
-            Bench(
-                ground=base, candidate=replace(party, shadow_epsilon=_most(party)), witness=_answer(base.truth)
-            ).inside(stage)
-        )
+        base = scene_truth(alone, stages_of(alone), oracle, known={})
+        seeing = replace(renderer, shadow_epsilon=_most(renderer))
+        each.append(inside(Comparison(base=base, subject=seeing, reference=_answer(base.truth)), stage))
     best = np.min(each, axis=0)
     return Tested(
         what="picks one light at random in each pixel",
@@ -137,9 +135,9 @@ def _one_light(scene: Scene, party: Answers, stage: Stage, oracle: FullOracle) -
     )
 
 
-def _most(party: Answers) -> float:
-    """Return the largest of a party's shadow epsilons: in another image its pixels lie elsewhere."""
-    return float(np.max(party.shadow_epsilon))
+def _most(renderer: Answers) -> float:
+    """Return the largest of a renderer's shadow epsilons: in another image its pixels lie elsewhere."""
+    return float(np.max(renderer.shadow_epsilon))
 
 
 def _answer(truth: StageImages) -> Answers:
@@ -147,7 +145,7 @@ def _answer(truth: StageImages) -> Answers:
 
 
 def in_words(results: Sequence[Tested]) -> str:
-    """Return what the tests came to, as the end of a sentence about the party."""
+    """Return what the tests came to, as the end of a sentence about the renderer."""
     if not results:
         return ""
     explaining = [one.what for one in results if one.explains]

@@ -13,26 +13,26 @@ from rayproof.cases.stages import Stage, StageImages
 from rayproof.reports.judge.answers import Answers
 
 
-def with_equal_answers_shared(candidates: Sequence[Answers]) -> list[Answers]:
-    """Return the candidates, equal answers of theirs being one object that goes by the name of the first of them."""
+def with_equal_answers_shared(subjects: Sequence[Answers]) -> list[Answers]:
+    """Return the subjects, equal answers of theirs being one object that goes by the name of the first of them."""
     known: dict[Stage, list[tuple[str, Any]]] = {}
-    return [_shared(candidate, known) for candidate in candidates]
+    return [_shared(subject, known) for subject in subjects]
 
 
-def _shared(candidate: Answers, known: dict[Stage, list[tuple[str, Any]]]) -> Answers:
-    if candidate.error is not None:
-        return candidate
+def _shared(subject: Answers, known: dict[Stage, list[tuple[str, Any]]]) -> Answers:
+    if subject.error is not None:
+        return subject
     answers: StageImages = {}
     authors = {}
-    for stage, image in candidate.answers.items():
+    for stage, image in subject.answers.items():
         seen = known.setdefault(stage, [])
-        name, first = next((one for one in seen if _same(stage, one[1], image)), (candidate.name, image))
+        name, first = next((one for one in seen if _same(stage, one[1], image)), (subject.name, image))
         answers[stage] = first
-        if name == candidate.name:
+        if name == subject.name:
             seen.append((name, image))
         else:
             authors[stage] = name
-    return replace(candidate, answers=answers, authors=authors)
+    return replace(subject, answers=answers, authors=authors)
 
 
 def _same(stage: Stage, one: Any, other: Any) -> bool:
@@ -42,7 +42,7 @@ def _same(stage: Stage, one: Any, other: Any) -> bool:
     return one.keys() == other.keys() and all(np.array_equal(one[part], other[part]) for part in one)
 
 
-# A witness must have computed its own answer: one that repeats the candidate's to the last bit is a copy.
+# A reference must have computed its own answer: one that repeats the subject's to the last bit is a copy.
 #
 # Two who compute the same quantity by themselves agree on a number wherever both round it rightly. So a number tells
 # of a copy only if rounding it is no matter of course. Numbers of few digits come out of few operations, which round

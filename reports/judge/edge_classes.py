@@ -64,7 +64,7 @@ class Classes:
 
 @dataclass(frozen=True, kw_only=True)
 class Unlit:
-    """What one precision leaves undecided whatever the parties' shadow epsilons are: most of what classes need."""
+    """What one precision leaves undecided whatever the renderers' shadow epsilons are: most of what classes need."""
 
     outline: np.ndarray  # (height, width)
     object_tied: np.ndarray  # (height, width)

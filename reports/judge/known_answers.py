@@ -60,7 +60,7 @@ class Sentinel:
     stage: Stage | None  # the one blamed; None: any
     case: Case = CASE
     others: tuple[Answers, ...] = ()  # who is heard beside the oracle
-    steps: Mapping[Stage, Resolution] = field(default_factory=dict)  # how coarse the candidate's output is
+    steps: Mapping[Stage, Resolution] = field(default_factory=dict)  # how coarse the subject's output is
 
 
 def rounded(answers: StageImages) -> StageImages:
@@ -210,9 +210,9 @@ def _guard_pin(known: Known, pin: Pin, precision: str, truth: StageImages, oracl
     edge = {f"{times} times": (_off(good, pin.stage, 0, times * least), outcome) for times, outcome in JUST}
     # A float64 image cannot be wrong by so little more or less than its limit.
     edge = edge if precision == "float32" else {}
-    candidates = [_candidate(name, precision, ours) for name, ours in spoilt.items()]
-    candidates += [_candidate(name, precision, ours) for name, (ours, _) in edge.items()]
-    checks = {check.configuration: check for check in _checks(known, oracle, truth, candidates, pin.stage)}
+    subjects = [_candidate(name, precision, ours) for name, ours in spoilt.items()]
+    subjects += [_candidate(name, precision, ours) for name, (ours, _) in edge.items()]
+    checks = {check.configuration: check for check in _checks(known, oracle, truth, subjects, pin.stage)}
     for name, continued, end_to_end in zip(spoilt, pin.continued, pin.end_to_end, strict=True):
         found = checks[name].continued, checks[name].end_to_end
         for how, measured, limit in zip(("by itself", "end to end"), found, (continued, end_to_end), strict=True):
@@ -224,21 +224,21 @@ def _guard_pin(known: Known, pin: Pin, precision: str, truth: StageImages, oracl
             raise BrokenJudgeError(
                 f"the judge is broken: {pin.stage} off by {name} its limit must {outcome}, got {checks[name].outcome}"
             )
-    return len(candidates)
+    return len(subjects)
 
 
 def _guard_lights(known: Known, truth: StageImages, oracle: FullOracle) -> int:
     """Darken each light at the middle pixel, where nothing hides it."""
     dark = [_off(_answered(truth, "float32"), Stage.VISIBILITY, light, -1.0) for light in range(len(LIGHTS))]
-    candidates = [_candidate(f"light {light}", "float32", ours) for light, ours in enumerate(dark)]
-    for check in _checks(known, oracle, truth, candidates, Stage.VISIBILITY):
+    subjects = [_candidate(f"light {light}", "float32", ours) for light, ours in enumerate(dark)]
+    for check in _checks(known, oracle, truth, subjects, Stage.VISIBILITY):
         if check.outcome is not Outcome.FAIL:
             raise BrokenJudgeError(f"the judge is broken: {check.configuration} is dark and passes")
-    return len(candidates)
+    return len(subjects)
 
 
 def _guard_parties(truth: StageImages, oracle: FullOracle) -> int:
-    """Judge several candidates before every reference there is, each off by a multiple of its own.
+    """Judge several subjects before every reference there is, each off by a multiple of its own.
 
     So every pair must be compared, by its own answers and at its own precisions, and no other number comes out.
     """
@@ -246,31 +246,31 @@ def _guard_parties(truth: StageImages, oracle: FullOracle) -> int:
     step = pin.end_to_end[1] * UNIT_ROUNDOFF["float32"]
     precisions = {"single": "float32", "double": "float64", "another": "float32"}
     off = {name: MANY * (index + 1) * step for index, name in enumerate(precisions)}
-    candidates = [
+    subjects = [
         _candidate(name, precision, _off(_answered(truth, precision), Stage.RADIANCE, 1, off[name]))
         for name, precision in precisions.items()
     ]
     others = [name for name in REFERENCES if name != ORACLE]
     apart = {ORACLE: 0.0} | {name: -MANY * 7 * (index + 1) * step for index, name in enumerate(others)}
-    witnesses = [_witness(name, "float32", _off(truth, Stage.RADIANCE, 1, apart[name])) for name in others]
-    checks = _checks(FLOOR, oracle, truth, candidates, Stage.RADIANCE, witnesses)
+    references = [_witness(name, "float32", _off(truth, Stage.RADIANCE, 1, apart[name])) for name in others]
+    checks = _checks(FLOOR, oracle, truth, subjects, Stage.RADIANCE, references)
     compared = {(check.configuration, check.reference): check for check in checks}
-    for candidate, precision in precisions.items():
+    for subject, precision in precisions.items():
         for name, away in apart.items():
-            check = compared.get((candidate, name))
+            check = compared.get((subject, name))
             if check is None or check.end_to_end is None:
-                raise BrokenJudgeError(f"the judge is broken: {candidate} is not compared with {name}")
+                raise BrokenJudgeError(f"the judge is broken: {subject} is not compared with {name}")
             constant = CONSTANTS.get(name, 1.0)
             theirs = UNIT_ROUNDOFF["float64" if name == ORACLE else "float32"]
             limit = pin.end_to_end[1] * (UNIT_ROUNDOFF[precision] + constant * theirs)
-            _expect(check.end_to_end.worst_ratio, (off[candidate] - away) / limit, f"{candidate} before {name}")
+            _expect(check.end_to_end.worst_ratio, (off[subject] - away) / limit, f"{subject} before {name}")
     return len(compared)
 
 
 def _guard_panel(truth: StageImages, oracle: FullOracle) -> None:
     """Announce a reference of whom nothing comes: each of its checks is planned, and missing."""
-    candidate, witness = _candidate("sentinel", "float32", rounded(truth)), _witness(ORACLE, "float64", truth)
-    judged = case.judge_case(FLOOR.case, [candidate], [witness], oracle, {}, panel=(ORACLE, "lost"))
+    subject, reference = _candidate("sentinel", "float32", rounded(truth)), _witness(ORACLE, "float64", truth)
+    judged = case.judge_case(FLOOR.case, [subject], [reference], oracle, {}, panel=(ORACLE, "lost"))
     missed = [check for check in judged.checks if check.reference == "lost" and check.outcome is Outcome.MISSING]
     stages = len(stages_of(FLOOR.scene))
     if len(missed) != stages or judged.planned != 2 * stages or judged.outcome is not Outcome.MISSING:
@@ -281,13 +281,13 @@ def _checks(
     known: Known,
     oracle: FullOracle,
     truth: StageImages,
-    candidates: Sequence[Answers],
+    subjects: Sequence[Answers],
     stage: Stage,
     others: Sequence[Answers] = (),
 ) -> list[Check]:
-    """Return the checks of one stage; the oracle is the first witness."""
-    witnesses = [_witness(ORACLE, "float64", truth), *others]
-    judged = case.judge_case(known.case, candidates, witnesses, oracle, {})
+    """Return the checks of one stage; the oracle is the first reference."""
+    references = [_witness(ORACLE, "float64", truth), *others]
+    judged = case.judge_case(known.case, subjects, references, oracle, {})
     return [check for check in judged.checks if check.stage is stage]
 
 

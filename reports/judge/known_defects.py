@@ -1,7 +1,7 @@
 """Checked-in findings about references: the only thing that turns `reference_suspect` into `warn`.
 
 A finding names the renderer's version, the circumstances under which its defect shows, the smallest scene that shows it
-and a third witness; it is data, in findings.json beside this file, so that a reviewer sees it in the diff.
+and a third reference; it is data, in findings.json beside this file, so that a reviewer sees it in the diff.
 """
 
 import json

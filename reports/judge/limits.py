@@ -264,7 +264,7 @@ COARSEST = 1 / 256
 
 @dataclass(frozen=True, kw_only=True)
 class Coarseness:
-    """A party's steps; nothing where it declared none."""
+    """A renderer's steps; nothing where it declared none."""
 
     resolutions: Mapping[Stage, Resolution]
 
@@ -313,7 +313,7 @@ class Coarseness:
         return 0.0
 
     def because(self, stage: Stage, name: str) -> str:
-        """Return the part of a limit's derivation that is this party's output, or nothing."""
+        """Return the part of a limit's derivation that is this renderer's output, or nothing."""
         one = self.resolutions.get(stage)
         if one is None or stage in WHOLE:
             return ""

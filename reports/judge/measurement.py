@@ -29,7 +29,7 @@ class Kind(IntEnum):
     WIDE = 1  # likewise, but the limit is more than 1 % of the value
     SIDE = 2  # at an edge, and equal to one of its sides
     INTERVAL = 3  # at an edge whose sides are too many to list or have no bound: within what they span
-    EPSILON = 4  # excused by nothing but a party's own epsilon, and equal to a side
+    EPSILON = 4  # excused by nothing but a renderer's own epsilon, and equal to a side
     WRONG = 5  # over its limit
     UNEXAMINED = 6  # held to nothing: never measured, or the limit is not finite
 
@@ -121,7 +121,7 @@ def kinds_of(
 
     `ratio` is error over limit, `forgiven` the edge pixels that have a side's value; `wide` and `bounded` say of the
     limit that it is above 1 % of the value and that it is finite; `interval` are the edge pixels of which the sides
-    only span an interval, `window` those that only a party's epsilon leaves undecided.
+    only span an interval, `window` those that only a renderer's epsilon leaves undecided.
     """
     kinds = np.where(edge, np.uint8(Kind.SIDE), wide.astype(np.uint8))
     over = ~(ratio <= 1)
@@ -161,13 +161,13 @@ class Measurement:
     edge: int
     differ_at_edge: int
     wrong_at_edge: int  # edge pixels whose value is neither side's
-    in_window: int  # edge pixels that are such only by a party's own epsilon: it says that it does not see there
+    in_window: int  # edge pixels that are such only by a renderer's own epsilon: it says that it does not see there
     differ_in_window: int
     hit_miss: int  # interior pixels where one hits and the other misses or hits another object
     nan: int
     inf: int
     flagged: int
-    ulp: float  # the worst pixel's error in units in the last place of the reference, in the candidate's precision
+    ulp: float  # the worst pixel's error in units in the last place of the reference, in the subject's precision
     mean_wrong: float = 0.0  # the mean error of the wrong pixels that are off by a finite one
     kinds: np.ndarray = field(compare=False, repr=False)  # uint8 (height, width): each pixel's `Kind`
 
@@ -293,9 +293,9 @@ def measure(
     """Measure `ours` against `theirs`: interior pixels strictly, edge pixels excused only where `excused` says so.
 
     `hit` is where the reference hits something; `excused` are the edge pixels whose value is one of the two sides;
-    `window` are those that only a party's own epsilon leaves undecided, `interval` those whose sides span no more than
-    an interval. `held` is what `held_to` says, `finite` whether all of `ours` is, and `compared` what `ratios` says, if
-    that is known.
+    `window` are those that only a renderer's own epsilon leaves undecided, `interval` those whose sides span no more
+    than an interval. `held` is what `held_to` says, `finite` whether all of `ours` is, and `compared` what `ratios`
+    says, if that is known.
     """
     ratio, wrong = compared or ratios(stage, ours, theirs, limit)
     forgiven, inside = edge & excused, ~edge

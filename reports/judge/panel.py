@@ -11,11 +11,12 @@ from rayproof.cases.stages import Stage, upto
 from rayproof.reference import REFERENCES
 from rayproof.reports.judge.answers import Answers
 from rayproof.reports.judge.checks import Check, check_camera
-from rayproof.reports.judge.comparison import Bench
+from rayproof.reports.judge.comparison import Comparison
 from rayproof.reports.judge.limits import WHOLE
 from rayproof.reports.judge.measurement import jsonable, ratios
 from rayproof.reports.judge.oracle import ORACLE
-from rayproof.reports.judge.scene_truth import Ground
+from rayproof.reports.judge.scene_truth import SceneTruth
+from rayproof.reports.judge.stage_measuring import continued_value, measure_end_to_end
 from rayproof.reports.results.case_records import AdjudicationRecord
 from rayproof.reports.results.outcomes import Outcome
 
@@ -23,7 +24,7 @@ SUBJECT = "the one under test"
 
 
 def voice(name: str, tested: Iterable[str]) -> str:
-    """Return the program that speaks through a party: the folder that a reference lives in, or what is under test."""
+    """Return the program whose code a renderer runs: the folder that a reference lives in, or the subject."""
     if name in tested:
         return SUBJECT
     if name not in REFERENCES:
@@ -31,9 +32,9 @@ def voice(name: str, tested: Iterable[str]) -> str:
     return REFERENCES[name].__module__.split(".")[2]
 
 
-# Everybody against everybody: for each stage, every party judged against every other as the baseline.
+# Everybody against everybody: for each stage, every renderer judged against every other as the baseline.
 #
-# Whose interior and whose limits is always the oracle's ground; whom a row is compared with is its column. What the
+# Whose interior and whose limits is always the oracle's; whom a row is compared with is its column. What the
 # checks have measured already is taken from them.
 
 
@@ -42,7 +43,7 @@ SHOWN = 4  # digits of a ratio in a table that people read; checks have them all
 
 @dataclass(frozen=True, kw_only=True)
 class Cell:
-    """One party judged against another."""
+    """One renderer judged against another."""
 
     ratio: float  # worst error over limit; edge pixels only if their value is neither side's
     differing: int  # interior pixels over the limit; of the camera, which has none, 1 if it is over
@@ -62,7 +63,7 @@ class Matrix:
     cells: Mapping[tuple[str, str], Cell]
 
     def agree(self, one: str, other: str) -> bool | None:
-        """Say whether two parties agree, either way round; None where they cannot be compared."""
+        """Say whether two renderers agree, either way round; None where they cannot be compared."""
         both = [self.cells[pair] for pair in ((one, other), (other, one)) if pair in self.cells]
         return all(cell.agrees for cell in both) if both else None
 
@@ -88,24 +89,24 @@ class Matrix:
 
 
 def matrices(
-    ground: Ground,
-    candidates: Sequence[Answers],
-    witnesses: Sequence[Answers],
+    base: SceneTruth,
+    subjects: Sequence[Answers],
+    references: Sequence[Answers],
     stages: Sequence[Stage],
     checks: Sequence[Check],
 ) -> dict[Stage, Matrix]:
-    """Return each stage's matrix over all parties; a stage of the wrong size must have been taken from its party."""
-    parties = [*candidates, *witnesses]
+    """Return each stage's matrix over all renderers; images of the wrong size must have been removed."""
+    renderers = [*subjects, *references]
     known = {
         (check.configuration, check.reference, check.stage): check for check in checks if check.end_to_end is not None
     }
-    names = tuple(party.name for party in parties)
+    names = tuple(renderer.name for renderer in renderers)
     cells: dict[Stage, dict[tuple[str, str], Cell]] = {stage: {} for stage in stages}
-    able = [{stage for stage in stages if _answers(ground, mine, stage)} for mine in parties]
-    for index, mine in enumerate(parties):
-        for other, theirs in enumerate(parties[index + 1 :], start=index + 1):
-            here = Bench(ground=ground, candidate=mine, witness=theirs)
-            there = Bench(ground=ground, candidate=theirs, witness=mine)
+    able = [{stage for stage in stages if _answers(base, mine, stage)} for mine in renderers]
+    for index, mine in enumerate(renderers):
+        for other, theirs in enumerate(renderers[index + 1 :], start=index + 1):
+            here = Comparison(base=base, subject=mine, reference=theirs)
+            there = Comparison(base=base, subject=theirs, reference=mine)
             for stage in (stage for stage in stages if stage in able[index] and stage in able[other]):
                 check = known.get((mine.name, theirs.name, stage))
                 forth, home = _cells(here, there, stage, check)
@@ -114,15 +115,15 @@ def matrices(
     return {stage: Matrix(stage=stage, renderers=names, cells=found) for stage, found in cells.items()}
 
 
-def _answers(ground: Ground, party: Answers, stage: Stage) -> bool:
-    """Say whether a party answers a stage, in the scene's size."""
-    image = party.answers.get(stage)
-    if image is None or stage in party.unsupported:
+def _answers(base: SceneTruth, renderer: Answers, stage: Stage) -> bool:
+    """Say whether a renderer answers a stage, in the scene's size."""
+    image = renderer.answers.get(stage)
+    if image is None or stage in renderer.unsupported:
         return False
-    return stage is Stage.CAMERA or (np.ndim(image) == 3 and np.shape(image)[:2] == ground.conditioning.hit.shape)
+    return stage is Stage.CAMERA or (np.ndim(image) == 3 and np.shape(image)[:2] == base.conditioning.hit.shape)
 
 
-def _cells(here: Bench, there: Bench, stage: Stage, check: Check | None) -> tuple[Cell, Cell]:
+def _cells(here: Comparison, there: Comparison, stage: Stage, check: Check | None) -> tuple[Cell, Cell]:
     """Return the cell of `here` and that of `there`, which is the same pair the other way round."""
     if stage is Stage.CAMERA:
         ratio = check_camera(here).ratio
@@ -132,31 +133,33 @@ def _cells(here: Bench, there: Bench, stage: Stage, check: Check | None) -> tupl
         within = _within(here, stage)
         if within is not None:
             return within, within
-    measured = check.end_to_end if check is not None and check.end_to_end is not None else here.end_to_end(stage)
+    measured = (
+        check.end_to_end if check is not None and check.end_to_end is not None else measure_end_to_end(here, stage)
+    )
     cell = Cell(ratio=measured.worst_ratio, differing=measured.over_inside)
     # Only at edges does it matter who is judged: there the judged one must have a side's value.
     if not measured.differ_at_edge:
         return cell, cell
-    back = there.end_to_end(stage)
+    back = measure_end_to_end(there, stage)
     return cell, Cell(ratio=back.worst_ratio, differing=back.over_inside)
 
 
-def _within(bench: Bench, stage: Stage) -> Cell | None:
+def _within(pair: Comparison, stage: Stage) -> Cell | None:
     """Return the cell of two who agree everywhere, edges or not; None if they differ anywhere."""
-    ours, theirs = bench.candidate.answers[stage], bench.witness.answers[stage]
+    ours, theirs = pair.subject.answers[stage], pair.reference.answers[stage]
     if ours is theirs:
         return Cell(ratio=0.0, differing=0)
     if stage in WHOLE:
         return Cell(ratio=0.0, differing=0) if np.array_equal(ours, theirs) else None
-    worst = bench.ground.once(
-        ("within", stage, bench.terms.rounding, *bench.authors(stage)), lambda: _worst(bench, stage, ours, theirs)
+    worst = pair.base.once(
+        ("within", stage, pair.rounding, *pair.authors(stage)), lambda: _worst(pair, stage, ours, theirs)
     )
     return Cell(ratio=worst, differing=0) if worst <= 1 else None
 
 
-def _worst(bench: Bench, stage: Stage, ours: np.ndarray, theirs: np.ndarray) -> float:
+def _worst(pair: Comparison, stage: Stage, ours: np.ndarray, theirs: np.ndarray) -> float:
     """Return the worst error over limit in the whole image."""
-    found = ratios(stage, ours, theirs, bench.terms.limits.end_to_end[stage])[0]
+    found = ratios(stage, ours, theirs, pair.limits.end_to_end[stage])[0]
     return float(found.max())
 
 
@@ -168,7 +171,7 @@ LEAST_MAJORITY = 2  # voices that agree with each other and not with the one tha
 
 @dataclass(frozen=True, kw_only=True)
 class Standing:
-    """What a stage's matrix says of its parties."""
+    """What a stage's matrix says of its renderers."""
 
     alone: tuple[str, ...]  # names that speak with the one voice that stands alone; none where nobody does
     majority: tuple[str, ...]  # who agrees against it
@@ -222,11 +225,11 @@ def _and(names: list[str]) -> str:
     return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}"
 
 
-# A failure continued from the oracle is put before witnesses, whose answers contradict one of the two.
+# A failure continued from the oracle is put before references, whose answers contradict one of the two.
 #
-# Continued from a candidate's own stages only the oracle answers. Where those stages agree with the oracle's within
+# Continued from a subject's own stages only the oracle answers. Where those stages agree with the oracle's within
 # every limit, though, what it continues from them is its answer to the question that all were asked, to within the
-# limits end to end. So a witness's answer to that question may contradict it, in the very pixels where the candidate
+# limits end to end. So a reference's answer to that question may contradict it, in the very pixels where the subject
 # fails.
 
 
@@ -237,35 +240,35 @@ Side = Literal["with", "against"]
 class Contradictions:
     """Who may be asked about what the oracle continued."""
 
-    ground: Ground
-    candidates: Mapping[str, Answers]
-    witnesses: Mapping[str, Answers]
+    base: SceneTruth
+    subjects: Mapping[str, Answers]
+    references: Mapping[str, Answers]
     checks: Sequence[Check]
 
     def sides(self, check: Check) -> dict[str, Side]:
-        """Return which witnesses side with the one under test, and which against it, in a failure continued alone.
+        """Return which references side with the one under test, and which against it, in a failure continued alone.
 
         Nobody is asked where the failure is one end to end as well, where it lies at edges, or where an earlier stage
         has failed: what the oracle continued then answers another question.
         """
         if not self._continued_alone(check):
             return {}
-        candidate, stage = self.candidates[check.configuration], check.stage
-        bench = Bench(ground=self.ground, candidate=candidate, witness=self.witnesses[ORACLE])
-        value = bench.continued_value(stage)
-        limit, edge = bench.terms.continued(stage, value)
-        ours = candidate.answers[stage]
-        failing = (ratios(stage, ours, value, limit)[0] > 1) & ~edge & ~bench.terms.near
-        failing &= ~bench.terms.classes.edge(stage)
+        subject, stage = self.subjects[check.configuration], check.stage
+        pair = Comparison(base=self.base, subject=subject, reference=self.references[ORACLE])
+        value = continued_value(pair, stage)
+        limit, edge = pair.continued_limit(stage, value)
+        ours = subject.answers[stage]
+        failing = (ratios(stage, ours, value, limit)[0] > 1) & ~edge & ~pair.near
+        failing &= ~pair.classes.edge(stage)
         if not failing.any():
             return {}
         found: dict[str, Side] = {}
-        for name, witness in self.witnesses.items():
-            if name == ORACLE or not witness.independent or stage not in witness.answers:
+        for name, reference in self.references.items():
+            if name == ORACLE or not reference.independent or stage not in reference.answers:
                 continue
-            # What was continued from the candidate's stages is off by as much as these are.
-            against_it = _differs(self.ground, candidate, witness, stage, value)[failing]
-            from_us = _differs(self.ground, candidate, witness, stage, ours)[failing]
+            # What was continued from the subject's stages is off by as much as these are.
+            against_it = _differs(self.base, subject, reference, stage, value)[failing]
+            from_us = _differs(self.base, subject, reference, stage, ours)[failing]
             if against_it.all() and not from_us.any():
                 found[name] = "with"
             elif from_us.any() and not against_it.any():
@@ -286,15 +289,15 @@ class Contradictions:
         )
 
 
-def _differs(ground: Ground, party: Answers, witness: Answers, stage: Stage, value: np.ndarray) -> np.ndarray:
-    """Return where a party's value at a stage is over the limit of the two from the witness's, (height, width)."""
-    limits = Bench(ground=ground, candidate=party, witness=witness).terms.limits.end_to_end
-    limit = limits.get(stage, np.zeros(ground.conditioning.hit.shape))
-    theirs = np.asarray(witness.answers[stage], dtype=np.float64)
+def _differs(base: SceneTruth, renderer: Answers, reference: Answers, stage: Stage, value: np.ndarray) -> np.ndarray:
+    """Return where a renderer's value at a stage is over the limit of the two from the reference's, (height, width)."""
+    limits = Comparison(base=base, subject=renderer, reference=reference).limits.end_to_end
+    limit = limits.get(stage, np.zeros(base.conditioning.hit.shape))
+    theirs = np.asarray(reference.answers[stage], dtype=np.float64)
     return ~(ratios(stage, np.asarray(value, dtype=np.float64), theirs, limit)[0] <= 1)
 
 
-# Adjudication: when candidate and reference differ, who is wrong? Never the one under test alone by default.
+# Adjudication: when subject and reference differ, who is wrong? Never the one under test alone by default.
 
 
 def adjudicated(
@@ -314,12 +317,12 @@ def adjudicated(
     no failure from that stage on stands, against whomever: edges and limits are the suspect oracle's own.
     """
     verdicts = {(check.configuration, check.reference, check.stage): check for check in checks}
-    witnesses = [name for name, alone in independent.items() if alone]
+    references = [name for name, alone in independent.items() if alone]
 
     def heard(check: Check) -> Check:
         if check.outcome is not Outcome.FAIL:
             return check
-        with_it, against_it = _sides(check, witnesses, verdicts, panel, voice)
+        with_it, against_it = _sides(check, references, verdicts, panel, voice)
         for name, side in contradicted(check).items():
             if voice(name) not in (voice(check.reference), SUBJECT):
                 (with_it if side == "with" else against_it)[name] = check.stage.value
@@ -339,16 +342,16 @@ def adjudicated(
 
 def _sides(
     check: Check,
-    witnesses: Sequence[str],
+    references: Sequence[str],
     verdicts: Mapping[tuple[str, str, Stage], Check],
     panel: Mapping[Stage, Matrix],
     voice: Callable[[str], str],
 ) -> tuple[dict[str, str], dict[str, str]]:
-    """Return the witnesses that side with the one under test and those that side with its reference, with the stage."""
+    """Return the witnesses that side with the subject and those that side with its reference, with the stage."""
     stages = list(Stage)
     mine: dict[str, str] = {}
     theirs: dict[str, str] = {}
-    for name in witnesses:
+    for name in references:
         if voice(name) in (voice(check.reference), SUBJECT):
             continue
         for stage in stages[stages.index(check.stage) :]:

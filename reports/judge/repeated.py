@@ -18,7 +18,7 @@ from rayproof.reports.results.case_records import RepeatedRecord
 from rayproof.reports.results.outcomes import Outcome
 
 if TYPE_CHECKING:
-    from rayproof.reports.judge.scene_truth import Ground
+    from rayproof.reports.judge.scene_truth import SceneTruth
 
 
 def changes(first: StageImages, again: StageImages) -> dict[Stage, np.ndarray]:
@@ -49,8 +49,8 @@ def _same_matrices(one: Any, other: Any) -> bool:
     return all(np.array_equal(one[part], other[part], equal_nan=True) for part in one)
 
 
-def repeated(case: str, first: Answers, again: Answers, base: "Ground | None", *, varies: bool) -> RepeatedRecord:
-    """Return what came of asking a candidate again; `varies` says that it declares to answer otherwise each time.
+def repeated(case: str, first: Answers, again: Answers, base: "SceneTruth | None", *, varies: bool) -> RepeatedRecord:
+    """Return what came of asking a subject again; `varies` says that it declares to answer otherwise each time.
 
     `base` is what the case was judged on; without one nothing is said of how far two answers differ.
     """
@@ -87,7 +87,7 @@ def repeated(case: str, first: Answers, again: Answers, base: "Ground | None", *
     return {**found, "verdict": Outcome.FAIL.value, "sentence": sentence}
 
 
-def _beyond(first: Answers, again: Answers, base: "Ground | None") -> tuple[float, str]:
+def _beyond(first: Answers, again: Answers, base: "SceneTruth | None") -> tuple[float, str]:
     """Return the largest difference of two answers over what two right ones may differ by, and at which stage."""
     mine, theirs = first.answers, again.answers
     if mine.keys() != theirs.keys():
@@ -95,17 +95,19 @@ def _beyond(first: Answers, again: Answers, base: "Ground | None") -> tuple[floa
     if base is None:
         return 0.0, ""
     worst, said = 0.0, ""
-    # By another name, since the ground remembers whose answers it has measured.
-    from rayproof.reports.judge.comparison import Bench  # where images differ, and with it much of the judge
+    # By another name, since the truth of the scene remembers whose answers it has measured.
+    # Where images differ, and with them much of the judge.
+    from rayproof.reports.judge.comparison import Comparison
+    from rayproof.reports.judge.stage_measuring import measure_end_to_end
 
-    witness = replace(again, name=f"{first.name}, asked again", authors={})
-    bench = Bench(ground=base.forgetful(), candidate=replace(first, authors={}), witness=witness)
+    reference = replace(again, name=f"{first.name}, asked again", authors={})
+    pair = Comparison(base=base.forgetful(), subject=replace(first, authors={}), reference=reference)
     for stage in IMAGE_STAGES:
         if stage not in mine:
             continue
         if np.shape(mine[stage]) != np.shape(base.truth[stage]) or np.shape(mine[stage]) != np.shape(theirs[stage]):
             return np.inf, stage.value
-        ratio = bench.end_to_end(stage).worst_ratio
+        ratio = measure_end_to_end(pair, stage).worst_ratio
         if not ratio <= worst:
             worst, said = (np.inf if np.isnan(ratio) else ratio), stage.value
     return worst, said

@@ -109,7 +109,7 @@ def edge_sentinels(oracle: FullOracle) -> Iterator[Sentinel]:
     yield sentinel("nothing at an edge", missed, Outcome.FAIL, Stage.OBJECT)
 
 
-# Sentinels before several witnesses: who is wrong is known, and must be found out by the word of the others.
+# Sentinels before several references: who is wrong is known, and must be found out by the word of the others.
 
 
 BLUNDER = 1.01
@@ -118,7 +118,7 @@ BLUNDER = 1.01
 def witness_sentinels(truth: StageImages) -> Iterator[Sentinel]:
     """Yield the sentinels for the oracle's answers to the usual scene."""
     good, suspect = rounded(truth), Outcome.REFERENCE_SUSPECT
-    # Told from the candidate by its last bits, so that it is no copy, and from the oracle by nothing.
+    # Told from the subject by its last bits, so that it is no copy, and from the oracle by nothing.
     honest = third(truth)
     yield Sentinel(name="two who agree", ours=good, theirs=truth, outcome=Outcome.PASS, stage=None, others=(honest,))
     for stage in (Stage.RAY, Stage.NORMAL, Stage.IRRADIANCE, Stage.EXITANCE, Stage.RADIANCE):
@@ -159,7 +159,7 @@ def witness_sentinels(truth: StageImages) -> Iterator[Sentinel]:
 
 
 def third(answers: StageImages) -> Answers:
-    """Return an independent witness beside the oracle."""
+    """Return an independent reference beside the oracle."""
     return Answers(name="third", precision="float64", independent=True, answers=answers)
 
 
@@ -353,8 +353,8 @@ def stand_guard(oracle: FullOracle) -> int:
         try:
             # Spoilt numbers overflow on purpose; a comparison that ends in 0/0 is the judge's own fault.
             with np.errstate(over="ignore", under="ignore", divide="raise", invalid="raise"):
-                judged, candidate, witnesses = _judge(sentinel, once)
-                wrong = said(adjudication(judged, [candidate], witnesses, once)) if said is not None else None
+                judged, subject, references = _judge(sentinel, once)
+                wrong = said(adjudication(judged, [subject], references, once)) if said is not None else None
         except Exception as fall:  # whatever a broken judge raises
             raise BrokenJudgeError(
                 f"the judge is broken: it fell over sentinel {sentinel.name!r}: {type(fall).__name__}: {fall}"
@@ -392,7 +392,7 @@ class _EdgesOnce:
 
 
 def _judge(sentinel: Sentinel, oracle: FullOracle) -> tuple[Judged, Answers, list[Answers]]:
-    candidate = Answers(
+    subject = Answers(
         name="sentinel",
         precision="float32",
         items=ITEMS,
@@ -401,9 +401,9 @@ def _judge(sentinel: Sentinel, oracle: FullOracle) -> tuple[Judged, Answers, lis
         error=None if sentinel.ours else "ended by a signal",
         resolutions=sentinel.steps,
     )
-    witness = Answers(name="analytic", precision="float64", independent=True, answers=sentinel.theirs)
-    witnesses = [witness, *sentinel.others]
-    return case.judge_case(sentinel.case, [candidate], witnesses, oracle, {}), candidate, witnesses
+    reference = Answers(name="analytic", precision="float64", independent=True, answers=sentinel.theirs)
+    references = [reference, *sentinel.others]
+    return case.judge_case(sentinel.case, [subject], references, oracle, {}), subject, references
 
 
 def _clear(truth: StageImages) -> tuple[int, int]:

@@ -12,11 +12,11 @@ import numpy as np
 from rayproof.cases.scene import Scene
 from rayproof.cases.stages import IMAGE_STAGES, Stage
 from rayproof.reports.judge.answers import all_of, any_of, dot, length
+from rayproof.reports.judge.comparison import LIGHT, Comparison, roundoff
 from rayproof.reports.judge.conditioning import condition
 from rayproof.reports.judge.edge_values import Sides, radius_of
 from rayproof.reports.judge.limits import HIT, limits
 from rayproof.reports.judge.oracle import FullOracle
-from rayproof.reports.judge.scene_truth import LIGHT, Terms, roundoff
 
 MOST = 1 << 17  # faces near the pixels that are asked about at once; of more, nothing is said
 SEEN = (Stage.RAY, Stage.OBJECT, Stage.DISTANCE, Stage.POSITION, Stage.NORMAL)
@@ -72,29 +72,29 @@ def neighbours(
     )
 
 
-def faces_near(terms: Terms, where: np.ndarray) -> list[Neighbours]:
+def faces_near(pair: Comparison, where: np.ndarray) -> list[Neighbours]:
     """Return the faces near the pixels of `where` (height, width) that are outlines, up to the normal.
 
-    Within the next power of two of the edges' reach, so that pairs of parties that round alike look at the same.
+    Within the next power of two of the edges' reach, so that pairs of renderers that round alike look at the same.
     """
-    reach = radius_of(np.where(terms.twins, 0.0, terms.classes.reach))
+    reach = radius_of(np.where(pair.twins, 0.0, pair.classes.reach))
     reach = np.exp2(np.ceil(np.log2(reach)))
-    known = terms.ground.once(("faces near", reach.tobytes()), lambda: _Known(asked=np.zeros_like(where)))
-    where = where & terms.classes.outline
+    known = pair.base.once(("faces near", reach.tobytes()), lambda: _Known(asked=np.zeros_like(where)))
+    where = where & pair.classes.outline
     new = where & ~known.asked
     if new.any():
         known.asked |= new
-        known.found.append(neighbours(terms.ground.oracle, terms.scene, SEEN, new, reach))
+        known.found.append(neighbours(pair.base.oracle, pair.scene, SEEN, new, reach))
     return [part for part in (each.of(where) for each in known.found) if len(part.places)]
 
 
-def holes(terms: Terms, stage: Stage, where: np.ndarray) -> np.ndarray:
+def holes(pair: Comparison, stage: Stage, where: np.ndarray) -> np.ndarray:
     """Return which pixels of `where` (height, width) show nothing, or what lies behind, where a mesh surrounds them."""
-    ours = terms.candidate.answers
+    ours = pair.subject.answers
     assert ours is not None
     shape = where.shape
     enclosed, met, farthest = np.zeros(shape, bool), np.zeros(shape, bool), np.zeros(shape)
-    for around in faces_near(terms, where):
+    for around in faces_near(pair, where):
         rows, columns = around.sides.rows, around.sides.columns
         enclosed |= around.enclosed
         np.maximum.at(farthest, (rows, columns), around.sides.answers[Stage.DISTANCE].max(axis=(1, 2)))
@@ -103,66 +103,66 @@ def holes(terms: Terms, stage: Stage, where: np.ndarray) -> np.ndarray:
             np.logical_or.at(met, (rows, columns), same)
     if not enclosed.any():
         return enclosed
-    farthest = farthest + terms.classes.depth
+    farthest = farthest + pair.classes.depth
     if stage is Stage.OBJECT:
-        given = {Stage.RAY: terms.truth[Stage.RAY], stage: ours[stage]}
-        apart = terms.ground.oracle.continue_from(terms.scene, Stage.DISTANCE, given)[..., 0]
+        given = {Stage.RAY: pair.truth[Stage.RAY], stage: ours[stage]}
+        apart = pair.base.oracle.continue_from(pair.scene, Stage.DISTANCE, given)[..., 0]
         return enclosed & ~met & (apart > farthest)
     if stage is Stage.DISTANCE:
-        return enclosed & (ours[stage][..., 0] > farthest + terms.limits.end_to_end[stage])
+        return enclosed & (ours[stage][..., 0] > farthest + pair.limits.end_to_end[stage])
     return enclosed & ~any_of(ours[stage] != 0)  # position and normal are 0 where nothing is seen
 
 
-def may_be_dark(terms: Terms, stage: Stage, where: np.ndarray) -> np.ndarray:
+def may_be_dark(pair: Comparison, stage: Stage, where: np.ndarray) -> np.ndarray:
     """Return which pixels of `where` (height, width), all at outlines, may have no light at all at `stage`.
 
-    What a party moves along the normal before its feelers, or does not see there, must leave every face near.
+    What a renderer moves along the normal before its feelers, or does not see there, must leave every face near.
     """
-    pixel = terms.conditioning.distance * terms.conditioning.pixel_angle
+    pixel = pair.conditioning.distance * pair.conditioning.pixel_angle
     with np.errstate(divide="ignore", invalid="ignore"):
-        reach = terms.classes.reach + np.where(_epsilon(terms) > 0, 2 * _epsilon(terms) / pixel, 0.0)
+        reach = pair.classes.reach + np.where(_epsilon(pair) > 0, 2 * _epsilon(pair) / pixel, 0.0)
     # Nothing is looked at beyond the neighbouring pixel's centre, nor twice where the mesh ends sooner.
-    enclosed = [around.enclosed for around in faces_near(terms, where)]
+    enclosed = [around.enclosed for around in faces_near(pair, where)]
     asked = where & (reach <= 0.5) & np.logical_or.reduce([np.zeros_like(where), *enclosed])
     if not asked.any():
         return where
-    key = ("all lit", terms.rules, asked.tobytes())
-    return where & ~terms.ground.once(key, lambda: _all_lit(terms, asked, reach))[..., LIGHT.index(stage)]
+    key = ("all lit", pair.rules, asked.tobytes())
+    return where & ~pair.base.once(key, lambda: _all_lit(pair, asked, reach))[..., LIGHT.index(stage)]
 
 
-def _all_lit(terms: Terms, where: np.ndarray, reach: np.ndarray) -> np.ndarray:
+def _all_lit(pair: Comparison, where: np.ndarray, reach: np.ndarray) -> np.ndarray:
     """Return which enclosed pixels of `where` have light on each face near, and not so little that rounding decides.
 
     One for each of the stages of light, (height, width, 3).
     """
-    scene = terms.scene
-    stages = tuple(one for one in IMAGE_STAGES if one in terms.truth)
-    around = neighbours(terms.ground.oracle, scene, stages, where, reach)
+    scene = pair.scene
+    stages = tuple(one for one in IMAGE_STAGES if one in pair.truth)
+    around = neighbours(pair.base.oracle, scene, stages, where, reach)
     found = np.repeat(around.enclosed[..., np.newaxis], len(LIGHT), axis=-1)
     if not found.any():
         return found
     around = around.of(around.enclosed)
     rows, columns, seen = around.sides.rows, around.sides.columns, around.sides.answers
-    near = terms.ground.oracle.near(scene, around.places.reshape(-1, 2))
+    near = pair.base.oracle.near(scene, around.places.reshape(-1, 2))
     c = condition(scene, seen)
-    parties = (terms.candidate, terms.witness)
-    each = [limits(scene, seen, c, roundoff(party), by_matrices=party.by_matrices) for party in parties]
+    renderers = (pair.subject, pair.reference)
+    each = [limits(scene, seen, c, roundoff(renderer), by_matrices=renderer.by_matrices) for renderer in renderers]
     across, along = sum(one.lifted for one in each), sum(one.position for one in each)
     turned = sum(one.end_to_end[Stage.NORMAL] + one.end_to_end[Stage.RAY] for one in each)
     # Another surface that follows so closely may be seen in its place, or met by a feeler.
-    depth = terms.classes.depth[rows, columns] + 2 * _epsilon(terms)[rows, columns]
+    depth = pair.classes.depth[rows, columns] + 2 * _epsilon(pair)[rows, columns]
     apart = c.hit & (near.gaps.reshape(c.hit.shape) > depth[:, np.newaxis] / c.cosine)
     lit = np.zeros(c.hit.shape, dtype=bool)
     for index, light in enumerate(scene.lights):
         toward = np.asarray(light.position) - seen[Stage.POSITION]
         with np.errstate(divide="ignore", invalid="ignore"):
             cosine = dot(toward, seen[Stage.NORMAL]) / length(toward)
-            shift = across + _thrown(terms, index)[rows, columns, np.newaxis]
+            shift = across + _thrown(pair, index)[rows, columns, np.newaxis]
             shift = (shift / cosine + along) / (c.distance * c.pixel_angle)
         sure = cosine > sum(one.cosine[..., index] for one in each)
         sure &= (seen[Stage.VISIBILITY][..., index] > 0) & (near.shadows[:, index].reshape(lit.shape) > shift)
         sure &= length(toward) > 4 * along
-        ended = any(end.light == index for end in terms.ground.edges.light_ends)
+        ended = any(end.light == index for end in pair.base.edges.light_ends)
         lit |= sure & (not ended and any(flux > 0 for flux in light.flux))
     facing = -dot(seen[Stage.NORMAL], seen[Stage.RAY])
     lit &= apart & (np.abs(facing) > turned)
@@ -179,32 +179,32 @@ def _all_lit(terms: Terms, where: np.ndarray, reach: np.ndarray) -> np.ndarray:
     return found
 
 
-def leaking(terms: Terms, where: np.ndarray) -> np.ndarray:
+def leaking(pair: Comparison, where: np.ndarray) -> np.ndarray:
     """Return which pixels of `where` (height, width) have an inner edge of a blocker on their way to a light.
 
     So near that rounding decides which face hides the light.
     """
-    found, c = np.zeros_like(where), terms.conditioning
+    found, c = np.zeros_like(where), pair.conditioning
     rows, columns = np.nonzero(where)
     centres = np.stack([columns + 0.5, rows + 0.5], axis=-1)
-    seams = terms.ground.oracle.near(terms.scene, centres).seams
-    for index, light in enumerate(terms.scene.lights):
-        toward = np.asarray(light.position) - terms.truth[Stage.POSITION]
+    seams = pair.base.oracle.near(pair.scene, centres).seams
+    for index, light in enumerate(pair.scene.lights):
+        toward = np.asarray(light.position) - pair.truth[Stage.POSITION]
         with np.errstate(divide="ignore", invalid="ignore"):
-            cosine = np.abs(dot(toward, terms.truth[Stage.NORMAL])) / length(toward)
-            shift = (terms.limits.lifted + _thrown(terms, index)) / cosine + terms.limits.position
+            cosine = np.abs(dot(toward, pair.truth[Stage.NORMAL])) / length(toward)
+            shift = (pair.limits.lifted + _thrown(pair, index)) / cosine + pair.limits.position
             near = seams[:, index] <= (shift / (c.distance * c.pixel_angle))[rows, columns]
-        found[rows, columns] |= near & (terms.truth[Stage.VISIBILITY][rows, columns, index] == 0)
+        found[rows, columns] |= near & (pair.truth[Stage.VISIBILITY][rows, columns, index] == 0)
     return found
 
 
-def _thrown(terms: Terms, light: int) -> np.ndarray:
+def _thrown(pair: Comparison, light: int) -> np.ndarray:
     """Return how far [m] (height, width) its blocker's and the feeler's start's own errors may move a shadow's edge."""
-    g = max((roundoff(terms.candidate), roundoff(terms.witness)), key=lambda one: one(1))
-    return g(HIT) * terms.ground.thrown(light) + 2 * _epsilon(terms)
+    g = max((roundoff(pair.subject), roundoff(pair.reference)), key=lambda one: one(1))
+    return g(HIT) * pair.base.thrown(light) + 2 * _epsilon(pair)
 
 
-def _epsilon(terms: Terms) -> np.ndarray:
+def _epsilon(pair: Comparison) -> np.ndarray:
     """Return how far [m] (height, width) the two admit to move a feeler's start, or not to see there."""
-    both = terms.candidate.shadow_epsilon + terms.witness.shadow_epsilon
-    return np.broadcast_to(both, terms.classes.outline.shape)
+    both = pair.subject.shadow_epsilon + pair.reference.shadow_epsilon
+    return np.broadcast_to(both, pair.classes.outline.shape)

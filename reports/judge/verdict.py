@@ -9,7 +9,7 @@ from rayproof.cases.stages import Stage
 from rayproof.reports.judge.answers import Answers
 from rayproof.reports.judge.checks import Check, accounted
 from rayproof.reports.judge.panel import Matrix
-from rayproof.reports.judge.scene_truth import Ground
+from rayproof.reports.judge.scene_truth import SceneTruth
 from rayproof.reports.results.case_records import ExpectationRecord
 from rayproof.reports.results.outcomes import Outcome, worst
 
@@ -27,7 +27,7 @@ class Judged:
     reason: str = ""
     planned: int
     panel: Mapping[Stage, Matrix] = field(default_factory=dict)  # everybody against everybody
-    ground: Ground | None = None  # on which it was judged; None where the oracle had no answer
+    base: SceneTruth | None = None  # on which it was judged; None where the oracle had no answer
 
     def worsened(self, outcome: Outcome, reason: str) -> "Judged":
         """Return it with a worse outcome for a reason of its own; a verdict that is as bad or worse stays."""
@@ -41,12 +41,12 @@ def sum_up(
     checks: Sequence[Check],
     expectations: list[ExpectationRecord],
     planned: int,
-    candidates: Mapping[str, Answers] | None,
+    subjects: Mapping[str, Answers] | None,
     panel: Mapping[Stage, Matrix],
 ) -> Judged:
     """Return the case's verdict: the worst of its checks and expectations, and the first stage to blame.
 
-    Without `candidates` no items are blamed.
+    Without `subjects` no items are blamed.
     """
     checks = accounted(checks, case.scene, tuned=case.tuned)
     outcome = case_outcome(checks, expectations)
@@ -65,10 +65,10 @@ def sum_up(
         reason = f"{broken['configuration']}: {broken['measured']} instead of {broken['expected']}: {broken['because']}"
         return replace(judged, stage=Stage(broken["stage"]), reason=reason)
     blamed: tuple[str, ...] = ()
-    if candidates is not None and outcome is Outcome.FAIL:
+    if subjects is not None and outcome is Outcome.FAIL:
         named = next(one.configuration for one in checks if one.outcome is outcome and one.stage is guilty.stage)
         verdicts = [(one.stage.value, one.outcome.value) for one in checks if one.configuration == named]
-        own = candidates[named].items if named in candidates else ITEMS_OF_OTHERS
+        own = subjects[named].items if named in subjects else ITEMS_OF_OTHERS
         shapes = [type(shape).__name__ for shape in case.scene.shapes]
         blamed = items_to_blame(guilty.stage, verdicts, shapes, () if own == ITEMS_OF_OTHERS else own)
     reason = f"{guilty.configuration} against {guilty.reference}, {guilty.stage}: {guilty.reason}"
@@ -125,7 +125,7 @@ OF_SHAPES: dict[str, tuple[type[Shape], ...]] = {
 }
 
 
-def candidates(stage: Stage, passing: Collection[Stage], shapes: Collection[str]) -> tuple[str, ...]:
+def possible_items(stage: Stage, passing: Collection[Stage], shapes: Collection[str]) -> tuple[str, ...]:
     """Return the items that may be to blame where `stage` is the first that is wrong.
 
     That is those of the stage itself and of each stage before it that nobody has seen pass. `passing` are the stages
@@ -156,7 +156,7 @@ def items_to_blame(
 
     `own` are the items that its formulas cover, as far as they are known.
     """
-    found = candidates(stage, passing(checks), shapes)
+    found = possible_items(stage, passing(checks), shapes)
     return tuple(item for item in found if item in own) or found
 
 
@@ -165,11 +165,11 @@ def items_to_blame(
 # Checks of such stages stay `unsupported`; a case in which nothing else was measured is `unsupported` as well.
 
 
-def of_what_is_supported(judged: Judged, candidates: Sequence[Answers]) -> Judged:
-    """Return the verdict by what was measured, if nothing is amiss but stages that a candidate declared."""
+def of_what_is_supported(judged: Judged, subjects: Sequence[Answers]) -> Judged:
+    """Return the verdict by what was measured, if nothing is amiss but stages that a subject declared."""
     if judged.outcome is not Outcome.UNSUPPORTED:
         return judged
-    declared = {(candidate.name, stage) for candidate in candidates for stage in candidate.unsupported}
+    declared = {(subject.name, stage) for subject in subjects for stage in subject.unsupported}
     left = [one for one in judged.checks if (one.configuration, one.stage) not in declared]
     lost = next((one for one in left if one.outcome is Outcome.UNSUPPORTED), None)
     if lost is not None:  # a stage that was neither given nor declared

@@ -231,9 +231,3 @@ def _within(folder: Path, relative: str) -> Path:
     if not inside(folder, relative):
         raise ValueError(f"{relative} is not in the results folder")
     return folder / relative
-
-
-def images_of(record: CaseRecord) -> list[str]:
-    """Return the paths of a case's images in its results folder."""
-    named: list[str | None] = [record.get("pixels"), *(render.get("image") for render in record.get("renders", []))]
-    return [path for path in named if isinstance(path, str) and path]

@@ -45,7 +45,7 @@ from rayproof.reports.subjects.calls import FOLDER as CALLS
 from rayproof.reports.subjects.calls import Keep
 
 LAUNCHES = 3  # of a kernel, the median of which is its time
-AGAIN = ", again"  # after a candidate's name: its second answer
+AGAIN = ", again"  # after a subject's name: its second answer
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -65,7 +65,7 @@ Steps = Generator[Mapping[str, Request], Replies, CaseRecord]
 class Renders:
     """What the renderers of a case answered; each by its name."""
 
-    candidates: dict[str, Answers]
+    subjects: dict[str, Answers]
     versions: dict[str, str]
     seconds: dict[str, float]  # by renderer, as the report names it
     notes: tuple[str, ...] = ()  # what the subject says of its answers
@@ -174,14 +174,14 @@ class CaseRun:
         replies = yield requests
         renders = self._rendered(replies)
         if self.planned.twice and not twice:
-            self.first = renders.candidates[self.planned.configurations[0]]
+            self.first = renders.subjects[self.planned.configurations[0]]
         again = tuple(self._second(name, replies) for name in self.planned.configurations if twice)
         self._repeated = [self._held_together(one, renders) for one in again]
         varied = any(one["verdict"] == Outcome.FAIL for one in self._repeated)
         key = None
         memory = None if varied else self._memory  # how far answers vary is judged afresh
-        if memory is not None and all(one.error is None for one in renders.candidates.values()):
-            key = memory.key(self.planned.case, list(renders.candidates.values()), renders.notes)
+        if memory is not None and all(one.error is None for one in renders.subjects.values()):
+            key = memory.key(self.planned.case, list(renders.subjects.values()), renders.notes)
             record = memory.recall(key, self._folder)
             if record is not None:
                 return self._recorded(self._recognised(record, renders), renders)
@@ -194,20 +194,20 @@ class CaseRun:
             if reply.error is None:  # a cache that broke knows nothing
                 known, damaged = reply.value
                 answers = {
-                    name: Reply(value=(witness, {name: version}), error=None, trace=None, seconds=0.0)
-                    for name, (witness, version) in known.items()
+                    name: Reply(value=(reference, {name: version}), error=None, trace=None, seconds=0.0)
+                    for name, (reference, version) in known.items()
                 }
         answers |= yield {
             name: Request(kind=f"reference:{name}", task=self._reference_task)
             for name in self._references
             if name not in answers
         }
-        witnesses = self._witnesses(answers, damaged, renders)
-        candidates = tuple(renders.candidates[name] for name in self.planned.configurations)
+        references = self._witnesses(answers, damaged, renders)
+        subjects = tuple(renders.subjects[name] for name in self.planned.configurations)
         task = JudgeTask(
             case=self.planned.case,
-            candidates=candidates,
-            witnesses=witnesses,
+            subjects=subjects,
+            references=references,
             versions=renders.versions,
             folder=self._folder,
             require=self._require,
@@ -222,7 +222,7 @@ class CaseRun:
         reply = (yield {JUDGE: Request(kind=JUDGE, task=task, first=True)})[JUDGE]
         record = reply.value
         if reply.error is not None:
-            about = (self.planned.case, candidates, witnesses, reply)
+            about = (self.planned.case, subjects, references, reply)
             record = unjudged(*about, folder=self._folder, subject=self._subject)
         # Where nobody could judge how far answers vary, those that are declared to vary say nothing.
         unknown = [] if varied and not self._subject.capabilities.deterministic else self._repeated
@@ -230,7 +230,7 @@ class CaseRun:
         record["judge_seconds"] = round(reply.seconds, 4)
         record["remembered"] = False
         record["versions"] = renders.versions
-        if self._memory is not None and key is not None and flawless(record, witnesses):
+        if self._memory is not None and key is not None and flawless(record, references):
             self._memory.keep(key, self._folder, record)
         return self._recorded(record, renders)
 
@@ -262,12 +262,12 @@ class CaseRun:
 
     def _rendered(self, replies: Replies) -> Renders:
         """Return what those under test answered, in the plan's order."""
-        found = Renders(candidates={}, versions={}, seconds={})
+        found = Renders(subjects={}, versions={}, seconds={})
         for name, subject in self._asked.items():
             reply = replies[name]
             found.seconds[subject.renderer(name)] = reply.seconds
             if reply.error is not None:
-                found.candidates[name] = Answers(
+                found.subjects[name] = Answers(
                     name=name,
                     precision=name.split("/")[0] if subject.is_tracer else "float32",
                     error=reply.error,
@@ -275,7 +275,7 @@ class CaseRun:
                     lost=subject.stays,
                 )
                 continue
-            found.candidates[name], versions, *more = reply.value
+            found.subjects[name], versions, *more = reply.value
             found.versions |= versions
             if subject == self._subject and more:
                 found.notes = more[0]
@@ -298,26 +298,26 @@ class CaseRun:
 
     def _held_together(self, again: Answers, renders: Renders) -> RepeatedRecord:
         """Return whether a second answer is the first to the last bit."""
-        return repeated(self.planned.case.name, renders.candidates[again.name], again, None, varies=False)
+        return repeated(self.planned.case.name, renders.subjects[again.name], again, None, varies=False)
 
     def _witnesses(self, answers: Replies, damaged: Mapping[str, str], renders: Renders) -> tuple[Answers, ...]:
         """Return the references in the plan's order; `damaged` says of whom a kept render could not be read, and why.
 
         Their versions and times are added to what `renders` knows.
         """
-        witnesses = []
+        references = []
         for name in self._references:
             reply = answers[name]
             renders.seconds[name] = reply.seconds
             if reply.error is not None:
-                witnesses.append(Answers(name=name, precision="float32", error=reply.error, stopped=reply.stopped))
+                references.append(Answers(name=name, precision="float32", error=reply.error, stopped=reply.stopped))
                 continue
-            witness, versions = reply.value
+            reference, versions = reply.value
             if name in damaged:
-                witness = replace(witness, mishaps=(damaged[name], *witness.mishaps))
-            witnesses.append(witness)
+                reference = replace(reference, mishaps=(damaged[name], *reference.mishaps))
+            references.append(reference)
             renders.versions |= versions
-        return tuple(witnesses)
+        return tuple(references)
 
     def _recognised(self, record: CaseRecord, renders: Renders) -> CaseRecord:
         """Return the record of an earlier verdict; only what this run did itself is this run's."""
@@ -336,7 +336,7 @@ class CaseRun:
                 render["kernels"], render["launches"] = float(f"{timed[0]:.4g}"), timed[1]
         if self.planned.twice:
             record["repeated"] = self._repeated
-        if lost := [one.name for one in renders.candidates.values() if one.lost]:
+        if lost := [one.name for one in renders.subjects.values() if one.lost]:
             record["lost"] = lost
         if renders.growth:
             record["growth"] = round(renders.growth)
@@ -349,9 +349,9 @@ def second_answer(name: str, reply: Reply) -> Answers:
     return reply.value[0] if reply.error is None else Answers(name=name, precision="float32", error=reply.error)
 
 
-def flawless(record: CaseRecord, witnesses: tuple[Answers, ...]) -> bool:
+def flawless(record: CaseRecord, references: tuple[Answers, ...]) -> bool:
     """Say whether nothing happened to a case that would not happen again."""
-    return record["verdict"] != Outcome.ERROR and not any(one.error or one.mishaps for one in witnesses)
+    return record["verdict"] != Outcome.ERROR and not any(one.error or one.mishaps for one in references)
 
 
 # Cases on their way at once: so many that a stretch of cases that take the one under test long leaves enough to ask and
@@ -370,7 +370,7 @@ class Source:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Terms:
+class Instructions:
     """How each case of a run is put to the test, wherever that is done: plain data that travels between machines."""
 
     demands: Demands
@@ -389,7 +389,7 @@ class CasesUnderWay:
 
     def __init__(
         self,
-        terms: Terms,
+        instructions: Instructions,
         pool: Pool,
         *,
         folder: Path,
@@ -397,10 +397,11 @@ class CasesUnderWay:
         finished: Callable[[PlannedCase, CaseRecord], None],
         amended: Callable[[PlannedCase, CaseRecord], None],
     ) -> None:
-        self._terms, self._pool, self._folder, self._finished, self._amended = terms, pool, folder, finished, amended
+        self._instructions, self._pool, self._folder = instructions, pool, folder
+        self._finished, self._amended = finished, amended
         self._first: list[tuple[CaseRun, CaseRecord, IO[bytes]]] = []  # answered, and to be asked again
         self.asked_again: set[str] = set()  # names of cases under way for the second time
-        self._memory = None if store is None else Memory(store, terms.demands)
+        self._memory = None if store is None else Memory(store, instructions.demands)
         self._pixels: dict[str, int] = {}  # by name
 
     @property
@@ -427,17 +428,17 @@ class CasesUnderWay:
         self._pool.step()
 
     def _run(self, planned: PlannedCase, *, seconds: float | None) -> CaseRun:
-        demands = self._terms.demands
+        demands = self._instructions.demands
         return CaseRun(
             planned,
             demands.references,
             self._pool,
             folder=self._folder,
             require=demands.require,
-            subject=self._terms.subject,
+            subject=self._instructions.subject,
             memory=self._memory,
             own=demands.own,
-            copies=self._terms.copies,
+            copies=self._instructions.copies,
             images=demands.images,
             seconds=seconds,
             finished=self._done,
@@ -464,7 +465,7 @@ class CasesUnderWay:
         with kept:
             kept.seek(0)
             first: Answers = pickle.load(kept)
-        again, varies = second_answer(first.name, reply), not self._terms.subject.capabilities.deterministic
+        again, varies = second_answer(first.name, reply), not self._instructions.subject.capabilities.deterministic
         found = repeated(planned.case.name, first, again, None, varies=False)
 
         def amend(reply: Reply) -> None:
@@ -481,10 +482,10 @@ class CasesUnderWay:
 
     def _patience(self, planned: PlannedCase) -> float | None:
         """Return how long each task of a case may take, or None where the user said."""
-        if not self._terms.patient:
+        if not self._instructions.patient:
             return None
-        about = {"candidates": len(planned.configurations), "references": len(self._terms.demands.references)}
-        return deadline(planned.case, **about)
+        references = len(self._instructions.demands.references)
+        return deadline(planned.case, configurations=len(planned.configurations), references=references)
 
 
 def has_room(pixels: Collection[int], *, waiting: bool = False) -> bool:

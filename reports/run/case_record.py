@@ -85,8 +85,8 @@ def kinds_of(scene: Scene, truth: StageImages) -> list[str]:
 
 def unjudged(
     case: Case,
-    candidates: Sequence[Answers],
-    witnesses: Sequence[Answers],
+    subjects: Sequence[Answers],
+    references: Sequence[Answers],
     reply: Reply,
     *,
     folder: Path,
@@ -96,8 +96,8 @@ def unjudged(
     why = f"judging failed: {reply.error}"
     checks: list[CheckRecord] = [
         {
-            "configuration": candidate.name,
-            "reference": witness.name,
+            "configuration": configuration.name,
+            "reference": reference.name,
             "stage": stage.value,
             "verdict": Outcome.ERROR.value,
             "reason": why,
@@ -107,13 +107,13 @@ def unjudged(
             "examined": unexamined(stage, case.scene.camera).as_json(),
             "because": "",
         }
-        for candidate in candidates
-        for witness in witnesses
+        for configuration in subjects
+        for reference in references
         for stage in stages_of(case.scene)
-        if witness.answers_at(stage)
+        if reference.answers_at(stage)
     ]
-    renders = [(subject.renderer(one.name), one.name, one.error, False) for one in candidates]
-    renders += [(one.name, None, one.error, one.cached) for one in witnesses]
+    renders = [(subject.renderer(one.name), one.name, one.error, False) for one in subjects]
+    renders += [(one.name, None, one.error, one.cached) for one in references]
     return {
         "name": case.name,
         "family": case.family,
@@ -139,8 +139,8 @@ def unjudged(
         ],
         "ran": {},
         "unsupported": [],
-        "abstained": {one.name: one.error for one in witnesses if one.error is not None},
-        "stopped": [one.name for one in (*candidates, *witnesses) if one.stopped] + ["the judge"] * reply.stopped,
+        "abstained": {one.name: one.error for one in references if one.error is not None},
+        "stopped": [one.name for one in (*subjects, *references) if one.stopped] + ["the judge"] * reply.stopped,
         "notes": [],
         "checks": checks,
         "expectations": [],
@@ -150,22 +150,22 @@ def unjudged(
     }
 
 
-def said(witness: Answers) -> dict[str, str]:
+def said(reference: Answers) -> dict[str, str]:
     """Return name to value with its unit; only what is set or not zero."""
-    told = dict(witness.settings)
-    if witness.ray_epsilon:
-        told["ray epsilon"] = f"{witness.ray_epsilon:.3g} m"
-    if witness.light_epsilon:
-        told["light epsilon"] = f"{witness.light_epsilon:.3g} of a feeler's length"
-    if witness.edge_epsilon:
-        told["edge epsilon"] = f"{witness.edge_epsilon:.3g} m"
-    if witness.tie_epsilon:
-        told["tie epsilon"] = f"{witness.tie_epsilon:.3g} m"
-    shadow = np.asarray(witness.shadow_epsilon, dtype=np.float64)
+    told = dict(reference.settings)
+    if reference.ray_epsilon:
+        told["ray epsilon"] = f"{reference.ray_epsilon:.3g} m"
+    if reference.light_epsilon:
+        told["light epsilon"] = f"{reference.light_epsilon:.3g} of a feeler's length"
+    if reference.edge_epsilon:
+        told["edge epsilon"] = f"{reference.edge_epsilon:.3g} m"
+    if reference.tie_epsilon:
+        told["tie epsilon"] = f"{reference.tie_epsilon:.3g} m"
+    shadow = np.asarray(reference.shadow_epsilon, dtype=np.float64)
     known = shadow[np.isfinite(shadow)]
     if known.size and known.max() > 0:
         low, high = float(known.min()), float(known.max())
         told["shadow epsilon"] = f"{high:.3g} m" if low == high else f"{low:.3g} to {high:.3g} m"
-    for stage, resolution in witness.resolutions.items():
+    for stage, resolution in reference.resolutions.items():
         told[f"resolution of {stage}"] = resolution.because
     return told

@@ -32,7 +32,7 @@ def plan_in_words(request: RunOptions, pool: Pool | None = None) -> list[str]:
     subject = request.subject
     planned = planned_cases(request)
     heard = panel(request.require, subject)
-    each = [estimate(one.case, candidates=len(one.configurations), references=len(heard.names)) for one in planned]
+    each = [estimate(one.case, configurations=len(one.configurations), references=len(heard.names)) for one in planned]
     renders = sum((1 + one.twice) * len(one.configurations) + len(heard.names) for one in planned)
     checks = sum(_checks(one, heard.names, subject) for one in planned)
     laws = sum(len(one.laws) for one in planned)
@@ -93,7 +93,9 @@ def _estimated(
     yield f"estimated disk: at most {disk / GB:.2g} GB in {request.out}; {disk_there / GB:.1f} GB are free{lacking}"
     limit = request.timeout
     if request.patient:
-        limit = max(deadline(one.case, candidates=len(one.configurations), references=references) for one in planned)
+        limit = max(
+            deadline(one.case, configurations=len(one.configurations), references=references) for one in planned
+        )
     yield f"deadline: {limit:.0f} s for one render or one judgement" + (
         " of the largest case" * (limit > request.timeout)
     )

@@ -11,10 +11,11 @@ from rayproof.reference.analytic import Analytic
 from rayproof.reports.interchange.framing import DARK
 from rayproof.reports.judge.answers import Answers, well_shaped
 from rayproof.reports.judge.case import adjudication, judge_case
+from rayproof.reports.judge.comparison import Comparison
 from rayproof.reports.judge.edge_classes import mask
 from rayproof.reports.judge.oracle import ORACLE, stages_of
 from rayproof.reports.judge.repeated import repeated
-from rayproof.reports.judge.scene_truth import Ground, Terms, ground
+from rayproof.reports.judge.scene_truth import SceneTruth, scene_truth
 from rayproof.reports.judge.sentinels import stand_guard
 from rayproof.reports.judge.verdict import Judged, of_what_is_supported
 from rayproof.reports.results.case_records import CaseRecord, MasksRecord, RepeatedRecord
@@ -41,16 +42,18 @@ def keep_images(task: JudgeTask, outcome: Outcome) -> tuple[dict[str, str], str 
     if not task.images.keeps(task.case.name, outcome):
         return {}, None
     everyone = task.images.full or outcome is not Outcome.PASS
-    scene, candidates = task.case.scene, task.candidates if everyone else task.candidates[:1]
-    oracle = any(witness.name == ORACLE and witness.answers for witness in task.witnesses)
-    witnesses = [
-        witness for witness in task.witnesses if everyone or (witness.name == ORACLE if oracle else witness.independent)
+    scene, subjects = task.case.scene, task.subjects if everyone else task.subjects[:1]
+    oracle = any(reference.name == ORACLE and reference.answers for reference in task.references)
+    references = [
+        reference
+        for reference in task.references
+        if everyone or (reference.name == ORACLE if oracle else reference.independent)
     ]
-    parties = [(task.subject.renderer(one.name), well_shaped(scene, one).answers) for one in candidates]
-    parties += [(one.name, well_shaped(scene, one).answers) for one in witnesses]
+    renderers = [(task.subject.renderer(one.name), well_shaped(scene, one).answers) for one in subjects]
+    renderers += [(one.name, well_shaped(scene, one).answers) for one in references]
     renders = {
         name: images
-        for name, answers in parties
+        for name, answers in renderers
         if (images := {stage: image for stage, image in (answers or {}).items() if stage in IMAGE_STAGES})
     }
     if task.images.full or outcome not in (Outcome.PASS, Outcome.WARN):
@@ -63,18 +66,18 @@ def keep_images(task: JudgeTask, outcome: Outcome) -> tuple[dict[str, str], str 
     return {}, path.as_posix()
 
 
-def masks(task: JudgeTask, base: Ground | None) -> MasksRecord | None:
+def masks(task: JudgeTask, base: SceneTruth | None) -> MasksRecord | None:
     """Return which pixels may differ, for the first configuration before the oracle, as plain JSON data.
 
     `base` is what the case was judged on; None where the oracle had no answer.
     """
-    truth = next((witness for witness in task.witnesses if witness.name == ORACLE), None)
-    candidate = next((one for one in task.candidates if one.error is None), None)
-    if truth is None or base is None or candidate is None:
+    truth = next((reference for reference in task.references if reference.name == ORACLE), None)
+    subject = next((one for one in task.subjects if one.error is None), None)
+    if truth is None or base is None or subject is None:
         return None
-    found = mask(Terms(ground=base, candidate=candidate, witness=truth).classes, base.edges)
+    found = mask(Comparison(base=base, subject=subject, reference=truth).classes, base.edges)
     return {
-        "configuration": candidate.name,
+        "configuration": subject.name,
         "height": found.shape[0],
         "width": found.shape[1],
         "data": pack(found.tobytes()),
@@ -116,16 +119,16 @@ def _guarded(*, cached: bool) -> None:
         stand_guard(_ORACLE)
 
 
-def _excused(witness: Answers) -> bool:
+def _excused(reference: Answers) -> bool:
     """Say whether an optional program said of a scene that it cannot; that it answered none, the run's end tells."""
-    return witness.error is None and bool(REFERENCES.about(witness.name).get("optional", False))
+    return reference.error is None and bool(REFERENCES.about(reference.name).get("optional", False))
 
 
 def do(task: JudgeTask | GuardTask | RepeatTask) -> CaseRecord | RepeatedRecord | None:
     """Do a task of the judge's worker."""
     if not isinstance(task, RepeatTask):
         return judge(task)
-    base = ground(task.case.scene, stages_of(task.case.scene), _ORACLE)
+    base = scene_truth(task.case.scene, stages_of(task.case.scene), _ORACLE)
     return repeated(task.case.name, task.first, task.again, base, varies=task.varies)
 
 
@@ -135,21 +138,21 @@ def judge(task: JudgeTask | GuardTask) -> CaseRecord | None:
     if isinstance(task, GuardTask):
         return None
     oracle = KeepingOracle(_ORACLE) if task.cached else _ORACLE
-    judged = judge_case(task.case, task.candidates, task.witnesses, oracle, task.versions, panel=task.panel)
-    judged = of_what_is_supported(judged, task.candidates)
-    for witness in task.witnesses:
-        if witness.name in task.require and not witness.answers and not _excused(witness):
-            why = witness.error or next(iter(witness.unsupported.values()), "it answered nothing")
-            judged = judged.worsened(Outcome.FAIL, f"{witness.name} is required and could not answer: {why}")
-    panel = adjudication(judged, task.candidates, task.witnesses, oracle)
+    judged = judge_case(task.case, task.subjects, task.references, oracle, task.versions, panel=task.panel)
+    judged = of_what_is_supported(judged, task.subjects)
+    for reference in task.references:
+        if reference.name in task.require and not reference.answers and not _excused(reference):
+            why = reference.error or next(iter(reference.unsupported.values()), "it answered nothing")
+            judged = judged.worsened(Outcome.FAIL, f"{reference.name} is required and could not answer: {why}")
+    panel = adjudication(judged, task.subjects, task.references, oracle)
     scene = write_scene(task.folder, task.case)
     images, pixels = keep_images(task, judged.outcome)
     record = _record(task, judged, scene, images)
-    marked = masks(task, judged.ground) if images or pixels is not None else None  # they lie over images
+    marked = masks(task, judged.base) if images or pixels is not None else None  # they lie over images
     record.update({"adjudication": panel, "pixels": pixels, "masks": marked})
     if task.again:
-        about = {"base": judged.ground, "varies": not task.subject.capabilities.deterministic}
-        each = zip(task.candidates, task.again, strict=True)
+        about = {"base": judged.base, "varies": not task.subject.capabilities.deterministic}
+        each = zip(task.subjects, task.again, strict=True)
         record["repeated"] = [repeated(task.case.name, first, again, **about) for first, again in each]
     return record
 
@@ -157,14 +160,14 @@ def judge(task: JudgeTask | GuardTask) -> CaseRecord | None:
 def _record(task: JudgeTask, judged: Judged, scene: str, images: dict[str, str]) -> CaseRecord:
     """Return the case's record, as docs/results.md describes it."""
     case = task.case
-    name_of = {task.subject.renderer(c.name): c for c in task.candidates}
-    errors = {name: c.error for name, c in name_of.items()} | {w.name: w.error for w in task.witnesses}
-    unable = [(name, c.unsupported) for name, c in name_of.items()] + [(w.name, w.unsupported) for w in task.witnesses]
-    kept = {witness.name for witness in task.witnesses if witness.cached}
+    name_of = {task.subject.renderer(c.name): c for c in task.subjects}
+    errors = {name: c.error for name, c in name_of.items()} | {w.name: w.error for w in task.references}
+    unable = [(name, c.unsupported) for name, c in name_of.items()] + [(w.name, w.unsupported) for w in task.references]
+    kept = {reference.name for reference in task.references if reference.cached}
     notes = [(task.subject.name, note) for note in task.notes] + [
-        (w.name, note) for w in task.witnesses for note in (*w.notes, *w.mishaps)
+        (w.name, note) for w in task.references for note in (*w.notes, *w.mishaps)
     ]
-    truth = {} if judged.ground is None else judged.ground.truth
+    truth = {} if judged.base is None else judged.base.truth
     # Of a user's scene: those of the suite are dark on purpose.
     dark = case.family == FAMILY and Stage.RADIANCE in truth and not (truth[Stage.RADIANCE] > 0).any()
     notes += [(ORACLE, DARK)] if dark else []
@@ -185,7 +188,7 @@ def _record(task: JudgeTask, judged: Judged, scene: str, images: dict[str, str])
         "lights": len(case.scene.lights),
         "camera_and_lights": camera_and_lights(case.scene),
         "shapes": [type(shape).__name__ for shape in case.scene.shapes],
-        "settings": {w.name: told for w in task.witnesses if (told := said(w))},
+        "settings": {w.name: told for w in task.references if (told := said(w))},
         "renders": [
             {
                 "renderer": name,
@@ -196,14 +199,14 @@ def _record(task: JudgeTask, judged: Judged, scene: str, images: dict[str, str])
             }
             for name, error in errors.items()
         ],
-        "ran": {candidate.name: sorted(candidate.items) for candidate in task.candidates if candidate.answers},
+        "ran": {subject.name: sorted(subject.items) for subject in task.subjects if subject.answers},
         "unsupported": [
             {"reference": name, "stage": stage.value, "why": why}
             for name, stages in unable
             for stage, why in stages.items()
         ],
-        "abstained": {witness.name: witness.error for witness in task.witnesses if witness.error is not None},
-        "stopped": [one.name for one in (*task.candidates, *task.witnesses) if one.stopped],
+        "abstained": {reference.name: reference.error for reference in task.references if reference.error is not None},
+        "stopped": [one.name for one in (*task.subjects, *task.references) if one.stopped],
         "notes": [{"reference": name, "note": note} for name, note in notes],
         "checks": [check.as_json() for check in judged.checks],
         "expectations": judged.expectations,

@@ -93,17 +93,19 @@ class JudgeTask:
     """Judge a case and write its images and scene below `folder`; the answer is the case's record."""
 
     case: Case
-    candidates: tuple[Answers, ...]
-    witnesses: tuple[Answers, ...]
+    subjects: tuple[Answers, ...]
+    references: tuple[Answers, ...]
     versions: dict[str, str]
     folder: Path
     require: tuple[str, ...]
-    panel: tuple[str, ...] = ()  # the references that the run announced: of one that is not among `witnesses` we say so
+    panel: tuple[
+        str, ...
+    ] = ()  # the references that the run announced: of one that is not among `references` we say so
     subject: Subject = THE_TRACER
     notes: tuple[str, ...] = ()  # what the subject says of its answers
     images: KeptImages = EVERY_CASE  # of which cases they are kept
     cached: bool = False  # the oracle's edges may be taken from the cache
-    again: tuple[Answers, ...] = ()  # the candidates' second answers, where one of them differs
+    again: tuple[Answers, ...] = ()  # the subjects' second answers, where one of them differs
 
 
 TRACING = "tracer"

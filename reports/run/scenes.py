@@ -26,7 +26,7 @@ from rayproof.cases.scene_json import LARGEST, load_scene, scene_from_bytes
 from rayproof.reports.results.files import legible
 from rayproof.reports.subjects import THE_TRACER, Subject
 
-# Seconds of one processor. A renderer's are those of the slowest; the judge's are for one candidate.
+# Seconds of one processor. A renderer's are those of the slowest; the judge's are for one configuration.
 RENDER_A_PIXEL, JUDGE_A_PIXEL = 17e-6, 30e-6
 RENDER_A_PIXEL_AND_LIGHT, JUDGE_A_PIXEL_AND_LIGHT = 35e-6, 16e-6  # more, for each light
 RENDER_A_TRIANGLE, JUDGE_A_TRIANGLE = 25e-6, 40e-6
@@ -60,17 +60,17 @@ def triangles_of(scene: Scene) -> int:
     return sum(len(shape.faces) for shape in scene.shapes if isinstance(shape, Mesh))
 
 
-def estimate(case: Case, *, candidates: int, references: int) -> Estimate:
-    """Return what it takes to put so many candidates of a subject to a case before so many references."""
+def estimate(case: Case, *, configurations: int, references: int) -> Estimate:
+    """Return what it takes to put so many configurations of a subject to a case before so many references."""
     scene, camera = case.scene, case.scene.camera
     pixels, lights, triangles = camera.width * camera.height, len(scene.lights), triangles_of(scene)
     lit = pixels * max(0, lights - 1)  # the first light is in what a pixel takes
     finer = case.samples**2 if case.samples > 1 else 0
     render = RENDER_A_PIXEL * pixels * (1 + finer) + RENDER_A_PIXEL_AND_LIGHT * lit + RENDER_A_TRIANGLE * triangles
-    judge = candidates * (JUDGE_A_PIXEL * pixels + JUDGE_A_PIXEL_AND_LIGHT * lit + JUDGE_A_TRIANGLE * triangles)
-    kept = (candidates + references) * (KEPT_A_PIXEL * pixels + KEPT_A_PIXEL_AND_LIGHT * lit)
+    judge = configurations * (JUDGE_A_PIXEL * pixels + JUDGE_A_PIXEL_AND_LIGHT * lit + JUDGE_A_TRIANGLE * triangles)
+    kept = (configurations + references) * (KEPT_A_PIXEL * pixels + KEPT_A_PIXEL_AND_LIGHT * lit)
     return Estimate(
-        seconds=judge + USUAL_SHARE * render * (candidates + references),
+        seconds=judge + USUAL_SHARE * render * (configurations + references),
         longest=max(render, judge),
         memory=memory_of(scene),
         disk=kept,
@@ -92,9 +92,9 @@ def is_large(scene: Scene) -> bool:
     return memory_of(scene) > LARGE
 
 
-def deadline(case: Case, *, candidates: int, references: int) -> float:
+def deadline(case: Case, *, configurations: int, references: int) -> float:
     """Return how long [s] one render of a case, or its judgement, may take where nobody says."""
-    takes = estimate(case, candidates=candidates, references=references)
+    takes = estimate(case, configurations=configurations, references=references)
     return max(USUAL_LIMIT, SLACK * takes.longest)
 
 
@@ -104,7 +104,7 @@ def refuse_beyond_all(case: Case, name: str) -> None:
     size = f"{name}: {camera.width} x {camera.height} px"
     if camera.width * camera.height > MOST_PIXELS:
         raise SceneError(f"{size} are more than the {MOST_PIXELS} that are judged; make the image smaller")
-    takes = estimate(case, candidates=2, references=5)
+    takes = estimate(case, configurations=2, references=5)
     there = psutil.virtual_memory().total
     if takes.memory > there:
         raise SceneError(

@@ -63,7 +63,7 @@ def trace(task: TracerTask) -> tuple[Answers, dict[str, str], tuple[str, ...], t
     while len(times) < task.launches and sum(times) < LONG:
         times.append(_images(task.scene, configuration)[1])
     fine = _images(finer(task.scene, task.samples), configuration)[0] if task.samples > 1 else None
-    candidate = Answers(
+    answered = Answers(
         name=configuration.name,
         precision=configuration.precision,
         items=configuration.items,
@@ -71,7 +71,7 @@ def trace(task: TracerTask) -> tuple[Answers, dict[str, str], tuple[str, ...], t
         answers=answers,
         fine=fine,
     )
-    return candidate, versions(), (), (median(times), len(times))
+    return answered, versions(), (), (median(times), len(times))
 
 
 def _images(scene: Scene, configuration: Configuration) -> tuple[StageImages, float]:

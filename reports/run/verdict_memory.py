@@ -39,9 +39,9 @@ class Memory:
         """Ask the references for their versions, once: while the first renders are on their way it costs nothing."""
         _ = self._versions
 
-    def key(self, case: Case, candidates: Sequence[Answers], notes: Sequence[str]) -> str:
+    def key(self, case: Case, subjects: Sequence[Answers], notes: Sequence[str]) -> str:
         """Return the question that a case is, given what the subject answered and said of it."""
-        return judgement_key(case, candidates, self._versions, self._demands, notes).digest
+        return judgement_key(case, subjects, self._versions, self._demands, notes).digest
 
     def recall(self, key: str, folder: Path) -> CaseRecord | None:
         """Return the record found before, its files written into the results folder, or None."""
@@ -91,19 +91,19 @@ class JudgementKey(Key):
     """A verdict: of whose answers, on which case, before which references, and what the run demanded."""
 
     case: Case
-    candidates: tuple[Answers, ...]
+    subjects: tuple[Answers, ...]
     versions: Mapping[str, str]  # the references', by name
     demands: Any  # `reports.run.options.Demands`, which this folder does not import
     notes: tuple[str, ...]  # what the subject says of its answers
 
 
 def judgement_key(
-    case: Case, candidates: Sequence[Answers], versions: Mapping[str, str], demands: Any, notes: Sequence[str]
+    case: Case, subjects: Sequence[Answers], versions: Mapping[str, str], demands: Any, notes: Sequence[str]
 ) -> JudgementKey:
     """Return all that a verdict depends on, the code among it."""
     return JudgementKey(
         case=case,
-        candidates=tuple(candidates),
+        subjects=tuple(subjects),
         versions=versions,
         demands=demands,
         notes=tuple(notes),

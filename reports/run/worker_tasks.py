@@ -30,7 +30,7 @@ from rayproof.reports.subjects import FUNCTION, PROGRAM, SERVED, Subject
 from rayproof.tracer.kernel.compiler import choose_packaged_llvm
 
 
-def heard(name: str, reference: Reference, task: ReferenceTask, *, independent: bool) -> Answers:
+def ask_reference(name: str, reference: Reference, task: ReferenceTask, *, independent: bool) -> Answers:
     """Return a reference's answers to a task's scene, with all that it says of them."""
     question, unsupported = _question(name, reference, task)
     found = _rendered(question, task)
@@ -105,9 +105,9 @@ def _rendered(question: Question, task: ReferenceTask) -> Rendered:
     return Rendered(answers=answers, mean=mean, cached=False)
 
 
-def put_to_test(witness: Answers) -> Answers:
+def put_to_test(answers: Answers) -> Answers:
     """Return a reference's answers as those of the one under test."""
-    return replace(witness, items=ITEMS_OF_OTHERS, independent=False, chained=False, cached=False, mishaps=())
+    return replace(answers, items=ITEMS_OF_OTHERS, independent=False, chained=False, cached=False, mishaps=())
 
 
 def _shadow_epsilon(reference: Reference, scene: Scene, answers: StageImages) -> float | np.ndarray:
@@ -158,8 +158,8 @@ def _refer(name: str) -> Callable[[ReferenceTask], tuple[Answers, dict[str, str]
     independent = bool(REFERENCES.about(name).get("independent", False))
 
     def refer(task: ReferenceTask) -> tuple[Answers, dict[str, str]]:
-        witness = heard(name, reference, task, independent=independent)
-        return witness, {name: reference.version()}
+        answers = ask_reference(name, reference, task, independent=independent)
+        return answers, {name: reference.version()}
 
     return refer
 
@@ -176,12 +176,12 @@ def _recall(task: RecallTask) -> tuple[dict[str, tuple[Answers, str]], dict[str,
         reference = REFERENCES[name]()
         independent = bool(REFERENCES.about(name).get("independent", False))
         try:
-            witness = recalled(name, reference, task.task, independent=independent)
+            answers = recalled(name, reference, task.task, independent=independent)
         except DamagedEntryError as wrong:
             damaged[name] = damage(wrong)
             continue
-        if witness is not None:
-            found[name] = (witness, reference.version())
+        if answers is not None:
+            found[name] = (answers, reference.version())
     return found, damaged
 
 
@@ -193,15 +193,15 @@ def _tested(name: str) -> Callable[[SubjectTask], tuple[Answers, dict[str, str],
 
     def test(task: SubjectTask) -> tuple[Answers, dict[str, str], tuple[str, ...]]:
         asked = ReferenceTask(scene=task.scene, samples=task.samples)
-        witness = heard(name, reference, asked, independent=False)
-        return put_to_test(witness), {name: reference.version()}, witness.notes
+        answers = ask_reference(name, reference, asked, independent=False)
+        return put_to_test(answers), {name: reference.version()}, answers.notes
 
     return test
 
 
 def _program() -> Callable[[SubjectTask | QuestionTask], Any]:
     """Return the task of a user's program, which renders or says what it can; one that stays alive is started once."""
-    from rayproof.reports.subjects.program import ask_capabilities, candidate
+    from rayproof.reports.subjects.program import ask_capabilities, ask_program
     from rayproof.reports.subjects.serving import Server
 
     kept: list[Server] = []
@@ -230,7 +230,7 @@ def _program() -> Callable[[SubjectTask | QuestionTask], Any]:
         # A run's environment names Python's own version, too.
         who = "function" if subject.name == FUNCTION else subject.name
         versions = {who: f"{able.title} ({able.precision}, written as float32)"}
-        answered = candidate(subject, task.scene, samples=task.samples, keep=task.keep, server=stays)
+        answered = ask_program(subject, task.scene, samples=task.samples, keep=task.keep, server=stays)
         notes = able.told(task.scene)
         if stays is not None:
             return answered, versions, (*notes, *stays.notes()), stays.standing()

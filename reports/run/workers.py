@@ -117,7 +117,7 @@ def answered(
     `pool` is asked there.
 
     Raises:
-        ValueError: its worker crashed or ran out of time; what a program comes to is the candidate's error.
+        ValueError: its worker crashed or ran out of time; what a program comes to is the subject's error.
 
     """
     task = SubjectTask(scene=scene, samples=1, subject=subject, keep=keep)

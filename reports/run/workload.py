@@ -25,7 +25,7 @@ from rayproof.reports.results.document import ResultsError, load_results
 from rayproof.reports.results.files import replacing
 from rayproof.reports.results.outcomes import Outcome
 from rayproof.reports.run.cache_store import Store
-from rayproof.reports.run.case import CasesUnderWay, Terms
+from rayproof.reports.run.case import CasesUnderWay, Instructions
 from rayproof.reports.run.case_record import reproduce
 from rayproof.reports.run.options import RunOptions, demands
 from rayproof.reports.run.plan import PlannedCase, record_key
@@ -219,14 +219,14 @@ def render_and_judge(
             todo = array("Q", (number for number, one in enumerate(planned) if not recording.taken_up(one)))
             pending = (planned[number] for number in todo)
             if isinstance(workers, Pool):
-                terms = Terms(
+                instructions = Instructions(
                     demands=asked,
                     subject=request.subject,
                     cached=store is not None,
                     patient=request.patient,
                 )
                 under_way = CasesUnderWay(
-                    terms,
+                    instructions,
                     workers,
                     folder=request.out,
                     store=store,

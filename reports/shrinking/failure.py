@@ -21,7 +21,7 @@ from rayproof.reports.results.outcomes import Outcome
 from rayproof.reports.run import worker_tasks
 from rayproof.reports.run.messages import TRACING, ReferenceTask, SubjectTask, TracerTask, kind_of
 from rayproof.reports.run.scenes import case_of_scene
-from rayproof.reports.run.worker_tasks import heard
+from rayproof.reports.run.worker_tasks import ask_reference
 from rayproof.reports.subjects import Subject
 from rayproof.tracer.configuration import Configuration
 
@@ -82,15 +82,15 @@ def judged(scene: Scene, render: Renderer) -> tuple[Judged, Answers, StageImages
     """Return the verdict of the oracle alone, the answers and the truth; None where either has no answer."""
     oracle = Analytic()
     try:
-        candidate = render(scene)
+        subject = render(scene)
     except ValueError:  # beyond what the subject's precision can hold
         return None
-    if candidate.error is not None:
+    if subject.error is not None:
         return None
     case = case_of_scene(scene, name="shrink/scene", stresses="A scene on its way to the smallest one.")
     with np.errstate(all="ignore"):  # of scenes that nobody made, and answers that may be anything
-        truth = heard(ORACLE, oracle, ReferenceTask(scene=scene, samples=1), independent=True)
-        return judge_case(case, [candidate], [truth], oracle, {}), candidate, truth.answers
+        truth = ask_reference(ORACLE, oracle, ReferenceTask(scene=scene, samples=1), independent=True)
+        return judge_case(case, [subject], [truth], oracle, {}), subject, truth.answers
 
 
 def failure(scene: Scene, render: Renderer, stage: Stage | None = None) -> Failure | None:
@@ -98,7 +98,7 @@ def failure(scene: Scene, render: Renderer, stage: Stage | None = None) -> Failu
     answered = judged(scene, render)
     if answered is None:
         return None
-    verdict, candidate, truth = answered
+    verdict, subject, truth = answered
     order = list(Stage)
     failed = [one for one in verdict.checks if one.outcome is Outcome.FAIL and stage in (None, one.stage)]
     guilty = min(failed, key=lambda one: (not one.alone, order.index(one.stage), -one.ratio), default=None)
@@ -107,7 +107,7 @@ def failure(scene: Scene, render: Renderer, stage: Stage | None = None) -> Failu
     items = verdict.blamed
     if guilty.stage is not verdict.stage:
         checks = [(one.stage.value, one.outcome.value) for one in verdict.checks]
-        items = items_to_blame(guilty.stage, checks, [type(one).__name__ for one in scene.shapes], candidate.items)
+        items = items_to_blame(guilty.stage, checks, [type(one).__name__ for one in scene.shapes], subject.items)
     measured = _measured(guilty)
     return Failure(
         stage=guilty.stage,
@@ -117,7 +117,7 @@ def failure(scene: Scene, render: Renderer, stage: Stage | None = None) -> Failu
         limit=math.nan if measured is None else measured.limit,
         error=math.nan if measured is None else measured.worst_error,
         pixels=() if measured is None else _pixels(measured),
-        answers=candidate.answers,
+        answers=subject.answers,
         truth=truth,
     )
 

@@ -245,7 +245,7 @@ def allowance(scene: Scene) -> int:
     return ROOM + GENEROUS * channels * scene.camera.width * scene.camera.height * 4
 
 
-def candidate(
+def ask_program(
     subject: Subject,
     scene: Scene,
     *,

@@ -21,7 +21,7 @@ from rayproof.reports.results.document import load_results
 from rayproof.reports.results.outcomes import Outcome
 from rayproof.reports.run.plan import within_reach
 from rayproof.reports.subjects import PROGRAM, SERVED, Subject
-from rayproof.reports.subjects.program import ask_capabilities, candidate
+from rayproof.reports.subjects.program import ask_capabilities, ask_program
 from rayproof.reports.subjects.protocol import hand_over
 from rayproof.reports.subjects.serving import Server
 
@@ -102,7 +102,7 @@ TELLING = {
 
 def judged(subject: Subject, case: Case) -> Judged:
     """Judge a program on a case before the oracle alone."""
-    given = candidate(subject, case.scene, samples=1)
+    given = ask_program(subject, case.scene, samples=1)
     answers = ORACLE.render(case.scene, stages_of(case.scene))
     truth = Answers(name="analytic", precision="float64", independent=True, answers=answers)
     return of_what_is_supported(judge_case(case, [given], [truth], ORACLE, {}), [given])
@@ -255,14 +255,14 @@ def answers_line_by_line(*command: str) -> None:
     subject = Subject(name=SERVED, title="serve:mine", command=command)
     server = Server(subject)
     able = replace(subject, capabilities=ask_capabilities(subject, seconds=10, server=server))
-    answers = [candidate(able, sphere.scene, samples=1, server=server).answers for _ in range(2)]
+    answers = [ask_program(able, sphere.scene, samples=1, server=server).answers for _ in range(2)]
     error = server.ask(lost, seconds=10, output=2**26).problem
     server.close()
 
     assert able.capabilities.shapes == ("sphere",)
     assert "nowhere.json" in str(error)
     for answer in answers:
-        assert changes(answer, candidate(called, sphere.scene, samples=1).answers) == {}
+        assert changes(answer, ask_program(called, sphere.scene, samples=1).answers) == {}
 
 
 def passes_on_spheres(subject: Subject) -> None:

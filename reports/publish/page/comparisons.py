@@ -20,7 +20,7 @@ from rayproof.reports.results.records import (
 )
 
 if TYPE_CHECKING:
-    from rayproof.reports.studies.compare.records import FamilyRecord, FormulaComparison
+    from rayproof.reports.studies.compare.records import FamilyRecord, FormulaComparisonRecord
     from rayproof.reports.studies.compare.statistics import Interval
 
 DATA = "history/series.js"
@@ -202,7 +202,7 @@ def contest(folder: Path) -> Contest | None:
     }
 
 
-def _is_comparison(found: Any) -> TypeGuard[FormulaComparison]:
+def _is_comparison(found: Any) -> TypeGuard[FormulaComparisonRecord]:
     """Return whether a file's content is a comparison; its parts are looked at one by one."""
     return isinstance(found, dict) and isinstance(found.get("families"), list)
 

@@ -46,7 +46,7 @@ class Dispatch:
 
     def __init__(self, client: Any, batch: Batch, *, tell: Callable[[str], None]) -> None:
         self._client, self._batch, self._tell = client, batch, tell
-        self._run, self._facts = uuid.uuid4().hex[:12], facts(batch.terms)
+        self._run, self._facts = uuid.uuid4().hex[:12], facts(batch.instructions)
         self._waiting: deque[PlannedCase] = deque()
         self._suspects: deque[Cases] = deque()  # of which workers died
         self._sent: dict[str, Sent] = {}  # by their futures' keys
@@ -171,7 +171,7 @@ class Dispatch:
             self._suspects.extend(half for half in (sent.cases[:middle], sent.cases[middle:]) if half)
             return
         why = f"{killed.allowed_failures + 1} workers died that had nothing else to do, the last of them {address}"
-        reply, subject = Reply(value=None, error=why, trace=None, seconds=0.0), self._batch.terms.subject
+        reply, subject = Reply(value=None, error=why, trace=None, seconds=0.0), self._batch.instructions.subject
         record = unjudged(sent.cases[0].case, (), (), reply, folder=folder, subject=subject)
         record.update({"reason": why, "worker": address, "versions": {}, "remembered": False})
         record.update({"seconds": 0.0, "judge_seconds": 0.0})

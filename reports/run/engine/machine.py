@@ -24,7 +24,7 @@ from rayproof.reports.processes.scratch import Scratch, sweep
 from rayproof.reports.processes.signals import end_with_parent
 from rayproof.reports.results.case_records import CaseRecord
 from rayproof.reports.run.cache_store import usual_store
-from rayproof.reports.run.case import CasesUnderWay, Terms
+from rayproof.reports.run.case import CasesUnderWay, Instructions
 from rayproof.reports.run.plan import PlannedCase
 from rayproof.reports.run.reference_cache import PACKAGES, code, processor
 from rayproof.reports.run.scenes import place_of
@@ -43,7 +43,7 @@ Finished = tuple[bytes, Mapping[str, bytes]]  # a case's record as deflated JSON
 class Batch:
     """Whole cases for one worker, and what its processes may take for them."""
 
-    terms: Terms
+    instructions: Instructions
     timeout: float  # s, for one render or one judgement
     memory: float = float("inf")  # bytes of a process
     jobs: int | None = None  # processes at once; None: as many as that machine has processors
@@ -83,8 +83,8 @@ def write(files: Mapping[str, bytes], folder: Path) -> None:
         (folder / name).write_bytes(data)
 
 
-def facts(terms: Terms) -> dict[str, str]:
-    """Return everything of this machine on which the records of a run on these terms depend."""
+def facts(instructions: Instructions) -> dict[str, str]:
+    """Return everything of this machine on which the records of a run by these instructions depend."""
     architecture, model, features = processor()
     library, packaged = os.environ.get(VARIABLE, ""), packaged_library()
     usual = packaged is not None and library in ("", str(packaged))  # it lies elsewhere on every machine
@@ -93,8 +93,8 @@ def facts(terms: Terms) -> dict[str, str]:
     found |= {"architecture": architecture, "processor": model, "processor features": features}
     found["LLVM"] = version("karellen-llvm-core") if usual else library
     found["RAYPROOF_BACKEND"] = os.environ.get("RAYPROOF_BACKEND", "")
-    found["program under test"] = " ".join(identity(terms.subject)) if terms.subject.is_program else ""
-    return found | {f"reference {name}": reference_version(name) for name in terms.demands.references}
+    found["program under test"] = " ".join(identity(instructions.subject)) if instructions.subject.is_program else ""
+    return found | {f"reference {name}": reference_version(name) for name in instructions.demands.references}
 
 
 def difference(caller: Mapping[str, str], here: Mapping[str, str]) -> str:
@@ -123,14 +123,18 @@ class _Machine:
         folder = self.scratch.folder
         sweep(folder.parent)
         copies = []
-        for number, source in enumerate(batch.terms.sources):  # the user's own formulas, each in a folder of its own
+        for number, source in enumerate(
+            batch.instructions.sources
+        ):  # the user's own formulas, each in a folder of its own
             write(source.files, folder / f"formula-{number}")
             copies.append((source.path, str(folder / f"formula-{number}" / PurePath(source.path).name)))
-        self._terms = replace(batch.terms, copies=tuple(copies))
+        self._instructions = replace(batch.instructions, copies=tuple(copies))
         allowed = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-        self.pool = workers(batch.terms.subject, jobs=batch.jobs or allowed, timeout=batch.timeout, folder=folder)
+        self.pool = workers(
+            batch.instructions.subject, jobs=batch.jobs or allowed, timeout=batch.timeout, folder=folder
+        )
         self.pool.memory, self.pool.sleeping, self.pool.relief = batch.memory, sleeping(), RELIEF
-        self._store = usual_store() if batch.terms.cached else None
+        self._store = usual_store() if batch.instructions.cached else None
         if (nanny := multiprocessing.parent_process()) is not None and nanny.pid is not None:
             end_with_parent(nanny.pid)  # Dask has a thread watch it, which does not run where a worker is stopped
         Finalize(None, _end, exitpriority=10)
@@ -147,7 +151,7 @@ class _Machine:
                 done[planned.case.name] = packed(planned.case.name, record, Path(name))
 
             about = {"folder": Path(name), "store": self._store, "finished": finished, "amended": finished}
-            under_way = CasesUnderWay(self._terms, self.pool, **about)
+            under_way = CasesUnderWay(self._instructions, self.pool, **about)
             while len(done) < len(batch.cases) or under_way.asked_again:
                 if self.run in _STOPPED:
                     raise RuntimeError("the run is over")
@@ -173,7 +177,7 @@ def work(run: str, caller: Mapping[str, str], pickled: bytes) -> Answer:
     with _LOCK:
         try:
             batch: Batch = pickle.loads(pickled)
-            if run not in _KEPT and (refused := difference(caller, facts(batch.terms))):
+            if run not in _KEPT and (refused := difference(caller, facts(batch.instructions))):
                 return replace(answer, refused=refused)
             finished = (_KEPT.get(run) or _Machine(run, batch)).finished(batch)
         except Exception as error:  # a renderer's failure is an answer: this machine cannot work

@@ -28,7 +28,7 @@ from rayproof.reports.studies.compare.records import (
     ComparedAbout,
     ErrorsRecord,
     FamilyRecord,
-    FormulaComparison,
+    FormulaComparisonRecord,
     SideRecord,
     TailRecord,
 )
@@ -101,7 +101,7 @@ def compare(
     *,
     repetitions: int,
     tell: Callable[[str], None] = lambda _: None,
-) -> FormulaComparison:
+) -> FormulaComparisonRecord:
     """Return the comparison as docs/compare.md describes it; `tell` is told what is being done.
 
     Raises:
@@ -172,7 +172,7 @@ def _timings(
 
 def _assembled(
     side: _Side, control: _Side, base: Contender, candidate: Contender, stages: tuple[Stage, ...], repetitions: int
-) -> FormulaComparison:
+) -> FormulaComparisonRecord:
     _, control_interval = overall_timing(control.timings, level=LEVEL)
     about: ComparedAbout = {
         "schema": SCHEMA,

@@ -11,7 +11,7 @@ from rayproof.cases.scene import IDENTITY, Scene
 from rayproof.cases.stages import Stage
 from rayproof.cases.stresses import STRESSES, stressing
 from rayproof.tracer.configuration import Configuration, parts_of
-from rayproof.tracer.formulas import FORMULAS, PLACED, SHAPES_OF, Formula
+from rayproof.tracer.formulas import FORMULAS, PLACED, SHAPES_OF
 from rayproof.tracer.formulas.own_file import is_own
 
 # What of the camera shows in an image only through a ray by the inverse matrices, and what shows in none.
@@ -98,11 +98,6 @@ def stages_at_stake(base: Configuration, candidate: Configuration) -> tuple[Stag
     if Stage.CAMERA in found:
         found = found - {Stage.CAMERA} | {Stage.RAY}
     return tuple(stage for stage in Stage if stage in found) or (Stage.OBJECT,)
-
-
-def items_at_stake(formulas: Sequence[Formula]) -> frozenset[str]:
-    """Return the specification items that formulas cover."""
-    return frozenset(item for formula in formulas for item in formula.covers)
 
 
 # Which shapes of a scene a slot's formula has anything to do with.

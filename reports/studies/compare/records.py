@@ -114,7 +114,7 @@ class ControlRecord(SideRecord):
 
 
 @final
-class FormulaComparison(ComparedAbout, SideRecord):
+class FormulaComparisonRecord(ComparedAbout, SideRecord):
     """Two formulas or configurations."""
 
     control: ControlRecord
@@ -135,7 +135,7 @@ class SweepRecord(TypedDict):
     schema: int
     origin: Origin
     sweep: SweptRecord
-    comparisons: list[FormulaComparison]
+    comparisons: list[FormulaComparisonRecord]
 
 
 class CaseMove(TypedDict):
@@ -213,7 +213,7 @@ def rows(result: "Compared") -> list[list[str]]:
     return [_row(one, controls[one["family"]]) for one in result["families"]]
 
 
-def _swept(one: FormulaComparison) -> list[str]:
+def _swept(one: FormulaComparisonRecord) -> list[str]:
     before, after = (sum(each["wrong"][side] for each in one["families"]) for side in ("base", "candidate"))
     return [
         one["outcome"],
@@ -254,7 +254,7 @@ def _digits(value: float | None, bounds: Interval | None) -> str:
     return f"{value:+.2f}" if bounds is None else f"{value:+.2f} [{bounds[0]:.2f}, {bounds[1]:.2f}]"
 
 
-Compared = FormulaComparison | RunComparison | SweepRecord
+Compared = FormulaComparisonRecord | RunComparison | SweepRecord
 
 
 def title(result: Compared) -> str:
@@ -280,7 +280,7 @@ def markdown(result: Compared) -> str:
 # A comparison as a figure: digits gained and time ratio of each family, or of each value of a parameter.
 
 
-def comparison_panels(result: FormulaComparison | RunComparison) -> list[Draw]:
+def comparison_panels(result: FormulaComparisonRecord | RunComparison) -> list[Draw]:
     """Return the panels of a comparison: a family a line, with the interval of each number."""
     families: list[Any] = list(result["families"])[::-1]
     names = [one["family"] for one in families]

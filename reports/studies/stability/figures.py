@@ -151,9 +151,6 @@ def _height(ladder: Ladder, rung: RungRecord) -> float | None:
 # Ladders as files: JSON, CSV and a still SVG each, the same bytes whenever the numbers are the same.
 
 
-FIRST_COLUMNS = ("formula", "precision")
-
-
 def publish(folder: Path, ladder: Ladder, records: Sequence[ClimbRecord]) -> None:
     """Write NAME.json, NAME.csv and NAME.svg of one ladder to `folder`, which is there."""
     whole: LadderRecord = {**about(ladder), "climbs": list(records)}

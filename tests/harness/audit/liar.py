@@ -19,11 +19,11 @@ from rayproof.cases.scene import Scene
 from rayproof.cases.stages import Stage, StageImages
 from rayproof.reports.judge.answers import Answers
 from rayproof.reports.judge.checks import Check, stage_check
-from rayproof.reports.judge.comparison import Bench
+from rayproof.reports.judge.comparison import Comparison
 from rayproof.reports.judge.known_answers import rounded
 from rayproof.reports.judge.measurement import Kind, ratios
 from rayproof.reports.judge.oracle import ORACLE, stages_of
-from rayproof.reports.judge.scene_truth import Ground, ground
+from rayproof.reports.judge.scene_truth import SceneTruth, scene_truth
 from rayproof.reports.results.outcomes import Outcome
 from tests.harness.audit.oracle import PatientOracle
 from tests.harness.audit.orders import LiarOrder, LiarReport
@@ -54,7 +54,7 @@ def lie(order: LiarOrder) -> LiarReport:
     scene, oracle = order.case.scene, PatientOracle()
     stages = tuple(stage for stage in stages_of(scene) if stage is not Stage.CAMERA)
     truth = oracle.render(scene, stages_of(scene))
-    base = ground(scene, stages_of(scene), oracle, known=truth)
+    base = scene_truth(scene, stages_of(scene), oracle, known=truth)
     shape = base.conditioning.hit.shape
     spoiled = {stage: _Spoiled(**{kind: np.zeros(shape, bool) for kind in _KINDS}) for stage in stages}
     holes: list[str] = []
@@ -122,39 +122,39 @@ def _garbage(
     return {name: images for name, images in found.items() if images}
 
 
-def _hidden(base: Ground, honest: Answers, lies: Mapping[Stage, np.ndarray]) -> dict[Stage, dict[str, np.ndarray]]:
+def _hidden(base: SceneTruth, honest: Answers, lies: Mapping[Stage, np.ndarray]) -> dict[Stage, dict[str, np.ndarray]]:
     """Return where lies hide of each stage, by kind (height, width)."""
     good = honest.answers
     assert good is not None
     spoilt = np.ones(base.conditioning.hit.shape, bool)
     checks: list[Check] = []
-    bench = None
+    pair = None
     for _ in range(ROUNDS):
         images = {stage: np.where(spoilt[..., np.newaxis], lie, good[stage]) for stage, lie in lies.items()}
-        bench = _bench(base, replace(honest, name=f"liar {next(_NUMBERS)}", answers=good | images))
-        checks = _checks(bench, next(iter(lies)))
+        pair = _comparison(base, replace(honest, name=f"liar {next(_NUMBERS)}", answers=good | images))
+        checks = _checks(pair, next(iter(lies)))
         wrong = _wrong(checks, spoilt.shape)
         if not (spoilt & wrong).any():
             break
         spoilt &= ~wrong
-    if bench is None or any(check.outcome is Outcome.FAIL for check in checks):
+    if pair is None or any(check.outcome is Outcome.FAIL for check in checks):
         return {}
-    return {check.stage: _by_kind(bench, check, spoilt) for check in checks if check.stage in lies}
+    return {check.stage: _by_kind(pair, check, spoilt) for check in checks if check.stage in lies}
 
 
-def _bench(base: Ground, candidate: Answers) -> Bench:
+def _comparison(base: SceneTruth, candidate: Answers) -> Comparison:
     witness = Answers(name=ORACLE, precision="float64", independent=True, answers=base.truth)
-    return Bench(ground=base, candidate=candidate, witness=witness)
+    return Comparison(base=base, subject=candidate, reference=witness)
 
 
-def _checks(bench: Bench, first: Stage) -> list[Check]:
+def _checks(pair: Comparison, first: Stage) -> list[Check]:
     """Return the checks of the first stage that is spoiled and of those after it, which are continued from it."""
-    answers = bench.candidate.answers
+    answers = pair.subject.answers
     assert answers is not None
     order = list(Stage)
     after = [stage for stage in answers if stage is not Stage.CAMERA and order.index(stage) >= order.index(first)]
     with np.errstate(all="ignore"):
-        return [stage_check(bench, stage) for stage in after]
+        return [stage_check(pair, stage) for stage in after]
 
 
 def _wrong(checks: list[Check], shape: tuple[int, ...]) -> np.ndarray:
@@ -167,34 +167,34 @@ def _wrong(checks: list[Check], shape: tuple[int, ...]) -> np.ndarray:
     return wrong
 
 
-def _by_kind(bench: Bench, check: Check, spoilt: np.ndarray) -> dict[str, np.ndarray]:
+def _by_kind(pair: Comparison, check: Check, spoilt: np.ndarray) -> dict[str, np.ndarray]:
     """Return where a stage is spoiled, by what the judge says of those pixels."""
-    stage, truth = check.stage, bench.ground.truth
+    stage, truth = check.stage, pair.base.truth
     assert check.end_to_end is not None
-    ours, kinds = bench.candidate.answers[stage], check.end_to_end.kinds
-    limit = bench.terms.limits.end_to_end.get(stage, np.zeros(spoilt.shape))
+    ours, kinds = pair.subject.answers[stage], check.end_to_end.kinds
+    limit = pair.limits.end_to_end.get(stage, np.zeros(spoilt.shape))
     over = spoilt & (ratios(stage, ours, truth[stage], limit)[0] > 1)
     changed = spoilt & np.any(ours != rounded({stage: truth[stage]})[stage], axis=-1)
     excused = (kinds == Kind.INTERVAL, kinds == Kind.EPSILON)
     rest = over & ~excused[0] & ~excused[1]
     return {
-        "unseen": rest & ~_of_a_side(bench, stage, ours, limit, rest),
+        "unseen": rest & ~_of_a_side(pair, stage, ours, limit, rest),
         "interval": over & excused[0],
         "epsilon": over & excused[1],
         "wide": changed & ~over & (kinds == Kind.WIDE),
     }
 
 
-def _of_a_side(bench: Bench, stage: Stage, ours: np.ndarray, limit: np.ndarray, where: np.ndarray) -> np.ndarray:
+def _of_a_side(pair: Comparison, stage: Stage, ours: np.ndarray, limit: np.ndarray, where: np.ndarray) -> np.ndarray:
     """Return the pixels of `where` whose value some choice of sides gives: between the least and the most around it."""
     found = np.zeros(where.shape, bool)
     for finely in (False, True):
         rows, columns = np.nonzero(where & ~found)
         if len(rows):
-            reach = np.maximum(1.0, bench.terms.classes.reach[rows, columns])[:, np.newaxis, np.newaxis]
+            reach = np.maximum(1.0, pair.classes.reach[rows, columns])[:, np.newaxis, np.newaxis]
             offsets = np.concatenate([_square(PLACES) * np.ones_like(reach), _square(PLACES) * reach], axis=1)
             offsets = offsets if finely else _square(COARSELY) * np.ones_like(reach)
-            found[rows, columns] = _among_sides(bench, stage, ours, limit, (rows, columns), offsets)
+            found[rows, columns] = _among_sides(pair, stage, ours, limit, (rows, columns), offsets)
     return found
 
 
@@ -205,7 +205,7 @@ def _square(places: tuple[float, ...]) -> np.ndarray:
 
 
 def _among_sides(
-    bench: Bench,
+    pair: Comparison,
     stage: Stage,
     ours: np.ndarray,
     limit: np.ndarray,
@@ -214,11 +214,11 @@ def _among_sides(
 ) -> np.ndarray:
     """Return which pixels (n,) have a value between the least and the most at the offsets (n, samples, 2) [px]."""
     rows, columns = where
-    scene, oracle = bench.ground.scene, bench.ground.oracle
+    scene, oracle = pair.base.scene, pair.base.oracle
     points = (np.stack([columns, rows], axis=-1) + 0.5)[:, np.newaxis] + offsets
     around = oracle.at(scene, stages_of(scene)[1:], points.reshape(-1, 2))
     samples = {name: np.asarray(image).reshape(*points.shape[:2], -1) for name, image in around.items()}
-    classes = bench.terms.classes
+    classes = pair.classes
     # At an outline any light may be seen or not: what hides it from the one side says nothing of the other.
     undecided = (classes.light | (classes.outline | classes.flagged)[..., np.newaxis])[rows, columns]
     least, most = _range(scene, stage, samples, undecided)

@@ -17,7 +17,7 @@ from rayproof.cases.stages import Stage
 from rayproof.reports.judge.answers import Answers
 from rayproof.reports.judge.known_answers import CASE
 from rayproof.reports.judge.oracle import ORACLE, stages_of
-from rayproof.reports.judge.scene_truth import Ground, ground
+from rayproof.reports.judge.scene_truth import SceneTruth, scene_truth
 from rayproof.reports.publish.page.case_data import write_case_data
 from rayproof.reports.results.case_records import CaseRecord
 from rayproof.reports.results.images import handed_over, read_pixels
@@ -48,10 +48,10 @@ def guard_report(oracle: Any) -> None:
     )
     with tempfile.TemporaryDirectory() as name:
         task = JudgeTask(
-            case=CASE, candidates=(one, two), witnesses=witnesses, versions={}, folder=Path(name), require=()
+            case=CASE, subjects=(one, two), references=witnesses, versions={}, folder=Path(name), require=()
         )
-        base = ground(CASE.scene, stages_of(CASE.scene), oracle, known=given[ORACLE])
-        classes = {each.name: masks(replace(task, candidates=(each,)), base) for each in (one, two)}
+        base = scene_truth(CASE.scene, stages_of(CASE.scene), oracle, known=given[ORACLE])
+        classes = {each.name: masks(replace(task, subjects=(each,)), base) for each in (one, two)}
         if len({json.dumps(found and found["data"]) for found in classes.values()}) < 2:
             raise BrokenHarnessError("the report is broken: an epsilon of 0.2 m leaves every pixel's class as it was")
         for outcome in (Outcome.FAIL, Outcome.PASS):
@@ -65,7 +65,7 @@ def guard_report(oracle: Any) -> None:
                 raise BrokenHarnessError("the report is broken: pixels are classed as another configuration's")
 
 
-def _published(task: JudgeTask, base: Ground, outcome: Outcome, names: list[str]) -> CaseRecord:
+def _published(task: JudgeTask, base: SceneTruth, outcome: Outcome, names: list[str]) -> CaseRecord:
     """Return what the page is handed of a case that ended so."""
     images, pixels = keep_images(task, outcome)
     record: CaseRecord = {

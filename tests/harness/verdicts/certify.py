@@ -24,7 +24,7 @@ from rayproof.reports.judge.comparison import GEOMETRY
 from rayproof.reports.judge.limits import HIT, MATRICES, RAY, Roundoff
 from rayproof.reports.judge.measurement import Measurement, jsonable, ratios
 from rayproof.reports.judge.oracle import ORACLE, FullOracle, stages_of
-from rayproof.reports.judge.scene_truth import Ground, ground
+from rayproof.reports.judge.scene_truth import SceneTruth, scene_truth
 from rayproof.reports.judge.verdict import Judged
 from rayproof.reports.results.case_records import Number
 from rayproof.reports.results.outcomes import Outcome, worst
@@ -108,7 +108,7 @@ class Inquest:
     """One case's parties before certified arithmetic."""
 
     case: Case
-    base: Ground
+    base: SceneTruth
     truth: dict[Stage, np.ndarray]
     held: dict[str, Held] = field(default_factory=dict)
     known: dict[tuple[str, bool, Pixel], tuple[Stage, ...]] = field(default_factory=dict)
@@ -117,7 +117,7 @@ class Inquest:
     def of(self, party: Answers) -> Held:
         """Return a party's values, held against certified ones."""
         if party.name not in self.held:
-            self.held[party.name] = Held(ground=self.base, truth=self.truth, party=party)
+            self.held[party.name] = Held(base=self.base, truth=self.truth, party=party)
         return self.held[party.name]
 
     def wrong_at(
@@ -180,7 +180,7 @@ def certify(
     if truth is None:
         return Certified(why="The scene has too many triangles to certify whole images.")
     known = next((witness.answers for witness in witnesses if witness.name == ORACLE), {})
-    base = ground(scene, stages, oracle, known=known)
+    base = scene_truth(scene, stages, oracle, known=known)
     inquest = Inquest(case=judged.case, base=base, truth=truth)
     wrong: list[WrongVerdict] = []
     decided: dict[str, bool] = {}  # of whom checks are undecided: whether one of them could be decided
@@ -294,19 +294,19 @@ def _biased(inquest: Inquest, party: Answers, check: Check) -> bool:
     ours = np.asarray(party.answers.get(stage))
     if check.bias is not None and check.bias.ratio > 1:
         base = inquest.base
-        exact = Ground(
+        exact = SceneTruth(
             scene=base.scene,
             truth=base.truth | held.exact.answers,
             edges=base.edges,
             conditioning=base.conditioning,
             oracle=base.oracle,
         )
-        if bias(replace(held.terms, ground=exact), stage, ours, None).ratio > 1:
+        if bias(replace(held.pair, base=exact), stage, ours, None).ratio > 1:
             return True
     if check.continued_bias is None or not check.continued_bias.ratio > 1:
         return False
     value = CERTIFIED.continue_from(inquest.base.scene, stage, party.answers)
-    return bias(held.terms, stage, ours, value).ratio > 1
+    return bias(held.pair, stage, ours, value).ratio > 1
 
 
 def _stands_alone(inquest: Inquest, party: Answers, stage: Stage, measured: Measurement) -> bool:
@@ -327,7 +327,7 @@ def _stands_alone(inquest: Inquest, party: Answers, stage: Stage, measured: Meas
     # Limits are made for images: this one pixel's expected value in an image of the party's own.
     value = ours.copy()
     value[row, column] = expected
-    limit, _ = held.terms.continued(stage, value)
+    limit, _ = held.pair.continued_limit(stage, value)
     if ratios(stage, ours, value, limit)[0][row, column] <= 1:
         return False
     if stage in (Stage.OBJECT, Stage.VISIBILITY, Stage.DISTANCE, Stage.NORMAL):

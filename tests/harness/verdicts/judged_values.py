@@ -14,10 +14,10 @@ from rayproof.reference.certified import Certified
 from rayproof.reference.certified.stages import continued
 from rayproof.reports.judge.admissible import ALLOWED, needed_shadow
 from rayproof.reports.judge.answers import Answers, all_of, any_of, largest, widest_near
-from rayproof.reports.judge.comparison import GEOMETRY
+from rayproof.reports.judge.comparison import GEOMETRY, LIGHT, Comparison
 from rayproof.reports.judge.limits import Roundoff, calibration, continued_light_limit
 from rayproof.reports.judge.measurement import ratios
-from rayproof.reports.judge.scene_truth import LIGHT, Ground, Terms
+from rayproof.reports.judge.scene_truth import SceneTruth
 from tests.harness.verdicts.perturbed import horizons, perturbed
 
 CERTIFIED = Certified()
@@ -76,7 +76,7 @@ class Nearby:
 class Held:
     """One party's answers, held against certified ones by the judge's limits for its precision."""
 
-    ground: Ground
+    base: SceneTruth
     truth: StageImages  # certified, NaN where undecided
     party: Answers
 
@@ -100,14 +100,14 @@ class Held:
         return Answers(name=NAME, precision="float64", independent=True, answers=answers)
 
     @cached_property
-    def terms(self) -> Terms:
+    def pair(self) -> Comparison:
         """Return what the party and exact arithmetic may differ by."""
-        return Terms(ground=self.ground, candidate=self.party, witness=self.exact)
+        return Comparison(base=self.base, subject=self.party, reference=self.exact)
 
     def limit(self, stage: Stage) -> np.ndarray:
         """Return the largest error (height, width, ...) end to end."""
         shape = self.truth[stage].shape[:2]
-        return self.terms.limits.end_to_end.get(stage, np.zeros(shape))
+        return self.pair.limits.end_to_end.get(stage, np.zeros(shape))
 
     def ratio(self, stage: Stage) -> np.ndarray:
         """Return error over limit (height, width) against the certified value; infinite where that is a tie's."""
@@ -126,7 +126,7 @@ class Held:
         each = max(4, MOST // max(1, sum(bool(mask.any()) for mask in self.over.values())))
         for stage, mask in self.over.items():
             rows, columns = np.nonzero(mask)
-            inside = ~self.terms.classes.edge(stage)[rows, columns]
+            inside = ~self.pair.classes.edge(stage)[rows, columns]
             tie = any_of(np.isnan(self.truth[stage]))[rows, columns]
             order = np.lexsort((-self.ratio(stage)[rows, columns], ~inside, tie))[:each]
             wanted |= {(int(columns[i]), int(rows[i])): None for i in order}
@@ -168,10 +168,10 @@ class Held:
         left = {stage: self.over[stage][rows, columns] for stage in self.stages}
         truth = {stage: self.truth[stage][rows, columns] for stage in self.stages}
         near = Nearby(
-            scene=self.ground.scene,
+            scene=self.base.scene,
             stages=self.stages,
             points=pixels + 0.5,
-            reach=self.terms.classes.reach[rows, columns],
+            reach=self.pair.classes.reach[rows, columns],
             roundoff=UNIT_ROUNDOFF[self.party.precision],
             baked=calibration(self.party.name).baked_normals,
         )
@@ -198,7 +198,7 @@ class Held:
         scenes shows everything, nor is a place on it one. The same holds of a body that is thinner than its surface's
         error across itself: which of its faces is met depends on how a matrix is inverted, and no scene shows that.
         """
-        scene = self.ground.scene
+        scene = self.base.scene
         farthest = max(
             np.abs(place).max()
             for place in (scene.camera.eye, *(np.asarray(shape.to_world)[:3, 3] for shape in scene.shapes))
@@ -211,7 +211,7 @@ class Held:
             if Stage.OBJECT in answers:
                 index = np.nan_to_num(np.asarray(answers[Stage.OBJECT])[rows, columns, 0], nan=-1.0)
                 shape = np.where((index >= 0) & (index < len(scene.shapes)), index, -1).astype(int)
-                found |= small[shape] | (thin[shape] <= self.terms.limits.lifted[rows, columns])
+                found |= small[shape] | (thin[shape] <= self.pair.limits.lifted[rows, columns])
         return found
 
     def _on_the_horizon(self, pixels: np.ndarray) -> np.ndarray:
@@ -224,7 +224,7 @@ class Held:
             return np.zeros(len(pixels), dtype=bool)
         columns, rows = pixels.T
         found = self._between_horizons(rows, columns)
-        for near in horizons(self.ground.scene):
+        for near in horizons(self.base.scene):
             seen = CERTIFIED.at(near, (Stage.OBJECT, Stage.VISIBILITY), pixels + 0.5, exactly=False)
             same = all_of(seen[Stage.OBJECT] == self.truth[Stage.OBJECT][rows, columns])
             found |= same & any_of(seen[Stage.VISIBILITY] != self.truth[Stage.VISIBILITY][rows, columns])
@@ -232,7 +232,7 @@ class Held:
 
     def _between_horizons(self, rows: np.ndarray, columns: np.ndarray) -> np.ndarray:
         """Return which pixels (n,) show a triangle of whose normal and baked plane a light is on two sides."""
-        scene, truth = self.ground.scene, self.truth
+        scene, truth = self.base.scene, self.truth
         found = np.zeros(len(rows), dtype=bool)
         for pixel, (index, face) in enumerate(truth[Stage.OBJECT][rows, columns]):
             shape = scene.shapes[int(index)] if index >= 0 else None
@@ -295,9 +295,9 @@ class Held:
         """Return where (n,) the party's normal is that of a point at its own hit: at a cube's edge, of either face."""
         found = np.zeros(len(rows), dtype=bool)
         if {Stage.OBJECT, Stage.POSITION, Stage.NORMAL} <= set(ours):
-            lifted = self.terms.limits.lifted[rows, columns]
+            lifted = self.pair.limits.lifted[rows, columns]
             for about in self._about(ours, (0 * lifted, lifted)):
-                expected = continued(self.ground.scene, Stage.NORMAL, about)
+                expected = continued(self.base.scene, Stage.NORMAL, about)
                 found |= all_of(np.abs(ours[Stage.NORMAL] - expected) <= bound)
         return found
 
@@ -309,17 +309,17 @@ class Held:
         found = np.zeros(value.shape, dtype=bool)
         if not {Stage.OBJECT, Stage.POSITION, Stage.NORMAL} <= set(ours):
             return found
-        lifted = self.terms.limits.lifted[rows, columns]
+        lifted = self.pair.limits.lifted[rows, columns]
         needed = needed_shadow(
-            self.ground.conditioning,
-            self.ground.scene,
-            self.ground.truth[Stage.POSITION],
+            self.base.conditioning,
+            self.base.scene,
+            self.base.truth[Stage.POSITION],
             Roundoff(self.party.precision),
         )
         above = np.minimum(self.party.shadow_epsilon, ALLOWED * needed)
         heights = -lifted, 0 * lifted, lifted, lifted + above[rows, columns]
         for about in self._about(ours, heights):
-            found |= continued(self.ground.scene, Stage.VISIBILITY, about) == value
+            found |= continued(self.base.scene, Stage.VISIBILITY, about) == value
         return found
 
     def _felt_otherwise(self, seen: np.ndarray, rows: np.ndarray, columns: np.ndarray) -> np.ndarray:
@@ -343,11 +343,11 @@ class Held:
         elsewhere = np.any([self.over[name][rows, columns] for name in before], axis=0)
         if not elsewhere.any() or not set(GEOMETRY) <= set(self.stages):
             return np.zeros(len(rows), dtype=bool)
-        expected = continued(self.ground.scene, stage, ours)
+        expected = continued(self.base.scene, stage, ours)
         # From a given position and normal light is known as well as the way to each light is.
         given = {name: image[:, np.newaxis] for name, image in ours.items()}
-        arriving, g = continued(self.ground.scene, Stage.IRRADIANCE, ours), Roundoff(self.party.precision)
-        known = continued_light_limit(self.ground.scene, Stage.IRRADIANCE, given, arriving, g)[:, 0]
+        arriving, g = continued(self.base.scene, Stage.IRRADIANCE, ours), Roundoff(self.party.precision)
+        known = continued_light_limit(self.base.scene, Stage.IRRADIANCE, given, arriving, g)[:, 0]
         with np.errstate(divide="ignore", invalid="ignore"):
             share = np.where(arriving > 0, known / arriving, 0.0) + 64 * UNIT_ROUNDOFF[self.party.precision]
             slack = 2 * bound + share * np.abs(expected)

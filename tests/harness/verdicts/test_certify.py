@@ -15,7 +15,7 @@ from rayproof.reports.judge import limits
 from rayproof.reports.judge.answers import Answers
 from rayproof.reports.judge.case import judge_case
 from rayproof.reports.judge.oracle import stages_of
-from rayproof.reports.judge.scene_truth import ground
+from rayproof.reports.judge.scene_truth import scene_truth
 from rayproof.reports.judge.verdict import Judged
 from rayproof.reports.results.outcomes import Outcome
 from rayproof.reports.subjects import THE_TRACER
@@ -173,7 +173,7 @@ def inquest(name: str) -> Inquest:
     """Return a random scene before certified arithmetic."""
     (case,) = select([name])
     stages = tuple(stage for stage in stages_of(case.scene) if stage is not Stage.CAMERA)
-    base = ground(case.scene, stages_of(case.scene), ORACLE, known={})
+    base = scene_truth(case.scene, stages_of(case.scene), ORACLE, known={})
     return Inquest(case=case, base=base, truth={stage: base.truth[stage] for stage in stages})
 
 
@@ -229,7 +229,7 @@ def test_what_rounding_alone_may_show_is_not_called_wrong(name, precision, pixel
 def test_a_light_that_nothing_makes_undecided_is_wrong_if_it_is_not_seen() -> None:
     found, (column, row) = inquest("random/2/314"), (0, 0)
     lit = found.base.truth[Stage.VISIBILITY][..., 0] > 0
-    row, column = np.argwhere(lit & ~found.of(candidate(found.base.truth)).terms.classes.edge(Stage.VISIBILITY))[0]
+    row, column = np.argwhere(lit & ~found.of(candidate(found.base.truth)).pair.classes.edge(Stage.VISIBILITY))[0]
     answers = {stage: np.array(image) for stage, image in found.base.truth.items()}
     answers[Stage.VISIBILITY][row, column] = 0.0
     pixel = (int(column), int(row))

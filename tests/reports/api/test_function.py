@@ -12,7 +12,7 @@ from rayproof.reports.judge.answers import Answers
 from rayproof.reports.results.provenance import _named
 from rayproof.reports.subjects import Subject, Surroundings, reason_unconfined
 from rayproof.reports.subjects.choosing import chosen
-from rayproof.reports.subjects.program import ask_capabilities, candidate
+from rayproof.reports.subjects.program import ask_capabilities, ask_program
 from rayproof.reports.subjects.protocol import Capabilities
 from rayproof.reports.subjects.serving import Server
 from tests.reports.subjects.conftest import SCENE
@@ -62,7 +62,7 @@ def ask(tmp_path: Path) -> Iterator[Ask]:
 
         about = {"seconds": 60, "memory": 2**34, "surroundings": Surroundings(confined=confined)}
         subject = chosen(f"python:{tmp_path / 'mine.py'}:{function}", ask=able, **about)
-        return servers[-1], [candidate(subject, SCENE, samples=1, server=servers[-1]) for _ in range(times)]
+        return servers[-1], [ask_program(subject, SCENE, samples=1, server=servers[-1]) for _ in range(times)]
 
     yield asked
     for server in servers:

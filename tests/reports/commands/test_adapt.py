@@ -8,7 +8,7 @@ import pytest
 
 from rayproof.cases.families import select
 from rayproof.reports.subjects import PROGRAM, Subject
-from rayproof.reports.subjects.program import ask_capabilities, candidate
+from rayproof.reports.subjects.program import ask_capabilities, ask_program
 from tests.examples.test_renderers import answers_line_by_line, judged
 from tests.reports.commands.conftest import Rayproof
 
@@ -26,7 +26,7 @@ def test_the_starter_in_python_passes_on_spheres(rayproof: Rayproof, tmp_path: P
     able = replace(subject, capabilities=ask_capabilities(subject, seconds=10))
     (sphere,), (cube,) = select(["primitives/sphere"]), select(["primitives/cube"])
     assert judged(able, sphere).outcome == "pass"
-    assert "draws no cube" in next(iter(candidate(able, cube.scene, samples=1).unsupported.values()))
+    assert "draws no cube" in next(iter(ask_program(able, cube.scene, samples=1).unsupported.values()))
 
 
 def test_what_exists_is_left_alone(rayproof: Rayproof, tmp_path: Path) -> None:

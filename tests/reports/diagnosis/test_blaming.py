@@ -18,7 +18,7 @@ from rayproof.reports.judge.oracle import stages_of
 from rayproof.reports.judge.verdict import of_what_is_supported
 from rayproof.reports.results.outcomes import Outcome
 from rayproof.reports.subjects import PROGRAM, Subject
-from rayproof.reports.subjects.program import candidate
+from rayproof.reports.subjects.program import ask_program
 from rayproof.tracer.configuration import Configuration
 from tests.harness.audit import diagnosing
 from tests.harness.audit.planted import candidates, tracer_faults
@@ -41,7 +41,7 @@ def shown(
     subject = Subject(name=PROGRAM, title="exec:mistaken", command=command)
     records, evidence = [], {}
     for case in select(names):
-        given = candidate(subject, case.scene, samples=1)
+        given = ask_program(subject, case.scene, samples=1)
         answers = ORACLE.render(case.scene, stages_of(case.scene))
         truth = Answers(name="analytic", precision="float64", independent=True, answers=answers)
         found = of_what_is_supported(judge_case(case, [given], [truth], ORACLE, {}), [given])

@@ -9,7 +9,7 @@ from rayproof.reports.judge.case import judge_case
 from rayproof.reports.results.outcomes import Outcome
 from rayproof.reports.run.messages import ReferenceTask, TracerTask
 from rayproof.reports.run.tracer_task import trace
-from rayproof.reports.run.worker_tasks import heard
+from rayproof.reports.run.worker_tasks import ask_reference
 
 SCENES = {
     # Under grazing light, next to its own edge, a cube's next face hides the light from who has triangles instead.
@@ -27,7 +27,7 @@ def test_nobody_is_accused_of_what_the_scene_itself_leaves_open(number):
     candidate, *_ = trace(TracerTask(scene=case.scene, configuration="float64", samples=1))
     task = ReferenceTask(scene=case.scene, samples=1)
     names = [name for name in ("analytic", "embree") if getattr(REFERENCES[name], "missing", lambda: None)() is None]
-    witnesses = [heard(name, REFERENCES[name](), task, independent=True) for name in names]
+    witnesses = [ask_reference(name, REFERENCES[name](), task, independent=True) for name in names]
 
     judged = judge_case(case, [candidate], witnesses, Analytic(), {})
 

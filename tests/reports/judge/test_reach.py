@@ -9,11 +9,12 @@ import pytest
 from rayproof.cases.families import select
 from rayproof.cases.scene import Cube, Plane, Sphere, Square
 from rayproof.cases.stages import Stage
-from rayproof.reports.judge.comparison import Bench
+from rayproof.reports.judge.comparison import Comparison
 from rayproof.reports.judge.conditioning import aim_condition, basis_condition, error_at_eye, facing, ray_condition
 from rayproof.reports.judge.measurement import Kind
 from rayproof.reports.judge.oracle import stages_of
-from rayproof.reports.judge.scene_truth import Terms, ground
+from rayproof.reports.judge.scene_truth import scene_truth
+from rayproof.reports.judge.stage_measuring import measure_end_to_end
 from tests.reports.judge.scenes import CAMERA, ORACLE, candidate, witness
 
 
@@ -35,89 +36,89 @@ def test_the_axes_error_turns_no_ray_of_a_wide_view_much_farther_than_themselves
 def test_where_clipping_cuts_a_surface_near_the_eye_its_outline_is_an_edge():
     # The eye is 4e-8 m off a triangle, which clipping hides up to 1e-3 m: Mitsuba's float32 sees it a pixel on.
     (case,) = select(["random/2/18"])
-    base = ground(case.scene, stages_of(case.scene), ORACLE, known={})
+    base = scene_truth(case.scene, stages_of(case.scene), ORACLE, known={})
 
-    terms = Terms(ground=base, candidate=candidate(base.truth), witness=witness(base.truth))
+    pair = Comparison(base=base, subject=candidate(base.truth), reference=witness(base.truth))
 
-    assert terms.classes.outline[9, 28]
-    assert np.mean(terms.classes.outline) < 0.05
+    assert pair.classes.outline[9, 28]
+    assert np.mean(pair.classes.outline) < 0.05
 
 
 def terms_of(name, precision="float32"):
     """Return the terms of a faultless renderer in a random scene before the oracle."""
     (case,) = select([name])
-    base = ground(case.scene, stages_of(case.scene), ORACLE, known={})
+    base = scene_truth(case.scene, stages_of(case.scene), ORACLE, known={})
     mine = replace(candidate(base.truth), precision=precision, shadow_epsilon=0.0)
-    return Terms(ground=base, candidate=mine, witness=witness(base.truth))
+    return Comparison(base=base, subject=mine, reference=witness(base.truth))
 
 
 def test_a_triangle_without_area_holds_no_eye():
     # Without clipping a surface at the eye leaves every pixel undecided; this one is metres away, and none.
-    terms = terms_of("random/1/181")
+    pair = terms_of("random/1/181")
 
-    assert not terms.classes.outline.any()
-    assert error_at_eye(terms.scene.shapes[2], np.zeros(3)) == 0
+    assert not pair.classes.outline.any()
+    assert error_at_eye(pair.scene.shapes[2], np.zeros(3)) == 0
 
 
 @pytest.mark.parametrize("name", ["random/1/247", "random/1/207"])
 def test_where_a_squeezed_sphere_is_flat_its_normal_is_known(name):
-    terms = terms_of(name)
-    squeezed = terms.conditioning.matrix > 300
+    pair = terms_of(name)
+    squeezed = pair.conditioning.matrix > 300
 
     assert squeezed.mean() > 0.5
-    assert terms.limits.end_to_end[Stage.NORMAL][squeezed].max() < 1e-2
-    assert np.mean(terms.classes.edge(Stage.VISIBILITY)) < 0.1
+    assert pair.limits.end_to_end[Stage.NORMAL][squeezed].max() < 1e-2
+    assert np.mean(pair.classes.edge(Stage.VISIBILITY)) < 0.1
 
 
 def test_the_error_of_a_curved_normal_holds_of_normals_of_points_that_are_off():
-    terms, generator = terms_of("random/1/207"), np.random.default_rng(1)
-    (number,) = (n for n, shape in enumerate(terms.scene.shapes) if isinstance(shape, Sphere))
-    here = terms.truth[Stage.OBJECT][..., 0] == number
-    inverse = np.linalg.inv(np.asarray(terms.scene.shapes[number].to_world)[:3, :3])
-    position, normal = terms.truth[Stage.POSITION][here], terms.truth[Stage.NORMAL][here]
+    pair, generator = terms_of("random/1/207"), np.random.default_rng(1)
+    (number,) = (n for n, shape in enumerate(pair.scene.shapes) if isinstance(shape, Sphere))
+    here = pair.truth[Stage.OBJECT][..., 0] == number
+    inverse = np.linalg.inv(np.asarray(pair.scene.shapes[number].to_world)[:3, :3])
+    position, normal = pair.truth[Stage.POSITION][here], pair.truth[Stage.NORMAL][here]
     for far in (1e-5, 1e-4, 1e-3):
         off = generator.normal(size=position.shape)
         off *= far / np.linalg.norm(off, axis=1, keepdims=True)
-        local = position - np.asarray(terms.scene.shapes[number].to_world)[:3, 3] + off
+        local = position - np.asarray(pair.scene.shapes[number].to_world)[:3, 3] + off
         there = local @ inverse.T @ inverse
         turned = np.linalg.norm(np.cross(normal, there / np.linalg.norm(there, axis=1, keepdims=True)), axis=1)
 
-        assert (turned <= terms.conditioning.turned(far)[here] * 1.01).all()
+        assert (turned <= pair.conditioning.turned(far)[here] * 1.01).all()
 
 
 def test_far_from_the_origin_eye_and_target_are_rounded_but_twice():
-    terms = terms_of("random/1/374")
-    aim = aim_condition(terms.scene.camera)
+    pair = terms_of("random/1/374")
+    aim = aim_condition(pair.scene.camera)
 
     assert aim > 5000
-    assert terms.limits.end_to_end[Stage.RAY].max() < 3 * 2.0**-24 * aim
-    assert (terms.conditioning.hit & ~terms.classes.outline).any()
+    assert pair.limits.end_to_end[Stage.RAY].max() < 3 * 2.0**-24 * aim
+    assert (pair.conditioning.hit & ~pair.classes.outline).any()
 
 
 def test_a_cubes_next_face_hides_a_light_only_on_the_way_to_it():
     # A light grazes a face of the cube that holds the eye: only by the edge towards the light may rounding hide it.
-    terms = terms_of("random/1/109")
+    pair = terms_of("random/1/109")
 
-    assert 0 < np.mean(terms.classes.undecided) < 0.1
+    assert 0 < np.mean(pair.classes.undecided) < 0.1
 
 
 def test_where_no_cube_is_none_hides_a_light_however_far_rounding_reaches():
     # The light lies on the sphere: what a blocker's error is thrown to has no bound, and a sphere has no next face.
-    terms = terms_of("acne/light_on_the_sphere")
+    pair = terms_of("acne/light_on_the_sphere")
 
-    assert not terms.classes.edge(Stage.RADIANCE)[terms.conditioning.hit].all()
+    assert not pair.classes.edge(Stage.RADIANCE)[pair.conditioning.hit].all()
 
 
 def test_where_two_surfaces_coincide_a_position_is_not_excused_by_its_neighbourhood():
     # At a cube's edge as thin as rounding, but two reaches from its outline, a position was off by a thousandth.
-    terms, (row, column) = terms_of("random/2/159"), (3, 15)
-    answers = {stage: np.array(image) for stage, image in terms.truth.items()}
+    pair, (row, column) = terms_of("random/2/159"), (3, 15)
+    answers = {stage: np.array(image) for stage, image in pair.truth.items()}
     answers[Stage.POSITION][row, column] *= 1.001
-    spoilt = replace(terms.candidate, name="spoilt", answers=answers)
+    spoilt = replace(pair.subject, name="spoilt", answers=answers)
 
-    found = Bench(ground=terms.ground, candidate=spoilt, witness=terms.witness).end_to_end(Stage.POSITION)
+    found = measure_end_to_end(Comparison(base=pair.base, subject=spoilt, reference=pair.reference), Stage.POSITION)
 
-    assert terms.twins[row, column]
+    assert pair.twins[row, column]
     assert found.kinds[row, column] == Kind.WRONG
 
 
@@ -127,7 +128,7 @@ def test_clipping_makes_outlines_of_a_surface_at_the_eye_only_along_its_plane():
 
     assert not away.classes.outline.any()
     assert 0 < np.mean(along.classes.outline) < 0.05
-    error, leaning, _ = along.ground._unrounded.cut[0]
+    error, leaning, _ = along.base._unrounded.cut[0]
     assert error > 0
     assert leaning.min() < 1e-3 < np.median(leaning)
 

@@ -12,7 +12,7 @@ import pytest
 
 from rayproof.cases.families import select
 from rayproof.reports.results.case_records import CaseRecord
-from rayproof.reports.run.case import Terms
+from rayproof.reports.run.case import Instructions
 from rayproof.reports.run.engine import dispatch as module
 from rayproof.reports.run.engine.dispatch import Dispatch
 from rayproof.reports.run.engine.machine import Answer, Batch, packed
@@ -24,7 +24,7 @@ distributed = pytest.importorskip("distributed")
 
 CASE = select(["primitives/sphere"])[0]
 DEMANDS = Demands(subject="tracer", identity=(), references=("analytic",), require=(), images=EVERY_CASE, own=())
-TERMS = Terms(demands=DEMANDS, subject=THE_TRACER, cached=False, patient=False)
+TERMS = Instructions(demands=DEMANDS, subject=THE_TRACER, cached=False, patient=False)
 RECORD: Any = {
     "name": "played/0", "family": "played", "verdict": "pass", "renders": [], "planned": 0, "checks": [], "ran": {},
     "covers": [],
@@ -84,7 +84,7 @@ class Played:
 def put_through(client: Played, count: int, folder: Path) -> tuple[list[CaseRecord], Dispatch, list[str]]:
     """Return the records in the order in which they came, and what was told meanwhile."""
     lines: list[str] = []
-    dispatch = Dispatch(client, Batch(terms=TERMS, timeout=60.0), tell=lines.append)
+    dispatch = Dispatch(client, Batch(instructions=TERMS, timeout=60.0), tell=lines.append)
     records = [both[1] for both in dispatch.records(map(planned, range(count)), folder) if both is not None]
     dispatch.close()
     return records, dispatch, lines
@@ -92,7 +92,7 @@ def put_through(client: Played, count: int, folder: Path) -> tuple[list[CaseReco
 
 @pytest.fixture(autouse=True)
 def _quickly(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(module, "facts", lambda terms: {"processor": "any"})
+    monkeypatch.setattr(module, "facts", lambda instructions: {"processor": "any"})
     monkeypatch.setattr(module, "GLANCE", 0.0)
     monkeypatch.setattr(module, "WAIT", 0.2)
 

@@ -45,7 +45,7 @@ def machines(monkeypatch: pytest.MonkeyPatch) -> list[str]:
 
 def test_a_worker_with_other_code_refuses(machines: list[str]) -> None:
     other: dict[str, Any] = {**facts(TERMS), "rayproof's code": "rayproof 0.1.0 another"}
-    answer = work("run", other, pickle.dumps(Batch(terms=TERMS, timeout=60.0)))
+    answer = work("run", other, pickle.dumps(Batch(instructions=TERMS, timeout=60.0)))
 
     assert answer.worker == "tls://here:1"
     assert answer.refused.startswith("rayproof's code: ")
@@ -54,7 +54,7 @@ def test_a_worker_with_other_code_refuses(machines: list[str]) -> None:
 
 
 def test_a_worker_refuses_by_its_references_and_where_it_cannot_work(machines: list[str]) -> None:
-    pickled = pickle.dumps(Batch(terms=TERMS, timeout=60.0))
+    pickled = pickle.dumps(Batch(instructions=TERMS, timeout=60.0))
     ours = facts(TERMS)
 
     assert work("run", {**ours, "reference analytic": "0"}, pickled).refused.startswith("reference analytic: ")

@@ -13,7 +13,7 @@ from rayproof.reports.run import reference_cache
 from rayproof.reports.run.cache_store import Store, encode, usual_folder
 from rayproof.reports.run.messages import ReferenceTask
 from rayproof.reports.run.reference_cache import KeepingOracle, Question, cached
-from rayproof.reports.run.worker_tasks import heard
+from rayproof.reports.run.worker_tasks import ask_reference
 from tests.reports.judge.scenes import ORACLE, SCENE, truth
 
 STAGES = tuple(Stage)
@@ -159,9 +159,11 @@ def test_a_reference_is_heard_from_the_cache_only_where_its_task_says_so(tmp_pat
     monkeypatch.setattr(reference_cache, "READING", 1e18)
     task = ReferenceTask(scene=SCENE, samples=1)
 
-    heard("analytic", Analytic(), task, independent=True)
+    ask_reference("analytic", Analytic(), task, independent=True)
     assert not Store(tmp_path).items(), "a renderer under test is asked without the cache"
-    first, second = (heard("analytic", Analytic(), replace(task, cached=True), independent=True) for _ in range(2))
+    first, second = (
+        ask_reference("analytic", Analytic(), replace(task, cached=True), independent=True) for _ in range(2)
+    )
 
     assert (first.cached, second.cached) == (False, True)
     assert np.array_equal(second.answers[Stage.RADIANCE], truth()[Stage.RADIANCE])

@@ -60,8 +60,8 @@ def larger(case: Case, how: str) -> Case:
 
 @pytest.mark.parametrize("how", ["pixels", "lights", "triangles"])
 def test_more_of_anything_is_estimated_to_take_more(small: Case, how: str) -> None:
-    before = estimate(small, candidates=2, references=5)
-    after = estimate(larger(small, how), candidates=2, references=5)
+    before = estimate(small, configurations=2, references=5)
+    after = estimate(larger(small, how), configurations=2, references=5)
 
     assert after.seconds > before.seconds
     assert after.longest > before.longest
@@ -71,11 +71,11 @@ def test_more_of_anything_is_estimated_to_take_more(small: Case, how: str) -> No
 
 
 def test_deadlines_grow_with_what_is_estimated(small: Case) -> None:
-    assert deadline(small, candidates=2, references=5) == USUAL_LIMIT
+    assert deadline(small, configurations=2, references=5) == USUAL_LIMIT
     # A 4096 x 4096 image takes scalar Mitsuba more than the usual limit.
     camera = replace(small.scene.camera, width=4096, height=4096)
     large = replace(small, scene=replace(small.scene, camera=camera))
-    assert deadline(large, candidates=2, references=5) > 8 * USUAL_LIMIT
+    assert deadline(large, configurations=2, references=5) > 8 * USUAL_LIMIT
 
 
 @pytest.mark.parametrize(

@@ -13,7 +13,7 @@ from rayproof.cases.scene import Scene
 from rayproof.cases.stages import Stage
 from rayproof.reports.judge.answers import Answers
 from rayproof.reports.subjects import Subject
-from rayproof.reports.subjects.program import allowance, ask_capabilities, candidate
+from rayproof.reports.subjects.program import allowance, ask_capabilities, ask_program
 from tests.reports.subjects.conftest import SCENE, Writing
 
 pytestmark = pytest.mark.process
@@ -23,7 +23,7 @@ SLEEPER = "86399.125"  # s; no other process sleeps as long
 
 
 def outcome(subject: Subject, scene: Scene = SCENE) -> Answers:
-    return candidate(subject, scene, samples=1)
+    return ask_program(subject, scene, samples=1)
 
 
 def saved(folder: Path, channels: dict[str, np.ndarray]) -> Path:
@@ -201,8 +201,8 @@ def test_a_mean_is_taken_from_a_finer_image_or_from_the_program_itself(program: 
     lines += ["open(OUTPUT, 'wb').write(head + struct.pack(f'<{size}f', *[samples or camera['width']] * size))"]
     subject = program(*lines)
 
-    finer = candidate(subject, SCENE, samples=3)
-    own = candidate(replace(subject, command=(*subject.command, "{samples}")), SCENE, samples=3)
+    finer = ask_program(subject, SCENE, samples=3)
+    own = ask_program(replace(subject, command=(*subject.command, "{samples}")), SCENE, samples=3)
 
     assert finer.mean is not None
     assert finer.mean.shape == (*SIZE, 3)
@@ -229,7 +229,7 @@ def test_a_mean_that_was_not_written_is_one_sentence(
         "    open(OUTPUT, 'wb').write(head + bytes(12 * pixels))",
     )
 
-    ended = candidate(replace(subject, command=(*subject.command, *words)), SCENE, samples=2)
+    ended = ask_program(replace(subject, command=(*subject.command, *words)), SCENE, samples=2)
 
     assert ended.error == "the program wrote no channel of the radiance that is to be averaged"
 

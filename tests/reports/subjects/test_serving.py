@@ -16,7 +16,7 @@ from rayproof.reports.judge.answers import Answers
 from rayproof.reports.subjects import SERVED, Subject, Surroundings, reason_unconfined
 from rayproof.reports.subjects import serving as module
 from rayproof.reports.subjects.calls import TOLD, Keep
-from rayproof.reports.subjects.program import allowance, ask_capabilities, candidate
+from rayproof.reports.subjects.program import allowance, ask_capabilities, ask_program
 from rayproof.reports.subjects.serving import Server
 from tests.reports.subjects.conftest import SCENE
 
@@ -58,7 +58,7 @@ class Asked:
 
     def answer(self, samples: int = 1, keep: Path | None = None) -> Answers:
         kept = None if keep is None else Keep(folder=keep)
-        return candidate(self.subject, SCENE, samples=samples, keep=kept, server=self.server)
+        return ask_program(self.subject, SCENE, samples=samples, keep=kept, server=self.server)
 
     def value(self) -> float | None:
         """Return what the image has in every pixel."""

@@ -14,7 +14,7 @@ from rayproof.cases.stages import Stage
 from rayproof.reports.subjects import Surroundings, reason_unconfined
 from rayproof.reports.subjects.calls import Ended, call
 from rayproof.reports.subjects.choosing import chosen
-from rayproof.reports.subjects.program import candidate
+from rayproof.reports.subjects.program import ask_program
 from tests.reports.subjects.conftest import SCENE, Writing
 
 REPORT = "import json, os; print(json.dumps(dict(os.environ)))"
@@ -158,7 +158,7 @@ def test_confined_a_program_draws_what_it_would(program: Writing) -> None:
     )
 
     loose, confined = (
-        candidate(replace(subject, surroundings=Surroundings(confined=shut)), SCENE, samples=1)
+        ask_program(replace(subject, surroundings=Surroundings(confined=shut)), SCENE, samples=1)
         for shut in (False, True)
     )
 

@@ -19,6 +19,7 @@ from rayproof.reports.judge import (
     case,
     checks,
     closed_forms,
+    comparison,
     copied_answers,
     edge_classes,
     edge_values,
@@ -27,10 +28,9 @@ from rayproof.reports.judge import (
     measurement,
     oracle,
     panel,
-    scene_truth,
+    stage_measuring,
     surrounded,
 )
-from rayproof.reports.judge.comparison import Bench
 from rayproof.reports.judge.conventions import Tested
 from rayproof.reports.judge.edge_values import Held
 from rayproof.reports.judge.limits import Coarseness, Roundoff
@@ -281,7 +281,7 @@ def float64_by_float32() -> Iterator[None]:
 
     Float64 is judged by the limits of float32.
     """
-    right = scene_truth.roundoff
+    right = comparison.roundoff
 
     def wrong(party: Any) -> Roundoff:
         rounding = copy(right(party))
@@ -354,10 +354,10 @@ def light_at_edges_excused() -> Iterator[None]:
     At an edge light may have any value, not only that of a side.
     """
 
-    def wrong(bench: Any, stage: Any, where: Any) -> Held:
+    def wrong(pair: Any, stage: Any, where: Any) -> Held:
         return Held(good=where, interval=np.zeros_like(where))
 
-    with altered(Bench, "_lit", wrong):
+    with altered(stage_measuring, "_lit", wrong):
         yield
 
 
@@ -726,8 +726,8 @@ def stage_skipped() -> Iterator[None]:
     """
     right = checks.pair_checks
 
-    def wrong(bench: Any, stages: Any, *rest: Any) -> Any:
-        return right(bench, [stage for stage in stages if stage is not Stage.EXITANCE], *rest)
+    def wrong(pair: Any, stages: Any, *rest: Any) -> Any:
+        return right(pair, [stage for stage in stages if stage is not Stage.EXITANCE], *rest)
 
     with replaced(right, wrong):
         yield

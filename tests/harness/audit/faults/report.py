@@ -46,8 +46,8 @@ def another_configurations_masks() -> Iterator[None]:
     right = judge_task.masks
 
     def wrong(task: Any, oracle: Any) -> Any:
-        found = right(replace(task, candidates=task.candidates[::-1]), oracle)
-        return found and found | {"configuration": task.candidates[0].name}
+        found = right(replace(task, subjects=task.subjects[::-1]), oracle)
+        return found and found | {"configuration": task.subjects[0].name}
 
     with replaced(right, wrong):
         yield

@@ -202,13 +202,13 @@ def unmeasured_passes() -> Iterator[None]:
 @contextmanager
 def _without(**left_out: Any) -> Iterator[None]:
     """Give some fields of the key always the same value; of candidates, the fields named."""
-    right, of_candidates = verdict_memory.judgement_key, left_out.pop("candidates", None)
+    right, of_subjects = verdict_memory.judgement_key, left_out.pop("subjects", None)
 
     def wrong(*about: Any) -> Any:
         key = replace(right(*about), **left_out)
-        if of_candidates is None:
+        if of_subjects is None:
             return key
-        return replace(key, candidates=tuple(replace(one, **of_candidates) for one in key.candidates))
+        return replace(key, subjects=tuple(replace(answers, **of_subjects) for answers in key.subjects))
 
     with replaced(right, wrong):
         yield
@@ -217,13 +217,13 @@ def _without(**left_out: Any) -> Iterator[None]:
 @FAULTS.register("run/verdict_of_any_answer", where="run", stage=None)
 def verdict_of_any_answer() -> Any:
     """Leave the answers out of the key."""
-    return _without(candidates={"answers": {}})
+    return _without(subjects={"answers": {}})
 
 
 @FAULTS.register("run/verdict_of_any_configuration", where="run", stage=None)
 def verdict_of_any_configuration() -> Any:
     """Leave the configurations' names out of the key."""
-    return _without(candidates={"name": ""})
+    return _without(subjects={"name": ""})
 
 
 @FAULTS.register("run/verdict_before_any_reference", where="run", stage=None)

@@ -10,8 +10,9 @@ from rayproof.cases.scene import Cube, PointLight, Scene, Square
 from rayproof.cases.stages import Stage
 from rayproof.reports.judge.case import judge_case
 from rayproof.reports.judge.common_factors import LEAST_DISTINCT, Bias
+from rayproof.reports.judge.comparison import Comparison
 from rayproof.reports.judge.oracle import stages_of
-from rayproof.reports.judge.scene_truth import Terms, ground
+from rayproof.reports.judge.scene_truth import scene_truth
 from rayproof.reports.results.outcomes import Outcome
 from rayproof.reports.run.common_factors import CommonFactors, wrong
 from tests.reports.judge.scenes import BALL, CAMERA, CASE, FLOOR, LIGHT, ORACLE, SCENE, candidate, rounded, witness
@@ -246,9 +247,9 @@ def off_where_wide(name: str, part: float) -> dict:
     """Return float32 answers to a case of the suite, lit too brightly by a part of the limit where that is wide."""
     (case,) = select([name])
     truth = ORACLE.render(case.scene, stages_of(case.scene))
-    base = ground(case.scene, stages_of(case.scene), ORACLE, known=truth)
+    base = scene_truth(case.scene, stages_of(case.scene), ORACLE, known=truth)
     ours = rounded(truth)
-    limits = Terms(ground=base, candidate=candidate(ours), witness=witness(truth)).limits.end_to_end
+    limits = Comparison(base=base, subject=candidate(ours), reference=witness(truth)).limits.end_to_end
     for stage in LIGHT_STAGES:
         wide = np.any(limits[stage] > 0.01 * truth[stage], axis=-1, keepdims=True)
         ours[stage] = (ours[stage] + part * limits[stage] * wide).astype(F).astype(np.float64)

@@ -96,8 +96,8 @@ def test_a_case_with_such_images_is_recorded_with_all_others(tmp_path: Path, mon
     record = judge_task.judge(
         JudgeTask(
             case=CASE,
-            candidates=tuple(candidates),
-            witnesses=tuple(witnesses),
+            subjects=tuple(candidates),
+            references=tuple(witnesses),
             versions={},
             folder=tmp_path,
             require=(),

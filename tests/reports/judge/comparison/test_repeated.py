@@ -11,12 +11,12 @@ from rayproof.reference.analytic import Analytic
 from rayproof.reports.judge.answers import Answers
 from rayproof.reports.judge.oracle import stages_of
 from rayproof.reports.judge.repeated import changes, repeated
-from rayproof.reports.judge.scene_truth import ground
+from rayproof.reports.judge.scene_truth import scene_truth
 
 ORACLE = Analytic()
 SCENE = select(["primitives/sphere"])[0].scene
 TRUTH = ORACLE.render(SCENE, stages_of(SCENE))
-BASE = ground(SCENE, stages_of(SCENE), ORACLE, known=TRUTH)
+BASE = scene_truth(SCENE, stages_of(SCENE), ORACLE, known=TRUTH)
 FIRST = Answers(name="exec", precision="float32", answers=TRUTH)
 MIDDLE = np.s_[SCENE.camera.height // 2, SCENE.camera.width // 2, 1]
 

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from rayproof.reports.judge import comparison, scene_truth
+from rayproof.reports.judge import scene_truth, stage_measuring
 from rayproof.reports.judge.edge_classes import classify
 from rayproof.reports.judge.known_answers import BrokenJudgeError
 from rayproof.reports.judge.sentinels import stand_guard
@@ -17,12 +17,12 @@ def test_an_honest_judge_gets_every_sentinel_right():
 
 
 def test_limits_a_thousand_times_too_wide_are_noticed(monkeypatch):
-    honest = comparison.ratios
+    honest = stage_measuring.ratios
 
     def lenient(stage, ours, theirs, limit):
         return honest(stage, ours, theirs, 1000 * limit)
 
-    monkeypatch.setattr(comparison, "ratios", lenient)
+    monkeypatch.setattr(stage_measuring, "ratios", lenient)
 
     with pytest.raises(BrokenJudgeError):
         stand_guard(ORACLE)

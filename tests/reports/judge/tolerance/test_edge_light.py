@@ -14,10 +14,11 @@ from rayproof.cases.stages import Stage
 from rayproof.reports.judge.answers import Answers
 from rayproof.reports.judge.case import judge_case
 from rayproof.reports.judge.checks import Check
+from rayproof.reports.judge.comparison import Comparison
 from rayproof.reports.judge.edge_values import Lights, _met, _Ranges
 from rayproof.reports.judge.measurement import Examined, Kind, most_interval
 from rayproof.reports.judge.oracle import stages_of
-from rayproof.reports.judge.scene_truth import Terms, ground
+from rayproof.reports.judge.scene_truth import scene_truth
 from rayproof.reports.results.outcomes import Outcome
 from rayproof.reports.run.scenes import case_of_file
 from tests.reports.judge.scenes import CASE, ORACLE, candidate, rounded, witness
@@ -67,11 +68,11 @@ def kinds_of(check: Check) -> np.ndarray:
     return check.end_to_end.kinds
 
 
-def terms(name: str, mine: Answers) -> Terms:
+def terms(name: str, mine: Answers) -> Comparison:
     """Return the terms before the oracle, whose classes say where the edges are."""
     scene = case_named(name).scene
-    base = ground(scene, stages_of(scene), ORACLE, known=truth_of(name))
-    return Terms(ground=base, candidate=mine, witness=witness(truth_of(name)))
+    base = scene_truth(scene, stages_of(scene), ORACLE, known=truth_of(name))
+    return Comparison(base=base, subject=mine, reference=witness(truth_of(name)))
 
 
 @pytest.mark.parametrize("staged", [True, False], ids=["staged", "radiance-alone"])
@@ -156,8 +157,8 @@ def test_of_many_undecided_lights_the_interval_is_taken_and_counted():
     answers = ORACLE.render(scene, stages_of(scene))
     ours = rounded(answers)
     mine = party(ours, staged=False)
-    base = ground(scene, stages_of(scene), ORACLE, known=answers)
-    outline = Terms(ground=base, candidate=replace(mine, shadow_epsilon=0.02), witness=witness(answers)).classes
+    base = scene_truth(scene, stages_of(scene), ORACLE, known=answers)
+    outline = Comparison(base=base, subject=replace(mine, shadow_epsilon=0.02), reference=witness(answers)).classes
     lit = ours[Stage.RADIANCE].min(axis=-1) > 0
     rows, columns = np.nonzero(outline.light.all(axis=-1) & ~outline.outline & lit)
     assert len(rows) > 3

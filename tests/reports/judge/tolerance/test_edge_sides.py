@@ -8,12 +8,13 @@ import pytest
 
 from rayproof.cases.scene import Scene, Sphere, Square
 from rayproof.cases.stages import Stage, StageImages
-from rayproof.reports.judge.comparison import Bench
+from rayproof.reports.judge.comparison import Comparison
 from rayproof.reports.judge.edge_values import Sides, excused, sides, with_ends
 from rayproof.reports.judge.measurement import Kind
 from rayproof.reports.judge.oracle import stages_of
-from rayproof.reports.judge.scene_truth import Terms, ground
+from rayproof.reports.judge.scene_truth import scene_truth
 from rayproof.reports.judge.sentinels import BORDER, EDGE_CASE, SIDE
+from rayproof.reports.judge.stage_measuring import measure_end_to_end
 from tests.reports.judge.scenes import ORACLE, candidate, rounded, witness
 
 
@@ -123,7 +124,7 @@ def level(side: float, height: float) -> Square:
     return Square(albedo=(0.5, 0.5, 0.5), to_world=matrix)
 
 
-def layered(gap: float) -> Terms:
+def layered(gap: float) -> Comparison:
     """Return the terms of three squares seen from above, the second 1 m below the first, the third `gap` [m] below it.
 
     The border of the first one meets pixel centres, and the others fill the frame.
@@ -131,20 +132,20 @@ def layered(gap: float) -> Terms:
     shapes = (level(SIDE, 0.0), level(3.0, -1.0), level(3.0, -1.0 - gap))
     scene = replace(EDGE_CASE.scene, shapes=shapes)
     truth = ORACLE.render(scene, stages_of(scene))
-    base = ground(scene, stages_of(scene), ORACLE, known=truth)
-    return Terms(ground=base, candidate=candidate(rounded(truth)), witness=witness(truth))
+    base = scene_truth(scene, stages_of(scene), ORACLE, known=truth)
+    return Comparison(base=base, subject=candidate(rounded(truth)), reference=witness(truth))
 
 
 @pytest.mark.parametrize(("depths", "kind"), [(0.3, Kind.SIDE), (5.0, Kind.WRONG)])
 def test_a_surface_that_lies_deeper_than_rounding_cannot_tell_apart_is_no_side(depths: float, kind: Kind) -> None:
     """At the border of the upper square its neighbour is the middle one, and never the lowest one right below that."""
-    terms = layered(depths * float(layered(0.5).classes.depth[BORDER]))
-    answers = dict(terms.candidate.answers)
+    pair = layered(depths * float(layered(0.5).classes.depth[BORDER]))
+    answers = dict(pair.subject.answers)
     answers[Stage.OBJECT] = answers[Stage.OBJECT].copy()
     answers[Stage.OBJECT][BORDER] = (2.0, 0.0)
-    spoilt = replace(terms.candidate, name="spoilt", answers=answers)
+    spoilt = replace(pair.subject, name="spoilt", answers=answers)
 
-    found = Bench(ground=terms.ground, candidate=spoilt, witness=terms.witness).end_to_end(Stage.OBJECT)
+    found = measure_end_to_end(Comparison(base=pair.base, subject=spoilt, reference=pair.reference), Stage.OBJECT)
 
     assert found.kinds[BORDER] == kind
 
@@ -152,20 +153,20 @@ def test_a_surface_that_lies_deeper_than_rounding_cannot_tell_apart_is_no_side(d
 def test_where_two_surfaces_coincide_light_is_known_as_well_as_how_deep_they_lie() -> None:
     """Light goes as cos / r^2: a surface that may lie a depth farther away takes three times that share of r."""
     pixel = (1, 1)
-    terms = layered(0.3 * float(layered(0.5).classes.depth[pixel]))
-    (light,) = terms.scene.lights
-    r = float(np.linalg.norm(np.asarray(light.position) - terms.truth[Stage.POSITION][pixel]))
-    share = 3 * float(terms.classes.depth[pixel]) / r
+    pair = layered(0.3 * float(layered(0.5).classes.depth[pixel]))
+    (light,) = pair.scene.lights
+    r = float(np.linalg.norm(np.asarray(light.position) - pair.truth[Stage.POSITION][pixel]))
+    share = 3 * float(pair.classes.depth[pixel]) / r
 
     def kind(shares: float) -> Kind:
-        answers = dict(terms.candidate.answers)
+        answers = dict(pair.subject.answers)
         answers[Stage.IRRADIANCE] = answers[Stage.IRRADIANCE].copy()
         answers[Stage.IRRADIANCE][pixel] *= 1 + shares * share
-        spoilt = replace(terms.candidate, name=f"spoilt by {shares}", answers=answers)
-        bench = Bench(ground=terms.ground, candidate=spoilt, witness=terms.witness)
-        return Kind(bench.end_to_end(Stage.IRRADIANCE).kinds[pixel])
+        spoilt = replace(pair.subject, name=f"spoilt by {shares}", answers=answers)
+        spoilt_pair = Comparison(base=pair.base, subject=spoilt, reference=pair.reference)
+        return Kind(measure_end_to_end(spoilt_pair, Stage.IRRADIANCE).kinds[pixel])
 
-    assert terms.twins[pixel]
+    assert pair.twins[pixel]
     assert kind(0.5) != Kind.WRONG
     assert kind(30.0) == Kind.WRONG
 
@@ -173,12 +174,12 @@ def test_where_two_surfaces_coincide_light_is_known_as_well_as_how_deep_they_lie
 @pytest.mark.parametrize(("epsilon", "kind"), [(0.01, Kind.EPSILON), (0.0, Kind.WRONG)])
 def test_surfaces_nearer_to_each_other_than_a_reference_declares_are_one_to_it(epsilon: float, kind: Kind) -> None:
     """Two hits whose distances differ by less than 1e-6 of its units are a tie to rtrace, which names either."""
-    terms, pixel = layered(0.005), (1, 1)
-    answers = dict(terms.witness.answers)
+    pair, pixel = layered(0.005), (1, 1)
+    answers = dict(pair.reference.answers)
     answers[Stage.OBJECT] = np.where(answers[Stage.OBJECT] == (1.0, 0.0), (2.0, 0.0), answers[Stage.OBJECT])
-    second = replace(terms.witness, name="second", answers=answers, tie_epsilon=epsilon)
+    second = replace(pair.reference, name="second", answers=answers, tie_epsilon=epsilon)
 
-    found = Bench(ground=terms.ground, candidate=second, witness=terms.witness).end_to_end(Stage.OBJECT)
+    found = measure_end_to_end(Comparison(base=pair.base, subject=second, reference=pair.reference), Stage.OBJECT)
 
-    assert terms.truth[Stage.OBJECT][pixel][0] == 1
+    assert pair.truth[Stage.OBJECT][pixel][0] == 1
     assert found.kinds[pixel] == kind

@@ -11,7 +11,7 @@ from rayproof.reports.judge.copied_answers import with_equal_answers_shared
 from rayproof.reports.judge.edge_classes import classify
 from rayproof.reports.judge.limits import Roundoff
 from rayproof.reports.judge.oracle import stages_of
-from rayproof.reports.judge.scene_truth import ground
+from rayproof.reports.judge.scene_truth import scene_truth
 from tests.reports.judge import scenes
 from tests.reports.judge.scenes import ORACLE, SCENE, candidate
 
@@ -21,7 +21,7 @@ from tests.reports.judge.scenes import ORACLE, SCENE, candidate
 )
 def test_classes_of_several_roundings_and_epsilons_are_those_of_each_alone(name):
     scene = next(case.scene for case in CASE_FAMILIES[name.split("/")[0]]() if case.name == name)
-    base = ground(scene, stages_of(scene), ORACLE, known={})
+    base = scene_truth(scene, stages_of(scene), ORACLE, known={})
     about = (scene, base.truth, base.edges, base.conditioning)
 
     for g in (Roundoff("float32"), Roundoff("float64"), Roundoff("float32", scale=4.0)):
@@ -35,7 +35,7 @@ def test_classes_of_several_roundings_and_epsilons_are_those_of_each_alone(name)
 
 
 def test_two_answers_of_one_name_are_not_taken_for_each_other():
-    truth, base = scenes.truth(), ground(SCENE, stages_of(SCENE), ORACLE, known=scenes.truth())
+    truth, base = scenes.truth(), scene_truth(SCENE, stages_of(SCENE), ORACLE, known=scenes.truth())
     ours, other = candidate(truth), candidate(truth | {Stage.RADIANCE: 2 * truth[Stage.RADIANCE]})
 
     assert base.author(ours, Stage.RADIANCE) == base.author(ours, Stage.RADIANCE) == ours.name

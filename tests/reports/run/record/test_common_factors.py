@@ -10,8 +10,9 @@ import pytest
 from rayproof.cases.scene import PointLight, Scene
 from rayproof.cases.stages import Stage
 from rayproof.reports.judge.common_factors import LEAST_DISTINCT, bias
+from rayproof.reports.judge.comparison import Comparison
 from rayproof.reports.judge.oracle import stages_of
-from rayproof.reports.judge.scene_truth import Terms, ground
+from rayproof.reports.judge.scene_truth import scene_truth
 from rayproof.reports.results.headline import headline
 from rayproof.reports.run.common_factors import common_factors, wrong
 from tests.reports.judge.comparison.test_common_factors import FOLDS, ORDERS, float32_program
@@ -33,7 +34,7 @@ def views() -> Iterator[Scene]:
 
 
 @cache
-def rendered() -> list[tuple[Terms, np.ndarray]]:
+def rendered() -> list[tuple[Comparison, np.ndarray]]:
     """Return for each view a correct program's radiance alone, in float32, with the terms on which it is judged."""
     found = []
     orders = [(order, fold) for order in ORDERS for fold in FOLDS]
@@ -41,17 +42,17 @@ def rendered() -> list[tuple[Terms, np.ndarray]]:
         truth = ORACLE.render(scene, stages_of(scene))
         image = float32_program(scene, *orders[number % len(orders)])[Stage.RADIANCE]
         ours = replace(candidate({Stage.RADIANCE: image}), chained=False)
-        base = ground(scene, stages_of(scene), ORACLE, known=truth)
-        found.append((Terms(ground=base, candidate=ours, witness=witness(truth)), image))
+        base = scene_truth(scene, stages_of(scene), ORACLE, known=truth)
+        found.append((Comparison(base=base, subject=ours, reference=witness(truth)), image))
     return found
 
 
 def records(factor: float) -> list[dict]:
     """Return the cases' records of a program whose float32 radiance has a factor."""
     found = []
-    for number, (terms, image) in enumerate(rendered()):
+    for number, (pair, image) in enumerate(rendered()):
         ours = (image.astype(np.float32) * np.float64(factor)).astype(np.float32).astype(np.float64)
-        measured = bias(terms, Stage.RADIANCE, ours, None)
+        measured = bias(pair, Stage.RADIANCE, ours, None)
         assert measured.ratio < 1, "no group of its own shows it"
         check = {"configuration": "exec", "stage": "radiance", "bias": measured.as_json()}
         found.append({"name": f"test/{number}", "camera_and_lights": str(number), "checks": [check]})

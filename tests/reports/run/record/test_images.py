@@ -39,8 +39,8 @@ def task(answered, tmp_path):
     def make(images: KeptImages = EVERY_CASE) -> JudgeTask:
         return JudgeTask(
             case=case,
-            candidates=candidates,
-            witnesses=witnesses,
+            subjects=candidates,
+            references=witnesses,
             versions={},
             folder=tmp_path,
             require=(),
@@ -64,10 +64,10 @@ def test_a_case_that_passed_keeps_ours_and_the_oracle_s_in_one_file(task, answer
 @pytest.mark.parametrize("lost", [{"name": "mitsuba_scalar"}, {"answers": {}}], ids=["not asked", "no answer"])
 def test_without_the_oracle_it_keeps_the_independent_references(task, tmp_path, lost):
     asked = task()
-    first, second = asked.witnesses
+    first, second = asked.references
     third = replace(first, name="embree")
 
-    _, pixels = keep_images(replace(asked, witnesses=(replace(first, **lost), second, third)), Outcome.PASS)
+    _, pixels = keep_images(replace(asked, references=(replace(first, **lost), second, third)), Outcome.PASS)
 
     independent = {"embree", *([lost["name"]] if "name" in lost else [])}
     assert set(read_pixels(tmp_path / pixels)) == {"tracer-float32"} | independent
@@ -126,7 +126,7 @@ def test_what_can_not_be_kept_is_refused(text):
 
 def test_the_mask_has_an_outline_and_leaves_most_alone(task):
     asked = task()
-    found = masks(asked, judge_case(asked.case, asked.candidates, asked.witnesses, Analytic(), {}).ground)
+    found = masks(asked, judge_case(asked.case, asked.subjects, asked.references, Analytic(), {}).base)
 
     assert found is not None
     bits = np.frombuffer(zlib.decompress(b64decode(found["data"])), np.uint8)

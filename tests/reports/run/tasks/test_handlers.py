@@ -10,7 +10,7 @@ import pytest
 from rayproof.reports.run import reference_cache
 from rayproof.reports.run.cache_store import Store
 from rayproof.reports.run.messages import RECALLING, RecallTask, ReferenceTask
-from rayproof.reports.run.worker_tasks import handler, heard
+from rayproof.reports.run.worker_tasks import ask_reference, handler
 from tests.reports.judge.scenes import ORACLE, SCENE
 
 
@@ -19,7 +19,7 @@ def test_a_damaged_entry_is_told_of_by_the_one_who_met_it(tmp_path: Path, monkey
     monkeypatch.setattr(reference_cache, "OPENING", -1.0)
     monkeypatch.setattr(reference_cache, "READING", 1e18)
     task = ReferenceTask(scene=SCENE, samples=1, cached=True)
-    heard("analytic", ORACLE, task, independent=True)
+    ask_reference("analytic", ORACLE, task, independent=True)
     recall = handler(RECALLING)
     assert set(recall(RecallTask(names=("analytic",), task=task))[0]) == {"analytic"}
     for item in Store(tmp_path).items():

@@ -33,8 +33,8 @@ def task(folder: Path, *, cached: bool = False) -> JudgeTask:
     answers = truth()
     return JudgeTask(
         case=CASE,
-        candidates=(candidate(rounded(answers)),),
-        witnesses=(witness(answers),),
+        subjects=(candidate(rounded(answers)),),
+        references=(witness(answers),),
         versions={},
         folder=folder,
         require=(),
@@ -82,7 +82,7 @@ def test_what_nobody_judged_has_a_record_of_the_same_keys_in_which_all_is_an_err
     died = Reply(value=None, error="the worker died (signal SIGABRT)", trace=None, seconds=1.0)
     failed = witness({}, name="another", error="ended by a signal")
 
-    record = unjudged(CASE, order.candidates, (*order.witnesses, failed), died, folder=tmp_path, subject=THE_TRACER)
+    record = unjudged(CASE, order.subjects, (*order.references, failed), died, folder=tmp_path, subject=THE_TRACER)
 
     assert record.keys() == judged.keys() | {"trace"}
     assert {key for one in record["renders"] for key in one} == {key for one in judged["renders"] for key in one}
