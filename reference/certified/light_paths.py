@@ -62,9 +62,12 @@ def clip_window(world: World, length: Number | None, depth: Number | None) -> Wi
 
 def nearest(world: World, direction: Vector, window: Window, surfaces: Iterable[Surface]) -> tuple[Hit, Number] | None:
     """Return the hit of smallest t among surfaces in the scene's order, and t, or None. Equal t: the first."""
-    best = None
+    first: dict[Any, Surface] = {}  # of surfaces that are one and the same, the others never come before it
     for surface in surfaces:
-        found = world.seen(surface, EYE).crossing(direction, window)
+        first.setdefault(world.seen(surface, EYE), surface)
+    best = None
+    for seen, surface in first.items():
+        found = seen.crossing(direction, window)
         if found is not None and (best is None or world.field.sign(found[0] - best[1]) < 0):
             best = ((surface, found[1]), found[0])
     return best
@@ -113,9 +116,8 @@ def is_lit(
     if itself:
         return False
     between = Window(field=world.field, low=None, high=world.one, speed=None)
-    return all(
-        blocker == surface or world.seen(blocker, light).crossing(segment, between) is None for blocker in blockers
-    )
+    others = dict.fromkeys(world.seen(blocker, light) for blocker in blockers if blocker != surface)
+    return all(seen.crossing(segment, between) is None for seen in others)
 
 
 # End-to-end truth of one image point: what is decided along the light path, and the value of every stage.

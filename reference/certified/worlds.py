@@ -29,6 +29,7 @@ class World:
         self.near, self.far = (field.number(exact(value)) for value in (scene.camera.near, scene.camera.far))
         self.one = field.number(fmpq(1))
         self._seen: dict[tuple[int, int, int], Seen] = {}
+        self._by_corners: dict[tuple[int, ...], Seen] = {}
         self._columns: dict[float, Vector] = {}
         self._rows: dict[float, Vector] = {}
 
@@ -51,10 +52,14 @@ class World:
         return [numbers(self.field, rational(shape.albedo)) for shape in self.scene.shapes]
 
     def seen(self, surface: Surface, apex: int) -> Seen:
-        """Return a surface as seen from an apex."""
+        """Return a surface as seen from an apex, the same for faces of a mesh that have the same corners."""
         key = (*surface, apex)
         if key not in self._seen:
-            self._seen[key] = _see(self.field, self.scene, surface, self.apexes[apex])
+            shape, face = self.scene.shapes[surface[0]], surface[1]
+            corners = (surface[0], *shape.faces[face].tolist(), apex) if isinstance(shape, Mesh) else key
+            if corners not in self._by_corners:
+                self._by_corners[corners] = _see(self.field, self.scene, surface, self.apexes[apex])
+            self._seen[key] = self._by_corners[corners]
         return self._seen[key]
 
     def direction(self, px: float, py: float) -> Vector:
