@@ -48,7 +48,8 @@ from rayproof.tracer.trees.boxes import AXES, LOWER, ROW, STEPS, UPPER, GridBoxe
 
 MOST_LEAVES = 2**21  # what the trail of a traversal has bits for; a larger tree has larger leaves
 MOST_BY_AREA = 2**19  # items; 1.3 million as small as pixels were as fast by halves, and there sooner
-PIECE = 2**15  # leaves; with fewer, numpy is called more often, and what more have leaves the cache
+PIECE = 2**15  # leaves of a tree that is built at once, and items that stand for all of a larger one where it is halved
+PIECES = 4  # times as many leaves each piece of a larger one has: with fewer, threads wait for the interpreter
 CUTS, CUTS_IN_PIECES = 32, 16  # that are compared along an axis; a tree of one piece is there at once anyway
 LONG = 0.4  # of a node's longest axis, what another one must reach to be cut across; no area is lost by it
 FEW = 2  # items that have a leaf each without a cut
@@ -165,7 +166,7 @@ class _Growing:
             self.empty[leaf] = False
 
     def halves(self, part: _Part, leaves: int) -> list[_Part]:
-        """Cut a node of so many leaves, more than a piece has; as many items as a piece has stand for all."""
+        """Cut a node of so many leaves; as many items as a tree has that is built at once stand for all."""
         count, room, every = len(part.items), leaves // 2, leaves // PIECE
         nodes = _Nodes.alone(part.number, np.ascontiguousarray(part.rows[::every]))
         (axis,), (before,) = self._cuts(nodes, PIECE if self._by_area else leaves)
@@ -209,8 +210,9 @@ def tree_over(boxes: GridBoxes) -> Tree:
     items = np.lexsort([_middles(boxes.rows, axis) for axis in (2, 1, 0)]).astype(np.int32)
     parts = [_Part(number=0, items=items, rows=boxes.rows.take(items, axis=0))]
     leaves = growing.leaves
+    piece = leaves if leaves <= PIECE else min(leaves // 2, PIECES * PIECE)
     with ThreadPoolExecutor(THREADS) as pool:
-        while leaves > PIECE:
+        while leaves > piece:
             parts = [half for two in pool.map(growing.halves, parts, repeat(leaves)) for half in two]
             leaves //= 2
         list(pool.map(growing.fill, parts, repeat(leaves)))
