@@ -8,6 +8,7 @@ import drjit as dr
 import numpy as np
 import pytest
 
+from rayproof.cases.benchmark_scenes import rods
 from rayproof.cases.rounding import gamma
 from rayproof.cases.scene import PointLight, Scene, Sphere
 from rayproof.cases.stages import Stage
@@ -15,6 +16,7 @@ from rayproof.tracer import render as rendering
 from rayproof.tracer.configuration import Configuration
 from rayproof.tracer.frames import Frames
 from rayproof.tracer.kernel.parameters import Literals
+from rayproof.tracer.light_path import illumination
 from rayproof.tracer.plan import Plan, plan
 from rayproof.tracer.render import render
 from tests.tracer.scenes import ALBEDO, FLOOR, LIGHT, camera, everything, octahedron, scene
@@ -115,6 +117,25 @@ def test_samples_of_a_mesh_stay_in_one_kernel_though_hits_would_go_through_memor
         assert not frames.plan.split
         expected = averaged(what, configuration, 2, plan(what, configuration, samples=2))
         np.testing.assert_allclose(frames.pixels(), expected, rtol=1e-5, atol=1e-7)
+
+
+def test_feelers_through_trees_alone_are_one_loop_over_lights_with_the_same_pixels(
+    precision: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    what, configuration = scene(rods(400), lights=LIGHTS[:3]), Configuration(precision=precision)
+
+    def frame() -> tuple[np.ndarray, int]:
+        dr.kernel_history_clear()
+        with dr.scoped_set_flag(dr.JitFlag.KernelHistory, True):
+            pixels = Frames(what, configuration).pixels()
+        return pixels, sum(kernel["operation_count"] for kernel in dr.kernel_history([dr.KernelType.JIT]))
+
+    by_loop, short = frame()
+    monkeypatch.setattr(illumination, "_alike", lambda world: False)
+    unrolled, long = frame()
+
+    np.testing.assert_array_equal(by_loop, unrolled)
+    assert short < 0.8 * long
 
 
 @pytest.mark.parametrize("lights", [LIGHTS[:2], LIGHTS], ids=["two", "many"])

@@ -1,6 +1,7 @@
 """Which lights reach the hit points, and how much light they bring. Lists of one light have one entry per ray.
 
-Many lights, one after the other in a loop of the kernel: its length does not depend on how many there are.
+Many lights, one after the other in a loop of the kernel: its length does not depend on how many there are. Of a few,
+only feelers that go through trees are in one.
 """
 
 from collections.abc import Callable, Sequence
@@ -94,6 +95,31 @@ def _unblocked(
     return free
 
 
+def _alike(world: DeviceScene) -> bool:
+    """Return whether feelers to all lights run through the same long code: trees alone, in a kernel of their own."""
+    return world.in_trees and not world.bodies.each and not world.parameters.shared
+
+
+def _unblocked_by_loop(origins: FeelerOrigins, surfaces: Sequence[Surface]) -> list[list[Any]]:
+    """Return what `_unblocked` returns, light by light, from a loop over them: each is a bit of a ray's number."""
+    world, lights = origins.world, origins.world.scene.lights
+    UInt, width = world.types.UInt, dr.width(surfaces[0].met.hit.distance)
+    positions = _numbers(world, "positions", [light.position for light in lights])
+
+    def step(index: Any, free: Any) -> tuple[Any, Any]:
+        towards = _towards(world, surfaces, dr.gather(world.types.Vector, positions, index))
+        seen = _unblocked(origins, surfaces, towards, _above_horizon(world, surfaces, towards))
+        return index + 1, [bits | dr.select(one, UInt(1) << index, 0) for bits, one in zip(free, seen, strict=True)]
+
+    _, free = dr.while_loop(
+        state=(dr.zeros(UInt, width), [dr.zeros(UInt, width) for _ in surfaces]),
+        cond=lambda index, free: index < len(lights),
+        body=step,
+        labels=("index", "free"),
+    )
+    return [[(bits >> light) & 1 != 0 for bits in free] for light in range(len(lights))]
+
+
 def _brought(world: DeviceScene, flux: Any, towards: DirectionToLight) -> Any:
     """Return the irradiance [W/m^2] that a light brings where nothing blocks it; below the horizon 0."""
     if world.scene.shading == "simplified":
@@ -149,7 +175,10 @@ def _unrolled(
     world.parameters.store(above)
     if known is None:
         origins = feeler_origins(world, surfaces) if world.has_blockers else None
-        free = [_unblocked(origins, surfaces, *one) for one in zip(towards, above, strict=True)]
+        if origins is not None and len(lights) > 1 and _alike(world):
+            free = _unblocked_by_loop(origins, surfaces)
+        else:
+            free = [_unblocked(origins, surfaces, *one) for one in zip(towards, above, strict=True)]
     else:
         free = known
     lit = [[a & f for a, f in zip(*one, strict=True)] for one in zip(above, free, strict=True)]
