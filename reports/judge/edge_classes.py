@@ -33,6 +33,8 @@ class Classes:
     # (height, width) m: how far rounding takes a ray off the flat face in which it runs, between the eye, which is in
     # that face as well, and where clipping begins: along it the face is met anywhere; 0 where no face is so near
     skimming: np.ndarray
+    # (shapes,) m: how far rounding takes a surface off the eye that it holds, where nothing is clipped; else 0
+    at_eye: np.ndarray
     # (height, width): of these the object, or some light, is undecided by no distance in the image (surfaces that
     # coincide, or hold the eye or a light; a light at the horizon), so that who has one side's value has it by chance.
     object_tied: np.ndarray
@@ -73,6 +75,7 @@ class Unlit:
     clipped: np.ndarray  # (height, width) m
     flagged: np.ndarray  # (height, width)
     skimming: np.ndarray  # (height, width) m
+    at_eye: np.ndarray  # (shapes,) m
     lights: tuple["_Lit", ...]  # none where no light is asked about
     ends: tuple[np.ndarray, ...]  # (height, width) m for each of the edges' light ends: how far off it may seem
 
@@ -127,7 +130,9 @@ def unlit(about: Unrounded, limits: Limits, g: Roundoff) -> Unlit:
     clipped = np.where(gap <= g(1) * error, g(1) * error, 0.0)
     tied = (edges.gap <= depth) | (clipped > 0)
     # Without clipping a surface that holds the eye is before it or behind it, and seen in every pixel or in none.
-    if any(gap <= g(HIT) * error for gap, error in zip(edges.eye_gaps, about.at_eye, strict=True)):
+    errors = g(HIT) * np.array(about.at_eye)
+    holding = edges.eye_gaps <= errors
+    if holding.any():
         tied = np.ones_like(tied)
     skimming = np.zeros(tied.shape)
     for error, _, off in about.cut:
@@ -141,6 +146,7 @@ def unlit(about: Unrounded, limits: Limits, g: Roundoff) -> Unlit:
         clipped=clipped,
         flagged=flagged,
         skimming=skimming,
+        at_eye=np.where(holding, errors, 0.0),
         lights=tuple(lights),
         ends=tuple(g(HIT) * error for error in about.ends),
     )
@@ -198,6 +204,7 @@ def classify(
         clipped=before.clipped,
         flagged=before.flagged,
         skimming=before.skimming,
+        at_eye=before.at_eye,
         notes=tuple(notes),
     )
 

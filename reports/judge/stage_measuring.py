@@ -11,18 +11,15 @@ from rayproof.cases.stages import Stage, StageImages
 from rayproof.reports.judge.answers import Answers, all_of, any_of, dot, length
 from rayproof.reports.judge.common_factors import Bias, bias
 from rayproof.reports.judge.comparison import GEOMETRY, LIGHT, Comparison
-from rayproof.reports.judge.edge_values import (
-    Held,
-    Seen,
+from rayproof.reports.judge.edge_sides import (
     Sides,
-    excused,
-    excused_anyhow,
-    held,
     sides,
+    with_both_sides_of_the_eye,
     with_ends,
     with_twins,
     with_what_is_behind,
 )
+from rayproof.reports.judge.edge_values import Held, Seen, excused, excused_anyhow, held
 from rayproof.reports.judge.limits import HIT, POINT, Roundoff
 from rayproof.reports.judge.measurement import Kind, Measurement, held_to, measure, ratios
 from rayproof.reports.judge.oracle import ORACLE
@@ -48,6 +45,11 @@ def _sides(pair: Comparison) -> Sides:
         # Where no outline is near, what is seen is what the centre shows, or what lies where that does.
         lambda: sides(oracle, scene, (Stage.RAY, *GEOMETRY), classes.outline, np.where(twins, 0.0, classes.reach)),
     )
+    if classes.at_eye.any() and len(around.rows):
+        around = pair.base.once(
+            ("sides of the eye", *key),
+            partial(with_both_sides_of_the_eye, around, oracle, scene, truth, classes.at_eye),
+        )
     close = pair.base.edges.gap <= classes.depth
     if Stage.OBJECT not in pair.subject.answers:
         about = around, oracle, scene, truth, close, classes.depth

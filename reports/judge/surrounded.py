@@ -14,7 +14,7 @@ from rayproof.cases.stages import IMAGE_STAGES, Stage
 from rayproof.reports.judge.answers import all_of, any_of, dot, length
 from rayproof.reports.judge.comparison import LIGHT, Comparison, roundoff
 from rayproof.reports.judge.conditioning import condition
-from rayproof.reports.judge.edge_values import Sides, radius_of
+from rayproof.reports.judge.edge_sides import Sides, radius_of
 from rayproof.reports.judge.limits import HIT, limits
 from rayproof.reports.judge.oracle import FullOracle
 

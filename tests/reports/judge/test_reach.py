@@ -15,7 +15,7 @@ from rayproof.reports.judge.measurement import Kind
 from rayproof.reports.judge.oracle import stages_of
 from rayproof.reports.judge.scene_truth import scene_truth
 from rayproof.reports.judge.stage_measuring import measure_end_to_end
-from tests.reports.judge.scenes import CAMERA, ORACLE, candidate, witness
+from tests.reports.judge.scenes import CAMERA, ORACLE, SCENE, candidate, witness
 
 
 @pytest.mark.parametrize("fovy", [120.0, 170.0, 179.0])
@@ -131,6 +131,32 @@ def test_clipping_makes_outlines_of_a_surface_at_the_eye_only_along_its_plane():
     error, leaning, _ = along.base._unrounded.cut[0]
     assert error > 0
     assert leaning.min() < 1e-3 < np.median(leaning)
+
+
+def test_without_clipping_each_ray_sees_the_surface_at_the_eye_or_what_lies_beyond():
+    # The ray by itself decides, so that neighbours need not agree: random/61304/154 and random/61302/140.
+    matrix = np.array([[0.6, 0.3, 0.5, 0], [-0.2, 0.7, 0.4, 0], [-0.3, -0.4, 0.8, 0], [0, 0, 0, 1]])
+    matrix[:3, 3] = CAMERA.eye
+    square = Square(albedo=(0.2, 0.5, 0.8), to_world=tuple(map(tuple, matrix.tolist())), two_sided=True)
+    scene = replace(SCENE, shapes=(*SCENE.shapes, square), clip="none")
+    base = scene_truth(scene, stages_of(scene), ORACLE)
+    answers = {stage: np.array(image) for stage, image in base.truth.items()}
+    every_other = np.indices((CAMERA.height, CAMERA.width)).sum(axis=0) % 2 == 0
+    answers[Stage.OBJECT][every_other] = 2.0, 0.0
+    answers[Stage.DISTANCE][every_other] = 1e-7
+    for stage in (Stage.POSITION, Stage.NORMAL, Stage.VISIBILITY, Stage.IRRADIANCE, Stage.EXITANCE, Stage.RADIANCE):
+        answers[stage][every_other] = ORACLE.continue_from(scene, stage, answers)[every_other]
+
+    def wrong(stage, **changed):
+        spoilt = {Stage(name): image for name, image in changed.items()}
+        subject = candidate(answers | spoilt, name="spoilt" if spoilt else "float32")
+        pair = Comparison(base=base.forgetful(), subject=subject, reference=witness(base.truth))
+        return np.count_nonzero(measure_end_to_end(pair, stage).kinds == Kind.WRONG)
+
+    assert answers[Stage.IRRADIANCE][every_other].any()
+    assert [wrong(stage) for stage in stages_of(scene) if stage is not Stage.CAMERA] == [0] * 9
+    assert wrong(Stage.IRRADIANCE, irradiance=1.01 * answers[Stage.IRRADIANCE]) > every_other.size / 4
+    assert wrong(Stage.OBJECT, object=np.where(answers[Stage.OBJECT] == 1, 0, answers[Stage.OBJECT])) > 0
 
 
 @pytest.mark.parametrize("kind", [Sphere, Cube, Square, Plane])

@@ -10,7 +10,8 @@ from rayproof.cases.case import ITEMS_OF_OTHERS
 from rayproof.cases.stages import Stage
 from rayproof.reports.judge.answers import Answers
 from rayproof.reports.judge.case import judge_case
-from rayproof.reports.judge.edge_values import Sides, excused_anyhow
+from rayproof.reports.judge.edge_sides import Sides
+from rayproof.reports.judge.edge_values import excused_anyhow
 from rayproof.reports.judge.verdict import Judged, of_what_is_supported
 from rayproof.reports.results.outcomes import Outcome, concerning
 from rayproof.reports.run.totals import of

@@ -9,7 +9,8 @@ import pytest
 from rayproof.cases.scene import Scene, Sphere, Square
 from rayproof.cases.stages import Stage, StageImages
 from rayproof.reports.judge.comparison import Comparison
-from rayproof.reports.judge.edge_values import Sides, excused, sides, with_ends
+from rayproof.reports.judge.edge_sides import Sides, sides, with_ends
+from rayproof.reports.judge.edge_values import excused
 from rayproof.reports.judge.measurement import Kind
 from rayproof.reports.judge.oracle import stages_of
 from rayproof.reports.judge.scene_truth import scene_truth
