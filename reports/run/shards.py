@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from rayproof.reports.results.case_records import CaseRecord
-from rayproof.reports.results.case_table import NAME, Cases, CaseTable, DamagedTableError, briefs
+from rayproof.reports.results.case_table import NAME, Cases, CaseTable, DamagedTableError
 from rayproof.reports.results.document import ResultsError, load_results
 from rayproof.reports.results.files import legible
 from rayproof.reports.results.images import inside
@@ -88,7 +88,8 @@ def load_shards(folders: Sequence[Path]) -> list[Shard]:
     """Return the parts of a plan that lie in these folders, in the order of their numbers.
 
     Raises:
-        ResultsError: a folder holds no part's results, the parts are not of one plan, or one of them is there twice.
+        ResultsError: a folder holds no part's results, the parts are not of one plan, or one of them is there twice; a
+            record cannot be read or counted, or was not planned for its part.
 
     """
     found: list[Shard] = []
@@ -113,7 +114,23 @@ def load_shards(folders: Sequence[Path]) -> list[Shard]:
         if one.about["number"] == other.about["number"]:
             name = f"{one.about['number']}/{one.about['of']}"
             raise ResultsError(f"{one.folder} and {other.folder} are both part {name}")
+    for shard in found:
+        _vet(shard)
     return found
+
+
+def _vet(shard: Shard) -> None:
+    """Read a part's records once before anything is cleared or written for them; raise ResultsError as above."""
+    table, names = shard.folder / NAME, list[str]()
+    try:
+        for place, _, record in CaseTable(table).entries():
+            if wrong := _unplanned(record["name"], place, shard.about) or uncountable(record):
+                raise DamagedTableError(f"{table}: {legible(record['name'])}: {wrong}")
+            names.append(record["name"])
+    except DamagedTableError as error:
+        raise ResultsError(str(error)) from error
+    if shard.document.get("finished") and digest(names) != shard.about["names"]:
+        raise ResultsError(f"{shard.folder}: the cases in it are not those that were planned for the part")
 
 
 def merge(shards: Sequence[Shard], out: Path, *, tracer: bool) -> tuple[RunRecord, totals.Totals]:
@@ -122,7 +139,6 @@ def merge(shards: Sequence[Shard], out: Path, *, tracer: bool) -> tuple[RunRecor
     The cases of parts that are not there are missing, and the run is not finished.
 
     Raises:
-        ResultsError: a record cannot be read or counted, or was not planned for the part.
         OSError: a file cannot be read or written.
 
     """
@@ -130,18 +146,10 @@ def merge(shards: Sequence[Shard], out: Path, *, tracer: bool) -> tuple[RunRecor
     (out / NAME).unlink(missing_ok=True)
     table = CaseTable(out / NAME)
     for shard in shards:
-        try:
-            with table.writing():
-                for place, key, record in CaseTable(shard.folder / NAME).entries():
-                    if wrong := _unplanned(record["name"], place, shard.about) or uncountable(record):
-                        raise DamagedTableError(f"{shard.folder / NAME}: {legible(record['name'])}: {wrong}")
-                    table.keep(key, _moved(record, shard, out), place=place)
-        except DamagedTableError as error:
-            raise ResultsError(str(error)) from error
+        with table.writing():
+            for place, key, record in CaseTable(shard.folder / NAME).entries():
+                table.keep(key, _moved(record, shard, out), place=place)
         _copy_files(shard.folder, out)
-        names = [case["name"] for case in briefs(CaseTable(shard.folder / NAME).cases())]
-        if shard.document.get("finished") and digest(names) != shard.about["names"]:
-            raise ResultsError(f"{shard.folder}: the cases in it are not those that were planned for the part")
     cases: Cases = table.cases()
     found = totals.of(cases)
     document: Any = {key: value for key, value in first.document.items() if key not in ("shard", "cases", "gate")}
