@@ -107,7 +107,7 @@ def gate(
     with told_in_one_line():
         save_known(file, more)
     _listed([f"not accepted: {sentence}" for sentence in refused])
-    say(f"{new} failing checks accepted; {len(more.expected)} entries in {file}")
+    say(f"{new} failing checks accepted; {(n := len(more.expected))} {'entry' if n == 1 else 'entries'} in {file}")
     write_json(json, {"file": str(file), "entries": len(more.expected), "accepted": new, "refused": refused})
     return 0
 

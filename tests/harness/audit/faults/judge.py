@@ -22,6 +22,7 @@ from rayproof.reports.judge import (
     comparison,
     copied_answers,
     edge_classes,
+    edge_sides,
     edge_values,
     known_defects,
     limits,
@@ -692,7 +693,7 @@ def sides_elsewhere() -> Iterator[None]:
 
     The values of an edge's sides are taken three pixels away.
     """
-    right = edge_values.sides
+    right = edge_sides.sides
 
     def wrong(oracle: Any, *rest: Any) -> Any:
         return right(_Elsewhere(oracle), *rest)
