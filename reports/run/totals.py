@@ -1,6 +1,7 @@
 """The results of a run, put together from its cases' records: counts, coverage by item, limits to review."""
 
 import platform
+import shlex
 import sys
 from collections import Counter
 from collections.abc import Iterable, Sequence
@@ -400,7 +401,7 @@ def results_document(
     return {
         "schema": 1,
         "rayproof": version("rayproof"),
-        "command": " ".join(["rayproof", *sys.argv[1:]]),
+        "command": shlex.join(["rayproof", *sys.argv[1:]]),
         "started": started.isoformat(timespec="seconds"),
         "subject": subject.title,
         "faults": faults,
