@@ -45,6 +45,10 @@ REFUSED = "a refusal: tests/tracer/shapes/test_bounds.py and test_configuration.
 
 DIAGNOSIS = "continues a stage from another renderer's, for the diagnosis: tests/tracer/test_render.py"
 
+LIGHTS_BEHIND_TREES = (
+    "no case has a few lights and trees alone; tests/tracer/test_frames.py compares its pixels with the unrolled form's"
+)
+
 # "file:function" -> why.
 FUNCTIONS: Mapping[str, str] = {
     "kernel/arrays.py:asked": BENCH,
@@ -53,6 +57,7 @@ FUNCTIONS: Mapping[str, str] = {
     "shapes/shape.py:TracedShape.arrays": NOT_ASKED,
     "shapes/shape.py:TracedShape.center_and_half": NOT_ASKED,
     "shapes/meshes.py:layers": "asked about images of 2^17 samples or more: tests/tracer/test_plan.py",
+    "light_path/illumination.py:_unblocked_by_loop": LIGHTS_BEHIND_TREES,
     "configuration.py:parts_of": JUDGE,
     "configuration.py:Configuration.own": OWN,
     "configuration.py:Configuration.parse": JUDGE,
@@ -80,6 +85,7 @@ FUNCTIONS: Mapping[str, str] = {
 LINES: Mapping[str, str] = {
     "light_path/illumination.py:return _unrolled(world, surfaces, known)": DIAGNOSIS,
     "light_path/illumination.py:free = known": DIAGNOSIS,
+    "light_path/illumination.py:free = _unblocked_by_loop(origins, surfaces)": LIGHTS_BEHIND_TREES,
     "trees/beams.py:return": HUGE,
     "trees/boxes.py:return GridBoxes(rows=rows, base=base, step=np.ones(AXES), exact=False)": HUGE,
     (
