@@ -142,6 +142,10 @@ def _count(**about: Any) -> Ladder:
     return _ladder(kind="count", **({"gate": gate} | about))
 
 
+DIVIDED = Failure(
+    formulas=("divides_anyway", "division", "ieee_slabs", "ize", "nan_dropping"),
+    because="0 / 0 or 0 times infinity in the plane of a face",
+)
 LADDERS = (
     _ladder(
         name="BOX-FAR",
@@ -157,12 +161,7 @@ LADDERS = (
         parameter="rays in a face's plane, direction along the normal +0 (1) or -0 (2)",
         values=(1.0, 2.0),
         draw=in_face,
-        fails=(
-            Failure(
-                formulas=("divides_anyway", "division", "ieee_slabs", "ize", "nan_dropping"),
-                because="0 / 0 or 0 times infinity in the plane of a face",
-            ),
-        ),
+        fails=(DIVIDED,),
         first_to_break="cube/ieee_slabs, nan_dropping, ize, division",
         survivor="cube/slabs, parallel_branch",
     ),
@@ -171,12 +170,7 @@ LADDERS = (
         parameter="rays along an edge, zeros +0 (1) or -0 (2)",
         values=(1.0, 2.0),
         draw=along_edge,
-        fails=(
-            Failure(
-                formulas=("divides_anyway", "division", "ieee_slabs", "ize", "nan_dropping"),
-                because="0 / 0 or 0 times infinity in the plane of a face",
-            ),
-        ),
+        fails=(DIVIDED,),
         first_to_break="cube/ieee_slabs, nan_dropping, ize, division",
         survivor="cube/slabs, parallel_branch",
     ),

@@ -70,6 +70,10 @@ def _ladder(**about: Any) -> Ladder:
     return Ladder(**(given | about), options=options)
 
 
+FAILING = (
+    Failure(formulas=MULTIPLIED, because="w multiplies the eye: 30 K u at far / near = 1024 and 6 m from the origin"),
+    Failure(formulas=("half_depth",), because="erratum E14: w is not 1 halfway into the depth range"),
+)
 LADDERS = (
     _ladder(
         name="CAM-NEAR",
@@ -160,12 +164,7 @@ LADDERS = (
         natural="pixels",
         saturated=float("inf"),
         gate=Gate(reaches={"float32": 1e-4, "float64": 1e-4}, index=10.0),
-        fails=(
-            Failure(
-                formulas=MULTIPLIED, because="w multiplies the eye: 30 K u at far / near = 1024 and 6 m from the origin"
-            ),
-            Failure(formulas=("half_depth",), because="erratum E14: w is not 1 halfway into the depth range"),
-        ),
+        fails=FAILING,
         first_to_break="all in pixels: the direction is as good as ever, a pixel is smaller",
         survivor="float64",
         measured="found: Dr.Jit's float64 tangent is off by alpha^2 / 3 below 1e-4, 1 800 K u at fovy 0.01; "
@@ -180,12 +179,7 @@ LADDERS = (
         values=(90.0, 10.0, 1.0, 0.1, 1e-2),
         draw=cameras(swept="flare"),
         gate=Gate(reaches={"float32": 1e-1, "float64": 1e-1}, index=10.0),
-        fails=(
-            Failure(
-                formulas=MULTIPLIED, because="w multiplies the eye: 30 K u at far / near = 1024 and 6 m from the origin"
-            ),
-            Failure(formulas=("half_depth",), because="erratum E14: w is not 1 halfway into the depth range"),
-        ),
+        fails=FAILING,
         first_to_break="none in this range",
         survivor="all",
     ),
@@ -195,12 +189,7 @@ LADDERS = (
         values=(1.0, 1e1, 1e2, 1e4, 1e6),
         draw=cameras(swept="aspect"),
         gate=Gate(reaches={"float32": 1e6, "float64": 1e6}, index=10.0),
-        fails=(
-            Failure(
-                formulas=MULTIPLIED, because="w multiplies the eye: 30 K u at far / near = 1024 and 6 m from the origin"
-            ),
-            Failure(formulas=("half_depth",), because="erratum E14: w is not 1 halfway into the depth range"),
-        ),
+        fails=FAILING,
         first_to_break="none",
         survivor="all",
     ),
@@ -210,12 +199,7 @@ LADDERS = (
         values=(1.0, 1e-1, 1e-2, 1e-4, 1e-6),
         draw=cameras(swept="aspect"),
         gate=Gate(reaches={"float32": 1e-6, "float64": 1e-6}, index=10.0),
-        fails=(
-            Failure(
-                formulas=MULTIPLIED, because="w multiplies the eye: 30 K u at far / near = 1024 and 6 m from the origin"
-            ),
-            Failure(formulas=("half_depth",), because="erratum E14: w is not 1 halfway into the depth range"),
-        ),
+        fails=FAILING,
         first_to_break="none",
         survivor="all",
     ),
@@ -226,12 +210,7 @@ LADDERS = (
         values=(1.0, 1e-1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6),
         draw=cameras(lean=1.0, swept="lean"),
         gate=Gate(reaches={"float32": 1e-5, "float64": 1e-6}, index=10.0),
-        fails=(
-            Failure(
-                formulas=MULTIPLIED, because="w multiplies the eye: 30 K u at far / near = 1024 and 6 m from the origin"
-            ),
-            Failure(formulas=("half_depth",), because="erratum E14: w is not 1 halfway into the depth range"),
-        ),
+        fails=FAILING,
         first_to_break="all alike: K is 1 / angle",
         survivor="a fall-back up vector",
         slopes=(

@@ -164,6 +164,10 @@ def _normal(**about: Any) -> Ladder:
     return Ladder(**(given | about))
 
 
+NO_DIRECTION = Failure(
+    formulas=("model_matrix",),
+    because="a normal is no direction: right for rotations and uniform scales alone",
+)
 LADDERS = (
     _ray(
         "sphere",
@@ -238,12 +242,7 @@ LADDERS = (
         values=(1.0, 3.0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6),
         draw=normals(squeezed),
         gate=Gate(reaches={"float32": 1e6, "float64": 1e6}),
-        fails=(
-            Failure(
-                formulas=("model_matrix",),
-                because="a normal is no direction: right for rotations and uniform scales alone",
-            ),
-        ),
+        fails=(NO_DIRECTION,),
         first_to_break="world_normal/model_matrix",
         survivor="world_normal/inverse_transpose",
     ),
@@ -253,12 +252,7 @@ LADDERS = (
         values=(1.0, 1e1, 1e2, 1e3, 1e4),
         draw=normals(mirrored),
         gate=Gate(reaches={"float32": 1e4, "float64": 1e4}),
-        fails=(
-            Failure(
-                formulas=("model_matrix",),
-                because="a normal is no direction: right for rotations and uniform scales alone",
-            ),
-        ),
+        fails=(NO_DIRECTION,),
         first_to_break="world_normal/model_matrix; a cross product of transformed edges",
         survivor="world_normal/inverse_transpose",
     ),
@@ -269,10 +263,7 @@ LADDERS = (
         draw=normals(moved),
         gate=Gate(reaches={"float32": 1e6, "float64": 1e6}),
         fails=(
-            Failure(
-                formulas=("model_matrix",),
-                because="a normal is no direction: right for rotations and uniform scales alone",
-            ),
+            NO_DIRECTION,
             Failure(formulas=("with_w",), because="erratum E13: w enters the length"),
         ),
         first_to_break="world_normal/with_w",
@@ -285,12 +276,7 @@ LADDERS = (
         values=(1.0, 1e1, 1e2, 1e3),
         draw=normals(sheared),
         gate=Gate(reaches={"float32": 1e3, "float64": 1e3}),
-        fails=(
-            Failure(
-                formulas=("model_matrix",),
-                because="a normal is no direction: right for rotations and uniform scales alone",
-            ),
-        ),
+        fails=(NO_DIRECTION,),
         first_to_break="world_normal/model_matrix",
         survivor="world_normal/inverse_transpose",
     ),

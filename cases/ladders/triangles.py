@@ -231,6 +231,9 @@ def _tree(bundle: int = 1, **about: Any) -> Ladder:
     )
 
 
+DELETED = Failure(
+    formulas=("moeller_trumbore_epsilon",), because="an absolute epsilon on an area deletes small triangles"
+)
 LADDERS = (
     _ladder(
         name="TRI-SLIV",
@@ -349,9 +352,7 @@ LADDERS = (
         gate=Gate(reaches={"float32": 1e-6, "float64": 1e-15}),
         fails=(
             MISPRINTED,
-            Failure(
-                formulas=("moeller_trumbore_epsilon",), because="an absolute epsilon on an area deletes small triangles"
-            ),
+            DELETED,
         ),
         first_to_break="triangle/moeller_trumbore_epsilon: a determinant is an area, not a number",
         survivor="triangle/moeller_trumbore, woop",
@@ -364,9 +365,7 @@ LADDERS = (
         gate=Gate(reaches={"float32": 1e-4, "float64": 1e-6}),
         fails=(
             MISPRINTED,
-            Failure(
-                formulas=("moeller_trumbore_epsilon",), because="an absolute epsilon on an area deletes small triangles"
-            ),
+            DELETED,
         ),
         first_to_break="triangle/moeller_trumbore_epsilon, then all alike: barycentrics lose u D / size",
         survivor="all for t",
