@@ -179,7 +179,7 @@ def _overview() -> int:
     return 0
 
 
-def _called(given: list[str], program: "App | None") -> int:
+def _called(words: list[str], program: "App | None") -> int:
     """Run a command; return the exit code, also of what is told in one line."""
     from cyclopts import CycloptsError
 
@@ -187,9 +187,9 @@ def _called(given: list[str], program: "App | None") -> int:
     from rayproof.tracer.kernel.compiler import NoBackendError
 
     try:
-        if program is None and given[0] in GONE:
-            raise UsageError(f"{given[0]} is no command any more; its successor is {GONE[given[0]]}")
-        result = (program or application())(given, exit_on_error=False, print_error=False, result_action="return_value")
+        if program is None and words[0] in GONE:
+            raise UsageError(f"{words[0]} is no command any more; its successor is {GONE[words[0]]}")
+        result = (program or application())(words, exit_on_error=False, print_error=False, result_action="return_value")
     except (UsageError, CycloptsError) as error:
         sys.stderr.write(f"rayproof: {one_line(error)}\n")
         return BAD_USAGE

@@ -101,18 +101,18 @@ def clip_measured(scene: Scene, ask: Ask) -> Iterator[Relation]:
     first hit leaves behind when it is clipped is not asked about. Source: specification, HIT-2.
     """
     free = replace(scene, clip="none")
-    seen = ask(free)
-    if not all(stage in seen for stage in (Stage.RAY, Stage.OBJECT, Stage.DISTANCE)):
+    unclipped = ask(free)
+    if not all(stage in unclipped for stage in (Stage.RAY, Stage.OBJECT, Stage.DISTANCE)):
         return
-    distance = seen[Stage.DISTANCE][..., 0]
+    distance = unclipped[Stage.DISTANCE][..., 0]
     hit = np.isfinite(distance)
     # A ray in a surface's own plane meets it anywhere or nowhere.
-    if Stage.NORMAL in seen:
-        hit &= np.abs(np.sum(seen[Stage.NORMAL] * seen[Stage.RAY], axis=-1)) > 1e-3
+    if Stage.NORMAL in unclipped:
+        hit &= np.abs(np.sum(unclipped[Stage.NORMAL] * unclipped[Stage.RAY], axis=-1)) > 1e-3
     if not hit.any():
         return
     along = np.where(hit, distance, 0.0)
-    depth = along * (seen[Stage.RAY] @ camera_axes(scene.camera).forward)
+    depth = along * (unclipped[Stage.RAY] @ camera_axes(scene.camera).forward)
     for clip, measure in (("depth", depth), ("shell", along)):
         middle = float(np.median(measure[hit])) * 1.0137
         cut = with_camera(replace(scene, clip=clip), near=1e-3 * middle, far=middle)
@@ -120,7 +120,7 @@ def clip_measured(scene: Scene, ask: Ask) -> Iterator[Relation]:
         sure = hit & (np.abs(measure - middle) > 1e-4 * middle) & (measure > 2e-3 * middle)
         yield Relation(
             stage=Stage.OBJECT,
-            expected=np.where((measure < middle)[..., np.newaxis], seen[Stage.OBJECT], -1.0),
+            expected=np.where((measure < middle)[..., np.newaxis], unclipped[Stage.OBJECT], -1.0),
             measured=first,
             scene=free,
             changed=cut,
@@ -132,7 +132,7 @@ def clip_measured(scene: Scene, ask: Ask) -> Iterator[Relation]:
         kept = sure & (measure > middle)
         yield Relation(
             stage=Stage.OBJECT,
-            expected=seen[Stage.OBJECT],
+            expected=unclipped[Stage.OBJECT],
             measured=second[Stage.OBJECT],
             scene=free,
             changed=beyond,

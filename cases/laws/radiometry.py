@@ -175,20 +175,20 @@ def light_in_stages(scene: Scene, ask: Ask) -> Iterator[Relation]:
         with np.errstate(divide="ignore", invalid="ignore"):
             cosine = np.sum(normal * towards, axis=-1, keepdims=True) / np.sqrt(squared)
             arriving = np.asarray(light.flux) * (1.0 if simplified else 1 / (4 * pi * squared))
-        seen = answers[Stage.VISIBILITY][..., index : index + 1] > 0
-        total += np.where(seen, cosine * arriving, 0.0)
-        below = seen & hit & (cosine < -GRAZING)
+        lit = answers[Stage.VISIBILITY][..., index : index + 1] > 0
+        total += np.where(lit, cosine * arriving, 0.0)
+        below = lit & hit & (cosine < -GRAZING)
         yield Relation(
             stage=Stage.VISIBILITY,
-            expected=np.where(below, 0.0, 1.0 * seen),
-            measured=1.0 * seen,
+            expected=np.where(below, 0.0, 1.0 * lit),
+            measured=1.0 * lit,
             scene=scene,
             changed=scene,
             what=f"light {index} above the horizon",
         )
         # A position that is off by some u of its coordinates turns the light's direction by as much over r.
         moved = np.linalg.norm(position, axis=-1, keepdims=True) + np.linalg.norm(light.position)
-        sizes += np.where(seen, arriving * (1 + 3 * moved / np.sqrt(squared)), 0.0)
+        sizes += np.where(lit, arriving * (1 + 3 * moved / np.sqrt(squared)), 0.0)
 
     def relation(stage: Stage, expected: np.ndarray, what: str, terms: np.ndarray | None = None) -> Relation:
         return Relation(
@@ -277,21 +277,21 @@ def view_free(scene: Scene, ask: Ask) -> Iterator[Relation]:
         fovy = camera.fovy * SIDE / camera.height
         looking = {"eye": vector(beside), "target": vector(point), "fovy": fovy, "width": SIDE, "height": SIDE}
         from_beside = with_camera(scene, **looking)
-        seen = ask(from_beside)
+        aside = ask(from_beside)
         middle = SIDE // 2
-        place = seen[Stage.POSITION][middle, middle]
+        place = aside[Stage.POSITION][middle, middle]
         if np.linalg.norm(place - point) > 1e-4 * np.linalg.norm(point - beside):
             continue
         for stage in KEPT:
-            if stage in answers and stage in seen:
-                expected = seen[stage].copy()
+            if stage in answers and stage in aside:
+                expected = aside[stage].copy()
                 expected[middle, middle] = answers[stage][row, column]
                 centre = np.zeros((SIDE, SIDE), dtype=bool)
                 centre[middle, middle] = True
                 yield Relation(
                     stage=stage,
                     expected=expected,
-                    measured=seen[stage],
+                    measured=aside[stage],
                     scene=from_beside,
                     changed=scene,
                     what=f"pixel ({column}, {row}) seen from beside",

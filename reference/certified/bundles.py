@@ -116,14 +116,14 @@ def whole(value: int) -> Bundle:
     return Bundle(np.float64(value), np.float64(0), np.float64(0))
 
 
-def larger(one: Any, other: Any, *, sign: int) -> Bundle:
+def larger(first: Any, second: Any, *, sign: int) -> Bundle:
     """Return the larger of two, or the smaller for `sign` -1: the extreme of the middles, and the larger radius."""
-    one, other = (whole(value) if isinstance(value, int) else value for value in (one, other))
-    ahead = np.where(one.high == other.high, sign * (one.low - other.low), sign * (one.high - other.high)) > 0
+    first, second = (whole(value) if isinstance(value, int) else value for value in (first, second))
+    ahead = np.where(first.high == second.high, sign * (first.low - second.low), sign * (first.high - second.high)) > 0
     return Bundle(
-        np.where(ahead, one.high, other.high),
-        np.where(ahead, one.low, other.low),
-        np.maximum(one.radius, other.radius),
+        np.where(ahead, first.high, second.high),
+        np.where(ahead, first.low, second.low),
+        np.maximum(first.radius, second.radius),
     )
 
 

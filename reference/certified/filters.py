@@ -308,16 +308,16 @@ def _piece(
     scene: Scene, surfaces: tuple[Surface, ...], view: View, points: np.ndarray, *, lights: bool
 ) -> Iterator[Suspects]:
     directions = _directions(view, points)
-    found = _all(scene, rational(scene.camera.eye), directions, _clip_span(scene, directions))
-    nearest = found.high.min(axis=1, initial=np.inf)
-    possible = ~(found.low > nearest[:, np.newaxis]) & (found.low != np.inf)
+    reaches = _all(scene, rational(scene.camera.eye), directions, _clip_span(scene, directions))
+    nearest = reaches.high.min(axis=1, initial=np.inf)
+    possible = ~(reaches.low > nearest[:, np.newaxis]) & (reaches.low != np.inf)
     if not lights or not scene.lights:
         yield from _told(surfaces, possible, [])
         return
     # Where one surface alone is left, and surely hit, the hit point is known well enough to filter the feelers.
     rows = np.flatnonzero((possible.sum(axis=1) == 1) & (nearest < np.inf))
     own = possible[rows].argmax(axis=1) if surfaces else np.zeros(0, dtype=int)
-    low, high = found.low[rows, own], found.high[rows, own]
+    low, high = reaches.low[rows, own], reaches.high[rows, own]
     radius = ((high - low) + np.abs(high) * UNIT) * SAFE
     t = Margin(low[:, np.newaxis], radius[:, np.newaxis])
     position = directions[rows] * t + of(rational(scene.camera.eye))

@@ -70,7 +70,7 @@ def _run(arguments: list[str], home: Path | None = None) -> str:
         raise RuntimeError(INSTALL)
     # Home is the workshop too: no settings of the user's, and nothing left behind among them.
     extra = {} if home is None else {"HOME": str(home), "BLENDER_USER_RESOURCES": str(home / "blender")}
-    said = subprocess.run(
+    ended = subprocess.run(
         [python, "-I", *arguments],
         env={**os.environ, **extra},
         stdin=subprocess.DEVNULL,
@@ -80,9 +80,9 @@ def _run(arguments: list[str], home: Path | None = None) -> str:
         errors="replace",
         check=False,
     )
-    if said.returncode != 0:
-        raise RuntimeError(f"Blender's Python ended with {said.returncode}: {said.stdout.strip()[-500:]}")
-    return said.stdout
+    if ended.returncode != 0:
+        raise RuntimeError(f"Blender's Python ended with {ended.returncode}: {ended.stdout.strip()[-500:]}")
+    return ended.stdout
 
 
 # What Blender's own Python runs: it reads task.json and its arrays, and writes one EXR per picture of Cycles.

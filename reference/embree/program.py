@@ -113,15 +113,15 @@ def answers(scene: Scene, stages: Collection[Stage]) -> StageImages:
     direction, depth = directions(scene.camera)
     world = World(facets(scene))
     hit, distance = world.nearest(direction, *interval(scene, depth))
-    seen = np.flatnonzero(hit >= 0)
+    hits = np.flatnonzero(hit >= 0)
     objects, position, normal = np.full((len(hit), 2), -1.0), np.zeros((len(hit), 3)), np.zeros((len(hit), 3))
-    objects[seen] = np.column_stack([world.facets.shape[hit[seen]], world.facets.face[hit[seen]]])
+    objects[hits] = np.column_stack([world.facets.shape[hit[hits]], world.facets.face[hit[hits]]])
     # Relative to the eye, as everything that is traced here.
-    position[seen] = distance[seen, np.newaxis] * direction[seen]
-    normal[seen] = _shading_normals(scene, world, hit[seen], direction[seen])
+    position[hits] = distance[hits, np.newaxis] * direction[hits]
+    normal[hits] = _shading_normals(scene, world, hit[hits], direction[hits])
     visibility = np.zeros((len(hit), len(scene.lights)))
     if Stage.VISIBILITY in stages:
-        visibility[seen] = _visible(scene, world, position[seen], normal[seen], distance[seen])
+        visibility[hits] = _visible(scene, world, position[hits], normal[hits], distance[hits])
     found = {
         Stage.OBJECT: objects,
         Stage.DISTANCE: distance[:, np.newaxis],

@@ -60,14 +60,14 @@ class _Mitsuba:
         mi, camera, tracing = program.switch_to(self.variant), scene.camera, program.TRACING[self.variant]
         near, far = camera.near, camera.far
         traced = set(stages) - {Stage.RADIANCE} if samples == 1 else set()
-        found: StageImages = {}
+        images: StageImages = {}
         world = None
         if traced or scene.clip != "depth":
             world = load_scene(mi, scene, near=near, far=far)
             hits = tracing.trace(world, camera, program.own_interval(scene))
-            found = program.stage_answers(scene, world, hits, tracing.feel, traced)
+            images = program.stage_answers(scene, world, hits, tracing.feel, traced)
             if Stage.CAMERA in traced:
-                found[Stage.CAMERA] = program.camera_answer(world, camera, tracing.ends)
+                images[Stage.CAMERA] = program.camera_answer(world, camera, tracing.ends)
             if scene.clip != "depth":
                 near, far = program.clip_planes_beyond(camera, hits)
         if Stage.RADIANCE in stages:
@@ -75,8 +75,8 @@ class _Mitsuba:
             if samples > 1 or (near, far) != (camera.near, camera.far):
                 world = None
             world = world or load_scene(mi, scene, near=near, far=far, samples=samples)
-            found[Stage.RADIANCE] = program.radiance_image(world, scene, tracing.integrator(world), samples)
-        return found
+            images[Stage.RADIANCE] = program.radiance_image(world, scene, tracing.integrator(world), samples)
+        return images
 
     def epsilon(self, scene: Scene) -> float:
         """Return how far [m] above the surface feelers start at most, over all that the camera sees."""
@@ -95,7 +95,7 @@ class _Mitsuba:
 
     def notes(self, scene: Scene) -> list[str]:
         """Return in sentences where Mitsuba's answer is to another question than the one asked."""
-        found = []
+        notes = []
         planes = [str(index) for index, shape in enumerate(scene.shapes) if isinstance(shape, Plane)]
         if planes:
             covers = (
@@ -104,10 +104,10 @@ class _Mitsuba:
                 else "everything up to the far plane and every light"
             )
             radius = f"{disc_reach(scene):.4g} m"
-            found.append(f"Infinite plane shapes[{', '.join(planes)}] is a disc of radius {radius}, covering {covers}.")
+            notes.append(f"Infinite plane shapes[{', '.join(planes)}] is a disc of radius {radius}, covering {covers}.")
         if scene.lights:
-            found.append(f"Blockers nearer to a light than {SHADOW_EPSILON:.1e} of a feeler's length do not count.")
-        return found
+            notes.append(f"Blockers nearer to a light than {SHADOW_EPSILON:.1e} of a feeler's length do not count.")
+        return notes
 
 
 class MitsubaScalar(_Mitsuba):

@@ -151,7 +151,7 @@ def stage_answers(scene: Scene, world: MitsubaScene, hits: Hits, feel: Feel, sta
     hit = hits.shape >= 0
     distance = np.linalg.norm(hits.position - np.asarray(scene.camera.eye), axis=1)
     normal = _shading_normals(scene, hits)
-    found: dict[Stage, np.ndarray] = {
+    answers: dict[Stage, np.ndarray] = {
         Stage.RAY: hits.direction,
         Stage.OBJECT: np.column_stack([hits.shape, _faces(scene, world, hits)]),
         # From the eye: Mitsuba's own t starts at the near plane.
@@ -160,12 +160,12 @@ def stage_answers(scene: Scene, world: MitsubaScene, hits: Hits, feel: Feel, sta
         Stage.NORMAL: normal,
     }
     if {Stage.VISIBILITY, Stage.IRRADIANCE, Stage.EXITANCE} & set(stages):
-        found |= _lit(scene, world, hits, normal, feel)
+        answers |= _lit(scene, world, hits, normal, feel)
     shape = (scene.camera.height, scene.camera.width, -1)
     return {
-        stage: found[stage].astype(np.float64).reshape(*shape[:2], found[stage].shape[1])
+        stage: answers[stage].astype(np.float64).reshape(*shape[:2], answers[stage].shape[1])
         for stage in stages
-        if stage in found
+        if stage in answers
     }
 
 

@@ -153,23 +153,23 @@ def entries(mi: Any, scene: Scene) -> dict[str, Any]:
 
     A mesh without area is left out.
     """
-    found: dict[str, Any] = {}
+    described: dict[str, Any] = {}
     for index, shape in enumerate(scene.shapes):
         name = f"shape-{index}"
         if isinstance(shape, Triangle | Mesh):
             if len(kept_faces(shape)):
-                found[name] = _mesh(mi, shape, name)
+                described[name] = _mesh(mi, shape, name)
         elif isinstance(shape, Plane):
             to_world = _transform(mi, disc_to_world(shape, scene))
-            found[name] = {"type": "disk", "to_world": to_world, "bsdf": _bsdf(shape)}
+            described[name] = {"type": "disk", "to_world": to_world, "bsdf": _bsdf(shape)}
         elif needs_instance(shape):
             within, around = split_scale(shape)
-            found[f"group-{index}"] = {"type": "shapegroup", "shape": _primitive(mi, shape, within)}
+            described[f"group-{index}"] = {"type": "shapegroup", "shape": _primitive(mi, shape, within)}
             group = {"type": "ref", "id": f"group-{index}"}
-            found[name] = {"type": "instance", "group": group, "to_world": _transform(mi, around)}
+            described[name] = {"type": "instance", "group": group, "to_world": _transform(mi, around)}
         else:
-            found[name] = _primitive(mi, shape, np.asarray(shape.to_world))
-    return found
+            described[name] = _primitive(mi, shape, np.asarray(shape.to_world))
+    return described
 
 
 def split_scale(shape: Shape) -> tuple[np.ndarray, np.ndarray]:

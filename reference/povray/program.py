@@ -48,10 +48,10 @@ def missing() -> str | None:
 def version() -> str:
     """Return program and version."""
     # It starts nothing and writes this to standard error.
-    said = subprocess.run(["povray", "--version"], capture_output=True, text=True, check=False, timeout=60)
-    found = re.search(r"POV-Ray (\d\S*)", said.stderr + said.stdout)
+    ended = subprocess.run(["povray", "--version"], capture_output=True, text=True, check=False, timeout=60)
+    found = re.search(r"POV-Ray (\d\S*)", ended.stderr + ended.stdout)
     if found is None:
-        raise RuntimeError(f"povray --version names no version: {(said.stderr + said.stdout).strip()[:200]!r}")
+        raise RuntimeError(f"povray --version names no version: {(ended.stderr + ended.stdout).strip()[:200]!r}")
     return f"POV-Ray {found[1]}"
 
 

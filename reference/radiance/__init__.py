@@ -143,14 +143,14 @@ class Radiance:
         """Return in sentences where rtrace's answer is to another question than the one asked."""
         from rayproof.reference.radiance.scene import LIGHT_RADIUS, reach, scale
 
-        found = []
+        notes = []
         planes = [str(index) for index, shape in enumerate(scene.shapes) if isinstance(shape, Plane)]
         if planes:
-            found.append(f"Infinite plane shapes[{', '.join(planes)}] is a disc of radius {reach(scene):.4g} m.")
+            notes.append(f"Infinite plane shapes[{', '.join(planes)}] is a disc of radius {reach(scene):.4g} m.")
         if scene.lights:
             radius = LIGHT_RADIUS / scale(scene)
-            found.append(f"Every light is a sphere of radius {radius:.2g} m; what is nearer to it does not block it.")
-        return found
+            notes.append(f"Every light is a sphere of radius {radius:.2g} m; what is nearer to it does not block it.")
+        return notes
 
     def render(self, scene: Scene, stages: Collection[Stage], *, samples: int = 1) -> StageImages:
         """Answer `stages`; with samples > 1, radiance only, the mean over samples x samples points per pixel.

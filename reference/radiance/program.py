@@ -188,17 +188,17 @@ class World:
         return hits
 
     def _met(self, rays: Rays) -> Hits:
-        names, found = first_hits(self._place, ALL, *self._rows(rays))
+        names, columns = first_hits(self._place, ALL, *self._rows(rays))
         numbers = {name: _numbers(name.decode("ascii")) for name in set(names)}
         shape, face = np.array([numbers[name] for name in names], dtype=int).reshape(-1, 2).T
         hit = shape >= 0
         return Hits(
-            direction=found[:, 0:3],
+            direction=columns[:, 0:3],
             shape=shape,
             face=face,
-            distance=np.where(hit, rays.start + found[:, 3] / self.scale, np.inf),
-            position=np.where(hit[:, np.newaxis], found[:, 4:7] / self.scale, 0.0),
-            normal=np.where(hit[:, np.newaxis], found[:, 7:10], 0.0),
+            distance=np.where(hit, rays.start + columns[:, 3] / self.scale, np.inf),
+            position=np.where(hit[:, np.newaxis], columns[:, 4:7] / self.scale, 0.0),
+            normal=np.where(hit[:, np.newaxis], columns[:, 7:10], 0.0),
         )
 
     def irradiance(self, light: PointLight, position: np.ndarray, normal: np.ndarray) -> np.ndarray:

@@ -113,21 +113,21 @@ class Tachyon:
         from rayproof.reference.tachyon import program
         from rayproof.reference.tachyon.scene import model
 
-        camera, found = scene.camera, StageImages()
+        camera, images = scene.camera, StageImages()
         if {Stage.OBJECT, Stage.EXITANCE} & set(stages):
-            found[Stage.OBJECT] = program.faces(
+            images[Stage.OBJECT] = program.faces(
                 program.picture(model(scene, program.numbered), camera.width, camera.height)
             )
         if Stage.VISIBILITY in stages:
             seen = [program.visible(scene, program.white, each) for each in scene.lights]
             none = np.zeros((camera.height, camera.width, 0))
-            found[Stage.VISIBILITY] = np.stack(seen, axis=-1).astype(np.float64) if seen else none
+            images[Stage.VISIBILITY] = np.stack(seen, axis=-1).astype(np.float64) if seen else none
         if {Stage.IRRADIANCE, Stage.EXITANCE} & set(stages):
             factor = np.pi if scene.shading == "inverse_square" else 1.0
-            found[Stage.IRRADIANCE] = factor * program.radiance(scene, program.white, 1)
+            images[Stage.IRRADIANCE] = factor * program.radiance(scene, program.white, 1)
         if Stage.EXITANCE in stages:
             albedo = np.array([*(shape.albedo for shape in scene.shapes), (0.0, 0.0, 0.0)])
-            found[Stage.EXITANCE] = albedo[found[Stage.OBJECT][..., 0].astype(int)] * found[Stage.IRRADIANCE]
+            images[Stage.EXITANCE] = albedo[images[Stage.OBJECT][..., 0].astype(int)] * images[Stage.IRRADIANCE]
         if Stage.RADIANCE in stages:
-            found[Stage.RADIANCE] = program.radiance(scene, program.diffuse(scene), samples)
-        return {stage: found[stage] for stage in stages}
+            images[Stage.RADIANCE] = program.radiance(scene, program.diffuse(scene), samples)
+        return {stage: images[stage] for stage in stages}

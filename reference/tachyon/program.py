@@ -53,10 +53,10 @@ def command() -> str:
 @cache
 def version() -> str:
     """Return program and version."""
-    said = subprocess.run([command()], capture_output=True, text=True, check=False, timeout=60)
-    found = re.search(r"Version (\S+)", said.stdout)
+    ended = subprocess.run([command()], capture_output=True, text=True, check=False, timeout=60)
+    found = re.search(r"Version (\S+)", ended.stdout)
     if found is None:
-        raise RuntimeError(f"tachyon names no version: {(said.stdout + said.stderr).strip()[:200]!r}")
+        raise RuntimeError(f"tachyon names no version: {(ended.stdout + ended.stderr).strip()[:200]!r}")
     return f"Tachyon {found[1]}"
 
 
@@ -74,7 +74,7 @@ def picture(scene: str, width: int, height: int) -> np.ndarray:
         folder = Path(name)
         (folder / "scene.dat").write_text(scene, encoding="ascii")
         size = ("-res", str(2 * width), str(2 * height))
-        said = subprocess.run(
+        ended = subprocess.run(
             [command(), "scene.dat", *OPTIONS, *size, "-o", "picture.ppm"],
             cwd=folder,
             stdin=subprocess.DEVNULL,
@@ -84,8 +84,8 @@ def picture(scene: str, width: int, height: int) -> np.ndarray:
             check=False,
         )
         path = folder / "picture.ppm"
-        if said.returncode != 0 or not path.is_file():
-            raise RuntimeError(f"Tachyon ended with {said.returncode}: {(said.stdout + said.stderr).strip()[-500:]}")
+        if ended.returncode != 0 or not path.is_file():
+            raise RuntimeError(f"Tachyon ended with {ended.returncode}: {(ended.stdout + ended.stderr).strip()[-500:]}")
         content = path.read_bytes()
     header = f"P6\n{2 * width} {2 * height}\n{WHITE}\n".encode()
     if not content.startswith(header):

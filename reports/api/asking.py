@@ -116,10 +116,10 @@ def _scene(scene: Scene | str | Path | Mapping[str, Any]) -> Scene:
     return scene if isinstance(scene, Scene) else load(scene)
 
 
-def answers_from(given: Any, scene: Scene, stages: tuple[Stage, ...]) -> dict[Stage, np.ndarray]:
+def answers_from(answers: Any, scene: Scene, stages: tuple[Stage, ...]) -> dict[Stage, np.ndarray]:
     """Return what a renderer gave as stage -> float64 (height, width, channels).
 
-    `given` maps stage names to arrays: NumPy's, or anything that speaks DLPack (PyTorch, JAX, Dr.Jit) or that NumPy
+    `answers` maps stage names to arrays: NumPy's, or anything that speaks DLPack (PyTorch, JAX, Dr.Jit) or that NumPy
     understands. Where one stage alone was asked for it may be the array itself.
 
     Raises:
@@ -127,14 +127,14 @@ def answers_from(given: Any, scene: Scene, stages: tuple[Stage, ...]) -> dict[St
         ValueError: an array has another shape than (height, width, channels of the stage), or a stage is not known.
 
     """
-    if not isinstance(given, Mapping):
+    if not isinstance(answers, Mapping):
         if len(stages) != 1:
-            raise TypeError(f"expected a mapping from stage to array, got {type(given).__name__}")
-        given = {stages[0].value: given}
+            raise TypeError(f"expected a mapping from stage to array, got {type(answers).__name__}")
+        answers = {stages[0].value: answers}
     found = {}
-    for stage in image_stages([str(name) for name in given]):
+    for stage in image_stages([str(name) for name in answers]):
         size = (scene.camera.height, scene.camera.width, len(exr_channels(stage, lights=len(scene.lights))))
-        found[stage] = _image(given[stage], stage, size)
+        found[stage] = _image(answers[stage], stage, size)
     return found
 
 
@@ -153,16 +153,16 @@ def _array(value: Any, stage: Stage) -> np.ndarray:
     """Return a float64 copy of an array of any library."""
     value = value.detach() if hasattr(value, "detach") else value  # PyTorch gives away no array that has a gradient
     if isinstance(value, list | tuple | np.ndarray) or not hasattr(value, "__dlpack__"):
-        found = value
+        array = value
     else:
         try:
-            found = np.from_dlpack(value)
+            array = np.from_dlpack(value)
         except (BufferError, RuntimeError, TypeError, ValueError, AttributeError):
-            found = (
+            array = (
                 value  # on a graphics card, or of a type that DLPack has no word for: the library may copy it itself
             )
     try:
-        return np.array(found, dtype=np.float64)
+        return np.array(array, dtype=np.float64)
     except Exception as error:  # whatever an array library raises
         line = " ".join(str(error).split())
         raise TypeError(f"{stage} is no array of numbers: {type(value).__name__} ({line})") from error

@@ -38,17 +38,17 @@ def judge(
     from rayproof.reports.api.conformance import Conformance
 
     case = _case(scene)
-    given = answers_from(answers, case.scene, (Stage.RADIANCE,))
-    if not given:
+    images = answers_from(answers, case.scene, (Stage.RADIANCE,))
+    if not images:
         raise ValueError(f"there is nothing to judge: expected some of {', '.join(IMAGE_STAGES)}")
     asked = Conformance(
         case=case,
         folder=Path(),
         precision=precision,
-        stages=[stage.value for stage in given],
+        stages=[stage.value for stage in images],
         witnesses=tuple(references),
     )
-    judged = asked.judged({stage.value: image for stage, image in given.items()})
+    judged = asked.judged({stage.value: image for stage, image in images.items()})
     names = dict.fromkeys((ORACLE, *references))
     return Judgement(
         verdict=judged.outcome.value,
@@ -58,7 +58,7 @@ def judge(
         checks=table(
             ("reference", "stage", "verdict", "ratio", "reason"), [check.as_json() for check in judged.checks]
         ),
-        limits=MappingProxyType({stage.value: limit_of(case.scene, stage, precision) for stage in given}),
+        limits=MappingProxyType({stage.value: limit_of(case.scene, stage, precision) for stage in images}),
         references=tuple(names),
     )
 

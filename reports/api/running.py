@@ -77,13 +77,13 @@ class Served:
 
 def _line(end: socket.socket) -> bytes:
     """Return the line that the other side sends first."""
-    told = b""
-    while not told.endswith(b"\n") and len(told) < LONGEST:
+    line = b""
+    while not line.endswith(b"\n") and len(line) < LONGEST:
         piece = end.recv(LONGEST)
         if not piece:
             raise OSError("the caller has ended")
-        told += piece
-    return told
+        line += piece
+    return line
 
 
 START = "import sys; sys.path.insert(0, sys.argv.pop(1)); from rayproof.reports.cli import main; sys.exit(main())"
@@ -172,13 +172,13 @@ def _selectors(cases: Sequence[str | Path | Case | Scene] | str | None, place: P
     if cases is None:
         return []
     words = []
-    for number, one in enumerate([cases] if isinstance(cases, str) else cases):
-        if isinstance(one, Scene):
+    for number, case in enumerate([cases] if isinstance(cases, str) else cases):
+        if isinstance(case, Scene):
             file = place / f"scene-{number}.json"
-            save_scene(one, file)
+            save_scene(case, file)
             words.append(str(file))
         else:
-            words.append(one.name if isinstance(one, Case) else str(one))
+            words.append(case.name if isinstance(case, Case) else str(case))
     if not words:
         raise ValueError("no case is named; None is the default suite")
     return words
@@ -195,17 +195,17 @@ def _waited_for(words: Sequence[str], served: Served | None, *, quiet: bool) -> 
     )
     assert child.stdout is not None
     assert child.stderr is not None
-    said, complaints = _Lines(child.stdout, quiet=quiet), _Lines(child.stderr, quiet=True)
+    printed, complaints = _Lines(child.stdout, quiet=quiet), _Lines(child.stderr, quiet=True)
     interrupted = False
     with child, selectors.DefaultSelector() as selector:
-        for lines in (said, complaints):
+        for lines in (printed, complaints):
             selector.register(lines.pipe, selectors.EVENT_READ, lines.take)
         if served is not None:
             selector.register(served.listener, selectors.EVENT_READ, served.answer_one)
         while child.poll() is None:
             try:
                 for key, _ in selector.select(GLANCE):
-                    if not key.data() and key.fileobj in (said.pipe, complaints.pipe):
+                    if not key.data() and key.fileobj in (printed.pipe, complaints.pipe):
                         selector.unregister(key.fileobj)
             except KeyboardInterrupt:
                 if interrupted:  # told twice: do not wait for it any longer
@@ -215,7 +215,7 @@ def _waited_for(words: Sequence[str], served: Served | None, *, quiet: bool) -> 
             except BaseException:
                 child.terminate()
                 raise
-        said.take()
+        printed.take()
         complaints.take()
     return INTERRUPTED if interrupted else child.returncode, complaints.last
 

@@ -74,15 +74,15 @@ def _sources(configurations: tuple[str, ...]) -> tuple["Source", ...]:
     from rayproof.tracer.configuration import Configuration
     from rayproof.tracer.formulas.own_file import is_own, sources
 
-    found = {}
+    merged = {}
     for name in filter(is_own, configurations):
         configuration = Configuration.parse(name)
         for slot, variant in configuration.formulas.items():
             if is_own(variant):
                 path, files = sources(configuration.formula(slot))
                 # Two functions of one file may import different neighbours.
-                found[path] = {**found.get(path, {}), **files}
-    return tuple(Source(path=path, files=files) for path, files in found.items())
+                merged[path] = {**merged.get(path, {}), **files}
+    return tuple(Source(path=path, files=files) for path, files in merged.items())
 
 
 def _tell(line: str) -> None:

@@ -94,9 +94,9 @@ def history(*selectors: str, history: Path | None = None, subject: str = "tracer
         ).fetchall()
         known = read_series(connection, subject)
     chosen = [
-        one
-        for one in known
-        if not selectors or any(fnmatchcase(one.name, s) or one.name.split("/")[0] == s for s in selectors)
+        each
+        for each in known
+        if not selectors or any(fnmatchcase(each.name, s) or each.name.split("/")[0] == s for s in selectors)
     ]
     if not runs:
         raise UsageError(f"{path} has no run of {subject}")
@@ -105,7 +105,7 @@ def history(*selectors: str, history: Path | None = None, subject: str = "tracer
     last = runs[-1][0]
     found = worse(chosen, last)
     write_json(json, document(runs, chosen, found))
-    rows = [row(one) for one in sorted(chosen, key=lambda one: -(one.points[-1].ratio or 0.0))]
+    rows = [row(each) for each in sorted(chosen, key=lambda each: -(each.points[-1].ratio or 0.0))]
     show_table(
         f"{len(chosen)} cases over {len(runs)} runs of {subject}",
         ["case", "runs", "verdict", "error / limit", "steps in error", "time [s]", "steps in time"],
@@ -116,16 +116,16 @@ def history(*selectors: str, history: Path | None = None, subject: str = "tracer
     return 0
 
 
-def row(one: "Series") -> list[str]:
+def row(series: "Series") -> list[str]:
     """Return a case's row: the last value, and every step with the run at which it came."""
-    now = one.points[-1]
+    now = series.points[-1]
     told = [
-        ", ".join(f"x{step.factor:.3g} at run {one.points[step.at].run}" for step in found) or "-"
-        for found in (one.error_steps, one.time_steps)
+        ", ".join(f"x{step.factor:.3g} at run {series.points[step.at].run}" for step in found) or "-"
+        for found in (series.error_steps, series.time_steps)
     ]
     return [
-        one.name,
-        str(len(one.points)),
+        series.name,
+        str(len(series.points)),
         now.verdict,
         "-" if now.ratio is None else f"{now.ratio:.3g}",
         told[0],

@@ -89,19 +89,19 @@ def sweep_of(text: str) -> tuple[str, list[float]]:
         UsageError: it is not written so.
 
     """
-    found = SWEEP.fullmatch(text)
+    match = SWEEP.fullmatch(text)
     try:
-        first, last = (float(found[part]) for part in ("first", "last")) if found else (0.0, 0.0)
+        first, last = (float(match[part]) for part in ("first", "last")) if match else (0.0, 0.0)
     except ValueError:
         first = last = 0.0
-    number = int(found["number"]) if found else 0
-    if found is None or not (0 < first < inf and 0 < last < inf and first != last and 2 <= number <= MOST_VALUES):
+    number = int(match["number"]) if match else 0
+    if match is None or not (0 < first < inf and 0 < last < inf and first != last and 2 <= number <= MOST_VALUES):
         raise UsageError(
             f"--sweep must read eps=1e-6..1e-2:9, two positive bounds and 2 to {MOST_VALUES} values, got {text}"
         )
     ratios = (first * (last / first) ** (place / (number - 1)) for place in range(number - 1))
     values = [float(f"{value:.12g}") for value in ratios]  # 1e-4, not 9.999999999999999e-05
-    return found["name"], [*values, last]
+    return match["name"], [*values, last]
 
 
 def configurations(names: Sequence[str], formulas: Sequence[str]) -> tuple["Configuration", ...]:

@@ -147,8 +147,8 @@ def probe(
 def show_pixel(columns: dict[str, Column]) -> None:
     """Print a pixel stage by stage, a renderer a line, within 80 columns; then why some say nothing."""
     absent = [name for name in columns if is_absent(name)]
-    there = {name: column for name, column in columns.items() if name not in absent}
-    channels = dict.fromkeys(name for column in there.values() for name in column)
+    present = {name: column for name, column in columns.items() if name not in absent}
+    channels = dict.fromkeys(name for column in present.values() for name in column)
     stages: dict[str, list[str]] = {}
     for channel in channels:
         stage, dot, last = channel.rpartition(".")
@@ -158,7 +158,7 @@ def show_pixel(columns: dict[str, Column]) -> None:
         for first in range(0, len(names), ACROSS):
             across = names[first : first + ACROSS]
             say(f"{stage:<{NAME}}" + "".join(f"{name:>{NUMBER}}" for name in across))
-            for renderer, column in there.items():
+            for renderer, column in present.items():
                 cells = [column.get(f"{stage}.{name}") for name in across]
                 if any(cell is not None for cell in cells):
                     numbers = "".join(f"{'' if cell is None else short(cell):>{NUMBER}}" for cell in cells)
@@ -168,7 +168,7 @@ def show_pixel(columns: dict[str, Column]) -> None:
                         named = " " * NAME
                     say(f"{named}{numbers}")
     silent: dict[tuple[str, str], list[str]] = {}
-    for renderer, column in there.items():
+    for renderer, column in present.items():
         for name, value in column.items():
             if "." not in name and isinstance(value, str):
                 silent.setdefault((renderer, value), []).append(name)
@@ -265,19 +265,19 @@ def keep_call(case: str, folder: Path, *, subject: str, timeout: float, env: tup
     scene = tested.capabilities.under_its_light(scene)
     with told_in_one_line():
         writable_folder(folder)
-        found = answered(tested, scene, keep=Keep(folder=folder, image=True))
+        answered_call = answered(tested, scene, keep=Keep(folder=folder, image=True))
     if (refusal := tested.capabilities.refusal(scene)) is not None:
         say(f"{case}: not handed over, beyond what it declares: {refusal}")
         return 0
     for line in (folder / TOLD).read_text(encoding="utf-8").splitlines():
         say(line)
     say("")
-    if found.error is not None:
-        say(f"{case}: {found.error}")
+    if answered_call.error is not None:
+        say(f"{case}: {answered_call.error}")
     else:
-        say(f"{case}: stages {', '.join(found.answers or {}) or 'none'}")
+        say(f"{case}: stages {', '.join(answered_call.answers or {}) or 'none'}")
     say(f"what it was handed, said and wrote is in {folder}, this as {TOLD}")
-    return 0 if found.error is None else FAILED
+    return 0 if answered_call.error is None else FAILED
 
 
 def show_certified(scene: str, *, pixels: str | None, stages: str, json: Path | None) -> int:
@@ -297,7 +297,7 @@ def show_certified(scene: str, *, pixels: str | None, stages: str, json: Path | 
     left, top, right, bottom = box
     chosen = [(x, y) for y in range(top, bottom + 1) for x in range(left, right + 1)]
     records = certified.enclose(loaded, asked, chosen)
-    undecided = [{"pixel": one["pixel"], "what": one["undecided"]} for one in records if one["undecided"]]
+    undecided = [{"pixel": record["pixel"], "what": record["undecided"]} for record in records if record["undecided"]]
     names = {str(stage): list(exr_channels(stage, lights=len(loaded.lights))) for stage in asked}
     content = {
         "scene": scene,
@@ -314,11 +314,11 @@ def show_certified(scene: str, *, pixels: str | None, stages: str, json: Path | 
         bits = ", ".join(
             f"{count} with {bits} bits" for bits, count in sorted(Counter(r["bits"] for r in records).items())
         )
-        ties = sum(one["exact"] for one in records)
+        ties = sum(record["exact"] for record in records)
         say(f"{scene}: {len(records)} pixels enclosed, {bits}; {ties} decided by exact numbers")
     say(f"undecided: {len(undecided) or 'none'}")
-    for one in undecided[:10]:
-        say(f"  pixel ({one['pixel'][0]}, {one['pixel'][1]}): {', '.join(one['what'])}")
+    for record in undecided[:10]:
+        say(f"  pixel ({record['pixel'][0]}, {record['pixel'][1]}): {', '.join(record['what'])}")
     return 0
 
 

@@ -158,15 +158,15 @@ def made_again(folder: Path, kind: str) -> bool:
         except (OSError, ValueError, LookupError) as error:
             say(f"{kind}: made again, it ended with {code} and without a result: {error}")
             return False
-    equal, told = provenance.differences(before, provenance.renamed(after, paths))
-    if equal or not told:
+    equal, lines = provenance.differences(before, provenance.renamed(after, paths))
+    if equal or not lines:
         say(f"{kind}: {'equal' if equal else 'equal within the limits of its numbers'}, {len(before)} results")
         return True
-    say(f"{kind}: {len(told)} of {len(before)} results differ")
-    for line in told[:FEW]:
+    say(f"{kind}: {len(lines)} of {len(before)} results differ")
+    for line in lines[:FEW]:
         say(f"  {line}")
-    if len(told) > FEW:
-        say(f"  and {len(told) - FEW} more")
+    if len(lines) > FEW:
+        say(f"  and {len(lines) - FEW} more")
     return False
 
 
@@ -260,14 +260,14 @@ def report_between(before: Path, after: Path, out: Path | None, *, single_file: 
 def limits_between(before: Path, after: Path, json: Path | None) -> int:
     """Say how far two renderers carry, as `rayproof stability --subject` left it in two folders or files."""
     with told_in_one_line():
-        found = changes(load_limits(before), load_limits(after))
+        changed = changes(load_limits(before), load_limits(after))
         if json is not None:
             writable_folder(json.parent)
-    rows = [[one["ladder"], one["quantity"], one["unit"], one["before"], one["after"], one["rungs"]] for one in found]
+    rows = [[row["ladder"], row["quantity"], row["unit"], row["before"], row["after"], row["rungs"]] for row in changed]
     show_table("how far each carries", ["ladder", "what grows", "unit", str(before), str(after), "rungs"], rows)
-    lower, higher = (sum(sign * one["rungs"] > 0 for one in found) for sign in (-1, 1))
-    say(f"{len(found)} limits: {higher} higher and {lower} lower in {after}")
-    write_json(json, found)
+    lower, higher = (sum(sign * row["rungs"] > 0 for row in changed) for sign in (-1, 1))
+    say(f"{len(changed)} limits: {higher} higher and {lower} lower in {after}")
+    write_json(json, changed)
     return 0
 
 

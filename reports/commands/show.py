@@ -26,17 +26,17 @@ def show(case: str, *, json: Path | None = None) -> int:
     """
     from rayproof.cases.scene_json import scene_to_json
 
-    found = one_case(case)
-    commands = reproduce(found)
-    expected = [{"kind": type(one).__name__, **asdict(one)} for one in found.expectations]
-    about = {"name": found.name, "stresses": found.stresses, "covers": list(found.covers), "reproduce": commands}
-    least = {"least_interior": found.least_interior, "most_edge": found.most_edge, "samples": found.samples}
-    write_json(json, about | least | {"expectations": expected, "scene": scene_to_json(found.scene)})
-    say(f"{found.name}: {found.stresses}")
-    say(f"covers {', '.join(found.covers)}")
-    show_table("Requirements", ["what", "must hold", "because"], requirements(found))
-    show_table("Scene", ["what", "values"], contents(found.scene))
-    say(f"traced with: {traced(found.scene)} (for one stage; where several are asked for, they have kernels each)")
+    asked = one_case(case)
+    commands = reproduce(asked)
+    expected = [{"kind": type(one).__name__, **asdict(one)} for one in asked.expectations]
+    about = {"name": asked.name, "stresses": asked.stresses, "covers": list(asked.covers), "reproduce": commands}
+    least = {"least_interior": asked.least_interior, "most_edge": asked.most_edge, "samples": asked.samples}
+    write_json(json, about | least | {"expectations": expected, "scene": scene_to_json(asked.scene)})
+    say(f"{asked.name}: {asked.stresses}")
+    say(f"covers {', '.join(asked.covers)}")
+    show_table("Requirements", ["what", "must hold", "because"], requirements(asked))
+    show_table("Scene", ["what", "values"], contents(asked.scene))
+    say(f"traced with: {traced(asked.scene)} (for one stage; where several are asked for, they have kernels each)")
     say("Reproduce:")
     for line in commands:
         say(f"  {line}")

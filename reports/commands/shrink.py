@@ -87,22 +87,22 @@ def shrink(
 
     scene, render = tested.capabilities.under_its_light(scene), renderer(tested, chosen)
     try:
-        found = search_smallest(
+        smallest = search_smallest(
             scene, render, stage=at, limits=Limits(tries=tries, seconds=seconds), progress=_Progress(out)
         )
     except NothingFailsError as nothing:
         raise UsageError(f"{case}: {nothing}") from None
-    say(f"{case}: {in_words(scene)}; after {found.tries} renders: {in_words(found.scene)}")
+    say(f"{case}: {in_words(scene)}; after {smallest.tries} renders: {in_words(smallest.scene)}")
     words = [f"--configuration={configuration}", *(f"--formula={one}" for one in formula)]
     words = words if tested.is_tracer else ["--subject", subject]
     report = Report(
-        scene=found.scene,
-        failure=found.failure,
+        scene=smallest.scene,
+        failure=smallest.failure,
         renderer=f"tracer {chosen.name}" if tested.is_tracer else subject,
         command=f"{called()} {shlex.join(['run', 'scene.json', *words])}",
     )
     report.write(out, render)
-    if found.interrupted:
+    if smallest.interrupted:
         say(f"interrupted: {out} has the smallest scene so far, which all references together have not judged")
         return INTERRUPTED
     confirmed, sentence = judged_by_all(

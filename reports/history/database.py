@@ -375,8 +375,8 @@ def _verdict(one: Series) -> WorseRecord | None:
     return _entry(one, "verdict", float("inf"), f"{now.verdict}, was {before.verdict} in {_since(before)}")
 
 
-def _error(one: Series) -> WorseRecord | None:
-    before, now = one.points[-2], one.points[-1]
+def _error(series: Series) -> WorseRecord | None:
+    before, now = series.points[-2], series.points[-1]
     # Below a hundredth of the limit an error is nobody's business.
     if now.ratio is None or before.ratio is None or now.ratio < 0.01 or not now.ratio > WORSE_ERROR * before.ratio:
         return None
@@ -384,15 +384,15 @@ def _error(one: Series) -> WorseRecord | None:
     said = (
         f"worst error / limit {now.ratio:.3g} at {now.stage} ({now.place}), was {before.ratio:.3g} in {_since(before)}"
     )
-    return _entry(one, "error", factor, said)
+    return _entry(series, "error", factor, said)
 
 
-def _time(one: Series) -> WorseRecord | None:
-    now = one.points[-1]
-    earlier = [point.seconds for point in one.points[:-1] if point.machine == now.machine and point.seconds > 0]
-    if one.time_steps:  # only what came after the last step is the level of today
-        start = one.time_steps[-1].at
-        earlier = [p.seconds for p in one.points[start:-1] if p.machine == now.machine and p.seconds > 0] or earlier
+def _time(series: Series) -> WorseRecord | None:
+    now = series.points[-1]
+    earlier = [point.seconds for point in series.points[:-1] if point.machine == now.machine and point.seconds > 0]
+    if series.time_steps:  # only what came after the last step is the level of today
+        start = series.time_steps[-1].at
+        earlier = [p.seconds for p in series.points[start:-1] if p.machine == now.machine and p.seconds > 0] or earlier
     if len(earlier) < FEWEST or not now.seconds > 0:
         return None
     logarithms = np.log(earlier)
@@ -402,7 +402,7 @@ def _time(one: Series) -> WorseRecord | None:
     if excess <= max(LOUD * noise, np.log(WORSE_TIME)):
         return None
     said = f"{now.seconds:.3g} s, median of {len(earlier)} runs before {np.exp(level):.3g} s"
-    return _entry(one, "time", float(np.exp(excess)), said)
+    return _entry(series, "time", float(np.exp(excess)), said)
 
 
 SHOWN = 50  # runs of each case that a report draws

@@ -206,20 +206,20 @@ def held(results: RunRecord, demanded: Demanded, *, today: date | None = None) -
     names += [f"of at least {demanded.least_coverage:g} % coverage"] if demanded.least_coverage is not None else []
     called = ", ".join(names)
     if demanded.expected is not None or demanded.against is None:
-        found = gate(results, known, file=called, today=today)
+        result = gate(results, known, file=called, today=today)
     else:
-        found = Gate(file=called)
-        _hold_the_whole(results, found)
+        result = Gate(file=called)
+        _hold_the_whole(results, result)
     if demanded.against is not None:
         stands = standing(results, demanded.against)
-        found.worse = stands.worse
+        result.worse = stands.worse
         if demanded.expected is None:
-            found.matched, found.cases = stands.as_before, stands.cases
+            result.matched, result.cases = stands.as_before, stands.cases
     if demanded.least_coverage is not None:
         share, told = coverage(results)
         if not share >= demanded.least_coverage:
-            found.uncovered.append(f"{told}, and {demanded.least_coverage:g} % are demanded")
-    return found
+            result.uncovered.append(f"{told}, and {demanded.least_coverage:g} % are demanded")
+    return result
 
 
 def coverage(results: RunRecord) -> tuple[float, str]:
@@ -237,30 +237,30 @@ def gate(results: RunRecord, known: Known, *, file: str, today: date | None = No
     Only entries about planned cases count, so that the shards of a suite can share a file.
     """
     today = today or date.today()
-    found = Gate(file=file)
+    result = Gate(file=file)
     valid: list[Expectation] = []
     for entry in known.expected:
         if not any(entry.about_case(case["name"]) for case in results["cases"]) or not entry.holds_for(results):
             continue
         if entry.expired(today):
-            found.expired.append(f"{entry.name}: expired on {entry.expires}: {entry.reason}")
+            result.expired.append(f"{entry.name}: expired on {entry.expires}: {entry.reason}")
         else:
             valid.append(entry)
     met: dict[tuple[int, str], list[str]] = {(k, name): [] for k, entry in enumerate(valid) for name in entry.checks}
     for case in results["cases"]:
-        _hold_case(case, valid, met, found)
+        _hold_case(case, valid, met, result)
     for place, entry in enumerate(valid):
         verdicts = {name: met[place, name] for name in entry.checks}
         gone = [f"no check of the run is called {name}" for name in verdicts if not verdicts[name]]
         right = [name for name, seen in verdicts.items() if seen and all(verdict in RIGHT for verdict in seen)]
         silent = {name: seen for name, seen in verdicts.items() if seen and {*seen} <= {*GOOD} and {*seen} - {*RIGHT}}
-        found.stale += _for_a_case(entry.name, gone)
-        found.tighten += _for_a_case(entry.name, [f"{name} passes now, and is expected to fail" for name in right])
+        result.stale += _for_a_case(entry.name, gone)
+        result.tighten += _for_a_case(entry.name, [f"{name} passes now, and is expected to fail" for name in right])
         why = [f"{name} is {seen[0]}, which does not show whether it still fails" for name, seen in silent.items()]
-        found.regressions += _for_a_case(entry.name, why)
-    _hold_the_whole(results, found)
-    found.uncovered += _answers_less(results, known)
-    return found
+        result.regressions += _for_a_case(entry.name, why)
+    _hold_the_whole(results, result)
+    result.uncovered += _answers_less(results, known)
+    return result
 
 
 def _answers_less(results: RunRecord, known: Known) -> list[str]:
@@ -284,7 +284,7 @@ def _hold_the_whole(results: RunRecord, found: Gate) -> None:
 
 
 def _hold_case(
-    case: CaseRecord, valid: Sequence[Expectation], met: dict[tuple[int, str], list[str]], found: Gate
+    case: CaseRecord, valid: Sequence[Expectation], met: dict[tuple[int, str], list[str]], result: Gate
 ) -> None:
     """Hold the checks of one case against the entries about them."""
     known: dict[str, int] = {}  # the reasons of what is expected: how many checks
@@ -313,11 +313,11 @@ def _hold_case(
     wrong["regressions"] += [f"{verdict} of its expectations, of which no entry can be" for verdict in closed]
     if not any([known, *wrong.values()]) and case["verdict"] not in GOOD:
         wrong["regressions"].append(f"{case['verdict']}: {case.get('reason') or 'no check says why'}")
-    found.regressions += _for_a_case(case["name"], wrong["regressions"])
-    found.tighten += _for_a_case(case["name"], wrong["tighten"])
-    found.matched += [f"{case['name']}: {count} checks fail: {reason}" for reason, count in known.items()]
+    result.regressions += _for_a_case(case["name"], wrong["regressions"])
+    result.tighten += _for_a_case(case["name"], wrong["tighten"])
+    result.matched += [f"{case['name']}: {count} checks fail: {reason}" for reason, count in known.items()]
     if known and not any(wrong.values()):
-        found.cases.append(case["name"])
+        result.cases.append(case["name"])
 
 
 def _objection(case: CaseRecord, check: CheckRecord, entry: Expectation, known: KnownCheck) -> tuple[str, str] | None:

@@ -64,15 +64,15 @@ def write_both(
         return 0, True
     later, _ = kept_images(folders[1], after)
     earlier = kept_images(folders[0], before)[0] if before is not None else {}
-    found = [(mine, old) for mine, old in pairs.items() if mine in later and old in earlier]
-    counts = [differing(earlier[old], later[mine]) for mine, old in found]
+    shared = [(mine, old) for mine, old in pairs.items() if mine in later and old in earlier]
+    counts = [differing(earlier[old], later[mine]) for mine, old in shared]
     renders: Renders = {name: later[name] for name in later if name in pairs or name in _wanted(after, later)}
     if any(counts):
-        renders |= {called(label, old): earlier[old] for _, old in found}
+        renders |= {called(label, old): earlier[old] for _, old in shared}
     if renders:
         scene = scene_of(folders[1], after)
         write_pixels(out / relative, relative, renders, scene)
-    return (sum(counts) if found else None), bool(renders)
+    return (sum(counts) if shared else None), bool(renders)
 
 
 def _identical(folders: tuple[Path, Path], cases: tuple[Case, Case]) -> str | None:

@@ -141,8 +141,10 @@ def comparison(before: Results, after: Results, names: tuple[str, str]) -> Compa
         ValueError: they share no case.
 
     """
-    one, other = ({case["name"]: case["verdict"] for case in briefs(run["cases"])} for run in (before, after))
-    shared = [name for name in other if name in one]
+    verdicts_before, verdicts_after = (
+        {case["name"]: case["verdict"] for case in briefs(run["cases"])} for run in (before, after)
+    )
+    shared = [name for name in verdicts_after if name in verdicts_before]
     if not shared:
         raise ValueError(f"{names[0]} and {names[1]} share no case")
     pairs = paired(before.get("configurations") or [], after.get("configurations") or [])
@@ -168,8 +170,8 @@ def comparison(before: Results, after: Results, names: tuple[str, str]) -> Compa
         "configurations": pairs,
         "shared": len(shared),
         "time": level,
-        "appeared": [[name, other[name]] for name in other if name not in one],
-        "vanished": [[name, one[name]] for name in one if name not in other],
+        "appeared": [[name, verdicts_after[name]] for name in verdicts_after if name not in verdicts_before],
+        "vanished": [[name, verdicts_before[name]] for name in verdicts_before if name not in verdicts_after],
         "rows": sorted(rows.values(), key=_order),
     }
 
@@ -296,9 +298,9 @@ def compare_runs(base: Path, candidate: Path) -> RunComparison:
 
     """
     runs = [load_results(folder) for folder in (base, candidate)]
-    one, other = ([case["name"] for case in briefs(run["cases"])] for run in runs)
-    there = {*other}
-    names = [name for name in one if name in there]
+    names_before, names_after = ([case["name"] for case in briefs(run["cases"])] for run in runs)
+    there = {*names_after}
+    names = [name for name in names_before if name in there]
     if not names:
         raise ValueError(f"{base} and {candidate} share no case")
     pairs = paired(*(run.get("configurations") or [] for run in runs))
@@ -314,7 +316,7 @@ def compare_runs(base: Path, candidate: Path) -> RunComparison:
     digits, interval = _digits(cases)
     time_ratio, time_interval = _times(cases)
     families = _families(cases)
-    word = _move_word(changed, digits, interval, [one["digits_gained"] for one in families])
+    word = _move_word(changed, digits, interval, [family["digits_gained"] for family in families])
     return {
         "schema": SCHEMA,
         "origin": origin(SEED),
@@ -331,18 +333,18 @@ def compare_runs(base: Path, candidate: Path) -> RunComparison:
         "control": None,
         "families": families,
         "shared": len(names),
-        "only_base": sorted(set(one) - set(other)),
-        "only_candidate": sorted(set(other) - set(one)),
+        "only_base": sorted(set(names_before) - set(names_after)),
+        "only_candidate": sorted(set(names_after) - set(names_before)),
         "changed": [*changed, *moved],
     }
 
 
 def _case(
-    worst: ComparedCheckRecord | None, one: CaseRecord, other: CaseRecord, aliases: Mapping[str, str]
+    worst: ComparedCheckRecord | None, earlier: CaseRecord, later: CaseRecord, aliases: Mapping[str, str]
 ) -> CaseMove:
-    after = {_check_key(check): check for check in other.get("checks", [])}
+    after = {_check_key(check): check for check in later.get("checks", [])}
     digits: dict[str, float] = {}
-    for check in one.get("checks", []):
+    for check in earlier.get("checks", []):
         configuration, reference, stage = _check_key(check)
         match = after.get((aliases.get(configuration, configuration), reference, stage))
         # `analytic` alone knows more digits than either run has.
@@ -352,15 +354,15 @@ def _case(
                 digits[f"{configuration} {stage}"] = gained
     ours, theirs = (
         [seconds for render in run.get("renders", []) if (seconds := _render_seconds(render)) > 0]
-        for run in (one, other)
+        for run in (earlier, later)
     )
     return {
-        "case": one["name"],
-        "family": one["family"],
-        "before": one["verdict"],
-        "after": other["verdict"],
+        "case": earlier["name"],
+        "family": earlier["family"],
+        "before": earlier["verdict"],
+        "after": later["verdict"],
         "digits_gained": float(np.mean(list(digits.values()))) if digits else None,
-        "check": _largest(worst) or str(other.get("reason", "")),
+        "check": _largest(worst) or str(later.get("reason", "")),
         "seconds": [sum(ours), sum(theirs)],
     }
 

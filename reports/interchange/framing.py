@@ -74,23 +74,23 @@ def light_for(camera: Camera, shapes: tuple[Shape, ...]) -> tuple[PointLight, st
     """
     scene = Scene(camera=replace(camera, **_grid(camera, shapes)), shapes=shapes, lights=())
     positions = Analytic().render(scene, [Stage.POSITION])[Stage.POSITION]
-    seen = np.argwhere(np.isfinite(positions).all(axis=-1))
+    surfaces = np.argwhere(np.isfinite(positions).all(axis=-1))
     eye, forward, up = (np.asarray(value) for value in (camera.eye, np.subtract(camera.target, camera.eye), camera.up))
     right = np.cross(forward, up)
     right = right / np.linalg.norm(right)
     above = np.cross(right, forward / np.linalg.norm(forward))
     middle = (np.array(positions.shape[:2]) - 1) / 2
-    row, column = min(seen.tolist(), key=lambda pixel: float(np.sum((pixel - middle) ** 2)), default=(0, 0))
-    distance = float(np.linalg.norm(positions[row, column] - eye)) if len(seen) else float(np.linalg.norm(forward))
+    row, column = min(surfaces.tolist(), key=lambda pixel: float(np.sum((pixel - middle) ** 2)), default=(0, 0))
+    distance = float(np.linalg.norm(positions[row, column] - eye)) if len(surfaces) else float(np.linalg.norm(forward))
     for nearer in (1.0, 0.25, 0.05):
         position = vector(eye + nearer * distance * (0.4 * right + 0.5 * above))
         strength = 4 * pi * distance**2
         unit = PointLight(position=position, flux=(strength, strength, strength))
         irradiance = Analytic().render(replace(scene, lights=(unit,)), [Stage.IRRADIANCE])[Stage.IRRADIANCE]
-        if len(seen) and irradiance[row, column, 0] > 0:
+        if len(surfaces) and irradiance[row, column, 0] > 0:
             flux = strength / float(irradiance[row, column, 0])
             return PointLight(position=position, flux=(flux, flux, flux)), None
-    dark = "what is nearest to its centre" if len(seen) else "nothing"
+    dark = "what is nearest to its centre" if len(surfaces) else "nothing"
     return unit, f"no light can be placed so that it is lit: the camera shows {dark}, and that from its unlit side"
 
 

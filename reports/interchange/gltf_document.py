@@ -335,13 +335,13 @@ def array(document: Document, index: Any, kind: str) -> np.ndarray:
     end = start + stride * (count - 1) + element.itemsize * components if count else start
     if end > len(buffer) or stride < element.itemsize * components:
         raise SceneError(f"accessor {index} reaches to byte {end} of {len(buffer)}")
-    found = np.ndarray((count, components), element, buffer, start, (stride, element.itemsize)).copy()
-    found = _substituted(document, accessor, index, found)
+    values = np.ndarray((count, components), element, buffer, start, (stride, element.itemsize)).copy()
+    values = _substituted(document, accessor, index, values)
     stands_for_fractions = accessor.get("normalized") is True and element.kind in "iu" and kind != "SCALAR"
     if stands_for_fractions:
-        document.budget.expand(8 * found.size, by=f"accessor {shown(index)}, normalized,")
-        return _fractions(found)
-    return found
+        document.budget.expand(8 * values.size, by=f"accessor {shown(index)}, normalized,")
+        return _fractions(values)
+    return values
 
 
 def _substituted(document: Document, accessor: AccessorEntry, index: Any, values: np.ndarray) -> np.ndarray:

@@ -163,13 +163,13 @@ def begin(descriptor: int, parent: int) -> None:
         signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})  # what it starts may hear it
     connection = Channel.of(descriptor)
     try:
-        told: _Beginning = connection.recv()
+        beginning: _Beginning = connection.recv()
     except EOFError:  # the parent gave up meanwhile
         return
-    sys.path[:] = told.path
-    tempfile.tempdir = told.folder
-    end_with_parent(parent, f"rayproof-{told.kind}")
-    getattr(importlib.import_module(told.module), told.function)(told.kind, connection)
+    sys.path[:] = beginning.path
+    tempfile.tempdir = beginning.folder
+    end_with_parent(parent, f"rayproof-{beginning.kind}")
+    getattr(importlib.import_module(beginning.module), beginning.function)(beginning.kind, connection)
 
 
 GLANCE = 1.0  # s, the longest wait at a time
@@ -347,27 +347,27 @@ class Pool:
         sleeping = self._sleeping
         computing = self._computing(sleeping)
         # Small cases wait by the hundred, and mostly nobody has room for any of them.
-        asleep = sleeping.intersection(one.kind for one in queue)
+        asleep = sleeping.intersection(task.kind for task in queue)
         while queue and (computing < self._jobs or not asleep <= full):
-            one = queue.popleft()
-            if one.kind in full or not (one.kind in sleeping or computing < self._jobs):
-                postponed.append(one)
+            task = queue.popleft()
+            if task.kind in full or not (task.kind in sleeping or computing < self._jobs):
+                postponed.append(task)
                 continue
-            place = self._free_place(one.kind)
+            place = self._free_place(task.kind)
             if place is None:
-                full.add(one.kind)
-            if place is None or (one.large and any(worker.large for worker in self._busy().values())):
-                postponed.append(one)
+                full.add(task.kind)
+            if place is None or (task.large and any(worker.large for worker in self._busy().values())):
+                postponed.append(task)
                 continue
             self._bury(place)
             worker = self._workers.get(place) or self._spawn(place)
-            worker.done = one.done
-            worker.large = one.large
-            worker.limit = max(self._limit(one.kind), one.seconds or 0.0)
+            worker.done = task.done
+            worker.large = task.large
+            worker.limit = max(self._limit(task.kind), task.seconds or 0.0)
             worker.started = time.monotonic()
             worker.deadline = worker.started + worker.limit
             try:
-                worker.process.connection.post(one.task)
+                worker.process.connection.post(task.task)
             except OSError:
                 self._lose(place, worker, "the worker had died")
             computing = self._computing(sleeping)

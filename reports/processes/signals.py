@@ -145,19 +145,19 @@ def end_below(pid: int, *, besides: frozenset[int] = frozenset()) -> list[str]:
     stopped: dict[int, psutil.Process] = {}
     names: list[str] = []
     for _ in range(MOST_ROUNDS):
-        new = [one for one in descendants(pid, besides=besides) if one.pid not in stopped]
+        new = [process for process in descendants(pid, besides=besides) if process.pid not in stopped]
         if not new:
             break
-        for one in new:
-            stopped[one.pid] = one
+        for process in new:
+            stopped[process.pid] = process
             try:
-                names.append(one.name())
-                one.suspend()
+                names.append(process.name())
+                process.suspend()
             except psutil.NoSuchProcess:
                 continue
-    for one in stopped.values():
+    for process in stopped.values():
         try:
-            one.kill()
+            process.kill()
         except psutil.NoSuchProcess:
             continue
     psutil.wait_procs(list(stopped.values()), timeout=5)

@@ -128,13 +128,13 @@ def _measured(browser: Any, page: Path, case: CaseRecord | None, viewed: CaseRec
         tab.goto(address(page))
         tab.wait_for_selector(".cases tbody")
         first.append(tab.evaluate(_FIRST))
-    found = {"first page": median(filter(None, first))}
+    seconds = {"first page": median(filter(None, first))}
     if case is not None:
-        found |= _of_a_case(tab, page, case)
+        seconds |= _of_a_case(tab, page, case)
     if viewed is not None:
-        found["3-D"] = _in_3d(tab, page, viewed)
+        seconds["3-D"] = _in_3d(tab, page, viewed)
     context.close()
-    return found
+    return seconds
 
 
 def _of_a_case(tab: Any, page: Path, case: CaseRecord) -> dict[str, float]:

@@ -58,8 +58,8 @@ def prop(text: object) -> str:
 def publish_annotations(folder: Path, results: RunRecord) -> list[Path]:
     """Write annotations.txt; of a run that passed, one notice."""
     lines = [f"::error title=rayproof::{message(line)}" for line in shouts(results)]
-    told = results.get("gate")
-    expected = set(told["cases"] if told else ())  # what a gate let through annotates nothing
+    gate = results.get("gate")
+    expected = set(gate["cases"] if gate else ())  # what a gate let through annotates nothing
     lines += [f"::warning title=rayproof::{message(line)}" for line in left_out_in_words(results)]
     causes: dict[
         str, list[CaseRecord]
@@ -80,7 +80,7 @@ def publish_annotations(folder: Path, results: RunRecord) -> list[Path]:
         more = f" and {counts[what] - 1} more cases" if counts[what] > 1 else ""
         lines.append(f"::error title={prop('rayproof ' + case['name'] + more)}::{message(said)}")
     left = f" The worst {MOST} of {len(causes)} causes are annotated." if len(causes) > MOST else ""
-    level = "error" if (told["red"] if told else counts) else "notice"
+    level = "error" if (gate["red"] if gate else counts) else "notice"
     lines.append(f"::{level} title=rayproof::{message(headline(results) + left)}")
     return [write_text(folder / "annotations.txt", "\n".join(lines) + "\n")]
 
@@ -115,21 +115,21 @@ def publish_badge(folder: Path, results: RunRecord) -> list[Path]:
     summary = results["summary"]
     verdict = Outcome(results.get("verdict", Outcome.MISSING))
     good = summary[Outcome.PASS.value] + summary[Outcome.WARN.value]
-    said, color = f"{good} of {summary['planned']} pass", COLORS[verdict]
+    text_right, color = f"{good} of {summary['planned']} pass", COLORS[verdict]
     if "gate" in results:
         verdict = Outcome.FAIL if results["gate"]["red"] else Outcome.PASS
-        color, said = COLORS[verdict], f"{standing(results)}: {said}"
+        color, text_right = COLORS[verdict], f"{standing(results)}: {text_right}"
         known = len(results["gate"]["cases"])
-        said += f", {known} known to fail" if known else ""
+        text_right += f", {known} known to fail" if known else ""
     elif verdict not in (Outcome.PASS, Outcome.WARN):
-        said = f"{verdict.value.replace('_', ' ')}: {said}"
+        text_right = f"{verdict.value.replace('_', ' ')}: {text_right}"
     if (share := share_answered(results)) < 1:
-        said += f", {math.floor(100 * share)} % answered"
+        text_right += f", {math.floor(100 * share)} % answered"
     if verdict is Outcome.PASS and says_little(results):
         color = YELLOW
     if shouts(results):
-        said, color = "not a verdict", COLORS[Outcome.ERROR]
-    left, right = (CHARACTER * len(text) + 10 for text in (LABEL, said))
+        text_right, color = "not a verdict", COLORS[Outcome.ERROR]
+    left, right = (CHARACTER * len(text) + 10 for text in (LABEL, text_right))
     svg = _BADGE.format(
         width=left + right,
         left=left,
@@ -137,10 +137,10 @@ def publish_badge(folder: Path, results: RunRecord) -> list[Path]:
         color=color,
         ink="#222" if color == YELLOW else "#fff",
         label=LABEL,
-        said=html.escape(said),
+        said=html.escape(text_right),
         label_x=left / 2,
         said_x=left + right / 2,
-        title=html.escape(f"{LABEL}: {said}"),
+        title=html.escape(f"{LABEL}: {text_right}"),
     )
     return [write_text(folder / "badge.svg", svg)]
 

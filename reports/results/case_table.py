@@ -203,17 +203,17 @@ class CaseTable:
     def amend(self, name: str, fields: CaseRecord) -> None:
         """Lay the fields that `fields` has over the record of the run's case of this name."""
         with self._told():
-            found = self._connection.execute(
+            row = self._connection.execute(
                 "SELECT id, added FROM cases WHERE name = ? AND place IS NOT NULL", (_storable(name),)
             ).fetchone()
-            if found is None:
+            if row is None:
                 return
-            added = {**(json.loads(found[1]) if found[1] else {}), **fields}
+            added = {**(json.loads(row[1]) if row[1] else {}), **fields}
             self._connection.execute(
                 "UPDATE cases SET added = ?, item = ? WHERE id = ?",
-                (as_json(added), _storable(added.get("item")), found[0]),
+                (as_json(added), _storable(added.get("item")), row[0]),
             )
-        held = self._held.get(int(found[0]))
+        held = self._held.get(int(row[0]))
         if held is not None:
             held.update(fields)
 
@@ -253,13 +253,13 @@ class CaseTable:
         if held is not None:
             return held
         with self._told():
-            found = self._connection.execute("SELECT record, added, size FROM cases WHERE id = ?", (number,)).fetchone()
-            if found is None:
+            row = self._connection.execute("SELECT record, added, size FROM cases WHERE id = ?", (number,)).fetchone()
+            if row is None:
                 raise KeyError(f"case {number} is gone")
-            text = _inflated(found[0])
+            text = _inflated(row[0])
             record = _expanded(_object(text))
-            if found[1]:
-                record.update(_object(found[1]))
+            if row[1]:
+                record.update(_object(row[1]))
             if wrong := problem_of_case(record):
                 raise DamagedTableError(f"{self.path}: {wrong}")
         self._hold(number, record, len(text))

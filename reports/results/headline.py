@@ -16,18 +16,20 @@ THE_USUAL = "tracer"  # the subject that goes without saying
 
 def shouts(results: RunRecord) -> list[str]:
     """Return what no reader may overlook: planted faults, a run cut short, a ledger that does not add up."""
-    found = []
+    warnings = []
     if results.get("faults"):
         names = ", ".join(map(legible, results["faults"]))
-        found.append(f"PLANTED FAULTS IN USE: {names}. This run audits the harness; it says nothing about the tracer.")
+        warnings.append(
+            f"PLANTED FAULTS IN USE: {names}. This run audits the harness; it says nothing about the tracer."
+        )
     if not results.get("finished", False):
-        found.append("UNFINISHED RUN: what is shown is what was done when it stopped; `--resume` continues it.")
+        warnings.append("UNFINISHED RUN: what is shown is what was done when it stopped; `--resume` continues it.")
     for key, what in (("summary", "cases"), ("checks", "checks")):
         ledger = results[key]
         total = sum(ledger[outcome.value] for outcome in Outcome)
         if total != ledger["planned"]:
-            found.append(f"LEDGER BROKEN: {ledger['planned']} {what} planned, {total} have a verdict.")
-    return found
+            warnings.append(f"LEDGER BROKEN: {ledger['planned']} {what} planned, {total} have a verdict.")
+    return warnings
 
 
 def standing(results: RunRecord) -> str:
@@ -191,15 +193,15 @@ def _checks(ledger: Mapping[str, int]) -> str:
 
 def no_say(results: RunRecord) -> list[str]:
     """Return in sentences which references of the announced panel answered nothing in some cases, and what grows."""
-    found = [*map(legible, results.get("growing", []))]
+    silenced = [*map(legible, results.get("growing", []))]
     for name, names in _stopped(results).items():
         more = f" and {len(names) - 1} more" if len(names) > 1 else ""
-        found.append(f"a time limit stopped {name} in {names[0]}{more}")
+        silenced.append(f"a time limit stopped {name} in {names[0]}{more}")
     for name, cases in _abstained(results).items():
         case, why = next(iter(cases.items()))
         more = f" and {len(cases) - 1} more" if len(cases) > 1 else ""
-        found.append(f"{name} had no say in {case}{more}, where it was asked: {why}")
-    return found
+        silenced.append(f"{name} had no say in {case}{more}, where it was asked: {why}")
+    return silenced
 
 
 def _abstained(results: RunRecord) -> dict[str, dict[str, str]]:

@@ -80,15 +80,15 @@ def read_answers(path: Path) -> dict[Stage, np.ndarray]:
         raise FileNotFoundError(f"no such image: {path}")
     try:
         with OpenEXR.File(str(path), separate_channels=True) as file:
-            found: dict[str, np.ndarray] = {name: channel.pixels for name, channel in file.channels().items()}
+            images: dict[str, np.ndarray] = {name: channel.pixels for name, channel in file.channels().items()}
     except RuntimeError as error:
         raise ValueError(f"{path} is no OpenEXR image: {error}") from error
-    lights = sum(1 for name in found if _VISIBILITY.fullmatch(name))
+    lights = sum(1 for name in images if _VISIBILITY.fullmatch(name))
     answers: dict[Stage, np.ndarray] = {}
     for stage in IMAGE_STAGES:
         names = exr_channels(stage, lights=lights)
-        if names and all(name in found for name in names):
-            answers[stage] = np.stack([found[name] for name in names], axis=-1).astype(np.float32, copy=False)
+        if names and all(name in images for name in names):
+            answers[stage] = np.stack([images[name] for name in names], axis=-1).astype(np.float32, copy=False)
     return answers
 
 

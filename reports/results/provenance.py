@@ -148,15 +148,15 @@ def _named(words: Sequence[str]) -> Iterator[tuple[str, Path, dict[str, Path]]]:
     from rayproof.tracer.formulas import FORMULAS
     from rayproof.tracer.formulas.own_file import is_own, parsed, sources
 
-    seen: set[str] = set()
+    named: set[str] = set()
     for before, word in zip(["", *words], words, strict=False):
         value = word.partition("=")[2] if word.startswith("--") else word
         if before == "--subject" or word.startswith("--subject="):
             continue  # who is under test is not kept
         for part in filter(is_own, parts_of(value)):
             written = parsed(part.partition("=")[2])[0]
-            if written not in seen:
-                seen.add(written)
+            if written not in named:
+                named.add(written)
                 folder = Path(written).parent
                 try:
                     _, files = sources(FORMULAS.named(part))
@@ -165,11 +165,11 @@ def _named(words: Sequence[str]) -> Iterator[tuple[str, Path, dict[str, Path]]]:
                 yield written, Path(written), {name: folder / name for name in files if (folder / name).is_file()}
         path = Path(value)
         scenes = before == "--scenes" or word.startswith("--scenes=")
-        if value in seen or not (scenes or path.suffix == ".json") or not path.exists():
+        if value in named or not (scenes or path.suffix == ".json") or not path.exists():
             continue
         if before in OUTPUTS or word.partition("=")[0] in OUTPUTS:
             continue
-        seen.add(value)
+        named.add(value)
         each = sorted(path.rglob("*.json")) if path.is_dir() else [path]
         top = path if path.is_dir() else path.parent
         files = [file for one in each for file in (one, *_meshes(one)) if file.is_relative_to(top)]
@@ -296,16 +296,16 @@ def digest_of(found: Reproducible) -> str:
 
 def differences(before: Reproducible, after: Reproducible) -> tuple[bool, list[str]]:
     """Return whether two results are equal to the last bit, and in words what differs by more than its bounds."""
-    told = []
+    sentences = []
     for name in sorted({*before, *after}):
-        one, other = before.get(name), after.get(name)
-        if one is None or other is None:
-            told.append(f"{name}: {'not there before' if one is None else 'not there now'}")
-        elif one[0] != other[0]:
-            told.append(f"{name}: {one[0] or 'nothing'} -> {other[0] or 'nothing'}")
-        elif not _within(one, other[1]):
-            told.append(f"{name}: {one[1]} -> {other[1]}")
-    return digest_of(before) == digest_of(after), told
+        old, new = before.get(name), after.get(name)
+        if old is None or new is None:
+            sentences.append(f"{name}: {'not there before' if old is None else 'not there now'}")
+        elif old[0] != new[0]:
+            sentences.append(f"{name}: {old[0] or 'nothing'} -> {new[0] or 'nothing'}")
+        elif not _within(old, new[1]):
+            sentences.append(f"{name}: {old[1]} -> {new[1]}")
+    return digest_of(before) == digest_of(after), sentences
 
 
 def _within(one: tuple[str, float | None, float | None, float | None], value: float | None) -> bool:
@@ -320,29 +320,29 @@ def _run(folder: Path) -> Reproducible:
     from rayproof.reports.results.document import load_results
     from rayproof.reports.results.files import number
 
-    found: Reproducible = {}
+    verdicts: Reproducible = {}
     for case in load_results(folder)["cases"]:
-        found[case["name"]] = (case["verdict"], None, None, None)
+        verdicts[case["name"]] = (case["verdict"], None, None, None)
         for check in case.get("checks", []):
             ratio = number(ratio_of(check))
             # Within its limit an error may move, and beyond it too: the limit decides.
             low, high = (0.0, 1.0) if ratio is not None and ratio <= 1 else (1.0, math.inf)
             name = f"{case['name']} {check['configuration']} {check['reference']} {check['stage']}"
-            found[name] = (check["verdict"], ratio, low, high)
-    return found
+            verdicts[name] = (check["verdict"], ratio, low, high)
+    return verdicts
 
 
 def _compare(folder: Path) -> Reproducible:
     document = _json(folder / "comparison.json")
-    found: Reproducible = {}
+    gains: Reproducible = {}
     for at, one in enumerate(document.get("comparisons", [document])):
         for family in one["families"]:
             name = f"{document['sweep']['values'][at]} {family['family']}" if "sweep" in document else family["family"]
             low, high = family.get("digits_interval") or (None, None)
-            found[name] = (as_json(family.get("changed")), family["digits_gained"], low, high)
+            gains[name] = (as_json(family.get("changed")), family["digits_gained"], low, high)
             if isinstance(wrong := family.get("wrong"), dict):
-                found[f"{name} wrong pixels"] = (f"{wrong['base']} -> {wrong['candidate']}", None, None, None)
-    return found
+                gains[f"{name} wrong pixels"] = (f"{wrong['base']} -> {wrong['candidate']}", None, None, None)
+    return gains
 
 
 def _stability(folder: Path) -> Reproducible:

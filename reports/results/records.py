@@ -384,21 +384,21 @@ def _problem(document: Any, kind: Any) -> str | None:
     return None
 
 
-def _sentence(said: str, place: str, document: Any) -> str:
-    if missing := re.fullmatch("Object missing required field `(.*)`", said):
+def _sentence(message: str, place: str, document: Any) -> str:
+    if missing := re.fullmatch("Object missing required field `(.*)`", message):
         return f"{place + '.' if place else ''}{missing[1]} is missing"
-    if said.startswith("Invalid enum value") and place == "schema":
+    if message.startswith("Invalid enum value") and place == "schema":
         wanted = "one of 1, 2, 3, 4"
-    elif "matching regex" in said:
+    elif "matching regex" in message:
         wanted = f"one of {', '.join(Outcome)}"
-    elif "length" in said:
+    elif "length" in message:
         wanted = "a non-empty text"
-    elif "out of range" in said:
+    elif "out of range" in message:
         wanted = "a number that fits 64 bits"
-    elif limit := re.search(r"(>=|<=) (\S+)", said):
+    elif limit := re.search(r"(>=|<=) (\S+)", message):
         wanted = f"a number {limit[1]} {float(limit[2]):g}"
     else:
-        kinds = re.search(r"`([^`]*)`", said)
+        kinds = re.search(r"`([^`]*)`", message)
         wanted = " or ".join(_WORDS.get(kind, kind) for kind in (kinds[1].split(" | ") if kinds else ["otherwise"]))
     return f"{place or 'the document'} must be {wanted}, got {_shown(_at(document, place))}"
 

@@ -45,15 +45,15 @@ class Hits:
         """Return what the hit surface hides from an apex in front of it, or keeps from standing before it."""
         screens = no_screens(len(rays), hides_touching=not from_eye)
         for index, shape in enumerate(self.scene.shapes):
-            here = np.flatnonzero(self.rows[Stage.OBJECT][rays, 0] == index)
+            members = np.flatnonzero(self.rows[Stage.OBJECT][rays, 0] == index)
             surface = surface_of(shape)
             if not isinstance(surface, Ellipsoid):
-                found = flat_screen(apex, self.points[rays[here]], self.normals[rays[here]])
-                screens.normals[here], screens.offsets[here] = found
+                planes = flat_screen(apex, self.points[rays[members]], self.normals[rays[members]])
+                screens.normals[members], screens.offsets[members] = planes
             elif np.linalg.norm(surface.to_unit @ (apex - surface.center)) > 1:
                 normal, offset = polar_screen(apex, surface)
                 # A point beyond the polar plane lies on the side turned away: clipping has opened the surface.
-                front = here[self.rows[Stage.POSITION][rays[here]] @ normal + offset > 0]
+                front = members[self.rows[Stage.POSITION][rays[members]] @ normal + offset > 0]
                 screens.normals[front], screens.offsets[front] = normal, offset
         return screens
 
@@ -67,25 +67,25 @@ def hits_of(scene: Scene, points: np.ndarray | None = None) -> Hits:
     points, normals = np.zeros_like(directions), np.zeros_like(directions)
     sheet = no_sheet(len(centers))
     for index, shape in enumerate(scene.shapes):
-        here = np.flatnonzero(rows[Stage.OBJECT][:, 0] == index)
+        members = np.flatnonzero(rows[Stage.OBJECT][:, 0] == index)
         surface = surface_of(shape)
         if isinstance(surface, Ellipsoid):
-            depths = rows[Stage.DISTANCE][here, 0] / length(directions[here])
-            sheet[here] = ellipsoid_sheet(view, directions[here], surface, 1 / depths)
+            depths = rows[Stage.DISTANCE][members, 0] / length(directions[members])
+            sheet[members] = ellipsoid_sheet(view, directions[members], surface, 1 / depths)
             continue
         if isinstance(surface, Flat):
-            points[here], normals[here] = surface.point, surface.normal
+            points[members], normals[members] = surface.point, surface.normal
         else:
-            face = np.zeros(len(here), dtype=int)
+            face = np.zeros(len(members), dtype=int)
             if isinstance(shape, Triangle | Mesh):
-                face = np.searchsorted(surface.numbers, rows[Stage.OBJECT][here, 1])
+                face = np.searchsorted(surface.numbers, rows[Stage.OBJECT][members, 1])
             elif isinstance(shape, Cube):
                 # The order of `surfaces.CUBE_FACES`.
-                local = cube_points(shape, rows[Stage.POSITION][here])
+                local = cube_points(shape, rows[Stage.POSITION][members])
                 axis = np.abs(local).argmax(axis=1)
                 face = 2 * axis + (np.take_along_axis(local, axis[:, np.newaxis], axis=1)[:, 0] > 0)
-            points[here], normals[here] = surface.corners[face, 0], surface.normals[face]
-        sheet[here] = flat_sheet(view, directions[here], points[here], normals[here])
+            points[members], normals[members] = surface.corners[face, 0], surface.normals[face]
+        sheet[members] = flat_sheet(view, directions[members], points[members], normals[members])
     return Hits(scene=scene, view=view, directions=directions, rows=rows, sheet=sheet, points=points, normals=normals)
 
 
@@ -109,22 +109,22 @@ class Meeting:
 
 def meetings_of(hits: Hits) -> list[Meeting]:
     """Return all crossings, one or more entries for each shape that is met at all."""
-    found = []
+    meetings = []
     eye, unit = hits.view.eye, hits.rows[Stage.RAY]
     everything = np.arange(len(unit))
     for index, shape in enumerate(hits.scene.shapes):
         surface = surface_of(shape)
         if isinstance(surface, Flat):
-            found.append(_meeting(hits, index, everything, np.zeros_like(everything), surface.crossing(eye, unit)))
+            meetings.append(_meeting(hits, index, everything, np.zeros_like(everything), surface.crossing(eye, unit)))
         elif isinstance(surface, Ellipsoid):
             for roots in surface.crossings(eye, unit).T:
                 rays = np.flatnonzero(roots > 0)
-                found.append(_meeting(hits, index, rays, np.zeros_like(rays), roots[rays]))
+                meetings.append(_meeting(hits, index, rays, np.zeros_like(rays), roots[rays]))
         else:
             for bundle, faces, crossings in surface.meetings(eye, unit):
                 row, column = np.nonzero(crossings > 0)
-                found.append(_meeting(hits, index, bundle[row], faces[column], crossings[row, column]))
-    return found
+                meetings.append(_meeting(hits, index, bundle[row], faces[column], crossings[row, column]))
+    return meetings
 
 
 def _meeting(hits: Hits, index: int, rays: np.ndarray, faces: np.ndarray, distances: np.ndarray) -> Meeting:

@@ -75,12 +75,12 @@ def _open(hits: Hits, source: np.ndarray, near: dict[int, tuple[np.ndarray, floa
     `near` has for shapes by index which of their faces are, and how near [m] that is.
     """
     rows = hits.rows
-    found = (rows[Stage.OBJECT][:, 0] >= 0) & above_horizon(source, rows[Stage.POSITION], rows[Stage.NORMAL])
+    facing = (rows[Stage.OBJECT][:, 0] >= 0) & above_horizon(source, rows[Stage.POSITION], rows[Stage.NORMAL])
     for index, shape in enumerate(hits.scene.shapes):
-        asked = np.flatnonzero(found)
+        asked = np.flatnonzero(facing)
         objects, positions = rows[Stage.OBJECT][asked], rows[Stage.POSITION][asked]
         if index not in near:
-            found[asked] = ~blocked(hits.scene, index, source, objects, positions)
+            facing[asked] = ~blocked(hits.scene, index, source, objects, positions)
             continue
         surface, own = surface_of(shape), objects[:, 0] == index
         ends = ends_of(hits.view.eye, positions)
@@ -91,8 +91,8 @@ def _open(hits: Hits, source: np.ndarray, near: dict[int, tuple[np.ndarray, floa
             hidden = _blocked_by_the_rest(surface, faces, source, positions - source, ends)
         # A convex shape's point has no other side between it and a light on the same shape.
         one_sided = isinstance(surface, Ellipsoid | Flat) or isinstance(shape, Cube) or len(faces) == 1
-        found[asked] = ~np.where(own & one_sided, False, hidden)
-    return found
+        facing[asked] = ~np.where(own & one_sided, False, hidden)
+    return facing
 
 
 def _blocked_by_the_rest(

@@ -29,7 +29,7 @@ def shadow_distances(hits: Hits, light: PointLight) -> np.ndarray:
         return distances
     sight = sight_from_light(source, hits.view, hits.directions[rays], hits.sheet[rays])
     screens = hits.screens(source, rays, from_eye=False)
-    found = np.full(len(rays), np.inf)
+    nearest = np.full(len(rays), np.inf)
     for index, shape in enumerate(hits.scene.shapes):
         surface = surface_of(shape)
         if isinstance(surface, Flat):
@@ -42,8 +42,8 @@ def shadow_distances(hits: Hits, light: PointLight) -> np.ndarray:
         if isinstance(surface, Ellipsoid) or isinstance(shape, Cube):
             blocker[hits.rows[Stage.OBJECT][rays, 0] == index] = np.inf
         blocker[_higher_than(source, hits, rays, surface)] = np.inf
-        found = np.minimum(found, blocker)
-    distances[rays] = found
+        nearest = np.minimum(nearest, blocker)
+    distances[rays] = nearest
     return distances
 
 
@@ -52,12 +52,12 @@ def _higher_than(source: np.ndarray, hits: Hits, rays: np.ndarray, surface: Elli
 
     Wherever on that shape a feeler starts, it stays below the light.
     """
-    found = np.zeros(len(rays), dtype=bool)
+    higher = np.zeros(len(rays), dtype=bool)
     for index, shape in enumerate(hits.scene.shapes):
-        here = np.flatnonzero(hits.rows[Stage.OBJECT][rays, 0] == index)
-        if not isinstance(shape, Plane | Square) or not len(here):
+        members = np.flatnonzero(hits.rows[Stage.OBJECT][rays, 0] == index)
+        if not isinstance(shape, Plane | Square) or not len(members):
             continue
-        point, normal = hits.points[rays[here[0]]], hits.normals[rays[here[0]]]
+        point, normal = hits.points[rays[members[0]]], hits.normals[rays[members[0]]]
         normal = normal / np.linalg.norm(normal)
         height = float(normal @ (source - point))
         if isinstance(surface, Ellipsoid):
@@ -66,8 +66,8 @@ def _higher_than(source: np.ndarray, hits: Hits, rays: np.ndarray, surface: Elli
         else:
             heights = (surface.corners.reshape(-1, 3) - point) @ normal
         size = max(float(np.abs(place).max(initial=0.0)) for place in (source, point, heights))
-        found[here] = (heights * np.sign(height)).min(initial=np.inf) > abs(height) + HIGHER * size
-    return found
+        higher[members] = (heights * np.sign(height)).min(initial=np.inf) > abs(height) + HIGHER * size
+    return higher
 
 
 def _asked(hits: Hits, source: np.ndarray) -> np.ndarray:
@@ -90,23 +90,23 @@ def terminator_distances(hits: Hits, light: PointLight) -> np.ndarray:
     distances = np.full(len(hits.directions), np.inf)
     steps = np.stack([hits.view.across, hits.view.down], axis=1)
     for index, shape in enumerate(hits.scene.shapes):
-        here, surface = hits.of(index), surface_of(shape)
-        sheet, directions = hits.sheet[here], hits.directions[here]
+        members, surface = hits.of(index), surface_of(shape)
+        sheet, directions = hits.sheet[members], hits.directions[members]
         if isinstance(surface, Ellipsoid):
             # The polar plane of the light: y.s = 1 in unit-sphere space; here times w.
             polar = surface.to_unit @ (source - surface.center)
             vectors = np.broadcast_to(surface.to_unit.T @ polar, directions.shape)
-            lever = np.full(len(here), polar @ (surface.to_unit @ (hits.view.eye - surface.center)) - 1)
+            lever = np.full(len(members), polar @ (surface.to_unit @ (hits.view.eye - surface.center)) - 1)
         else:
-            vectors = hits.rows[Stage.NORMAL][here]
+            vectors = hits.rows[Stage.NORMAL][members]
             lever = vectors @ (hits.view.eye - source)
         value = lever * sheet.value + dot(vectors, directions)
         if isinstance(surface, Ellipsoid) or isinstance(shape, Triangle | Mesh):
             gradient = lever[:, np.newaxis] * sheet.gradient + vectors @ steps
             bend = np.abs(lever) * sheet.bend
-            distances[here] = reach(value, length(gradient), bend, sheet.radius)
+            distances[members] = reach(value, length(gradient), bend, sheet.radius)
         else:
-            height = dot(source - hits.points[here], vectors)
-            size = np.abs(source).max() + np.abs(hits.points[here]).max(axis=1)
-            distances[here] = np.where(np.abs(height) <= ROUNDING * size, 0, np.inf)
+            height = dot(source - hits.points[members], vectors)
+            size = np.abs(source).max() + np.abs(hits.points[members]).max(axis=1)
+            distances[members] = np.where(np.abs(height) <= ROUNDING * size, 0, np.inf)
     return distances

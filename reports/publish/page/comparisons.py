@@ -97,22 +97,22 @@ class ComparisonFront(TypedDict):
 
 def comparison_front(results: RunRecord) -> ComparisonFront | None:
     """Return what the page shows of the comparison, or None where there is none in the shape of docs/report.md."""
-    found = results.get("comparison")
-    if not isinstance(found, Mapping):
+    compared = results.get("comparison")
+    if not isinstance(compared, Mapping):
         return None
-    base, candidate, renderers, rows = (found.get(key) for key in ("base", "candidate", "renderers", "rows"))
+    base, candidate, renderers, rows = (compared.get(key) for key in ("base", "candidate", "renderers", "rows"))
     if not all(isinstance(item, Mapping) for item in (base, candidate, renderers)) or not isinstance(rows, list):
         return None
-    if not all(map(_is_row, rows)) or not all(_is_listed(found.get(key)) for key in ("appeared", "vanished")):
+    if not all(map(_is_row, rows)) or not all(_is_listed(compared.get(key)) for key in ("appeared", "vanished")):
         return None
     return {
-        "base": found["base"],
-        "candidate": found["candidate"],
-        "renderers": found["renderers"],
-        "appeared": found["appeared"],
-        "vanished": found["vanished"],
-        "sentence": found.get("sentence"),
-        "rows": [_row(row) for row in found["rows"]],
+        "base": compared["base"],
+        "candidate": compared["candidate"],
+        "renderers": compared["renderers"],
+        "appeared": compared["appeared"],
+        "vanished": compared["vanished"],
+        "sentence": compared.get("sentence"),
+        "rows": [_row(row) for row in compared["rows"]],
     }
 
 
@@ -180,23 +180,23 @@ class Contest(TypedDict):
 def contest(folder: Path) -> Contest | None:
     """Return what the page shows of a comparison of two formulas, or None without one that can be read."""
     try:
-        found = json.loads((folder / NAME).read_text(encoding="utf-8"))
+        compared = json.loads((folder / NAME).read_text(encoding="utf-8"))
     except (OSError, ValueError):
         return None
-    if not _is_comparison(found):
+    if not _is_comparison(compared):
         return None
-    control, families = found.get("control"), [_family(one) for one in found["families"] if _is_family(one)]
+    control, families = compared.get("control"), [_family(one) for one in compared["families"] if _is_family(one)]
     # Two runs have no control, and a report of their own: `rayproof report A B`.
     if not isinstance(control, dict) or not families:
         return None
     return {
-        "base": found.get("base"),
-        "candidate": found.get("candidate"),
-        "verdict": found.get("verdict"),
-        "outcome": found.get("outcome"),
-        "repetitions": found.get("repetitions"),
-        "stages": found.get("stages"),
-        "faults": found.get("faults"),
+        "base": compared.get("base"),
+        "candidate": compared.get("candidate"),
+        "verdict": compared.get("verdict"),
+        "outcome": compared.get("outcome"),
+        "repetitions": compared.get("repetitions"),
+        "stages": compared.get("stages"),
+        "faults": compared.get("faults"),
         "control": control.get("verdict"),
         "families": families,
     }
@@ -214,18 +214,18 @@ def _is_family(one: Any) -> bool:
     )
 
 
-def _family(one: FamilyRecord) -> ContestFamily:
-    wrong = one.get("wrong")
+def _family(record: FamilyRecord) -> ContestFamily:
+    wrong = record.get("wrong")
     return {
-        "family": one.get("family"),
-        "stress": one.get("stress"),
-        "outcome": one.get("outcome"),
-        "scenes": one.get("scenes"),
-        "pixels": one.get("pixels"),
-        "digits_gained": one.get("digits_gained"),
-        "digits_interval": one.get("digits_interval"),
-        "time_ratio": one.get("time_ratio"),
-        "time_interval": one.get("time_interval"),
-        "nanoseconds_per_ray": one.get("nanoseconds_per_ray"),
+        "family": record.get("family"),
+        "stress": record.get("stress"),
+        "outcome": record.get("outcome"),
+        "scenes": record.get("scenes"),
+        "pixels": record.get("pixels"),
+        "digits_gained": record.get("digits_gained"),
+        "digits_interval": record.get("digits_interval"),
+        "time_ratio": record.get("time_ratio"),
+        "time_interval": record.get("time_interval"),
+        "nanoseconds_per_ray": record.get("nanoseconds_per_ray"),
         "wrong": [wrong.get("base"), wrong.get("candidate"), wrong.get("p")] if isinstance(wrong, dict) else [],
     }

@@ -74,14 +74,14 @@ def draw_stills(
     not drawn again. The child may say nothing for `seconds`.
     """
     jobs = {case["name"]: job for case in which if (job := _job(folder, case)) is not None}
-    there = {name for name, job in jobs.items() if _digest_in(folder / job["picture"]) == job["digest"]}
-    drawn, why = _draw_in_child([job for name, job in jobs.items() if name not in there], seconds)
+    drawn_before = {name for name, job in jobs.items() if _digest_in(folder / job["picture"]) == job["digest"]}
+    drawn, why = _draw_in_child([job for name, job in jobs.items() if name not in drawn_before], seconds)
     with amending(cases):
         for name in jobs:
             case = named(cases, name)
-            if case is not None and name in there | drawn:
+            if case is not None and name in drawn_before | drawn:
                 amend(cases, case, picture=jobs[name]["picture"])
-    return len(there | drawn), why
+    return len(drawn_before | drawn), why
 
 
 def remove_stale(folder: Path, cases: Sequence[CaseRecord]) -> None:
@@ -167,23 +167,23 @@ def _draw_in_child(jobs: Sequence[Mapping[str, Any] | None], seconds: float) -> 
     if not jobs:
         return set(), None
     # Files, not pipes: nobody need read them while the child works, and what a dying driver says stops nobody.
-    with tempfile.TemporaryFile() as asked, tempfile.TemporaryFile() as told, tempfile.TemporaryFile() as complaints:
+    with tempfile.TemporaryFile() as asked, tempfile.TemporaryFile() as answer, tempfile.TemporaryFile() as complaints:
         asked.write("".join(json.dumps(job) + "\n" for job in jobs).encode())
         asked.seek(0)
         process = subprocess.Popen(
             [sys.executable, "-m", "rayproof.reports.publish.scene3d.plotting", str(os.getpid())],
             stdin=asked,
-            stdout=told,
+            stdout=answer,
             stderr=complaints,
             env=drawing_environment(),
             cwd=HOLDER,
             # Ctrl-C is this process's to answer.
             start_new_session=True,
         )
-        hung = _waited_in_vain(process, told.fileno(), seconds)
-        told.seek(0)
+        hung = _waited_in_vain(process, answer.fileno(), seconds)
+        answer.seek(0)
         complaints.seek(0)
-        reports = _reports(told.read().decode(errors="replace"))
+        reports = _reports(answer.read().decode(errors="replace"))
         last = complaints.read().decode(errors="replace").strip().splitlines()[-1:]
     failures = [f"{report['name']}: {report['why']}" for report in reports if report["why"] is not None]
     drawn = {report["name"] for report in reports if report["why"] is None}

@@ -199,10 +199,10 @@ def _assembled(
 def _said(side: _Side, base: str, candidate: str, controls: Sequence[Timing], control_interval: Interval) -> SideRecord:
     """Return verdict, digits, times and families of one side."""
     alpha = 1 - shared(LEVEL, len(side.findings))
-    accuracies = [accuracy(one, alpha=alpha) for one in side.findings]
+    accuracies = [accuracy(row, alpha=alpha) for row in side.findings]
     digits, digits_interval = overall(side.findings, level=LEVEL)
     ratio, interval = overall_timing(side.timings, level=LEVEL)
-    paces = [speed(one.interval, beside.interval) for one, beside in zip(side.timings, controls, strict=True)]
+    paces = [speed(row.interval, beside.interval) for row, beside in zip(side.timings, controls, strict=True)]
     families = zip(side.findings, side.timings, accuracies, paces, strict=True)
     return {
         "verdict": sentence(
@@ -220,5 +220,5 @@ def _said(side: _Side, base: str, candidate: str, controls: Sequence[Timing], co
         "digits_interval": digits_interval,
         "time_ratio": ratio,
         "time_interval": interval,
-        "families": [family_record(one, time, signs, outcome([signs], pace)) for one, time, signs, pace in families],
+        "families": [family_record(row, time, signs, outcome([signs], pace)) for row, time, signs, pace in families],
     }

@@ -228,7 +228,7 @@ def sentence(
     word = outcome(accuracies, fast, *paces)
     parts = []
     for wanted, how in (({-1}, "errs more"), ({1, -1}, "errs more in one way, less in another"), ({1}, "errs less")):
-        chosen = [(one, signs) for one, signs in zip(findings, accuracies, strict=True) if signs.all == wanted]
+        chosen = [(family, signs) for family, signs in zip(findings, accuracies, strict=True) if signs.all == wanted]
         if chosen:
             parts.append(f"{candidate} {how} than {base} on {_named(chosen)}")
     if not parts:
@@ -237,7 +237,7 @@ def sentence(
     ratio = f"{time_ratio:.3f} [{time_interval[0]:.3f}, {time_interval[1]:.3f}]"
     beside = f"A/A [{control_interval[0]:.3f}, {control_interval[1]:.3f}]"
     pace = {1: "it is faster", -1: "it is slower", 0: "no difference in run time shown"}[fast]
-    apart = [one.family for one, sign in zip(findings, paces, strict=True) if sign not in (0, fast)]
+    apart = [family.family for family, sign in zip(findings, paces, strict=True) if sign not in (0, fast)]
     if apart:
         pace += f", though not on {_some(apart)}" if fast else f" over all, only on {_some(apart)}"
     return f"{word[0].upper()}{word[1:]}: {'; '.join(parts)}; {pace}, time ratio {ratio} ({beside})."
@@ -269,18 +269,20 @@ def _share(finding: Finding) -> float:
     return abs(finding.tail.worse - finding.tail.better) / max(1, finding.pixels)
 
 
-def _facts(one: Finding, signs: Signs) -> list[str]:
+def _facts(family: Finding, signs: Signs) -> list[str]:
     """Return what changed: the typical pixel, the tail, the decisions."""
     facts = []
-    if signs.typical and one.digits is not None and one.digits_interval is not None:
-        low, high = one.digits_interval
-        facts.append(f"typical pixel {one.digits:+.2f} digits [{low:.2f}, {high:.2f}]")
+    if signs.typical and family.digits is not None and family.digits_interval is not None:
+        low, high = family.digits_interval
+        facts.append(f"typical pixel {family.digits:+.2f} digits [{low:.2f}, {high:.2f}]")
     if signs.tail:
-        worse, better = (f"{100 * count / one.pixels:.3g} %" for count in (one.tail.worse, one.tail.better))
+        worse, better = (f"{100 * count / family.pixels:.3g} %" for count in (family.tail.worse, family.tail.better))
         shares = f"worse on {worse} of pixels, better on {better}"
-        facts.append(", ".join([f"tail: {shares}", *_p99(one)]))
-    if one.only_base or one.only_candidate:
-        facts.append(f"wrong pixels {one.only_base + one.both_wrong} -> {one.only_candidate + one.both_wrong}")
+        facts.append(", ".join([f"tail: {shares}", *_p99(family)]))
+    if family.only_base or family.only_candidate:
+        facts.append(
+            f"wrong pixels {family.only_base + family.both_wrong} -> {family.only_candidate + family.both_wrong}"
+        )
     return facts
 
 

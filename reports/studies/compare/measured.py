@@ -52,8 +52,8 @@ class Truth:
     magnified: np.ndarray  # (height, width) or (height, width, channels): K |X|, the error that one roundoff excuses
 
 
-def truth_of(scene: Scene, stage: Stage, given: StageImages, oracle: Oracle) -> Truth:
-    """Return the truth of an image stage, continued from `given`; the truth of `object` is a distance too.
+def truth_of(scene: Scene, stage: Stage, own: StageImages, oracle: Oracle) -> Truth:
+    """Return the truth of an image stage, continued from `own`; the truth of `object` is a distance too.
 
     Raises:
         ValueError: the camera stage, which is no image.
@@ -61,14 +61,14 @@ def truth_of(scene: Scene, stage: Stage, given: StageImages, oracle: Oracle) -> 
     """
     size = (scene.camera.height, scene.camera.width)
     if stage in (Stage.OBJECT, Stage.DISTANCE):
-        seen: StageImages = {Stage.RAY: given[Stage.RAY]}
+        seen: StageImages = {Stage.RAY: own[Stage.RAY]}
         for each in GEOMETRY:
             seen[each] = oracle.continue_from(scene, each, seen)
         there = condition(scene, seen)
         return Truth(
             value=seen[Stage.DISTANCE], objects=seen[Stage.OBJECT], counts=there.hit, magnified=there.along_ray
         )
-    value = oracle.continue_from(scene, stage, given)
+    value = oracle.continue_from(scene, stage, own)
     if stage is Stage.RAY:
         return Truth(
             value=value,
@@ -79,21 +79,21 @@ def truth_of(scene: Scene, stage: Stage, given: StageImages, oracle: Oracle) -> 
     return Truth(
         value=value,
         objects=None,
-        counts=given[Stage.OBJECT][..., 0] >= 0,
-        magnified=_magnified(scene, stage, given, value),
+        counts=own[Stage.OBJECT][..., 0] >= 0,
+        magnified=_magnified(scene, stage, own, value),
     )
 
 
-def _magnified(scene: Scene, stage: Stage, given: StageImages, value: np.ndarray) -> np.ndarray:
+def _magnified(scene: Scene, stage: Stage, own: StageImages, value: np.ndarray) -> np.ndarray:
     """Return K |X| of the stages after the distance."""
     if stage is Stage.POSITION:
-        distance = given[Stage.DISTANCE][..., 0]
+        distance = own[Stage.DISTANCE][..., 0]
         return float(np.linalg.norm(scene.camera.eye)) + np.where(np.isfinite(distance), np.abs(distance), 0.0)
     if stage is Stage.NORMAL:
-        there = condition(scene, {**given, Stage.NORMAL: value})
+        there = condition(scene, {**own, Stage.NORMAL: value})
         return there.matrix * (1 + there.local)
     if stage is Stage.IRRADIANCE:
-        limit = continued_light_limit(scene, stage, given, value, Roundoff("float32"))
+        limit = continued_light_limit(scene, stage, own, value, Roundoff("float32"))
         return limit / LIGHT / UNIT_ROUNDOFF["float32"]
     return np.abs(value)
 
@@ -319,13 +319,13 @@ def enlarged(scene: Scene, rays: float) -> Scene:
 def warmed(job: Job) -> tuple[Scene, tuple[float, ...]]:
     """Return the job's scene with as many rays as a launch of reasonable length takes, and the seconds of compiling."""
     scene = enlarged(job.scene, RAYS)
-    built = tuple(launch(scene, job.stages, one)[1] for one in job.configurations)
+    built = tuple(launch(scene, job.stages, configuration)[1] for configuration in job.configurations)
     seconds = launch(scene, job.stages, job.configurations[0])[0]
     if seconds > LONGEST:
         # The image's size is a constant of the kernel: another size is another kernel.
         scene = enlarged(job.scene, RAYS * LONGEST / seconds)
-        for one in job.configurations:
-            launch(scene, job.stages, one)
+        for configuration in job.configurations:
+            launch(scene, job.stages, configuration)
     return scene, built
 
 

@@ -203,41 +203,41 @@ def rows(result: "Compared") -> list[list[str]]:
     """Return the table's rows of a comparison of formulas or of runs, or of a swept parameter."""
     if "sweep" in result:
         values = zip(result["sweep"]["values"], result["comparisons"], strict=True)
-        return [[f"{value:.4g}", *_swept(one)] for value, one in values]
+        return [[f"{value:.4g}", *_swept(record)] for value, record in values]
     if "changed" in result:
         return [
-            [one["case"], one["before"], one["after"], _digits(one["digits_gained"], None), one["check"]]
-            for one in result["changed"]
+            [record["case"], record["before"], record["after"], _digits(record["digits_gained"], None), record["check"]]
+            for record in result["changed"]
         ]
-    controls = {one["family"]: one for one in result["control"]["families"]}
-    return [_row(one, controls[one["family"]]) for one in result["families"]]
+    controls = {record["family"]: record for record in result["control"]["families"]}
+    return [_row(record, controls[record["family"]]) for record in result["families"]]
 
 
-def _swept(one: FormulaComparisonRecord) -> list[str]:
-    before, after = (sum(each["wrong"][side] for each in one["families"]) for side in ("base", "candidate"))
+def _swept(compared: FormulaComparisonRecord) -> list[str]:
+    before, after = (sum(each["wrong"][side] for each in compared["families"]) for side in ("base", "candidate"))
     return [
-        one["outcome"],
-        _digits(one["digits_gained"], one["digits_interval"]),
-        f"{before} -> {after} of {sum(each['pixels'] for each in one['families'])}",
-        f"{one['time_ratio']:.3f} {interval(one['time_interval'])}",
+        compared["outcome"],
+        _digits(compared["digits_gained"], compared["digits_interval"]),
+        f"{before} -> {after} of {sum(each['pixels'] for each in compared['families'])}",
+        f"{compared['time_ratio']:.3f} {interval(compared['time_interval'])}",
     ]
 
 
-def _row(one: FamilyRecord, control: FamilyRecord) -> list[str]:
-    wrong = one["wrong"]
-    changed = f"{wrong['base']} -> {wrong['candidate']} of {one['pixels']}"
+def _row(family: FamilyRecord, control: FamilyRecord) -> list[str]:
+    wrong = family["wrong"]
+    changed = f"{wrong['base']} -> {wrong['candidate']} of {family['pixels']}"
     tails = [
         " -> ".join(f"{party['scaled']['p99']:.3g}" for party in (pair["base"], pair["candidate"]) if party["scaled"])
-        for pair in one["errors"].values()
+        for pair in family["errors"].values()
     ]
-    before, after = one["nanoseconds_per_ray"]
+    before, after = family["nanoseconds_per_ray"]
     return [
-        one["family"],
-        one["outcome"],
-        _digits(one["digits_gained"], one["digits_interval"]),
+        family["family"],
+        family["outcome"],
+        _digits(family["digits_gained"], family["digits_interval"]),
         changed,
         ", ".join(tail for tail in tails if tail),
-        f"{one['time_ratio']:.3f} {interval(one['time_interval'])}",
+        f"{family['time_ratio']:.3f} {interval(family['time_interval'])}",
         interval(control["time_interval"]),
         f"{before:.2f} -> {after:.2f}",
     ]
@@ -303,29 +303,29 @@ def comparison_panels(result: FormulaComparisonRecord | RunComparison) -> list[D
     return [digits] if "changed" in result else [digits, times]
 
 
-def sweep_panels(found: SweepRecord) -> list[Draw]:
+def sweep_panels(sweep: SweepRecord) -> list[Draw]:
     """Return the panels of a swept parameter: digits gained, and wrong pixels, a line a family."""
-    values, name = found["sweep"]["values"], found["sweep"]["parameter"]
-    families = list(dict.fromkeys(one["family"] for each in found["comparisons"] for one in each["families"]))
+    values, name = sweep["sweep"]["values"], sweep["sweep"]["parameter"]
+    families = list(dict.fromkeys(row["family"] for each in sweep["comparisons"] for row in each["families"]))
 
     def panel(axes: Any, title: str, height: Callable[[Any], float | None]) -> None:
         for number, family in enumerate(families):
             points = [
                 (value, y)
-                for value, each in zip(values, found["comparisons"], strict=True)
-                for one in each["families"]
-                if one["family"] == family and (y := height(one)) is not None
+                for value, each in zip(values, sweep["comparisons"], strict=True)
+                for row in each["families"]
+                if row["family"] == family and (y := height(row)) is not None
             ]
             axes.plot(
                 [x for x, _ in points], [y for _, y in points], "o-", color=COLORS[number % len(COLORS)], label=family
             )
         axes.set(xscale="log", xlabel=name, ylabel=title)
 
-    def wrong(one: Any) -> float:
-        return one["wrong"]["candidate"] / max(1, one["pixels"])
+    def wrong(row: Any) -> float:
+        return row["wrong"]["candidate"] / max(1, row["pixels"])
 
     return [
-        lambda axes: panel(axes, "digits gained", lambda one: one["digits_gained"]),
+        lambda axes: panel(axes, "digits gained", lambda row: row["digits_gained"]),
         lambda axes: panel(axes, "share of wrong pixels", wrong),
     ]
 

@@ -172,7 +172,7 @@ def witnessed(
 
     A value that is no number (a root of a negative number, a division by zero) is confirmed by a ball that is none.
     """
-    seen, worst = 0, 0.0
+    count, worst = 0, 0.0
     old, ctx.prec = ctx.prec, WITNESS_BITS
     try:
         for ray in rays:
@@ -185,15 +185,15 @@ def witnessed(
                 low = float(np.broadcast_to(pair.low, inputs_length(inputs))[ray])
                 known = np.isfinite(high) and np.isfinite(low)
                 if not ball.is_finite():
-                    seen += not known
+                    count += not known
                     continue
                 if not known:
                     continue
-                seen += 1
+                count += 1
                 worst = max(worst, float(abs((arb(high) + arb(low) - ball) / ball).upper()))
     finally:
         ctx.prec = old
-    return seen, worst
+    return count, worst
 
 
 def confirmed(
@@ -203,16 +203,16 @@ def confirmed(
 
     A ball of zero alone is a tie; one that merely holds zero confirms nothing but a tie.
     """
-    seen, wrong = 0, False
+    count, wrong = 0, False
     old, ctx.prec = ctx.prec, WITNESS_BITS
     try:
         for ray in rays:
             for name, ball in predicates(single(inputs, int(ray), arb)).items():
                 sign = int(bool(ball > 0)) - int(bool(ball < 0))
-                seen, wrong = seen + 1, wrong or sign != int(signs[name][ray])
+                count, wrong = count + 1, wrong or sign != int(signs[name][ray])
     finally:
         ctx.prec = old
-    return seen, float(wrong)
+    return count, float(wrong)
 
 
 def inputs_length(inputs: Mapping[str, np.ndarray]) -> int:

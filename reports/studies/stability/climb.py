@@ -161,20 +161,20 @@ def drawn(ladder: Ladder, precision: str, *, quick: bool) -> Drawn:
     return Drawn(ladder=ladder, precision=precision, inputs=inputs, rungs=rungs, truth=truth)
 
 
-def climb(given: Drawn, formula: Formula) -> Climb:
+def climb(batch: Drawn, formula: Formula) -> Climb:
     """Ask a formula about all inputs and mark the answers."""
-    question, ladder = QUESTIONS[given.ladder.question](), given.ladder
-    answer = question.answer(ladder, formula, given.inputs, given.precision)
-    grades = question.grade(ladder, given.inputs, given.truth, answer, given.precision)
-    parts = [np.flatnonzero((given.rungs == i) & grades.counted) for i in range(len(ladder.values))]
+    question, ladder = QUESTIONS[batch.ladder.question](), batch.ladder
+    answer = question.answer(ladder, formula, batch.inputs, batch.precision)
+    grades = question.grade(ladder, batch.inputs, batch.truth, answer, batch.precision)
+    parts = [np.flatnonzero((batch.rungs == i) & grades.counted) for i in range(len(ladder.values))]
     rungs = tuple(_rung(value, grades, part) for value, part in zip(ladder.values, parts, strict=True))
     errors = [_finite(grades.error[part]) for part in parts]
     # Of a user's own formula nothing is predicted; where a slope can begin to show, the default's law says.
     known = FORMULAS.slots[formula.slot] if is_own(formula.variant) else formula.variant
-    law = ladder.predicted(f"{formula.slot}/{known}", given.precision)
+    law = ladder.predicted(f"{formula.slot}/{known}", batch.precision)
     first = law.skip if law else 0
     slope = fitted(ladder.values[first:], errors[first:], saturated=ladder.saturated, seed=ladder.seed % 2**32)
-    return Climb(ladder=ladder, formula=formula, precision=given.precision, rungs=rungs, slope=slope)
+    return Climb(ladder=ladder, formula=formula, precision=batch.precision, rungs=rungs, slope=slope)
 
 
 def _finite(values: np.ndarray) -> np.ndarray:

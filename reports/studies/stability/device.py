@@ -70,20 +70,20 @@ def _ask(precision: str, first: np.ndarray, second: np.ndarray) -> tuple[np.ndar
 def broken(precision: str) -> list[str]:
     """Return in words which guards do not hold in a precision; nothing where all do."""
     types = array_types(precision)
-    found = []
+    wrong = []
     if dr.flag(dr.JitFlag.FastMath):
-        found.append(f"{precision} on {types.backend}: FastMath is on")
+        wrong.append(f"{precision} on {types.backend}: FastMath is on")
     zero = number(np.array([np.nan, np.inf]), types) * 0
     if not np.all(np.isnan(np.array(zero, dtype=np.float64))):
-        found.append(f"{precision} on {types.backend}: NaN times 0 or infinity times 0 is a number")
+        wrong.append(f"{precision} on {types.backend}: NaN times 0 or infinity times 0 is a number")
     generator = np.random.default_rng(1)
     _, rest = _ask(precision, *generator.uniform(1, 2, (2, PRODUCTS)).astype(np.float32).astype(np.float64))
     first = generator.uniform(1, 2, PRODUCTS)
     if precision == "float64":
         _, rest = _ask(precision, first, generator.uniform(1, 2, PRODUCTS))
     if np.any(rest):
-        found.append(f"{precision} on {types.backend}: products are fused into sums")
-    return found
+        wrong.append(f"{precision} on {types.backend}: products are fused into sums")
+    return wrong
 
 
 def keeps_subnormals(precision: str) -> bool:

@@ -99,14 +99,14 @@ def _slope(climb: Climb, law: PredictedSlope | None) -> str:
     return f"slope {climb.slope.value:.2f}, {law.slope:g} +- {law.within:g} predicted: {law.because}"
 
 
-def doubted(given: Drawn) -> str:
+def doubted(batch: Drawn) -> str:
     """Return in words why the truth about some inputs is in doubt, or nothing."""
-    witness = given.truth.witness
-    ladder: Ladder = given.ladder
+    witness = batch.truth.witness
+    ladder: Ladder = batch.ladder
     limit = 0.0 if ladder.question == "watertight" else WITNESS_LIMIT
     if witness.worst <= limit:
         return ""
-    return f"{ladder.name} in {given.precision}: the truth is {witness.worst:.2g} from its witness"
+    return f"{ladder.name} in {batch.precision}: the truth is {witness.worst:.2g} from its witness"
 
 
 # Verdicts as plain data: what `--json` writes and what tables and figures are made from.

@@ -85,11 +85,11 @@ def paper_rows(
 
     Of a `sweep`, a parameter and the value that each formula has: largest error and wrong answers over the parameter.
     """
-    precisions = sorted({one["precision"] for one in records})
-    formulas = list(dict.fromkeys(one["formula"] for one in records))
+    precisions = sorted({row["precision"] for row in records})
+    formulas = list(dict.fromkeys(row["formula"] for row in records))
 
     def climbed(ladder: Ladder, precision: str, panel: Any) -> None:
-        mine = [one for one in records if one["ladder"] == ladder.name]
+        mine = [row for row in records if row["ladder"] == ladder.name]
         _panel(panel, ladder, mine, precision, formulas)
         panel.set(title=f"{ladder.name}, {precision}", ylabel=_height_axis(ladder))
 
@@ -100,8 +100,8 @@ def paper_rows(
     def swept(height: Callable[[ClimbRecord], float | None], label: str, panel: Any) -> None:
         for number, ladder in enumerate(ladders):
             for precision, style in zip(precisions, ("-", "--"), strict=False):
-                mine = [one for one in records if (one["ladder"], one["precision"]) == (ladder.name, precision)]
-                points = [(values[one["formula"]], height(one)) for one in mine if one["formula"] in values]
+                mine = [row for row in records if (row["ladder"], row["precision"]) == (ladder.name, precision)]
+                points = [(values[row["formula"]], height(row)) for row in mine if row["formula"] in values]
                 kept = [(x, y) for x, y in points if y is not None and y > 0]
                 panel.plot(
                     np.array([x for x, _ in kept]), np.array([y for _, y in kept]), style, marker="o",
@@ -110,10 +110,10 @@ def paper_rows(
         panel.set(xscale="log", xlabel=name, ylabel=label)
         panel.set_yscale("log" if any(line.get_ydata().size for line in panel.lines) else "linear")
 
-    def wrong(one: ClimbRecord) -> float:
-        return (one["false_hits"] + one["false_misses"] + one["invalid"]) / max(1, one["rays"])
+    def wrong(row: ClimbRecord) -> float:
+        return (row["false_hits"] + row["false_misses"] + row["invalid"]) / max(1, row["rays"])
 
-    error = partial(swept, lambda one: one["worst_error_over_Ku"], "largest error / (K u)")
+    error = partial(swept, lambda row: row["worst_error_over_Ku"], "largest error / (K u)")
     return [[error, partial(swept, wrong, "share of wrong answers")]]
 
 

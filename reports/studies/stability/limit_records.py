@@ -144,33 +144,33 @@ def as_csv(found: LimitsRecord) -> str:
     return text.getvalue()
 
 
-def in_words(one: LimitRecord | None) -> str:
+def in_words(limit: LimitRecord | None) -> str:
     """Return "right up to" as a table has it: `all` at the ladder's end, `*` where later rungs pass again."""
-    if one is None:
+    if limit is None:
         return "-"
-    if one["limit"] is None:
-        return "none" if one["verdict"] == Outcome.FAIL.value else WORDS.get(one["verdict"], one["verdict"])
-    end = "" if one["breaks_at"] is not None else "all, "
-    return f"{end}{one['limit']:g}{'' if one['monotone'] else ' *'}"
+    if limit["limit"] is None:
+        return "none" if limit["verdict"] == Outcome.FAIL.value else WORDS.get(limit["verdict"], limit["verdict"])
+    end = "" if limit["breaks_at"] is not None else "all, "
+    return f"{end}{limit['limit']:g}{'' if limit['monotone'] else ' *'}"
 
 
-def blame(one: LimitRecord) -> str:
+def blame(limit: LimitRecord) -> str:
     """Return what is to blame beyond a limit: items, or why nothing can be said."""
-    if one["breaks_at"] is None:
+    if limit["breaks_at"] is None:
         return ""
-    if one["items"]:
-        few = one["items"][:3]
-        return f"{one['stage']}: {', '.join(few)}{', ...' if len(few) < len(one['items']) else ''}"
-    return f"{one['stage']} {WORDS.get(one['verdict'], one['verdict'])}".strip()
+    if limit["items"]:
+        few = limit["items"][:3]
+        return f"{limit['stage']}: {', '.join(few)}{', ...' if len(few) < len(limit['items']) else ''}"
+    return f"{limit['stage']} {WORDS.get(limit['verdict'], limit['verdict'])}".strip()
 
 
-def table(found: LimitsRecord) -> tuple[list[str], list[list[str]]]:
+def table(record: LimitsRecord) -> tuple[list[str], list[list[str]]]:
     """Return the columns and rows of "right up to": the subject with what is blamed, then the others."""
-    limits = {(one["renderer"], one["ladder"]): one for one in found["limits"]}
-    first, *others = found["renderers"]
+    limits = {(one["renderer"], one["ladder"]): one for one in record["limits"]}
+    first, *others = record["renderers"]
     columns = ["ladder", "what grows", "unit", f"{first}: right up to", "blamed beyond", *others]
     rows = []
-    for scale in found["ladders"]:
+    for scale in record["ladders"]:
         own = limits[first, scale["ladder"]]
         beside = [in_words(limits.get((name, scale["ladder"]))) for name in others]
         about = [scale["ladder"], scale["quantity"], scale["unit"]]
@@ -181,22 +181,24 @@ def table(found: LimitsRecord) -> tuple[list[str], list[list[str]]]:
 def changes(before: LimitsRecord, after: LimitsRecord) -> list[ChangeRecord]:
     """Return each limit of the two subjects on the ladders of `before`; a ladder that `after` lacks counts as lost."""
     scales = {scale["ladder"]: scale for scale in after["ladders"]}
-    own = {one["ladder"]: one for one in after["limits"] if one["renderer"] == after["renderers"][0]}
+    own = {limit["ladder"]: limit for limit in after["limits"] if limit["renderer"] == after["renderers"][0]}
     found: list[ChangeRecord] = []
-    for one in before["limits"]:
-        if one["renderer"] != before["renderers"][0]:
+    for limit in before["limits"]:
+        if limit["renderer"] != before["renderers"][0]:
             continue
-        scale = next(scale for scale in before["ladders"] if scale["ladder"] == one["ladder"])
-        if one["ladder"] in scales and scales[one["ladder"]]["values"] != scale["values"]:
-            raise LimitsError(f"the two have other rungs of the ladder {one['ladder']}; measure the earlier one again")
-        now = own.get(one["ladder"])
-        rungs = _height(now, scale) - _height(one, scale)
+        scale = next(scale for scale in before["ladders"] if scale["ladder"] == limit["ladder"])
+        if limit["ladder"] in scales and scales[limit["ladder"]]["values"] != scale["values"]:
+            raise LimitsError(
+                f"the two have other rungs of the ladder {limit['ladder']}; measure the earlier one again"
+            )
+        now = own.get(limit["ladder"])
+        rungs = _height(now, scale) - _height(limit, scale)
         found.append(
             {
-                "ladder": one["ladder"],
+                "ladder": limit["ladder"],
                 "quantity": scale["quantity"],
                 "unit": scale["unit"],
-                "before": in_words(one),
+                "before": in_words(limit),
                 "after": in_words(now),
                 "rungs": rungs,
             }
@@ -226,19 +228,19 @@ def share(one: LimitRecord, scale: ScaleRecord) -> float:
     return math.log(one["limit"] / first) / math.log(last / first)
 
 
-def bars(found: LimitsRecord) -> LimitsPlot:
+def bars(limits: LimitsRecord) -> LimitsPlot:
     """Return what the report's page draws: each ladder with a bar a renderer."""
-    scales = {scale["ladder"]: scale for scale in found["ladders"]}
+    scales = {scale["ladder"]: scale for scale in limits["ladders"]}
     drawn: list[BarRecord] = [
         {
-            "renderer": one["renderer"],
-            "ladder": one["ladder"],
-            "verdict": one["verdict"],
-            "reason": one["reason"],
-            "text": in_words(one),
-            "blame": blame(one),
-            "share": share(one, scales[one["ladder"]]),
+            "renderer": limit["renderer"],
+            "ladder": limit["ladder"],
+            "verdict": limit["verdict"],
+            "reason": limit["reason"],
+            "text": in_words(limit),
+            "blame": blame(limit),
+            "share": share(limit, scales[limit["ladder"]]),
         }
-        for one in found["limits"]
+        for limit in limits["limits"]
     ]
-    return {"renderers": found["renderers"], "ladders": found["ladders"], "bars": drawn}
+    return {"renderers": limits["renderers"], "ladders": limits["ladders"], "bars": drawn}

@@ -60,7 +60,7 @@ def entries(task: Task, tell: Callable[[str], None]) -> list[Entry]:
     scenes = [as_received(scene) for scene in task.scenes]
     large = enlarged(scenes[0], RAYS)
     truths: dict[tuple[int, bytes], Truth] = {}
-    found = []
+    records = []
     for precision in PRECISIONS:
         for formula in task.formulas:
             one = Configuration(precision=precision, formulas={task.slot: formula.variant})
@@ -69,21 +69,21 @@ def entries(task: Task, tell: Callable[[str], None]) -> list[Entry]:
                 for number, scene in enumerate(scenes)
             ]
             point = _point(task, "tracer", formula.variant, precision, formula.kind, marks)
-            found.append(Entry(point=point, launch=partial(_traced, large, one), rays=pixels(large)))
+            records.append(Entry(point=point, launch=partial(_traced, large, one), rays=pixels(large)))
     reference = REFERENCES[NEIGHBOUR]()
     if all(reference.unsupported(scene, Stage.DISTANCE) is None for scene in (*scenes, large)):
         marks = [
             _measured(task, number, reference.render(scene, STAGES), "float32", truths)
             for number, scene in enumerate(scenes)
         ]
-        found.append(
+        records.append(
             Entry(
                 point=_point(task, NEIGHBOUR, "", "float32", "reference", marks),
                 launch=lambda: kernel_seconds(lambda: reference.render(large, [Stage.DISTANCE])),
                 rays=pixels(large),
             )
         )
-    return found
+    return records
 
 
 def pixels(scene: Scene) -> int:
@@ -109,8 +109,8 @@ def _measured(
 def _point(task: Task, renderer: str, variant: str, precision: str, kind: str, marks: Sequence[Measured]) -> Point:
     # In units of float32's roundoff whatever the precision: else float64 would look no better.
     unit = UNIT_ROUNDOFF[precision] / UNIT_ROUNDOFF["float32"]
-    error, error_interval = tail([one.scaled * unit for one in marks])
-    counts = sum(int(np.count_nonzero(one.counts)) for one in marks)
+    error, error_interval = tail([mark.scaled * unit for mark in marks])
+    counts = sum(int(np.count_nonzero(mark.counts)) for mark in marks)
     return Point(
         diagram=task.diagram,
         label=f"{variant or renderer}, {precision}",
@@ -122,9 +122,9 @@ def _point(task: Task, renderer: str, variant: str, precision: str, kind: str, m
         clock="kernels",
         error=error,
         error_interval=error_interval,
-        natural=quantile([one.natural for one in marks]),
+        natural=quantile([mark.natural for mark in marks]),
         unit=UNITS[Stage.OBJECT],
-        wrong=sum(int(np.count_nonzero(one.wrong)) for one in marks) / max(1, counts),
+        wrong=sum(int(np.count_nonzero(mark.wrong)) for mark in marks) / max(1, counts),
     )
 
 

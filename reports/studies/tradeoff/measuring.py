@@ -75,13 +75,13 @@ def tasks(
     families = {
         name: [case for case in cases if case.family == name] for name in dict.fromkeys(c.family for c in cases)
     } | {case.name.replace("/", "-"): [case] for case in files}
-    found = [
+    wanted_tasks = [
         task
         for name in stresses
         for slot in STRESSES.about(name)["slots"]
         if slot in SLOTS and (task := _task(name, slot, [scene for _, scene in STRESSES[name]()], wanted)) is not None
     ]
-    found += [
+    wanted_tasks += [
         task
         for name, members in families.items()
         for slot in SLOTS
@@ -94,9 +94,9 @@ def tasks(
         lit.sort(key=lambda case: -case.samples)
         if lit:
             sampled.append(Sampled(family=name, scene=lit[0].scene))
-    if wanted and not found and not climbed:
+    if wanted and not wanted_tasks and not climbed:
         raise LookupError("none of the scenes and ladders named shows any of the formulas named")
-    return tuple(found), tuple(sampled), climbed
+    return tuple(wanted_tasks), tuple(sampled), climbed
 
 
 def _task(family: str, slot: str, scenes: Sequence[Scene], named: tuple[Formula, ...]) -> Task | None:
@@ -132,13 +132,13 @@ def sampling_entries(diagram: str, scene: Scene, tell: Callable[[str], None]) ->
     tell(f"{diagram}: samples per pixel")
     asked = small(scene)
     truth = Analytic().render(asked, [Stage.RADIANCE], samples=TRUTH_PER_SIDE)[Stage.RADIANCE]
-    found = []
+    records = []
     for precision in PRECISIONS:
         one = Configuration(precision=precision)
         for per_side in PER_SIDE:
             large = enlarged(asked, SAMPLES_TIMED / per_side**2)
             image = render(asked, [Stage.RADIANCE], one, samples=per_side)[Stage.RADIANCE]
-            found.append(
+            records.append(
                 Entry(
                     point=_point(diagram, "tracer", precision, per_side, "kernels", image, truth),
                     launch=partial(_traced, large, one, per_side),
@@ -154,14 +154,14 @@ def sampling_entries(diagram: str, scene: Scene, tell: Callable[[str], None]) ->
         for per_side in PER_SIDE:
             large = enlarged(asked, SAMPLES_WALL / per_side**2)
             image = reference.render(asked, [Stage.RADIANCE], samples=per_side)[Stage.RADIANCE]
-            found.append(
+            records.append(
                 Entry(
                     point=_point(diagram, name, "float32", per_side, clock, image, truth),
                     launch=_mitsuba(kind.variant, large, per_side, clock),
                     rays=pixels(large),
                 )
             )
-    return found
+    return records
 
 
 def _point(

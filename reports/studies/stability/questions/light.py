@@ -323,13 +323,13 @@ class Decision:
 
     def grade(self, ladder: Ladder, inputs: Inputs, truth: Truth, answer: Answer, precision: str) -> Grades:
         """Return wrong decisions."""
-        said, yes = answer["yes"] > 0, truth.facts["yes"]
-        unknown = np.full(len(said), np.nan)
+        answered, yes = answer["yes"] > 0, truth.facts["yes"]
+        unknown = np.full(len(answered), np.nan)
         return Grades(
             counted=truth.counted,
-            false_hit=said & ~yes,
-            false_miss=~said & yes,
-            invalid=np.zeros(len(said), dtype=bool),
+            false_hit=answered & ~yes,
+            false_miss=~answered & yes,
+            invalid=np.zeros(len(answered), dtype=bool),
             error=unknown,
             index=unknown,
         )

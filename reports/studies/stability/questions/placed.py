@@ -62,15 +62,15 @@ class Distance:
         """Return hit and t; a ray with a hit that pairs cannot place is not counted."""
         name = str(ladder.options["shape"])
         shape = SHAPES[name]()
-        given, shift = rescaled(inputs, name) if name in LENGTHS else (inputs, np.zeros(len(rungs), dtype=int))
+        numbers, shift = rescaled(inputs, name) if name in LENGTHS else (inputs, np.zeros(len(rungs), dtype=int))
         if name == "cube":
-            given = given | {"towards": towards(given["d"])}
-        signs, values = decided(shape.predicates, given), evaluated(shape.values, given)
-        hit = shape.decide(signs, values, given)
-        witness = Witness(*witnessed(shape.values, given, values, sample(rungs)))
+            numbers = numbers | {"towards": towards(numbers["d"])}
+        signs, values = decided(shape.predicates, numbers), evaluated(shape.values, numbers)
+        hit = shape.decide(signs, values, numbers)
+        witness = Witness(*witnessed(shape.values, numbers, values, sample(rungs)))
         counted = ~(hit.hit & ~np.isfinite(hit.t.high))
         return Truth(
-            counted=counted, facts={"hit": hit, "given": given, "shift": shift, "shape": shape}, witness=witness
+            counted=counted, facts={"hit": hit, "given": numbers, "shift": shift, "shape": shape}, witness=witness
         )
 
     def answer(self, ladder: Ladder, formula: Formula, inputs: Inputs, precision: str) -> Answer:
@@ -88,21 +88,21 @@ class Distance:
 def graded(ladder: Ladder, truth: Truth, t: np.ndarray, precision: str) -> Grades:
     """Return the marks of answers `t`."""
     hit: Hit = truth.facts["hit"]
-    given, u = truth.facts["given"], UNIT_ROUNDOFF[precision]
-    found = np.isfinite(t)
-    both = found & hit.hit & truth.counted
+    numbers, u = truth.facts["given"], UNIT_ROUNDOFF[precision]
+    hits = np.isfinite(t)
+    both = hits & hit.hit & truth.counted
     with np.errstate(all="ignore"):
         off = np.where(both, abs(hit.t.minus(np.ldexp(t, truth.facts["shift"]))), np.nan)
-        center = given[truth.facts["shape"].center] if truth.facts["shape"].center else 0.0
-        reach = abs(given["o"] - center) + abs(hit.t.high[:, None] * given["d"])
+        center = numbers[truth.facts["shape"].center] if truth.facts["shape"].center else 0.0
+        reach = abs(numbers["o"] - center) + abs(hit.t.high[:, None] * numbers["d"])
         weight = np.sum(abs(hit.normal) * reach, axis=1) + hit.size
-        slope = abs(np.sum(hit.normal * given["d"], axis=1))
+        slope = abs(np.sum(hit.normal * numbers["d"], axis=1))
         index = off * slope / (u * weight)
-        error = off / natural(ladder, given, hit.t, u)
+        error = off / natural(ladder, numbers, hit.t, u)
     return Grades(
         counted=truth.counted,
-        false_hit=found & ~hit.hit & truth.counted,
-        false_miss=~found & hit.hit & truth.counted,
+        false_hit=hits & ~hit.hit & truth.counted,
+        false_miss=~hits & hit.hit & truth.counted,
         invalid=(np.isnan(t) & truth.counted) if t.size else nothing(0),
         error=error,
         index=index,
@@ -186,15 +186,15 @@ class PlacedDistance:
         moved = evaluated(
             lambda x: {f"{k}{i}": v for k, t in in_object_space(x).items() for i, v in enumerate(t)}, inputs
         )
-        given = {k: np.stack([moved[f"{k}{i}"].high for i in range(3)], axis=1) for k in "od"}
-        given |= {"c": np.zeros_like(given["o"]), "r": np.ones(len(rungs))}
+        numbers = {k: np.stack([moved[f"{k}{i}"].high for i in range(3)], axis=1) for k in "od"}
+        numbers |= {"c": np.zeros_like(numbers["o"]), "r": np.ones(len(rungs))}
         if name == "cube":
-            inputs["towards"] = towards(given["d"])
+            inputs["towards"] = towards(numbers["d"])
         predicates, values = whole(shape.predicates), whole(shape.values)
         signs, found = decided(predicates, inputs), evaluated(values, inputs)
-        hit = shape.decide(signs, found, given)
+        hit = shape.decide(signs, found, numbers)
         witness = Witness(*witnessed(values, inputs, found, sample(rungs)))
-        facts = {"hit": hit, "given": given, "shift": np.zeros(len(rungs), dtype=int), "shape": shape}
+        facts = {"hit": hit, "given": numbers, "shift": np.zeros(len(rungs), dtype=int), "shape": shape}
         return Truth(counted=~(hit.hit & ~np.isfinite(hit.t.high)), facts=facts, witness=witness)
 
     def answer(self, ladder: Ladder, formula: Formula, inputs: Inputs, precision: str) -> Answer:
@@ -389,13 +389,13 @@ class Order:
 
     def grade(self, ladder: Ladder, inputs: Inputs, truth: Truth, answer: Answer, precision: str) -> Grades:
         """Return wrong orders."""
-        said, right = answer["second"] > 0, truth.facts["second"]
-        unknown = np.full(len(said), np.nan)
+        answered, right = answer["second"] > 0, truth.facts["second"]
+        unknown = np.full(len(answered), np.nan)
         return Grades(
             counted=truth.counted,
-            false_hit=said & ~right & truth.counted,
-            false_miss=~said & right & truth.counted,
-            invalid=np.zeros(len(said), dtype=bool),
+            false_hit=answered & ~right & truth.counted,
+            false_miss=~answered & right & truth.counted,
+            invalid=np.zeros(len(answered), dtype=bool),
             error=unknown,
             index=unknown,
         )

@@ -82,13 +82,13 @@ class ViewRay:
         high, low = tangents(inputs["fovy"])
         given = {name: inputs[name] for name in ("eye", "target", "up", "sx", "sy", "aspect")}
         given |= {"tangent": high, "tangent_rest": low}
-        found = evaluated(looking, given)
-        witness = Witness(*witnessed(looking, given, found, sample(rungs)))
+        values = evaluated(looking, given)
+        witness = Witness(*witnessed(looking, given, values, sample(rungs)))
         forward = inputs["target"] - inputs["eye"]
         sine = np.linalg.norm(np.cross(forward, inputs["up"]), axis=1)
         sine = sine / np.linalg.norm(forward, axis=1) / np.linalg.norm(inputs["up"], axis=1)
-        finite = np.isfinite(found["n0"].high)
-        return Truth(counted=finite, facts={"n": found, "K": 1 + 1 / sine}, witness=witness)
+        finite = np.isfinite(values["n0"].high)
+        return Truth(counted=finite, facts={"n": values, "K": 1 + 1 / sine}, witness=witness)
 
     def answer(self, ladder: Ladder, formula: Formula, inputs: Inputs, precision: str) -> Answer:
         """Return directions, one camera per ray and all in one kernel."""

@@ -297,14 +297,14 @@ class SpecialDistance:
         hit = nothing(len(plain))
         hit[plain] = exact.facts["hit"].hit
         # Where a ray meets z = 0 is a question about heights alone.
-        seen = inputs
+        numbers = inputs
         if ladder.options["shape"] == "plane":
-            seen = {name: array[:, 2] for name, array in inputs.items()}
-        facts = {"finite": finite(seen), "plain": plain, "hit": hit}
+            numbers = {name: array[:, 2] for name, array in inputs.items()}
+        facts = {"finite": finite(numbers), "plain": plain, "hit": hit}
         given = inputs | {"towards": towards(inputs["d"])} if ladder.options["shape"] == "cube" else inputs
         shape = SHAPES[str(ladder.options["shape"])]()
         # An infinite direction may have a limit; what is no number at all has none, in the distance or in a decision.
-        unknown = np.any([np.isnan(array.reshape(len(plain), -1)).any(axis=1) for array in seen.values()], axis=0)
+        unknown = np.any([np.isnan(array.reshape(len(plain), -1)).any(axis=1) for array in numbers.values()], axis=0)
         none = impossible(lambda x: shape.values(x) | shape.predicates(x), given, unknown)
         witness = Witness(exact.witness.values + none.values, max(exact.witness.worst, none.worst))
         return Truth(counted=~nothing(len(plain)), facts=facts, witness=witness)

@@ -41,16 +41,18 @@ class Watertight:
 
     def truth(self, ladder: Ladder, inputs: Inputs, rungs: np.ndarray) -> Truth:
         """Return which rays certainly pierce the fan; rationals confirm a sample."""
-        seen = {name: inputs[name] - inputs["o"] for name in inputs if name.startswith("p")}
-        sides = [_side(seen, inputs["d"], edge) for edge in rim(ladder)]
+        corners = {name: inputs[name] - inputs["o"] for name in inputs if name.startswith("p")}
+        sides = [_side(corners, inputs["d"], edge) for edge in rim(ladder)]
         facing = [
-            np.sum(np.cross(seen[f"p{b}"] - seen[f"p{a}"], seen[f"p{c}"] - seen[f"p{a}"]) * inputs["d"], axis=1)
+            np.sum(
+                np.cross(corners[f"p{b}"] - corners[f"p{a}"], corners[f"p{c}"] - corners[f"p{a}"]) * inputs["d"], axis=1
+            )
             for a, b, c in fans(ladder)
         ]
-        length = np.linalg.norm(seen["p1"] - seen["p0"], axis=1)
+        length = np.linalg.norm(corners["p1"] - corners["p0"], axis=1)
         forward = np.sign(facing[0])
         with np.errstate(all="ignore"):
-            margin = MARGIN * length * np.linalg.norm(seen["p0"], axis=1)
+            margin = MARGIN * length * np.linalg.norm(corners["p0"], axis=1)
             clear = np.all([side * forward > margin for side in sides], axis=0)
             clear &= np.all([face * forward > MARGIN * length**2 for face in facing], axis=0)
         return Truth(counted=clear, facts={}, witness=self._witness(ladder, inputs, rungs, clear))
