@@ -157,6 +157,8 @@ def test_feelers_that_part_lose_no_hit_either() -> None:
             points=[feeler.origin for feeler in feelers],
             alike=turns(feelers),
             columns=2,
+            eye=eye,
+            sample=types.Float(0.01),
             skips=None,
             active=[types.Bool(np.ascontiguousarray(asked[:, k])) for k in range(PER_LANE)],
             width=LANES,
@@ -168,6 +170,26 @@ def test_feelers_that_part_lose_no_hit_either() -> None:
             np.testing.assert_array_equal(found[where], np.isfinite(expected)[where], err_msg=f"scene {seed}")
             hits += np.isfinite(expected)[where].sum()
     assert hits > 40 * LANES * PER_LANE * 0.05
+
+
+def test_points_without_neighbours_make_no_wide_beam() -> None:
+    # No image shows it: 20 000 thin rods took 1.5 times as long.
+    types = array_types("float32")
+    forest = grown(np.eye(3, dtype=np.float32)[np.newaxis], types)
+    points = [types.Vector(x, 0.0, 0.0) for x in (0.0, 5.0, 5.0, 5.001)]
+    rays = prepared([Ray(origin=point, direction=types.Vector(0.0, 0.0, 1.0)) for point in points])
+    groups = dr.zeros(types.UInt, 1)
+    way = from_the_light(forest, rays, types.Vector(0.0, 0.0, 9.0), Interval(nearest=0, farthest=1))
+
+    def counted(group: Any, turn: Any) -> tuple[Walk, Any]:
+        dr.scatter_add(groups, types.UInt(1), types.UInt(0))
+        return way(group, turn)
+
+    tile = {"points": points, "alike": turns(rays), "columns": 2, "eye": types.Vector(0.0, 0.0, 1.0), "skips": None}
+    active = [types.Bool(k in (0, 3)) for k in range(4)]
+    dr.eval(any_hit_in_groups(types, counted, **tile, sample=types.Float(0.01), active=active, width=1))
+
+    assert groups[0] == 2
 
 
 @pytest.mark.parametrize("pipelined", [False, True])

@@ -20,6 +20,7 @@ Where a tile shows two surfaces, one behind the other, a single beam from the li
 between them: one tile in a hundred, and most of the work.
 """
 
+import operator
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol
@@ -123,13 +124,6 @@ def _begin(walk: Walk, active: Any, width: int) -> tuple[Any, Any]:
     return dr.select(active, root, DONE), trail
 
 
-def _largest(values: Sequence[Any]) -> Any:
-    largest = values[0]
-    for value in values[1:]:
-        largest = dr.select(value > largest, value, largest)
-    return largest
-
-
 def _nested(walk: Walk, aim: _Aim, *, key: Any, trail: Any, state: list[Any]) -> list[Any]:
     """Go through a tree from (key, trail), and return the state at the end."""
     # A leaf is reached before the loop and at the end of each round: where there is none, none is looked at.
@@ -200,7 +194,9 @@ def nearest(
     Single: Any = dr.float32_array_t(types.Float)
 
     def limit(state: list[Any]) -> Any:
-        farthest = _largest([dr.select(best < end, best, end) for best, end in zip(state[:count], limits, strict=True)])
+        farthest = reduced(
+            larger, [dr.select(best < end, best, end) for best, end in zip(state[:count], limits, strict=True)]
+        )
         return Single(farthest) * WIDER if types.precision == "float64" else farthest
 
     def met(items: Sequence[tuple[Any, Any]], state: list[Any]) -> list[Any]:
@@ -239,15 +235,10 @@ def any_hit(
         return found
 
     def is_open(state: list[Any]) -> Any:
-        open_ = types.Bool(False)
-        for one, t in zip(active, state, strict=True):
-            open_ = open_ | (one & (t == dr.inf))
-        return open_
+        return reduced(operator.or_, [one & (t == dr.inf) for one, t in zip(active, state, strict=True)])
 
-    anyone = active[0]
-    for one in active[1:]:
-        anyone = anyone | one
     aim = _Aim(met=met, limit=lambda state: farthest, open=is_open)
+    anyone = reduced(operator.or_, active)
     return _through(walk, aim, anyone, [dr.full(types.Float, dr.inf, width) for _ in active], width)
 
 
@@ -294,7 +285,9 @@ def nearest_child(types: ArrayTypes, hits: Sequence[Any], enters: Sequence[Any])
     return some != 0, child, others >> 1
 
 
-APART = 2.0  # times what a tile spans whose neighbours are all as close as the closest two; measured
+# A group spans at most so many times what the tile would if all neighbours were as close as the closest two, and what
+# it would if it faced the eye: where the closest two are far apart, one beam would meet what lies between; measured.
+APART, FACING = 2.0, 4.0
 
 
 def _apart(a: Any, b: Any) -> Any:
@@ -303,12 +296,12 @@ def _apart(a: Any, b: Any) -> Any:
     return larger(larger(x, y), z)
 
 
-def _span(points: Sequence[Any], active: Sequence[Any], columns: int) -> Any:
-    """Return what the tile would span if all its points lay as close together as the closest two neighbours do."""
+def _closest(points: Sequence[Any], active: Sequence[Any], columns: int) -> Any:
+    """Return how close together the closest two neighbours of a tile lie; without any, inf."""
     pairs = [(k, k + 1) for k in range(len(points)) if (k + 1) % columns]
     pairs += [(k, k + columns) for k in range(len(points) - columns)]
     apart = [dr.select(active[a] & active[b], _apart(points[a], points[b]), dr.inf) for a, b in pairs]
-    return reduced(smaller, apart) * (columns - 1 + len(points) // columns - 1)
+    return reduced(smaller, apart)
 
 
 def any_hit_in_groups(
@@ -318,6 +311,8 @@ def any_hit_in_groups(
     points: Sequence[Any],
     alike: Sequence[Sequence[Any]],
     columns: int,
+    eye: Any,
+    sample: Any,
     skips: Callable[[Any, int], Any] | None,
     active: Sequence[Any],
     width: int,
@@ -325,29 +320,29 @@ def any_hit_in_groups(
     """Return what `any_hit` returns for rays from `points` [m], a tile row by row.
 
     Rays in a group have the same masks `alike`; `walk(group, alike)` is the way of one group, and the t of its end.
+    Seen from `eye` [m], neighbouring samples lie `sample` apart, per unit of distance.
     """
     if len(points) == 1:
         single, farthest = walk(active, alike[0])
         return any_hit(single, farthest=farthest, skips=skips, active=active, width=width)
-    limit = _span(points, active, columns) * APART
+    across = columns - 1 + len(points) // columns - 1  # from corner to corner, in samples
+    limit = _closest(points, active, columns) * (across * APART)
     found = [dr.full(types.Float, dr.inf, width) for _ in active]
     waiting = [dr.full(types.Bool, True, width) & one for one in active]
 
     def going(waiting: Any, found: Any) -> Any:
-        anyone = waiting[0]
-        for one in waiting[1:]:
-            anyone = anyone | one
-        return anyone
+        return reduced(operator.or_, waiting)
 
     def step(waiting: Any, found: Any) -> tuple[Any, Any]:
         seed, like = points[-1], list(alike[-1])
         for one, point, masks in zip(waiting[-2::-1], points[-2::-1], alike[-2::-1], strict=True):
             seed = dr.select(one, point, seed)
             like = [dr.select(one, mask, before) for mask, before in zip(masks, like, strict=True)]
+        widest = smaller(_apart(seed, eye) * sample * (across * FACING), limit)
         group = []
         for one, point, masks in zip(waiting, points, alike, strict=True):
             # Compared this way around a point that is no number joins, and somebody always leaves.
-            joins = one & ~(_apart(point, seed) > limit)
+            joins = one & ~(_apart(point, seed) > widest)
             for mask, other in zip(masks, like, strict=True):
                 joins &= ~(mask ^ other)
             group.append(joins)

@@ -3,6 +3,7 @@
 Spheres, cubes and squares have a tree for each kind, so that a leaf holds one formula; all meshes' triangles share one.
 """
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
@@ -348,6 +349,9 @@ class Hierarchies:
         """
         obstructed = self.configuration["obstructed"]
         rays, intervals = [feeler.ray for feeler in feelers], [feeler.interval for feeler in feelers]
+        camera = self.scene.camera
+        eye = self.parameters("camera eye", self.types.Vector(*camera.eye))
+        sample = self.parameters("camera sample", self.types.Float(2 * math.tan(camera.alpha) / camera.height))
         if self.hierarchies:
             self.parameters.store(light)
             rays = prepared(rays)
@@ -369,6 +373,8 @@ class Hierarchies:
                 points=[ray.origin for ray in rays],
                 alike=turns(rays) if triangles else [()] * len(rays),
                 columns=self.plan.columns,
+                eye=eye,
+                sample=sample,
                 skips=None if feelers[0].skip is None else self._skips(hierarchy, feelers),
                 active=active,
                 width=max(dr.width(ray.origin) for ray in rays),
