@@ -96,6 +96,9 @@ class SceneTruth:
         met = {Stage.RAY: ours[Stage.RAY], Stage.OBJECT: np.where(named, objects, -1.0)}
         for stage in (Stage.DISTANCE, Stage.POSITION, Stage.NORMAL):
             met[stage] = self.oracle.continue_from(self.scene, stage, met)
+            if stage is Stage.DISTANCE and stage in ours:
+                # Where its ray misses the shape by rounding, its own distance says where it hit.
+                met[stage] = np.where(named & ~np.isfinite(met[stage]), ours[stage], met[stage])
         met[Stage.OBJECT] = np.where(np.isfinite(met[Stage.DISTANCE]), met[Stage.OBJECT], -1.0)
         about = self.scene, met, condition(self.scene, met)
         each = [limits(*about, g, by_matrices=own).continued for g, own in zip(roundoffs, by_matrices, strict=True)]

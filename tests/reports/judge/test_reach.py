@@ -15,6 +15,10 @@ from rayproof.reports.judge.measurement import Kind
 from rayproof.reports.judge.oracle import stages_of
 from rayproof.reports.judge.scene_truth import scene_truth
 from rayproof.reports.judge.stage_measuring import measure_end_to_end
+from rayproof.reports.results.outcomes import Outcome
+from rayproof.reports.shrinking.failure import judged, renderer
+from rayproof.reports.subjects import THE_TRACER
+from rayproof.tracer.configuration import Configuration
 from tests.reports.judge.scenes import CAMERA, ORACLE, SCENE, candidate, witness
 
 
@@ -172,3 +176,23 @@ def test_the_plane_that_a_shape_turns_to_the_eye_is_where_its_surface_is(kind):
 
     assert offsets[nearest] < 1e-12
     assert lifted == pytest.approx(1e-3, rel=1e-2)
+
+
+def test_a_hit_that_its_own_ray_misses_by_rounding_has_the_normals_limit_of_its_own_place():
+    # Found by `run random --worst`: float32 hits the rim, its ray misses by less, and the limit of the normal was 0.
+    rows = ((0.005787, -0.006356, -0.003409, 0.0), (0.0055, 0.86, -0.0032, 0.0), (0.004651, -5.3e-05, 0.007992, 0.0))
+    sphere = Sphere(
+        albedo=(1, 1, 1), center=(0.173515, 0.134847, 0.173515), radius=0.501975, to_world=(*rows, (0.0, 0.0, 0.0, 1.0))
+    )
+    camera = replace(
+        CAMERA, eye=(-2.459708596056443, 0, -0.14891670418613706), target=(0.0004219, -0.015, -0.0022379),
+        up=(0, 0, 1), fovy=1, width=3, height=3, near=1, far=100,
+    )  # fmt: skip
+    render = renderer(THE_TRACER, Configuration(precision="float32"))
+
+    answered = judged(replace(SCENE, camera=camera, shapes=(sphere,), lights=()), render)
+
+    assert answered is not None
+    verdict, subject, truth = answered
+    assert (subject.answers[Stage.OBJECT][1, 1, 0], truth[Stage.OBJECT][1, 1, 0]) == (0, -1)
+    assert [check.reason for check in verdict.checks if check.outcome is Outcome.FAIL] == []
