@@ -189,7 +189,7 @@ class _Numbers:
 KEPT = ("width", "height", "to_world", "faces", "albedo", "flux")  # no numbers, or such as have a default
 
 
-def _groups(scene: Scene) -> list[_Numbers]:
+def groups(scene: Scene) -> list[_Numbers]:
     """Return the numbers of a scene, vector by vector."""
     found = [_field(("camera",), one.name, getattr(scene.camera, one.name)) for one in fields(Camera) if _plain(one)]
     for index, shape in enumerate(scene.shapes):
@@ -248,28 +248,28 @@ def fewer_digits(search: Search) -> None:
     for decimals in DECIMALS[:4]:
         if search.attempt(partial(_all_rounded, search.scene, decimals)):
             break
-    for number in range(len(_groups(search.scene))):
-        group = _groups(search.scene)[number]
+    for number in range(len(groups(search.scene))):
+        group = groups(search.scene)[number]
         if sum(map(digits, group.values.ravel())) <= group.values.size:
             continue
         values = [np.ones_like(group.values)] if group.values.ndim < 2 else []
         values = values if group.color else [np.zeros_like(group.values), *values]
         values += [_rounded(group.values, decimals) for decimals in DECIMALS]
         search.first([partial(group.put, search.scene, value) for value in values])
-    for number in range(len(_groups(search.scene))):
-        for place in range(_groups(search.scene)[number].values.size):
+    for number in range(len(groups(search.scene))):
+        for place in range(groups(search.scene)[number].values.size):
             _plainer_number(search, number, place)
 
 
 def _all_rounded(scene: Scene, decimals: int) -> Scene:
-    for number in range(len(_groups(scene))):
-        group = _groups(scene)[number]
+    for number in range(len(groups(scene))):
+        group = groups(scene)[number]
         scene = group.put(scene, _rounded(group.values, decimals))
     return scene
 
 
 def _plainer_number(search: Search, number: int, place: int) -> None:
-    group = _groups(search.scene)[number]
+    group = groups(search.scene)[number]
     value = group.values.ravel()[place]
     if digits(value) <= 1:
         return
