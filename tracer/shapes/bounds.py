@@ -66,6 +66,12 @@ def beyond(scene: Scene, precision: str) -> str | None:
     camera, largest = scene.camera, LARGEST[precision]
     if max(map(abs, camera.up)) < float(np.finfo(precision).tiny):
         return f"up is {camera.up}: {precision} cannot tell it from zero"
+    points = (camera.eye, camera.target, camera.up)
+    eye, target, up = (np.asarray(point, dtype=precision).astype(np.longdouble) for point in points)
+    if np.array_equal(eye, target):
+        return f"{precision} cannot tell the target {camera.target} m from the eye"
+    if not np.any(np.cross(target - eye, up)):
+        return f"up is {camera.up}: {precision} cannot tell it from the direction of view"
     sizes = {"the eye": math.hypot(*camera.eye), "the target": math.hypot(*camera.target)}
     # A plane has a place and no size. What overflows even float64 is infinite, and larger than anything.
     with np.errstate(over="ignore"):

@@ -103,6 +103,8 @@ LINES: Mapping[str, str] = {
     'shapes/primitives.py:known = ", ".join(kind.__name__ for kind in KINDS)': REFUSED,
     ('shapes/bounds.py:return f"{name} is {value:g}, which {precision} cannot hold (at most {greatest:.3g})"'): REFUSED,
     'shapes/bounds.py:return f"up is {camera.up}: {precision} cannot tell it from zero"': REFUSED,
+    'shapes/bounds.py:return f"up is {camera.up}: {precision} cannot tell it from the direction of view"': REFUSED,
+    'shapes/bounds.py:return f"{precision} cannot tell the target {camera.target} m from the eye"': REFUSED,
     (
         'shapes/bounds.py:return f"{where} reaches {length:.3g} m; the squares of lengths beyond '
         '{largest:.3g} m overflow {precision}"'

@@ -92,6 +92,22 @@ def test_the_up_vector_may_have_any_length(length: float, precision: str) -> Non
     np.testing.assert_allclose(found, usual, atol=1e-6)
 
 
+# Found by `run random --worst`: without a direction of view every ray was NaN, and the tracer was accused.
+@pytest.mark.parametrize(
+    ("target", "complaint"),
+    [
+        ((2000.00005, 1e-4, 0.0), "up is .*: float32 cannot tell it from the direction of view"),
+        ((2000.00001, 0.0, 0.0), "float32 cannot tell the target .* m from the eye"),
+    ],
+)
+def test_a_view_that_float32_cannot_tell_is_refused(target: tuple[float, float, float], complaint: str) -> None:
+    view = Camera(eye=(2000, 0, 0), target=target, up=(0, 1, 0), fovy=30, width=2, height=2, near=0.1, far=9)
+
+    with pytest.raises(ValueError, match=complaint):
+        render(scene(camera=view), (Stage.RAY,), Configuration(precision="float32"))
+    assert np.isfinite(render(scene(camera=view), (Stage.RAY,), Configuration(precision="float64"))[Stage.RAY]).all()
+
+
 # Its reference point is the target, 1e-22 m away: the square of that is 0.
 @pytest.mark.parametrize("variant", [variant for variant in RAYS if variant != "reference_point_at_target"])
 def test_a_target_next_to_the_eye_gives_the_direction_all_the_same(variant: str) -> None:
