@@ -26,6 +26,7 @@ def merge(
     if not folders:
         raise UsageError("name the folders of the parts: rayproof run --merge DIR... --out ALL")
     from rayproof.reports.results.headline import THE_USUAL
+    from rayproof.reports.results.provenance import keep_whole
     from rayproof.reports.run import suite
     from rayproof.reports.run.options import RunOptions
     from rayproof.reports.run.shards import load_shards, merge
@@ -58,6 +59,7 @@ def merge(
     suite.clear(out)
     with told_in_one_line():
         results, found = merge(shards, out, tracer=tracer)
+        keep_whole(folders[0], out)
     there = {shard.about["number"] for shard in shards}
     for number in sorted({*range(1, about["of"] + 1)} - there):
         say(f"part {number}/{about['of']} was not given: its cases are missing")

@@ -335,7 +335,8 @@ def show(records: list["ClimbRecord"], doubts: list[str], surprises: int, *, eve
     expected = sum(one["expected"] == "fail" for one in records)
     ladders = len({one["ladder"] for one in records})
     say(
-        f"{ladders} ladders, {len(records)} climbs, {expected} known failures, "
+        f"{ladders} ladder{'' if ladders == 1 else 's'}, {len(records)} climb{'' if len(records) == 1 else 's'}, "
+        f"{expected} known failure{'' if expected == 1 else 's'}, "
         f"{surprises} surprise{'' if surprises == 1 else 's'}"
     )
 

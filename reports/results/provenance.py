@@ -137,6 +137,19 @@ def keep(folder: Path, kind: str, seed: object = "") -> None:
     write_text(place / NAME, as_json(record, indent=1) + "\n")
 
 
+def keep_whole(part: Path, out: Path) -> None:
+    """Copy the origin of a part of a run into the folder of the whole, whose command is the same without --shard."""
+    place = out / FOLDER / "run"
+    shutil.rmtree(place, ignore_errors=True)
+    if "run" not in kinds(part):
+        return
+    shutil.copytree(part / FOLDER / "run", place)
+    record = load(out, "run")
+    words = zip(["", *record["command"]], record["command"], strict=False)
+    command = [word for before, word in words if before != "--shard" and word.partition("=")[0] != "--shard"]
+    write_text(place / NAME, as_json({**record, "command": command}, indent=1) + "\n")
+
+
 def _digest(path: Path) -> str:
     with path.open("rb") as file:
         return hashlib.file_digest(file, "sha256").hexdigest()

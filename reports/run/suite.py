@@ -115,7 +115,8 @@ def run(request: RunOptions, workers: "Pool | Dispatch | None" = None) -> int:
     if faults:
         console.print(f"PLANTED FAULT in this run: {', '.join(faults)}; it must fail", style="bold red")
     who = "" if subject.is_tracer else f"{subject.title}: "
-    line = legible(f"{who}{len(planned)} cases against {', '.join(heard.names)}; results in {request.out}")
+    cases = f"{len(planned)} case{'' if len(planned) == 1 else 's'}"
+    line = legible(f"{who}{cases} against {', '.join(heard.names)}; results in {request.out}")
     console.print(line, soft_wrap=True)
     start, started = time.perf_counter(), datetime.now(UTC)
     workers = workers or pool_of(subject, jobs=request.jobs, timeout=request.timeout)
