@@ -210,18 +210,20 @@ def edge_functions(sheared: Sheared, product: Callable[[Any, Any, Any, Any], Any
     return product(C.x, B.y, C.y, B.x), product(A.x, C.y, A.y, C.x), product(B.x, A.y, B.y, A.x)
 
 
-def _smaller(a: Any, b: Any) -> Any:
+def smaller(a: Any, b: Any) -> Any:
+    """Return the smaller; one instruction, where a minimum that propagates NaN takes several."""
     return dr.select(a < b, a, b)
 
 
-def _larger(a: Any, b: Any) -> Any:
+def larger(a: Any, b: Any) -> Any:
+    """Return the larger."""
     return dr.select(a > b, a, b)
 
 
 def distance(sheared: Sheared, areas: tuple[Any, Any, Any], interval: Interval) -> Any:
     """Return t where no two areas differ in sign and t lies inside the interval, or inf."""
     U, V, W = areas
-    outside = (_smaller(_smaller(U, V), W) < 0) & (_larger(_larger(U, V), W) > 0)
+    outside = (smaller(smaller(U, V), W) < 0) & (larger(larger(U, V), W) > 0)
     determinant = U + V + W
     parallel = determinant == 0
     t = (U * sheared.A.z + V * sheared.B.z + W * sheared.C.z) / dr.select(parallel, 1, determinant)

@@ -56,8 +56,7 @@ class DeviceBuffers:
 
     def floats(self, name: str, types: ArrayTypes, values: Callable[[], np.ndarray]) -> Any:
         """Return an array of the precision of `types`, rounded once."""
-        kind = np.float64 if types.precision == "float64" else np.float32
-        return self.upload(f"{name}, {types.precision}", types.Float, lambda: np.asarray(values(), dtype=kind))
+        return self.upload(f"{name}, {types.precision}", types.Float, lambda: np.asarray(values(), types.precision))
 
 
 def packets(types: ArrayTypes, source: Any, record: Any, count: int) -> list[Any]:
@@ -73,18 +72,15 @@ class KernelConstants(Protocol):
 
     def __call__(self, name: str, value: Any) -> Any:
         """Return the Dr.Jit literal `value`, a number, vector or matrix; `name` is its own and says what it is."""
-        ...
 
     def store(self, *values: Any) -> None:
         """Let a kernel end here, if kernels are to be shared, with `values` (any tree of arrays) in memory."""
-        ...
 
     def per_lane(self, value: Any, width: int) -> Any:
         """Return the value, if kernels are to be shared once for each of `width` lanes and in memory.
 
         Then it is the same code whether it differs from lane to lane, and whether a kernel has changed it before.
         """
-        ...
 
 
 class Literals:

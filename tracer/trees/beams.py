@@ -37,6 +37,7 @@ import drjit as dr
 import numpy as np
 
 from rayproof.cases.rounding import UNIT_ROUNDOFF
+from rayproof.tracer.kernel.arithmetic import larger, smaller
 from rayproof.tracer.kernel.arrays import ArrayTypes
 from rayproof.tracer.kernel.parameters import KernelConstants
 from rayproof.tracer.shapes.shape import TracedShape
@@ -47,16 +48,6 @@ TINY = 2.0**-60  # grid steps per unit of t; a narrower beam is widened to it, w
 # The same for a single ray, and what its largest component must exceed over the distance to go, in steps per t.
 LEAST, SLOWEST = 2.0**-100, 2.0**-90
 ROUNDINGS = 16.0
-
-
-def smaller(a: Any, b: Any) -> Any:
-    """Return the smaller; one instruction, where a minimum that propagates NaN takes several."""
-    return dr.select(a < b, a, b)
-
-
-def larger(a: Any, b: Any) -> Any:
-    """Return the larger."""
-    return dr.select(a > b, a, b)
 
 
 def _bounds(slope: Any, applies: Any, origin: Any, *, otherwise: float) -> tuple[Any, Any]:

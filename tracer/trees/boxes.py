@@ -1,17 +1,14 @@
 """Boxes of a tree: on the grid of its nodes, and as they lie on the device.
 
-The boxes of a tree's items on the grid of its nodes: corners rounded outward, once, to 2^16 steps per axis.
+On the grid corners are rounded outward, once, to 2^16 steps per axis. The box about several items is then the minimum
+of small integers, by which the tree is built and its nodes are written.
 
-The box about several items is then the minimum of small integers, by which the tree is built and its nodes are written:
-no rounding is left that a node would need room for.
+The boxes of a tree on the device: four are read at once, those of a node's grandchildren in the binary heap, as one
+packet of 32 bytes. It holds the lower corner of the box about all four and how many steps of the grid, a power of two
+for each axis, make one of 255 within; and the corners of the four, rounded outward once more, in a byte a coordinate.
 
-The boxes of a tree on the device: corners rounded outward to a grid of 2^16 steps per axis, six numbers in 12 bytes.
-
-Four boxes are read at once, those of a node's grandchildren in the binary heap: three packets of four words.
-
-A coarser box is entered more often and loses nothing; half the memory is worth more than the tighter fit (Mitsuba's
-Embree and many others quantise too: Mahovsky and Wyvill, "Memory-Conserving Bounding Volume Hierarchies with Coherent
-Raytracing", Computer Graphics Forum 25 (2006)).
+A coarser box is entered more often and loses nothing; less memory is worth more than the tighter fit (Mahovsky and
+Wyvill, "Memory-Conserving Bounding Volume Hierarchies with Coherent Raytracing", Computer Graphics Forum 25 (2006)).
 """
 
 from collections.abc import Sequence
@@ -22,7 +19,7 @@ import drjit as dr
 import numpy as np
 
 from rayproof.tracer.kernel.arrays import ArrayTypes
-from rayproof.tracer.kernel.parameters import DeviceBuffers, KernelConstants, aligned, packets
+from rayproof.tracer.kernel.parameters import DeviceBuffers, KernelConstants, aligned
 from rayproof.tracer.shapes.meshes import in_pieces
 
 STEPS = 65535
@@ -85,6 +82,10 @@ def on_grid(lower: np.ndarray, upper: np.ndarray) -> GridBoxes:
 
 
 CHILDREN = 4
+FINEST = 255  # steps of a node's own along each axis at most
+NODE = 8  # words of a node; its bytes are three lower coordinates of each child, then three upper ones
+CORNER, SHIFTS = 12, 15  # and of its numbers of 16 bits the last four: the node's lower corner, and 4 bits an axis
+SHIFT = np.frexp((np.maximum(np.arange(STEPS + 1), 1) - 1) // FINEST)[1]  # of a node that is so many steps long
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -113,7 +114,7 @@ class HostNodes:
     leaves: int
     size: int  # slots of the largest leaf
     total: np.ndarray  # (1,) uint32, slots
-    words: np.ndarray  # (rows, CHILDREN, AXES) uint32: lower coordinate, and the upper one in the high half
+    words: np.ndarray  # (rows, NODE) uint32
     base: np.ndarray  # (3,) float64 [m]
     step: np.ndarray  # (3,) float64 [m]
     exact: bool  # whether the grid can be computed with
@@ -121,8 +122,7 @@ class HostNodes:
 
 def quantise(tree: Tree, boxes: GridBoxes) -> HostNodes:
     """Return the boxes of a tree's nodes, each the smallest on the grid that holds those of its items."""
-    inner = max(1, tree.leaves // 2)
-    words = aligned((inner, CHILDREN, AXES), np.uint32)
+    words = aligned((max(1, tree.leaves // 2), NODE), np.uint32)
     words[0] = 0
     first = tree.first(np.arange(tree.leaves + 1))
     leaves = boxes.rows.take(tree.slots[first[:-1]], axis=0)
@@ -135,19 +135,17 @@ def quantise(tree: Tree, boxes: GridBoxes) -> HostNodes:
         level = np.stack([leaves[:, LOWER + axis], leaves[:, UPPER + axis]])
         count = tree.leaves
         while count > 1:
-            pair = level[0].astype(np.uint32) | ((STEPS - level[1].astype(np.uint32)) << 16)
             if count == 2:
-                words[0, 2:, axis] = pair
-                break
-            words[count // 4 : count // 2, :, axis] = pair.reshape(-1, CHILDREN)
+                level = np.tile(level, 2)
+            children = level
             for _ in range(2):
                 level = np.minimum(level[:, ::2], level[:, 1::2])
+            _write(words[count // 4 : max(1, count // 2)], axis, children, level)
             count //= 4
-    total = np.array([tree.total], dtype=np.uint32)
     return HostNodes(
         leaves=tree.leaves,
         size=tree.size,
-        total=total,
+        total=np.array([tree.total], dtype=np.uint32),
         words=words,
         base=boxes.base,
         step=boxes.step,
@@ -155,19 +153,33 @@ def quantise(tree: Tree, boxes: GridBoxes) -> HostNodes:
     )
 
 
+def _write(words: np.ndarray, axis: int, children: np.ndarray, level: np.ndarray) -> None:
+    """Write the coordinates of children along an axis, (2, CHILDREN n), into nodes (n, NODE), whose own are `level`."""
+    octets, numbers = words.view(np.uint8).reshape(len(words), -1, CHILDREN), words.view(np.uint16)
+
+    def work(piece: slice) -> None:
+        low, upper = (each.reshape(-1, CHILDREN)[piece].astype(np.int32) for each in children)
+        corner, end = level[0, piece, np.newaxis], level[1, piece, np.newaxis]
+        shift = SHIFT.take(STEPS - np.minimum(end, STEPS - corner) - corner)
+        void, high = low + upper > STEPS, STEPS - upper
+        octets[piece, axis] = np.where(void, FINEST, (low - corner) >> shift)
+        octets[piece, AXES + axis] = np.where(void, 0, -((corner - high) >> shift))
+        numbers[piece, CORNER + axis] = corner[:, 0]
+        numbers[piece, SHIFTS] = (shift[:, 0] << 4 * axis) | (numbers[piece, SHIFTS] if axis else 0)
+
+    in_pieces(len(words), work)
+
+
+def _bits(word: Any, first: int, count: int = 16) -> Any:
+    """Return some bits of a UInt."""
+    return (word >> first) & ((1 << count) - 1)
+
+
 def _number(word: Any) -> Any:
     """Return a small UInt as float32. As a signed one: there is an instruction for those."""
     Int: Any = dr.int32_array_t(type(word))
     Single: Any = dr.float32_array_t(type(word))
     return Single(Int(word))
-
-
-def _low(word: Any) -> Any:
-    return _number(word & 0xFFFF)
-
-
-def _high(word: Any) -> Any:
-    return _number(word >> 16)
 
 
 class Nodes:
@@ -203,12 +215,22 @@ class Nodes:
 
     def read(self, node: Any) -> list[Any]:
         """Return the words that hold the boxes of an inner node's children."""
-        return packets(self.types, self.words, node, AXES)
+        Packet: Any = dr.replace_type_t(self.types.Packet, dr.VarType.UInt32)
+        return list(dr.gather(Packet, self.words, node, shape=(NODE, dr.width(node))))
 
     def boxes(self, words: Sequence[Any]) -> list[tuple[list[Any], list[Any]]]:
         """Return the boxes that these words hold, as `children` does."""
-        boxes = [words[AXES * child : AXES * child + AXES] for child in range(CHILDREN)]
-        return [([_low(word) for word in box], [_high(word) for word in box]) for box in boxes]
+        Single: Any = dr.float32_array_t(self.types.Float)
+        *coordinates, first, second = words
+        corner = [_number(part) for part in (_bits(first, 0), _bits(first, 16), _bits(second, 0))]
+        # A power of two is the exponent of a float.
+        scale = [dr.reinterpret_array(Single, (_bits(second, 16 + 4 * axis, 4) + 127) << 23) for axis in range(AXES)]
+
+        def ends(child: int) -> list[Any]:
+            places = [_number(_bits(word, 8 * child, 8)) for word in coordinates]
+            return [dr.fma(*one) for one in zip(places, scale * 2, corner * 2, strict=True)]
+
+        return [(ends(child)[:AXES], ends(child)[AXES:]) for child in range(CHILDREN)]
 
     @property
     def halves(self) -> bool:

@@ -28,9 +28,10 @@ from typing import Any, Protocol
 import drjit as dr
 
 from rayproof.tracer.configuration import Configuration
+from rayproof.tracer.kernel.arithmetic import larger, smaller
 from rayproof.tracer.kernel.arrays import ArrayTypes, where
 from rayproof.tracer.rays import Interval, Ray
-from rayproof.tracer.trees.beams import Beam, larger, reduced, smaller
+from rayproof.tracer.trees.beams import Beam, reduced
 from rayproof.tracer.trees.boxes import Nodes
 
 NONE = 0x7FFFFFFF  # the number of no item
@@ -50,15 +51,12 @@ class Hierarchy(Protocol):
 
     def meet(self, configuration: Configuration, ray: Ray, item: Any, interval: Interval) -> Any:
         """Return the t at which a ray meets an item, or inf."""
-        ...
 
     def shape(self, number: Any, active: Any) -> Any:
         """Return the index of the shape that an item belongs to."""
-        ...
 
     def face(self, number: Any, active: Any) -> Any:
         """Return an item's face index in its shape."""
-        ...
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -84,9 +82,6 @@ def _descend(walk: Walk, key: Any, trail: Any, limit: Any) -> tuple[Any, Any]:
     """Return the next leaf whose box is entered before `limit`, or key DONE."""
     nodes, types = walk.hierarchy.nodes, walk.hierarchy.types
 
-    def inside(key: Any, trail: Any) -> Any:
-        return key < nodes.leaves
-
     def step(key: Any, trail: Any) -> tuple[Any, Any]:
         hits, enters = zip(*(walk.beam.meets(box, limit) for box in nodes.children(key)), strict=True)
         some, child, others = nearest_child(types, hits, enters)
@@ -96,7 +91,7 @@ def _descend(walk: Walk, key: Any, trail: Any, limit: Any) -> tuple[Any, Any]:
             dr.select(some, (trail << 3) | others, popped_trail),
         )
 
-    return dr.while_loop(state=(key, trail), cond=inside, body=step, labels=("key", "trail"))
+    return dr.while_loop((key, trail), lambda key, _: key < nodes.leaves, step, labels=("key", "trail"))
 
 
 def _leaf(walk: Walk, key: Any) -> list[tuple[Any, Any]]:

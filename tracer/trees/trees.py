@@ -14,7 +14,7 @@ import numpy as np
 
 from rayproof.cases.scene import Mesh, Shape, Triangle
 from rayproof.tracer.configuration import Configuration
-from rayproof.tracer.kernel.arithmetic import prepared, turning_alike, turns
+from rayproof.tracer.kernel.arithmetic import prepared, smaller, turning_alike, turns
 from rayproof.tracer.kernel.arrays import ArrayTypes
 from rayproof.tracer.kernel.parameters import LITERALS, DeviceBuffers, KernelConstants, aligned, packets
 from rayproof.tracer.plan import Context
@@ -22,7 +22,7 @@ from rayproof.tracer.rays import Feeler, Interval, NearestHit, Ray
 from rayproof.tracer.shapes.meshes import TriangleArrays, baked, degenerate, in_pieces, object_normals, slenderness
 from rayproof.tracer.shapes.primitives import traced
 from rayproof.tracer.shapes.shape import GatheredTransform, TracedShape
-from rayproof.tracer.trees.beams import Beam, smaller
+from rayproof.tracer.trees.beams import Beam
 from rayproof.tracer.trees.boxes import HostNodes, Nodes, on_grid, quantise
 from rayproof.tracer.trees.build import in_parts, slanting, tree_over
 from rayproof.tracer.trees.traversal import WIDER, Hierarchy, Walk, any_hit_in_groups, nearest
@@ -217,10 +217,6 @@ class TriangleHierarchy:
         self.types, self.host, self._assets, self._parameters = types, host, buffers, parameters
         self.nodes = Nodes(host.nodes, types, buffers, name="forest", parameters=parameters)
 
-    @property
-    def _kind(self) -> Any:
-        return np.float64 if self.types.precision == "float64" else np.float32
-
     def item(self, slot: Any) -> tuple[TriangleArrays, Any]:
         """Return the triangle in a slot, and its number."""
         # As integers: Dr.Jit flushes the number's bits to zero where they are a subnormal float.
@@ -252,17 +248,15 @@ class TriangleHierarchy:
 
     def normal(self, number: Any, active: Any) -> Any:
         """Return a triangle's unit normal in object space."""
-        normals = self._assets.floats(
-            "forest normals", self.types, lambda: _table(self.host, object_normals, self._kind)
-        )
-        return dr.gather(self.types.Vector, normals, self.types.UInt(number), active)
+        return dr.gather(self.types.Vector, self._of_each(object_normals), self.types.UInt(number), active)
 
     def slenderness(self, number: Any, active: Any) -> Any:
         """Return the product of a triangle's edges over twice its area."""
-        slender = self._assets.floats(
-            "forest slenderness", self.types, lambda: _table(self.host, slenderness, self._kind)
-        )
-        return dr.gather(self.types.Float, slender, self.types.UInt(number), active)
+        return dr.gather(self.types.Float, self._of_each(slenderness), self.types.UInt(number), active)
+
+    def _of_each(self, of: Callable[[Shape, Any], np.ndarray]) -> Any:
+        name = f"forest {of.__name__}"
+        return self._assets.floats(name, self.types, lambda: _table(self.host, of, self.types.precision))
 
 
 class Hierarchies:

@@ -7,9 +7,11 @@ import pytest
 
 from rayproof.cases.benchmark_scenes import bumpy, terrain
 from rayproof.cases.scene import Mesh
+from rayproof.tracer.kernel.arrays import array_types
+from rayproof.tracer.kernel.parameters import LITERALS, DeviceBuffers
 from rayproof.tracer.shapes.meshes import baked
 from rayproof.tracer.trees import build
-from rayproof.tracer.trees.boxes import LOWER, STEPS, UPPER, GridBoxes, HostNodes, on_grid, quantise
+from rayproof.tracer.trees.boxes import LOWER, STEPS, UPPER, GridBoxes, HostNodes, Nodes, on_grid, quantise
 from rayproof.tracer.trees.build import CUTS, MOST_CUTS, SAMPLE, Tree, tree_over
 from rayproof.tracer.trees.trees import bounds
 
@@ -47,10 +49,13 @@ def items_of(tree: Tree, leaves: range) -> np.ndarray:
     return np.sort(np.concatenate([tree.slots[first[leaf] : first[leaf + 1]] for leaf in filled]))
 
 
-def box_of(nodes: HostNodes, node: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return lower and upper corner [m] of a node that is read as a child."""
-    word = nodes.words[node // 4, node % 4]
-    return nodes.base + (word & 0xFFFF) * nodes.step, nodes.base + (word >> 16) * nodes.step
+def corners_of(nodes: HostNodes) -> np.ndarray:
+    """Return lower and upper corners [m] of all nodes that are read as children, (nodes, 2, 3)."""
+    types = array_types("float32")
+    on_device = Nodes(nodes, types, DeviceBuffers(), name="tree", parameters=LITERALS)
+    children = on_device.children(types.UInt(np.arange(len(nodes.words), dtype=np.uint32)))
+    steps = np.array([[[np.array(along) for along in corner] for corner in box] for box in children])
+    return nodes.base + steps.transpose(3, 0, 1, 2).reshape(-1, 2, 3) * nodes.step
 
 
 @pytest.mark.usefixtures("each_builder")
@@ -100,12 +105,13 @@ def test_boxes_hold_their_items_and_nothing_for_leaves_without(count: int) -> No
     on = on_grid(lower, upper)
     tree = tree_over(on)
     nodes = quantise(tree, on)
+    corners = corners_of(nodes)
     root = 2 if nodes.leaves.bit_length() % 2 == 0 else 1
 
     for leaf in range(tree.leaves):
         node = tree.leaves + leaf
         while node >= max(2, 2 * root - 2):
-            low, high = box_of(nodes, node)
+            low, high = corners[node]
             if tree.empty[leaf]:
                 assert (low > high).all()
                 break
