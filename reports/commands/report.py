@@ -60,7 +60,8 @@ def report(
     case
         The case that pictures show. Default: the worst one.
     figures
-        Also print the report's size and the time that it takes to open; needs Chromium and Playwright.
+        Also print the size of the report and of its single file, which is written as well, and the time that each
+        takes to open; needs Chromium and Playwright.
     parquet
         Also write all checks to a Parquet file, one row a check; needs pyarrow.
     json
@@ -107,7 +108,7 @@ def report(
         draw_cases(folder, results, draw)
     publish_all(folder, results)
     say(f"report: {folder / 'index.html'}")
-    write_one_file(folder, results, asked=single_file, everything=all)
+    write_one_file(folder, results, asked=single_file or figures, everything=all)
     if parquet is not None:
         from rayproof.reports.results.parquet import write_checks
 

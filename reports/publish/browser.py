@@ -15,7 +15,7 @@ from urllib.parse import urlencode
 
 from rayproof.reports.publish.page.case_data import has_view
 from rayproof.reports.publish.page.front import SHARD, data_file
-from rayproof.reports.publish.page.page import NAME, WORST, write_single_file
+from rayproof.reports.publish.page.page import NAME, WORST
 from rayproof.reports.results.case_records import CaseRecord
 from rayproof.reports.results.files import replacing
 from rayproof.reports.results.headline import worst_first
@@ -76,7 +76,7 @@ _FIRST = "performance.getEntriesByName('first-contentful-paint').map((entry) => 
 
 
 def figures(folder: Path, results: RunRecord) -> list[list[str]]:
-    """Return rows of what was measured, of the folder, and of the single file, which is written for it.
+    """Return rows of what was measured, of the folder, and of the single file in it.
 
     Raises:
         LookupError: there is no browser.
@@ -89,7 +89,7 @@ def figures(folder: Path, results: RunRecord) -> list[list[str]]:
     ]
     measured = [case for case in written if case.get("checks")]
     viewed = next((case for case in measured[:WORST] if has_view(folder, case)), None)  # the single file has it, too
-    pages = [folder / "index.html", write_single_file(folder, results)]
+    pages = [folder / "index.html", folder / NAME]
     with chromium() as browser:
         sides = [_measured(browser, page, measured[0] if measured else None, viewed) for page in pages]
     opened, whole = sizes(folder)
@@ -128,13 +128,13 @@ def _measured(browser: Any, page: Path, case: CaseRecord | None, viewed: CaseRec
         tab.goto(address(page))
         tab.wait_for_selector(".cases tbody")
         first.append(tab.evaluate(_FIRST))
-    seconds = {"first page": median(filter(None, first))}
+    medians = {"first page": median(filter(None, first))}
     if case is not None:
-        seconds |= _of_a_case(tab, page, case)
+        medians |= _of_a_case(tab, page, case)
     if viewed is not None:
-        seconds["3-D"] = _in_3d(tab, page, viewed)
+        medians["3-D"] = _in_3d(tab, page, viewed)
     context.close()
-    return seconds
+    return medians
 
 
 def _of_a_case(tab: Any, page: Path, case: CaseRecord) -> dict[str, float]:

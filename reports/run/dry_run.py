@@ -19,6 +19,7 @@ from rayproof.reports.subjects import Subject
 
 GB = 1e9
 NOT_ENOUGH = ", which is not enough"
+LAW = 0.03  # s of processor time that a law of one case and configuration takes, measured on the family primitives
 PROCESS = 0.15e9  # bytes that a process of the panel takes to begin with
 
 
@@ -75,11 +76,11 @@ def _estimated(
 ) -> Iterator[str]:
     """Yield time, memory, disk and deadlines."""
     start, call, case = _called(request, planned, pool)
-    calls = sum(1 + one.twice for one in planned)
-    seconds = sum(one.seconds for one in each) / request.jobs + start + calls * call / request.jobs
+    calls, laws = sum(1 + one.twice for one in planned), sum(len(one.laws) for one in planned)
+    seconds = start + (sum(one.seconds for one in each) + laws * (LAW + call) + calls * call) / request.jobs
     if case is not None:
         alive = f"{start:.2g} s to start once for each worker, and " if request.subject.stays else ""
-        yield f"the program takes {alive}{call:.2g} s for {case}; it answers {calls} times"
+        yield f"the program takes {alive}{call:.2g} s for {case}; it answers {calls + laws} times"
     worst = max(one.memory for one in each)
     at_once = 1 if max(one.memory for one in each) > LARGE else request.jobs
     together = at_once * worst + (worst - BEGINNING) + (references + 3) * PROCESS

@@ -189,13 +189,10 @@ def _feature(scene: Scene, draws: Draws) -> Scene:
         clip=scene.clip,
         **{name: getattr(camera, name) for name in ("eye", "target", "up", "fovy", "width", "height", "near", "far")},
     )
-    usable = [name for name in FEATURES if name not in BARE and (scene.lights or _step(name) is not Step.LIGHTS)]
+    lit = bool(scene.lights)
+    usable = [name for name in FEATURES if name not in BARE and (lit or FEATURES.about(name)["step"] != Step.LIGHTS)]
     FEATURES[draws.choice(usable)](draft)
     return draft.scene()
-
-
-def _step(feature: str) -> Step:
-    return FEATURES.about(feature)["step"]
 
 
 def _fewer(scene: Scene, draws: Draws) -> Scene:

@@ -12,6 +12,8 @@ from PIL import Image
 from rayproof.reports.cli import main
 from rayproof.reports.publish import browser
 from rayproof.reports.publish.browser import MOST_BYTES, sizes
+from rayproof.reports.publish.page import page
+from rayproof.reports.results.document import load_results
 from tests.harness.pictures import DRAWN_BY, scripts_digest
 from tests.reports.publish.sample import make_folder
 
@@ -25,7 +27,7 @@ def run(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.mark.browser
-def test_pictures_are_small_and_figures_are_numbers(run: Path, tmp_path: Path) -> None:
+def test_pictures_are_small_and_figures_are_numbers(run: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     if (why := browser.missing()) is not None:
         pytest.skip(why)
 
@@ -33,11 +35,13 @@ def test_pictures_are_small_and_figures_are_numbers(run: Path, tmp_path: Path) -
     # Two times each are enough where nobody reads the median of them.
     code = (
         "import sys; from rayproof.reports.publish import browser; "
-        "assert browser.TIMES > 2; browser.TIMES = 2; "
+        "from rayproof.reports.publish.page import page; "
+        "assert browser.TIMES > 2 and page.WORST > 1; browser.TIMES, page.WORST = 2, 1; "
         "from rayproof.reports.cli import main; sys.exit(main(sys.argv[1:]))"
     )
     command = [sys.executable, "-c", code]
     asked = ["report", str(run), "--pictures", str(tmp_path), "--case", "sphere/sheared", "--figures"]
+    asked += ["--single-file", "--all"]
     ended = subprocess.run([*command, *asked], capture_output=True, text=True, check=False)
 
     assert ended.returncode == 0, ended.stderr
@@ -50,6 +54,10 @@ def test_pictures_are_small_and_figures_are_numbers(run: Path, tmp_path: Path) -
     assert re.search(r"all that is in the folder +│ +\d\.\d MB +│ +- ", out)
     for name in ("first page", "a case", "another image", "3-D"):
         assert re.search(rf"{name} +│ +\d+ ms +│ +\d+ ms", out), name
+    # The file that was measured still holds all cases.
+    measured = (run / page.NAME).stat().st_size
+    monkeypatch.setattr(page, "WORST", 1)
+    assert page.write_single_file(run, load_results(run)).stat().st_size < measured - 10_000
 
 
 def test_the_documents_pictures_show_the_page_as_it_is() -> None:
