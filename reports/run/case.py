@@ -11,7 +11,7 @@ from collections.abc import Callable, Collection, Generator, Mapping
 from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
-from typing import IO, Any
+from typing import Any
 
 from rayproof.cases.case import Case
 from rayproof.reports.judge.answers import Answers
@@ -399,7 +399,7 @@ class CasesUnderWay:
     ) -> None:
         self._instructions, self._pool, self._folder = instructions, pool, folder
         self._finished, self._amended = finished, amended
-        self._first: list[tuple[CaseRun, CaseRecord, IO[bytes]]] = []  # answered, and to be asked again
+        self._first: list[tuple[CaseRun, CaseRecord, Path]] = []  # answered, and to be asked again
         self.asked_again: set[str] = set()  # names of cases under way for the second time
         self._memory = None if store is None else Memory(store, instructions.demands)
         self._pixels: dict[str, int] = {}  # by name
@@ -447,9 +447,9 @@ class CasesUnderWay:
     def _done(self, run: CaseRun, record: CaseRecord) -> None:
         del self._pixels[run.planned.case.name]
         if run.first is not None and run.first.error is None:
-            kept = tempfile.TemporaryFile()  # noqa: SIM115  closed once it was asked again; images are too large to hold
-            pickle.dump(run.first, kept)
-            self._first.append((run, record, kept))
+            with tempfile.NamedTemporaryFile(delete=False) as kept:  # until it was asked again; too large to hold
+                pickle.dump(run.first, kept)
+            self._first.append((run, record, Path(kept.name)))
         run.first = None
         self._finished(run.planned, record)
 
@@ -460,11 +460,10 @@ class CasesUnderWay:
             self.asked_again.add(run.planned.case.name)
             run.ask_again(partial(self._hold, run.planned, record, kept))
 
-    def _hold(self, planned: PlannedCase, record: CaseRecord, kept: IO[bytes], reply: Reply) -> None:
+    def _hold(self, planned: PlannedCase, record: CaseRecord, kept: Path, reply: Reply) -> None:
         """Hold a second answer against the first; where they differ the judge says by how much."""
-        with kept:
-            kept.seek(0)
-            first: Answers = pickle.load(kept)
+        first: Answers = pickle.loads(kept.read_bytes())
+        kept.unlink()
         again, varies = second_answer(first.name, reply), not self._instructions.subject.capabilities.deterministic
         found = repeated(planned.case.name, first, again, None, varies=False)
 
