@@ -19,7 +19,7 @@ from rayproof.reports.diagnosis.hypotheses import Clock
 from rayproof.reports.diagnosis.search import Found, Searched, search, spread
 from rayproof.reports.diagnosis.stage_by_stage import Shared, shares
 from rayproof.reports.diagnosis.trials import Continued, Evidence, differ, trial, undecided
-from rayproof.reports.judge.limits import Roundoff
+from rayproof.reports.judge.limits import Roundoff, roundoff_of
 from rayproof.reports.results.case_records import CaseRecord, RepeatedRecord, by_references
 from rayproof.reports.results.files import at_worst
 from rayproof.reports.results.float_codec import inflated
@@ -315,9 +315,9 @@ def _verdict(case: CaseRecord, configuration: str) -> str | None:
 
 
 def _rounding(results: RunRecord) -> Roundoff:
-    """Return how the renderer under test rounds, as far as it declares it."""
+    """Return how the renderer under test rounds, as far as it is known or declares it."""
     world = bool(results["declared"].get("world_normals"))
-    return Roundoff(PRECISION, baked=world, placed=world)
+    return roundoff_of(str(results.get("subject", "")), PRECISION, world_normals=world)
 
 
 def _evidence(

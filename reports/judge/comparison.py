@@ -15,9 +15,9 @@ from rayproof.reports.judge.limits import (
     Coarseness,
     Limits,
     Roundoff,
-    calibration,
     continued_light_limit,
     continued_position_limit,
+    roundoff_of,
 )
 from rayproof.reports.judge.scene_truth import SceneTruth
 
@@ -268,14 +268,7 @@ class Comparison:
 
 def roundoff(renderer: Answers) -> Roundoff:
     """Return a renderer's rounding: derived for the tracer and the oracle, calibrated for other references."""
-    known = calibration(renderer.name)
-    return Roundoff(
-        renderer.precision,
-        scale=known.factor,
-        baked=known.baked_normals or renderer.world_normals,
-        placed=known.placed_corners or renderer.world_normals,
-        local=known.local_hits,
-    )
+    return roundoff_of(renderer.name, renderer.precision, world_normals=renderer.world_normals)
 
 
 def _sharp(renderer: Answers) -> Answers:

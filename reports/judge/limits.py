@@ -249,6 +249,18 @@ def calibration(reference: str) -> Calibration:
     return CALIBRATED.get(reference, DERIVED)
 
 
+def roundoff_of(name: str, precision: str, *, world_normals: bool) -> Roundoff:
+    """Return how a renderer rounds: derived for the tracer and the oracle, calibrated for other references."""
+    known = calibration(name)
+    return Roundoff(
+        precision,
+        scale=known.factor,
+        baked=known.baked_normals or world_normals,
+        placed=known.placed_corners or world_normals,
+        local=known.local_hits,
+    )
+
+
 # What a coarse output costs: a program whose files resolve less than its arithmetic is judged by its files' steps.
 #
 # A step moves a stage's own value, end to end and continued alike. What a coarse stage hands down counts only where the

@@ -7,7 +7,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from rayproof.reports.diagnosis.diagnosing import _mask, _worst
+from rayproof.reports.diagnosis.diagnosing import _mask, _rounding, _worst
+from rayproof.reports.judge.answers import Answers
+from rayproof.reports.judge.comparison import roundoff
+from rayproof.reports.judge.limits import CALIBRATED
 
 
 def case(name: str, **failing: int) -> Any:
@@ -35,3 +38,14 @@ def test_undecided_pixels_are_those_of_the_configuration_that_they_are_kept_of(c
     assert (found is not None) is known
     if found is not None:
         assert np.array_equal(found, flags > 0)
+
+
+@pytest.mark.parametrize("name", ["tracer", *CALIBRATED])
+@pytest.mark.parametrize("world", [False, True])
+def test_a_renderer_is_diagnosed_by_the_rounding_by_which_it_is_judged(name: str, world: bool) -> None:
+    # Baked corners of references were left out: their normals were beyond the limits of the diagnosis alone.
+    subject = Answers(name=name, precision="float32", world_normals=world)
+
+    diagnosed = _rounding({"subject": name, "declared": {"world_normals": world}})  # type: ignore[typeddict-item]
+
+    assert diagnosed.key == roundoff(subject).key
