@@ -31,10 +31,11 @@ DUST = 2.5  # and from which on only two by two go together
 # From so many on, one loop goes through the triangles' tree where a kernel is fused: two rows at most, and from some
 # number on two columns, since a lane of more rays in float64 has no room for what it reads ahead.
 FINE = 0.5
-FINE_DUST = {"float32": 7.5, "float64": 1.0}
+FINE_DUST = {"float32": 4.0, "float64": 1.0}
 # Meshes that cover their box more often than this are hair or dust: neighbours see triangles that lie one behind the
 # other, and feelers of a tile would go one group after the other. It is asked from so many triangles per sample on.
 DEEP, SCATTERED = 5.0, 0.25
+FINE_DEEP = {"float32": SCATTERED, "float64": SMALL}  # from which on one loop goes through their tree
 # How far a hit may lie beside its triangle is known of the default formula, and parts have room for it.
 CUT = "triangle"
 # A formula that asks for the matrix itself gets it only where shapes are unrolled.
@@ -89,15 +90,10 @@ class Context:
     parameters: KernelConstants
 
 
-def _kinds(shapes: tuple[Shape, ...]) -> dict[str, int]:
-    """Return how many shapes of each kind might go into a tree."""
-    return Counter(one.slot for one in map(traced, shapes) if one.single and not one.endless)
-
-
 def plan(scene: Scene, configuration: Configuration, *, samples: int = 1) -> Plan:
     """Return how to trace a scene with samples x samples points per pixel."""
     plain = all(configuration.formula(slot).default for slot in PLACING)
-    counts = _kinds(scene.shapes)
+    counts = Counter(shape.slot for shape in map(traced, scene.shapes) if shape.single and not shape.endless)
     meshes = tuple(shape for shape in scene.shapes if isinstance(shape, Mesh))
     triangles = sum(len(mesh.faces) for mesh in meshes)
     count = scene.camera.width * scene.camera.height * samples * samples
@@ -110,9 +106,11 @@ def plan(scene: Scene, configuration: Configuration, *, samples: int = 1) -> Pla
         columns = STRIP[configuration.precision] if len(scene.shapes) <= SIMPLE else SHORT
         return Plan(columns=columns if strip else 1, tables=tables)
     bounded = bool(configuration.formula("segment").facts.get("bounded", False))
-    split = count < FEW or not bounded or (triangles > SCATTERED * count and layers(meshes) > DEEP)
-    pipelined = not split and triangles > FINE * count
-    small, dust = (FINE, FINE_DUST[configuration.precision]) if pipelined else (SMALL, DUST)
+    deep = count >= FEW and triangles > SCATTERED * count and layers(meshes) > DEEP
+    split = count < FEW or not bounded or deep
+    fine, small = (FINE_DEEP[configuration.precision], SMALL) if deep else (FINE, FINE)
+    pipelined = (deep or not split) and triangles > fine * count
+    small, dust = (small, FINE_DUST[configuration.precision]) if pipelined else (SMALL, DUST)
     # A kernel with several kinds of trees is long, and only a large image is worth compiling sixteen rays of it.
     rows = 4 if count >= (FEW if len(trees) == 1 else MANY) and triangles <= small * count else 2
     # Four in a row are written at once.

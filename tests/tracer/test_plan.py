@@ -120,12 +120,15 @@ def test_the_scene_decides() -> None:
         chosen = plan(large(scene(hills)), configuration)
         assert (chosen.columns, chosen.rows, chosen.split) == (*tile, False)
         assert chosen.pipelined is (tile != (4, 4))
-        # A lane of hits in a kernel of their own goes by nested loops.
+        # A small image goes by nested loops.
         assert not plan(scene(hills), configuration).pipelined
     # About as many faces as samples, far apart, and one behind the other: there feelers go by themselves.
     dust = soup(200_000)
     thick = dataclasses.replace(dust, vertices=dust.vertices + 5 * (dust.vertices - centers(dust)))
     assert [plan(large(scene(mesh)), default).split for mesh in (dust, thick)] == [False, True]
+    # One loop goes through them; in float64, of small triangles only.
+    assert plan(large(scene(thick)), default).pipelined
+    assert not plan(large(scene(thick)), double).pipelined
     # A feeler that goes on behind the light cannot be bounded from there.
     assert plan(large(scene(octahedron())), endless).split
 
