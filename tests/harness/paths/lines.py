@@ -145,7 +145,7 @@ def lines_of(path: Path) -> set[int]:
 def excused(name: str, path: Path) -> dict[int, str]:
     """Return why lines of a file need not be executed: by what they are, or by a list of them.
 
-    A refusal is what tests of bad input ask for, and a body of three dots is a protocol's.
+    A refusal is what tests of bad input ask for, and a body that ends with a docstring or three dots is a protocol's.
 
     Raises:
         LookupError: the list names a function or a line that is not there.
@@ -160,7 +160,7 @@ def excused(name: str, path: Path) -> dict[int, str]:
             because = "a refusal"
         elif isinstance(node, ast.FunctionDef) and because is not None:
             missing.discard(f"{name}:{qualified}")
-        elif isinstance(node, ast.FunctionDef) and ast.unparse(node.body[-1]) == "...":
+        elif isinstance(node, ast.FunctionDef) and _says_nothing(node.body[-1]):
             because = "a protocol"
         if because is not None and isinstance(node, ast.Raise | ast.FunctionDef):
             first = min([node.lineno, *(one.lineno for one in getattr(node, "decorator_list", ()))])
@@ -173,6 +173,10 @@ def excused(name: str, path: Path) -> dict[int, str]:
     if missing:
         raise LookupError(f"listed as never executed, but not there: {', '.join(sorted(missing))}")
     return found
+
+
+def _says_nothing(last: ast.stmt) -> bool:
+    return isinstance(last, ast.Expr) and isinstance(last.value, ast.Constant)
 
 
 def _nodes(tree: ast.AST, prefix: str) -> Iterator[tuple[ast.AST, str]]:

@@ -8,10 +8,12 @@ from tests.harness.paths import lines
 from tests.harness.paths.__main__ import paths
 from tests.harness.paths.lines import excused, left, lines_of
 
-TEXT = """
+TEXT = '''
 class Protocol:
     def asked(self):
         ...
+    def told(self):
+        """Return nothing."""
 
 def told(x):
     if x:
@@ -21,7 +23,7 @@ def told(x):
     return [one for one in x]
 
 TABLE = [k for k in range(3)]
-"""
+'''
 
 
 @pytest.fixture
@@ -38,8 +40,8 @@ def test_the_suite_executes_the_tracer(capsys: pytest.CaptureFixture[str]) -> No
 
 @pytest.mark.process
 def test_a_line_that_nobody_executes_is_told_unless_it_refuses_or_declares(file: Path) -> None:
-    assert lines_of(file) == {3, 4, 6, 7, 8, 9, 11}
-    assert left("some.py", file, {6, 7}) == {11: "return [one for one in x]"}
+    assert lines_of(file) == {3, 4, 5, 8, 9, 10, 11, 13}
+    assert left("some.py", file, {8, 9}) == {13: "return [one for one in x]"}
 
 
 def test_a_reason_for_what_is_not_there_is_a_mistake(file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
