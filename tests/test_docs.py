@@ -11,6 +11,7 @@ import pytest
 from rayproof.cases.case import BLAMABLE
 from rayproof.cases.scene_json import scene_from_json
 from rayproof.reports.cli import COMMANDS
+from rayproof.reports.diagnosis import MISTAKES
 
 CHECKOUT = Path(__file__).parents[1]
 PAGES = sorted([*CHECKOUT.glob("*.md"), *(CHECKOUT / "docs").glob("*.md")])
@@ -99,6 +100,26 @@ def test_links_lead_somewhere(page: Path) -> None:
     assert [target for target in targets if not (page.parent / target).exists()] == []
 
 
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+def test_every_row_of_a_table_belongs_to_a_table(page: Path) -> None:
+    # A blank line ends a table, and a row after it is shown as words between bars. No other test reads tables.
+    lines = re.sub(r"^```.*?^```", "", page.read_text(), flags=re.MULTILINE | re.DOTALL).split("\n")
+    heads = [
+        row
+        for above, row, below in zip(lines, lines[1:], lines[2:], strict=False)
+        if row[:1] == "|" and not above and "---" not in below
+    ]
+
+    assert heads == []
+    assert "\n\n\n" not in re.sub(r"^```.*?^```", "code", page.read_text(), flags=re.MULTILINE | re.DOTALL)
+
+
+def test_the_pages_count_the_known_mistakes() -> None:
+    for page in ("docs/diagnosis.md", "CHANGELOG.md"):
+        (some,) = re.findall(r"some (\d+) (?:known|that are put to)", (CHECKOUT / page).read_text())
+        assert int(some) == round(len(list(MISTAKES)), -1)
+
+
 def test_the_page_on_the_architecture_names_every_folder() -> None:
     section = (CHECKOUT / "docs" / "architecture.md").read_text().split("## Folders", 1)[1].split("\n## ", 1)[0]
     packages = ("cases", "tracer", "reference", "reports")
@@ -138,4 +159,4 @@ def test_the_renderer_in_one_line_of_the_readme_passes() -> None:
 
     said = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
 
-    assert said.splitlines()[-1] == "1 cases planned, 1 measured, 0 unsupported: pass"
+    assert said.splitlines()[-1] == "1 case planned, 1 measured, 0 unsupported: pass"

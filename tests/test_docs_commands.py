@@ -108,7 +108,7 @@ def test_the_way_from_the_readme_to_a_green_a_red_and_a_repaired_gate(
         code = main(shlex.split(line.removesuffix(" || true").replace(place, "mine.py")))
         (badge,) = re.findall("<title>rayproof: (.*)</title>", (tmp_path / "gated" / "badge.svg").read_text())
         line, words = re.subn(
-            r"; \d+ of \d+ checks answered \(radiance only\)", "", capsys.readouterr().out.splitlines()[-1]
+            r"; \d+ of \d+ checks of images answered \(radiance only\)", "", capsys.readouterr().out.splitlines()[-1]
         )
         badge, more = re.subn(r", \d+ % answered", "", badge)  # how many depends on the references that are installed
         assert words == more == 1

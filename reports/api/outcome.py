@@ -17,7 +17,7 @@ from rayproof.reports.publish.page.thumbnails import picture
 from rayproof.reports.results.case_records import CaseRecord
 from rayproof.reports.results.case_table import briefs, named
 from rayproof.reports.results.document import load_results
-from rayproof.reports.results.files import legible
+from rayproof.reports.results.files import legible, several
 from rayproof.reports.results.headline import of_the_whole, worst_first
 from rayproof.reports.results.images import kept_images
 from rayproof.reports.results.outcomes import MEASURED, Outcome
@@ -235,7 +235,8 @@ class Run(_NoTruth):
     def __str__(self) -> str:
         """Return what was covered, then the verdict, the causes and the failures."""
         counts = self.counts
-        line = f"{counts['planned']} cases planned, {counts['measured']} measured, {counts['unsupported']} unsupported"
+        planned = several(counts["planned"], "case")
+        line = f"{planned} planned, {counts['measured']} measured, {counts['unsupported']} unsupported"
         failed = [f"{row['case']}: {row['verdict']} {row['items']}: {row['reason']}" for row in self.failures[:SHOWN]]
         more = [f"and {len(self.failures) - SHOWN} more"] if len(self.failures) > SHOWN else []
         return legible_lines([f"{line}: {self.verdict}", *of_the_whole(self.record), *self.diagnosis, *failed, *more])
@@ -307,7 +308,9 @@ class Judgement(_NoTruth):
         why = f": {self.reason}" if self.reason else ""
         against = ", ".join(self.references)
         done = sum(row["verdict"] != Outcome.UNSUPPORTED.value for row in self.checks)
-        return legible(f"{done} of {len(self.checks)} checks measured, by {against}: {self.verdict}{where}{item}{why}")
+        return legible(
+            f"{done} of {several(len(self.checks), 'check')} measured, by {against}: {self.verdict}{where}{item}{why}"
+        )
 
 
 def stage_name(stage: Stage | None) -> str | None:

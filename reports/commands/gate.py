@@ -11,6 +11,7 @@ from msgspec import structs
 from rayproof.reports.commands.lookup import Repeated
 from rayproof.reports.commands.output import say, write_json
 from rayproof.reports.commands.usage import UsageError, told_in_one_line
+from rayproof.reports.results.files import several
 
 SHUT = 1  # exit code of `check` where the gate is red
 MOST = 10  # lines that are printed of a list
@@ -107,7 +108,8 @@ def gate(
     with told_in_one_line():
         save_known(file, more)
     _listed([f"not accepted: {sentence}" for sentence in refused])
-    say(f"{new} failing checks accepted; {(n := len(more.expected))} {'entry' if n == 1 else 'entries'} in {file}")
+    entries = f"{(n := len(more.expected))} {'entry' if n == 1 else 'entries'}"
+    say(f"{several(new, 'failing check')} accepted; {entries} in {file}")
     write_json(json, {"file": str(file), "entries": len(more.expected), "accepted": new, "refused": refused})
     return 0
 

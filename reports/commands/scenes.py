@@ -13,6 +13,7 @@ from rayproof.reports.called import called
 from rayproof.reports.commands.lookup import Repeated, configurations, scene_named, stages_named
 from rayproof.reports.commands.output import say, shout, warning
 from rayproof.reports.commands.usage import UsageError, told_in_one_line, writable_folder
+from rayproof.reports.results.files import several
 
 if TYPE_CHECKING:
     from rayproof.reports.interchange import Imported
@@ -154,12 +155,10 @@ def summary(imported: "Imported", target: Path, copies: Sequence[str]) -> list[s
     """Return what an import made and left out; all that was left out comes first if that is more than a few things."""
     scene = imported.scene
     kinds = Counter(type(shape).__name__.lower() for shape in scene.shapes)
-    shapes = ", ".join(
-        f"{count} {kind}{'' if count == 1 else 'es' if kind == 'mesh' else 's'}" for kind, count in kinds.items()
-    )
+    shapes = ", ".join(several(count, kind) for kind, count in kinds.items())
     triangles = sum(len(getattr(shape, "faces", ())) for shape in scene.shapes)
     lines = [f"dropped: {sentence}" for sentence in imported.dropped]
-    of = f" ({triangles} triangle{'s' if triangles != 1 else ''})" if triangles else ""
+    of = f" ({several(triangles, 'triangle')})" if triangles else ""
     lights = f"{len(scene.lights)} light{'s' if len(scene.lights) != 1 else ''}"
     made = [f"{target}: {shapes}{of}, {lights}, {scene.camera.width} x {scene.camera.height} px"]
     if copies:

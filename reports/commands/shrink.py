@@ -13,6 +13,7 @@ from rayproof.reports.called import called
 from rayproof.reports.commands.lookup import TRACER, Repeated, configurations, scene_named, subject_named
 from rayproof.reports.commands.output import say, shout, show_table, write_json
 from rayproof.reports.commands.usage import UsageError, own, told_in_one_line, writable_folder
+from rayproof.reports.results.files import several
 from rayproof.reports.terminal import console
 
 if TYPE_CHECKING:
@@ -213,10 +214,9 @@ def climb_scenes(
 
 def _so_far(search: "ScenesClimb") -> str:
     """Return how much was tried, and how far off the renderer was at worst."""
-    climbs = f"{len(search.climbs)} climb{'' if len(search.climbs) == 1 else 's'}"
     worst = search.worst
     ratio = "" if worst is None else f", the worst at {worst.height.ratio:.4g} of its limit ({worst.height.stage})"
-    return f"{search.tries} scenes in {climbs}{ratio}"
+    return f"{several(search.tries, 'scene')} in {several(len(search.climbs), 'climb')}{ratio}"
 
 
 def _stage(name: str | None) -> "Stage | None":

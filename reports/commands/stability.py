@@ -11,6 +11,7 @@ from cyclopts import Group, Parameter
 from rayproof.reports.commands.lookup import Repeated, sweep_of
 from rayproof.reports.commands.output import console, say, show_table, write_json
 from rayproof.reports.commands.usage import UsageError, own, told_in_one_line, writable_folder
+from rayproof.reports.results.files import several
 from rayproof.reports.results.provenance import caption, keep, origin
 from rayproof.reports.studies.publication import MOST_PANELS, Paper, draw, write_table
 
@@ -335,9 +336,8 @@ def show(records: list["ClimbRecord"], doubts: list[str], surprises: int, *, eve
     expected = sum(one["expected"] == "fail" for one in records)
     ladders = len({one["ladder"] for one in records})
     say(
-        f"{ladders} ladder{'' if ladders == 1 else 's'}, {len(records)} climb{'' if len(records) == 1 else 's'}, "
-        f"{expected} known failure{'' if expected == 1 else 's'}, "
-        f"{surprises} surprise{'' if surprises == 1 else 's'}"
+        f"{several(ladders, 'ladder')}, {several(len(records), 'climb')}, {several(expected, 'known failure')}, "
+        f"{several(surprises, 'surprise')}"
     )
 
 

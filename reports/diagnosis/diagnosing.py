@@ -21,7 +21,7 @@ from rayproof.reports.diagnosis.stage_by_stage import Shared, shares
 from rayproof.reports.diagnosis.trials import Continued, Evidence, differ, trial, undecided
 from rayproof.reports.judge.limits import Roundoff, roundoff_of
 from rayproof.reports.results.case_records import CaseRecord, RepeatedRecord, by_references
-from rayproof.reports.results.files import at_worst
+from rayproof.reports.results.files import at_worst, several
 from rayproof.reports.results.float_codec import inflated
 from rayproof.reports.results.images import inside, kept_images
 from rayproof.reports.results.outcomes import TITLES, Outcome
@@ -121,7 +121,7 @@ def _sentence(
     told_apart: str | None,
 ) -> str:
     named = ", ".join(f"{item} {TITLES[item]}" for item in items)
-    said = f"The renderer {phrase} [{named}]: this explains {cases} of {of} failing case{'' if of == 1 else 's'}"
+    said = f"The renderer {phrase} [{named}]: this explains {cases} of {several(of, 'failing case')}"
     if beside:
         said += f", together with: it {' and '.join(MISTAKES[name].says for name in beside)}"
     if alternatives:
@@ -136,7 +136,7 @@ def of_images_that_change(repeated: RepeatedRecord, case: str, failing: Sequence
     said = (
         f"The renderer writes another image each time it is asked [{item} {TITLES[item]}]: in {case} two differ in "
         f"{repeated['differing']} pixels of {repeated['stage']}, beyond the limits. No formula is looked for in "
-        f"{len(failing)} of {of} failing case{'' if of == 1 else 's'}, since images that change prove nothing."
+        f"{len(failing)} of {several(of, 'failing case')}, since images that change prove nothing."
     )
     return {
         "mistake": CHANGING,
@@ -176,8 +176,7 @@ def _nothing(searched: Searched, of: int) -> CauseRecord:
     return {
         "mistake": None,
         "items": [],
-        "sentence": f"None of {searched.tried} known mistakes explains the {of} failing"
-        f" case{'' if of == 1 else 's'}{stopped}.",
+        "sentence": f"None of {searched.tried} known mistakes explains the {several(of, 'failing case')}{stopped}.",
         "explains": {"cases": 0, "of": of},
         "cases": [],
         "with": [],

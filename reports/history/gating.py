@@ -17,6 +17,7 @@ from rayproof.reports.history.expectations import EXPECTABLE, NO_CELLS, Bound, E
 from rayproof.reports.history.run_difference import LEAST_RATIO, ORDER, both, paired
 from rayproof.reports.results.case_records import CaseRecord, CheckRecord
 from rayproof.reports.results.document import load_results
+from rayproof.reports.results.files import several
 from rayproof.reports.results.headline import blamed_items, of_the_whole
 from rayproof.reports.results.outcomes import MEASURED, Outcome
 from rayproof.reports.results.records import SHUTTING, GateRecord, RunRecord
@@ -228,7 +229,7 @@ def coverage(results: RunRecord) -> tuple[float, str]:
     planned = counted["planned"]
     measured = sum(counted.get(one.value, 0) for one in MEASURED)
     share = 100 * measured / planned if planned else 0.0
-    return share, f"{measured} of {planned} checks ({share:.1f} %) were measured"
+    return share, f"{measured} of {several(planned, 'check')} ({share:.1f} %) were measured"
 
 
 def gate(results: RunRecord, known: Known, *, file: str, today: date | None = None) -> Gate:
@@ -315,7 +316,10 @@ def _hold_case(
         wrong["regressions"].append(f"{case['verdict']}: {case.get('reason') or 'no check says why'}")
     result.regressions += _for_a_case(case["name"], wrong["regressions"])
     result.tighten += _for_a_case(case["name"], wrong["tighten"])
-    result.matched += [f"{case['name']}: {count} checks fail: {reason}" for reason, count in known.items()]
+    result.matched += [
+        f"{case['name']}: {several(count, 'check')} {'fails' if count == 1 else 'fail'}: {reason}"
+        for reason, count in known.items()
+    ]
     if known and not any(wrong.values()):
         result.cases.append(case["name"])
 

@@ -82,6 +82,11 @@ def legible(text: object) -> str:
     return "".join(c if c.isprintable() else " " if c.isspace() else "\N{REPLACEMENT CHARACTER}" for c in words)
 
 
+def several(count: int, noun: str) -> str:
+    """Return how many there are of a thing, such as "1 case" or "2 meshes"."""
+    return f"{count} {noun}{'' if count == 1 else 'es' if noun.endswith('h') else 's'}"
+
+
 def legible_lines(text: object) -> str:
     """Return a text of several lines with each of them `legible`."""
     words = str(text)

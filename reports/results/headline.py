@@ -6,7 +6,7 @@ from typing import cast
 from rayproof.cases.stages import IMAGE_STAGES, Stage
 from rayproof.reports.results.case_records import CaseRecord, worst_ratio
 from rayproof.reports.results.case_table import Cases, briefs, named
-from rayproof.reports.results.files import legible
+from rayproof.reports.results.files import legible, several
 from rayproof.reports.results.outcomes import Outcome
 from rayproof.reports.results.records import HistoryRecord, RunRecord, WorseRecord
 
@@ -85,7 +85,9 @@ def answered_in_words(results: RunRecord) -> list[str]:
     lacking = [stage.value for stage in IMAGE_STAGES if stage.value not in stages]
     which = f"{', '.join(stages)} only" if len(stages) <= FEWEST else f"without {', '.join(lacking)}"
     words = f" ({which})" if lacking and stages else ""
-    return [f"{answered.get('checks')} of {answered.get('planned')} checks answered{words}"]
+    planned = answered.get("planned", 0)
+    images = " of images" * (planned < results["checks"]["planned"])  # without those of the camera, which has none
+    return [f"{answered.get('checks')} of {planned} checks{images} answered{words}"]
 
 
 def left_out_in_words(results: RunRecord) -> list[str]:
@@ -112,7 +114,7 @@ def _of_cases(results: RunRecord) -> str:
     """Return the verdict of the cases in one sentence, with who was under test if not the tracer, and the blame."""
     summary = results["summary"]
     subject = subject_of(results)
-    total = f"{summary['planned']} case{'' if summary['planned'] == 1 else 's'}"
+    total = several(summary["planned"], "case")
     total = total if subject == THE_USUAL else f"{subject}: {total}"
     worst_first = [outcome for outcome in reversed(Outcome) if summary[outcome.value]]
     if not worst_first:
@@ -120,9 +122,9 @@ def _of_cases(results: RunRecord) -> str:
     shared = "".join(f" But {legible(sentence)}." for sentence in of_the_whole(results))
     shared += "".join(f" Warning: {legible(sentence)}." for sentence in results.get("growing", []))
     for name, cases in _stopped(results).items():
-        shared += f" A time limit stopped {name} in {len(cases)} case{'' if len(cases) == 1 else 's'}."
+        shared += f" A time limit stopped {name} in {several(len(cases), 'case')}."
     for name, cases in _abstained(results).items():
-        shared += f" {name} had no say in {len(cases)} case{'' if len(cases) == 1 else 's'}."
+        shared += f" {name} had no say in {several(len(cases), 'case')}."
     shared += "".join(f" {sentence}." for sentence in left_out_in_words(results))
     answered = answered_in_words(results)
     if worst_first == [Outcome.PASS]:
@@ -187,7 +189,7 @@ def _checks(ledger: Mapping[str, int]) -> str:
         if outcome is not Outcome.PASS and ledger[outcome.value]
     )
     if not left:
-        return f"{ledger['planned']} checks"
+        return several(ledger["planned"], "check")
     return f"{ledger[Outcome.PASS.value]} of {ledger['planned']} checks ({left})"
 
 

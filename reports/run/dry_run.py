@@ -9,13 +9,13 @@ import psutil
 from rayproof.cases.stages import Stage
 from rayproof.reports.judge.oracle import stages_of
 from rayproof.reports.processes.pool import Pool
+from rayproof.reports.results.files import several
 from rayproof.reports.run.options import RunOptions
 from rayproof.reports.run.plan import PlannedCase, configurations_of, panel
 from rayproof.reports.run.scenes import BEGINNING, LARGE, Estimate, deadline, estimate, triangles_of
 from rayproof.reports.run.suite import planned_cases
 from rayproof.reports.run.worker_tasks import unable
 from rayproof.reports.run.workers import answered
-from rayproof.reports.subjects import Subject
 
 GB = 1e9
 NOT_ENOUGH = ", which is not enough"
@@ -35,14 +35,18 @@ def plan_in_words(request: RunOptions, pool: Pool | None = None) -> list[str]:
     heard = panel(request.require, subject)
     each = [estimate(one.case, configurations=len(one.configurations), references=len(heard.names)) for one in planned]
     renders = sum((1 + one.twice) * len(one.configurations) + len(heard.names) for one in planned)
-    checks = sum(_checks(one, heard.names, subject) for one in planned)
+    checks, images = (sum(_checks(one, heard.names, but=but) for one in planned) for but in ((), (Stage.CAMERA,)))
     laws = sum(len(one.laws) for one in planned)
     configurations = configurations_of(planned)
     largest = max(zip(planned, each, strict=True), key=lambda both: both[1].seconds)
-    counts = f"{len(planned)} cases, {len(configurations)} configurations, {len(heard.names)} references"
+    counts = ", ".join(
+        several(len(things), noun)
+        for things, noun in ((planned, "case"), (configurations, "configuration"), (heard.names, "reference"))
+    )
     return [
-        f"plan: {counts} ({', '.join(heard.names)}); {renders} renders, {checks} checks"
-        + f", {laws} laws put" * bool(laws),
+        f"plan: {counts} ({', '.join(heard.names)}); {several(renders, 'render')}, {several(checks, 'check')}"
+        + f", {images} of them of images" * subject.is_program
+        + f", {several(laws, 'law')} put" * bool(laws),
         *(f"not asked: {name}: {why}" for name, why in heard.absent.items()),
         f"largest case: {_about(largest[0])}",
         *_estimated(request, planned, each, pool, references=len(heard.names)),
@@ -58,13 +62,16 @@ def _about(planned: PlannedCase) -> str:
     )
 
 
-def _checks(planned: PlannedCase, references: tuple[str, ...], subject: Subject) -> int:
-    """Return how many checks a case has: of every stage that a reference does not say it cannot."""
+def _checks(planned: PlannedCase, references: tuple[str, ...], *, but: tuple[Stage, ...]) -> int:
+    """Return how many checks a case has: of every stage, `but` some, that a reference does not say it cannot."""
     from rayproof.reference import REFERENCES
 
     scene = planned.case.scene
     answered = sum(
-        unable(REFERENCES[name](), scene, stage) is None for name in references for stage in stages_of(scene)
+        unable(REFERENCES[name](), scene, stage) is None
+        for name in references
+        for stage in stages_of(scene)
+        if stage not in but
     )
     means = [name for name in references if REFERENCES[name]().unsupported(scene, Stage.RADIANCE) is None]
     finer = len(means) if planned.case.samples > 1 and scene.lights else 0

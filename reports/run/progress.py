@@ -10,7 +10,7 @@ from rich.text import Text
 
 from rayproof.reports.results.case_records import CaseRecord, ratio_of
 from rayproof.reports.results.case_table import Cases
-from rayproof.reports.results.files import at_worst, legible
+from rayproof.reports.results.files import at_worst, legible, several
 from rayproof.reports.results.headline import blamed_items
 from rayproof.reports.results.outcomes import Outcome
 from rayproof.reports.run.messages import JUDGE, RECALLING, TRACING
@@ -110,7 +110,7 @@ def worst_first(records: Sequence[CaseRecord], *, most: int = 12) -> Table:
 
     total = len(records)
     records = records.worst_first()[:most] if isinstance(records, Cases) else records
-    table = Table(title=f"Worst {min(most, total)} of {total} cases", title_justify="left")
+    table = Table(title=f"Worst {min(most, total)} of {several(total, 'case')}", title_justify="left")
     # A narrow terminal breaks names and items into lines: one that is cut short names no case.
     for column in ("case", "verdict", "stage", "item", "worst error / limit", "where"):
         table.add_column(column, overflow="fold", min_width=NAME if column == "case" else None)

@@ -22,7 +22,7 @@ from rayproof.reports.results.case_records import CaseRecord, by_references
 from rayproof.reports.results.case_table import NAME as JOURNAL
 from rayproof.reports.results.case_table import CaseTable, DamagedTableError, amend, amending, briefs, named
 from rayproof.reports.results.document import save_early, save_results, write_results
-from rayproof.reports.results.files import legible, remove_drafts
+from rayproof.reports.results.files import legible, remove_drafts, several
 from rayproof.reports.results.headline import (
     causes,
     examined_line,
@@ -115,8 +115,7 @@ def run(request: RunOptions, workers: "Pool | Dispatch | None" = None) -> int:
     if faults:
         console.print(f"PLANTED FAULT in this run: {', '.join(faults)}; it must fail", style="bold red")
     who = "" if subject.is_tracer else f"{subject.title}: "
-    cases = f"{len(planned)} case{'' if len(planned) == 1 else 's'}"
-    line = legible(f"{who}{cases} against {', '.join(heard.names)}; results in {request.out}")
+    line = legible(f"{who}{several(len(planned), 'case')} against {', '.join(heard.names)}; results in {request.out}")
     console.print(line, soft_wrap=True)
     start, started = time.perf_counter(), datetime.now(UTC)
     workers = workers or pool_of(subject, jobs=request.jobs, timeout=request.timeout)
@@ -140,9 +139,8 @@ def run(request: RunOptions, workers: "Pool | Dispatch | None" = None) -> int:
     results["seconds"] = round(time.perf_counter() - start, 3)
     if request.laws is not None:
         broken, lost = found.laws[Outcome.FAIL], found.laws[Outcome.ERROR]
-        console.print(
-            f"laws: {found.relations} relations examined, {broken} laws broken, {lost} errors", soft_wrap=True
-        )
+        ended = f"{several(broken, 'law')} broken, {several(lost, 'error')}"
+        console.print(f"laws: {several(found.relations, 'relation')} examined, {ended}", soft_wrap=True)
     conclude(request, results, why, console, found)
     if found.dark:
         more = f" (and of {len(found.dark) - 1} others)" if len(found.dark) > 1 else ""
@@ -154,7 +152,9 @@ def run(request: RunOptions, workers: "Pool | Dispatch | None" = None) -> int:
         console.print(legible(f"stopped: {stopped}"), style="bold red", soft_wrap=True, markup=False)
         return NOT_MEASURED
     if interrupted:
-        console.print(f"interrupted after {len(records)} of {len(planned)} cases; go on with --resume", style="yellow")
+        console.print(
+            f"interrupted after {len(records)} of {several(len(planned), 'case')}; go on with --resume", style="yellow"
+        )
         return INTERRUPTED
     return code_of(request, results, found, console, tracer=subject.is_tracer)
 
@@ -409,7 +409,9 @@ def _publish(request: RunOptions, results: RunRecord, why: str | None, console: 
     for sentence in of_the_whole(results):
         console.print(f"the run fails: {sentence}", style="bold red", soft_wrap=True, markup=False)
     if left_out := results["images_kept"]["left_out"]:
-        console.print(f"images of {left_out} cases that passed are not kept; see --keep-images", soft_wrap=True)
+        console.print(
+            f"images of {several(left_out, 'case')} that passed are not kept; see --keep-images", soft_wrap=True
+        )
     before = sum(bool(case.get("remembered")) for case in briefs(results["cases"]))
     if before:
         console.print(f"answered as before, to the last bit, and not judged again: {before}", soft_wrap=True)

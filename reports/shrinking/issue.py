@@ -16,7 +16,7 @@ from rayproof.cases.scene_json import NAMES, scene_to_json
 from rayproof.cases.stages import IMAGE_STAGES, Stage, exr_channels
 from rayproof.reference.analytic import Analytic
 from rayproof.reports.judge.oracle import stages_of
-from rayproof.reports.results.files import as_json
+from rayproof.reports.results.files import as_json, several
 from rayproof.reports.results.outcomes import TITLES, Outcome
 from rayproof.reports.shrinking.failure import Failure, Renderer
 from rayproof.reports.subjects.protocol import hand_over
@@ -202,14 +202,10 @@ def in_words(scene: Scene) -> str:
     """Return how much there is of a scene: shapes by kind, lights, pixels."""
     kinds = Counter(NAMES[type(shape)] for shape in scene.shapes)
     faces = sum(len(shape.faces) for shape in scene.shapes if isinstance(shape, Mesh))
-    parts = [_several(count, kind) for kind, count in kinds.items()] or ["no shape"]
-    parts += [f"{_several(faces, 'face')}"] if faces else []
-    parts += [_several(len(scene.lights), "light") if scene.lights else "no light"]
+    parts = [several(count, kind) for kind, count in kinds.items()] or ["no shape"]
+    parts += [several(faces, "face")] if faces else []
+    parts += [several(len(scene.lights), "light") if scene.lights else "no light"]
     return f"{', '.join(parts)}, {scene.camera.width} x {scene.camera.height} px"
-
-
-def _several(count: int, word: str) -> str:
-    return f"{count} {word}{'' if count == 1 else 'es' if word.endswith('h') else 's'}"
 
 
 def _write_picture(file: Path, scene: Scene, stage: Stage, render: Renderer) -> None:

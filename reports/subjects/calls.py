@@ -17,7 +17,7 @@ from typing import IO, Any
 
 from rayproof.cases.scene import Scene
 from rayproof.reports.processes.signals import adopt_orphans, descendants, end_below
-from rayproof.reports.results.files import legible, legible_lines
+from rayproof.reports.results.files import legible, legible_lines, several
 from rayproof.reports.subjects import Surroundings
 from rayproof.reports.subjects.protocol import NAME, hand_over
 
@@ -134,9 +134,7 @@ def _called(
 def withheld(surroundings: Surroundings) -> str:
     """Return what a program that failed may have lacked, to be said of it."""
     count = surroundings.withheld
-    said = (
-        f"{count} environment variable{'' if count == 1 else 's'} withheld; --env NAME passes one on" if count else ""
-    )
+    said = f"{several(count, 'environment variable')} withheld; --env NAME passes one on" if count else ""
     said = "; ".join(filter(None, [said, "confined" if surroundings.confined else ""]))
     return f" ({said})" if said else ""
 

@@ -25,7 +25,7 @@ from typing import IO, Any
 import psutil
 
 from rayproof.reports.processes.signals import adopt_orphans, descendants, end_below
-from rayproof.reports.results.files import legible
+from rayproof.reports.results.files import legible, several
 from rayproof.reports.subjects import Subject
 from rayproof.reports.subjects.calls import (
     CONFINE,
@@ -104,8 +104,9 @@ class Server:
         """Return in a sentence what it printed since this was last asked."""
         count, first = self._prints, self._first_print
         self._prints, self._first_print = 0, ""
-        lines = f"{count} line{'' if count == 1 else 's'}"
-        return (f"It printed {lines} to standard output that are no answers, which are ignored: {first}",) * (count > 0)
+        return (
+            f"It printed {several(count, 'line')} to standard output that are no answers, which are ignored: {first}",
+        ) * (count > 0)
 
     def _growth(self) -> float:
         """Return by how many bytes a scene its memory has grown over the last hundred; 0 where that is little.

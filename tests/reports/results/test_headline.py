@@ -73,4 +73,6 @@ def test_the_share_that_was_answered_stands_in_headline_and_last_line() -> None:
     assert headline(named).startswith("mine 1.2: 1 case passes on the 65 of 511")
     assert last_line(little) == "pass; 65 of 511 checks answered (ray only)"
     assert "65 of 511 checks answered (without position, visibility" in headline(wrong)
+    camera = little | {"checks": little["checks"] | {"planned": 529}}
+    assert last_line(camera) == "pass; 65 of 511 checks of images answered (ray only)"
     assert last_line(run_of("pass", answered={"checks": 511, "planned": 511})) == "pass"

@@ -106,12 +106,34 @@ def test_a_dry_run_prints_the_plan_and_does_nothing(tmp_path: Path, capsys: pyte
 
     lines = capsys.readouterr().out.splitlines()
     assert code == 0
-    assert lines[0].startswith("plan: 1 cases, ")
+    assert lines[0].startswith("plan: 1 case, ")
     assert any(line.startswith("largest case: primitives/sphere, ") for line in lines)
     for what in ("time", "memory", "disk"):
         assert any(line.startswith(f"estimated {what}: ") for line in lines)
     assert lines[-1] == "deadline: 120 s for one render or one judgement"
     assert not out.exists()
+
+
+@pytest.mark.process
+@pytest.mark.references
+def test_a_dry_run_and_the_last_line_of_its_run_count_the_same_checks(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    # The camera has no image, so that a program is never asked about it: 260 were planned, and 242 counted at the end.
+    assert main(["new", "adapter", str(tmp_path / "mine.py")]) == 0
+    words = ["run", "primitives/sphere", "primitives/cube", "--no-cache", "--out", str(tmp_path / "out")]
+    words += ["--subject", f"serve:{sys.executable} {tmp_path / 'mine.py'}"]
+    assert main([*words, "--dry-run"]) == 0
+    plan = re.search(r"(\d+) checks, (\d+) of them of images", capsys.readouterr().out)
+    assert main(words) == 0
+    printed = capsys.readouterr().out
+    checks = re.search(r"checks: (\d+) planned", printed)
+    images = re.search(r"of (\d+) checks of images answered", printed)
+
+    assert plan is not None
+    assert checks is not None
+    assert images is not None
+    assert plan.groups() == (checks[1], images[1])
 
 
 def test_a_dry_run_counts_the_time_of_laws(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
