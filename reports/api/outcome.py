@@ -308,9 +308,7 @@ class Judgement(_NoTruth):
         why = f": {self.reason}" if self.reason else ""
         against = ", ".join(self.references)
         done = sum(row["verdict"] != Outcome.UNSUPPORTED.value for row in self.checks)
-        return legible(
-            f"{done} of {several(len(self.checks), 'check')} measured, by {against}: {self.verdict}{where}{item}{why}"
-        )
+        return legible(f"{done} of {len(self.checks)} checks measured, by {against}: {self.verdict}{where}{item}{why}")
 
 
 def stage_name(stage: Stage | None) -> str | None:

@@ -158,9 +158,10 @@ def summary(imported: "Imported", target: Path, copies: Sequence[str]) -> list[s
     shapes = ", ".join(several(count, kind) for kind, count in kinds.items())
     triangles = sum(len(getattr(shape, "faces", ())) for shape in scene.shapes)
     lines = [f"dropped: {sentence}" for sentence in imported.dropped]
-    of = f" ({several(triangles, 'triangle')})" if triangles else ""
-    lights = f"{len(scene.lights)} light{'s' if len(scene.lights) != 1 else ''}"
-    made = [f"{target}: {shapes}{of}, {lights}, {scene.camera.width} x {scene.camera.height} px"]
+    shapes += f" ({several(triangles, 'triangle')})" if triangles else ""
+    made = [
+        f"{target}: {shapes}, {several(len(scene.lights), 'light')}, {scene.camera.width} x {scene.camera.height} px"
+    ]
     if copies:
         more = f" and {len(copies) - 1} others" if len(copies) > 1 else ""
         made.append(f"copied beside it: {copies[0]}{more}")

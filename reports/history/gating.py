@@ -316,10 +316,7 @@ def _hold_case(
         wrong["regressions"].append(f"{case['verdict']}: {case.get('reason') or 'no check says why'}")
     result.regressions += _for_a_case(case["name"], wrong["regressions"])
     result.tighten += _for_a_case(case["name"], wrong["tighten"])
-    result.matched += [
-        f"{case['name']}: {several(count, 'check')} {'fails' if count == 1 else 'fail'}: {reason}"
-        for reason, count in known.items()
-    ]
+    result.matched += [f"{case['name']}: {several(n, 'failing check')}: {reason}" for reason, n in known.items()]
     if known and not any(wrong.values()):
         result.cases.append(case["name"])
 

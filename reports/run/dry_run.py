@@ -37,12 +37,9 @@ def plan_in_words(request: RunOptions, pool: Pool | None = None) -> list[str]:
     renders = sum((1 + one.twice) * len(one.configurations) + len(heard.names) for one in planned)
     checks, images = (sum(_checks(one, heard.names, but=but) for one in planned) for but in ((), (Stage.CAMERA,)))
     laws = sum(len(one.laws) for one in planned)
-    configurations = configurations_of(planned)
     largest = max(zip(planned, each, strict=True), key=lambda both: both[1].seconds)
-    counts = ", ".join(
-        several(len(things), noun)
-        for things, noun in ((planned, "case"), (configurations, "configuration"), (heard.names, "reference"))
-    )
+    things = {"case": planned, "configuration": configurations_of(planned), "reference": heard.names}
+    counts = ", ".join(several(len(there), noun) for noun, there in things.items())
     return [
         f"plan: {counts} ({', '.join(heard.names)}); {several(renders, 'render')}, {several(checks, 'check')}"
         + f", {images} of them of images" * subject.is_program
@@ -56,25 +53,20 @@ def plan_in_words(request: RunOptions, pool: Pool | None = None) -> list[str]:
 def _about(planned: PlannedCase) -> str:
     scene, samples = planned.case.scene, planned.case.samples
     finer = f", {samples} x {samples} samples" if samples > 1 else ""
-    return (
-        f"{planned.case.name}, {scene.camera.width} x {scene.camera.height} px{finer}, {len(scene.shapes)} shapes, "
-        f"{triangles_of(scene)} triangles in meshes, {len(scene.lights)} lights"
-    )
+    counts = {"shape": len(scene.shapes), "triangle": triangles_of(scene), "light": len(scene.lights)}
+    there = ", ".join(several(count, noun) for noun, count in counts.items() if count)
+    return f"{planned.case.name}, {scene.camera.width} x {scene.camera.height} px{finer}, {there}"
 
 
 def _checks(planned: PlannedCase, references: tuple[str, ...], *, but: tuple[Stage, ...]) -> int:
     """Return how many checks a case has: of every stage, `but` some, that a reference does not say it cannot."""
     from rayproof.reference import REFERENCES
 
-    scene = planned.case.scene
-    answered = sum(
-        unable(REFERENCES[name](), scene, stage) is None
-        for name in references
-        for stage in stages_of(scene)
-        if stage not in but
-    )
-    means = [name for name in references if REFERENCES[name]().unsupported(scene, Stage.RADIANCE) is None]
-    finer = len(means) if planned.case.samples > 1 and scene.lights else 0
+    scene, asked = planned.case.scene, [REFERENCES[name]() for name in references]
+    stages = [stage for stage in stages_of(scene) if stage not in but]
+    answered = sum(unable(reference, scene, stage) is None for reference in asked for stage in stages)
+    means = sum(reference.unsupported(scene, Stage.RADIANCE) is None for reference in asked)
+    finer = means if planned.case.samples > 1 and scene.lights else 0
     return len(planned.configurations) * (answered + finer)
 
 

@@ -152,9 +152,7 @@ def run(request: RunOptions, workers: "Pool | Dispatch | None" = None) -> int:
         console.print(legible(f"stopped: {stopped}"), style="bold red", soft_wrap=True, markup=False)
         return NOT_MEASURED
     if interrupted:
-        console.print(
-            f"interrupted after {len(records)} of {several(len(planned), 'case')}; go on with --resume", style="yellow"
-        )
+        console.print(f"interrupted after {len(records)} of {len(planned)} cases; go on with --resume", style="yellow")
         return INTERRUPTED
     return code_of(request, results, found, console, tracer=subject.is_tracer)
 
@@ -336,7 +334,7 @@ def replaced(folder: Path) -> str | None:
     try:
         document = json.loads(CaseTable(folder / JOURNAL).document() or "{}")
         cases, subject = document["summary"]["planned"], document["subject"]
-        return legible(f"replaces the run of {document['started']} in {folder}: {subject}, {cases} cases")
+        return legible(f"replaces the run of {document['started']} in {folder}: {subject}, {several(cases, 'case')}")
     except (DamagedTableError, OSError, LookupError, TypeError, ValueError):
         return legible(f"replaces a run in {folder} that did not end, or cannot be read")
 
@@ -409,9 +407,7 @@ def _publish(request: RunOptions, results: RunRecord, why: str | None, console: 
     for sentence in of_the_whole(results):
         console.print(f"the run fails: {sentence}", style="bold red", soft_wrap=True, markup=False)
     if left_out := results["images_kept"]["left_out"]:
-        console.print(
-            f"images of {several(left_out, 'case')} that passed are not kept; see --keep-images", soft_wrap=True
-        )
+        console.print(f"images of {several(left_out, 'passing case')} are not kept; see --keep-images", soft_wrap=True)
     before = sum(bool(case.get("remembered")) for case in briefs(results["cases"]))
     if before:
         console.print(f"answered as before, to the last bit, and not judged again: {before}", soft_wrap=True)

@@ -47,7 +47,7 @@ def test_what_fails_as_written_down_passes_and_is_named():
     found = held(run(check()))
 
     assert not found.red
-    assert found.matched == ["shadows/one: 1 check fails: The plane is looked at from far away."]
+    assert found.matched == ["shadows/one: 1 failing check: The plane is looked at from far away."]
     assert found.cases == ["shadows/one"]
 
 

@@ -58,7 +58,7 @@ def test_nothing_is_left_running(tmp_path: Path, how: str) -> None:
             time.sleep(0.1)
     else:
         assert process.returncode == 130, printed
-        assert "interrupted after 0 of 1 case" in printed
+        assert "interrupted after 0 of 1 cases" in printed
     assert sleepers() == []
 
 
