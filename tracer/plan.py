@@ -28,10 +28,10 @@ STRIP = {"float32": 8, "float64": 4}
 SHORT = 4  # and of others, where the kernel would be long
 SMALL = 1.0  # triangles per sample from which on neighbours see too few of the same for a tile of four rows
 DUST = 2.5  # and from which on only two by two go together
-# From so many on, one loop goes through the triangles' tree where a kernel is fused: two rows at most, and from some
-# number on two columns, since a lane of more rays in float64 has no room for what it reads ahead.
-FINE = 0.5
-FINE_DUST = {"float32": 4.0, "float64": 1.0}
+# From so many on, one loop goes through the triangles' tree where a kernel is fused, two rows at a time, and in the end
+# two columns: sooner in float64, for want of room, and of closed bodies, which cover their box more often than sheets.
+FINE, CLOSED = 0.5, 1.5
+FINE_DUST = {"float32": (7.5, 2.0), "float64": (2.5, 1.0)}  # of open sheets, and of closed bodies
 # Meshes that cover their box more often than this are hair or dust: neighbours see triangles that lie one behind the
 # other, and feelers of a tile would go one group after the other. It is asked from so many triangles per sample on.
 DEEP, SCATTERED = 5.0, 0.25
@@ -106,15 +106,15 @@ def plan(scene: Scene, configuration: Configuration, *, samples: int = 1) -> Pla
         columns = STRIP[configuration.precision] if len(scene.shapes) <= SIMPLE else SHORT
         return Plan(columns=columns if strip else 1, tables=tables)
     bounded = bool(configuration.formula("segment").facts.get("bounded", False))
-    deep = count >= FEW and triangles > SCATTERED * count and layers(meshes) > DEEP
+    covered = layers(meshes) if count >= FEW and triangles > SCATTERED * count else 0.0
+    deep = covered > DEEP
     split = count < FEW or not bounded or deep
     fine, small = (FINE_DEEP[configuration.precision], SMALL) if deep else (FINE, FINE)
     pipelined = (deep or not split) and triangles > fine * count
-    small, dust = (small, FINE_DUST[configuration.precision]) if pipelined else (SMALL, DUST)
+    small, dust = (small, FINE_DUST[configuration.precision][covered > CLOSED]) if pipelined else (SMALL, DUST)
     # A kernel with several kinds of trees is long, and only a large image is worth compiling sixteen rays of it.
     rows = 4 if count >= (FEW if len(trees) == 1 else MANY) and triangles <= small * count else 2
-    # Four in a row are written at once.
-    columns = 4 if count >= FEW and triangles <= dust * count else 2
+    columns = 4 if count >= FEW and triangles <= dust * count else 2  # four in a row are written at once
     return Plan(
         columns=columns,
         rows=rows,

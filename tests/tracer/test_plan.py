@@ -6,7 +6,7 @@ import drjit as dr
 import numpy as np
 import pytest
 
-from rayproof.cases.benchmark_scenes import soup, terrain
+from rayproof.cases.benchmark_scenes import bumpy, soup, terrain
 from rayproof.cases.rounding import UNIT_ROUNDOFF
 from rayproof.cases.scene import Cube, Mesh, PointLight, Scene, Sphere, Square, Triangle
 from rayproof.cases.stages import IMAGE_STAGES, Stage
@@ -122,6 +122,9 @@ def test_the_scene_decides() -> None:
         assert chosen.pipelined is (tile != (4, 4))
         # A small image goes by nested loops.
         assert not plan(scene(hills), configuration).pipelined
+    # Of as many triangles, a closed body goes two by two.
+    view = camera(width=384, height=384)
+    assert [plan(scene(mesh, camera=view), default).columns for mesh in (terrain(400), bumpy(7))] == [4, 2]
     # About as many faces as samples, far apart, and one behind the other: there feelers go by themselves.
     dust = soup(200_000)
     thick = dataclasses.replace(dust, vertices=dust.vertices + 5 * (dust.vertices - centers(dust)))
