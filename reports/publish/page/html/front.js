@@ -62,7 +62,8 @@
       e("p", { class: "muted" }, ["cases", "checks"].map((what, i) => {
         const counts = i ? results.checks : results.summary;
         const measured = ["pass", "warn", "fail", "reference_suspect"].reduce((sum, name) => sum + counts[name], 0);
-        return `${i ? "; " : ""}${counts.planned} ${what} planned = ${measured} measured + ${counts.undecided ? `${counts.undecided} undecided + ` : ""}${counts.unsupported} unsupported + ${counts.error + counts.missing} errors`;
+        const failed = counts.error + counts.missing;
+        return `${i ? "; " : ""}${counts.planned} ${counts.planned === 1 ? what.slice(0, -1) : what} planned = ${measured} measured + ${counts.undecided ? `${counts.undecided} undecided + ` : ""}${counts.unsupported} unsupported + ${failed} error${failed === 1 ? "" : "s"}`;
       }), "."),
       rayproof.examined(results.examined?.counts, results.examined?.words),
       (results.no_say || []).length ? e("ul", { class: "no-say" }, results.no_say.map((text) => e("li", {}, rayproof.pill("undecided"), " ", text))) : null);
@@ -129,7 +130,7 @@
       e("h2", {}, causes.length ? "What is wrong" : "What is blamed"),
       causes.filter((text) => !told.has(text)).map((text) => e("p", { class: "cause" }, e("strong", {}, e("bdi", {}, text)))),
       e("ul", {}, shown.map(([row, ...rest]) => e("li", {}, rayproof.pill(row.verdict), " ",
-        row.cause || row.blame ? e("strong", {}, e("bdi", {}, row.cause || row.blame)) : e("span", { class: "muted" }, "no stage"), " in ",
+        row.cause || row.blame ? e("strong", {}, e("bdi", {}, (row.cause || row.blame).replace(/\.$/, ""))) : e("span", { class: "muted" }, "no stage"), " in ",
         [row, ...rest].slice(0, 8).flatMap((one, place) => [place ? ", " : "", e("a", { href: rayproof.link({ case: one.name, stage: one.stage }) }, e("bdi", {}, one.name))]),
         rest.length > 7 ? ` and ${rest.length - 7} more` : "",
         reason(row, rest.length)))),
