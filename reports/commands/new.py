@@ -104,7 +104,7 @@ def starter(default: "Formula") -> tuple[str, str]:
         needed |= found
         waiting += found
     words = {word for node in needed for word in _words(node)}
-    head = [f"A formula of one's own for the slot `{default.slot}`.", "", *_contract(default.slot), ""]
+    head = [f"A formula of your own for the slot `{default.slot}`.", "", *_contract(default.slot), ""]
     written = "\n".join([*head, f"It begins as {default.name}."]).replace("\\", "\\\\").replace('"""', "'''")
     imports = [ast.unparse(kept) for node in tree.body if (kept := _only(node, words)) is not None]
     # By lines, which have the comments beside them.

@@ -44,8 +44,8 @@ def report(
     folder
         A folder that `rayproof run --out` filled.
     other
-        The folder of a later run: show what changed between the two, with the images of both. Of two folders or
-        files with limits of renderers (`rayproof stability --subject`): how far each carries.
+        The folder of a later run: show what changed between the two, with the images of both. With two
+        folders or files of renderers' limits (`rayproof stability --subject`): how far each renderer carries.
     out
         With two runs: the folder for the report of what changed. Default: only a table is printed.
     single_file

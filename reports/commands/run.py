@@ -92,11 +92,11 @@ def run(
         code, plan, subject and options. Cases of an absent part are missing.
     laws
         Also hold the subject against itself: a law relates its images of a scene to those of a changed scene. SELECTORS
-        may name laws as well. A case that is named meets these, or every law; other cases those of a usual choice.
+        may name laws as well. Named cases are held against these, or every law; other cases against a usual choice.
     require
-        References that must answer, separated by commas. A case that one of them cannot answer at all fails; of an
-        optional program, a run in which it answers nothing does. If one is not installed, the run ends. References
-        that answer on request only are asked. Repeatable.
+        References that must answer, separated by commas. A case that one of them cannot answer at all fails. A
+        run fails if an optional program answers nothing in it, and ends if one is not installed. References that
+        answer on request only are asked. Repeatable.
     jobs
         Worker processes at once. Default: the number of processors.
     timeout
@@ -160,7 +160,7 @@ def run(
         references the worst, which OUT gets as scene.json. The exit code is 1 if they blame the subject. Takes --seed,
         --count, --seconds, --subject, --configuration, --formula, --out and --json.
     seconds
-        With --worst: for so long. Default: 60, or as long as --count takes.
+        With --worst: how long to climb. Default: 60, or as long as --count takes.
     scenes
         Instead of selectors: a folder of scene files, or a file with one scene, with a `name`, on each line.
     scheduler

@@ -44,7 +44,7 @@ def render(
     configuration
         The tracer's configuration, such as float64/triangle=signed_areas.
     formula
-        A formula for it, such as triangle=signed_areas, or a function of one's own as sphere=./mine.py:nearest_hit.
+        A formula for it, such as triangle=signed_areas, or a function of your own as sphere=./mine.py:nearest_hit.
         Repeatable.
     double
         Trace in float64 and write every digit: in OpenEXR, which has float32 at most, beside each channel X a channel
@@ -106,7 +106,7 @@ def import_scene(
     height
         Image height [px], in place of the file's. With --width.
     up
-        The axis that points up in an OBJ, PLY or STL file, none of which says so. Default: z.
+        The axis that points up in an OBJ, PLY or STL file, which does not say so. Default: z.
     allow_folder
         A folder outside of FILE's own into which its names of files may lead, by `../` or the `<path>` of a Mitsuba
         scene. Repeatable.

@@ -51,22 +51,22 @@ def shrink(
     case
         The name of a case, family/case, or a scene file ending in .json.
     out
-        Folder for scene.json, pixel.json, pixel.md, picture.png, issue.md and, of one shape that is hit wrongly,
+        Folder for scene.json, pixel.json, pixel.md, picture.png, issue.md and, if one shape is hit wrongly,
         vector.csv.
     subject
-        Who fails, instead of the tracer: a reference by name, "exec:COMMAND {scene} {output}",
+        The renderer that fails, if not the tracer: a reference by name, "exec:COMMAND {scene} {output}",
         "serve:COMMAND" or "python:FILE.py:FUNCTION".
     configuration
         The tracer's configuration, such as float64/triangle=woop.
     formula
-        A formula for it, such as triangle=signed_areas, or a function of one's own as
+        A formula for it, such as triangle=signed_areas, or a function of your own as
         sphere=./mine.py:nearest_hit. Repeatable.
     stage
         The stage that is to fail, such as distance. Default: the first that does.
     tries
-        Renders at most. The same number gives the same scene, however busy the machine is.
+        The most renders. The same number gives the same scene, however busy the machine is.
     seconds
-        Seconds at most. Ctrl-C ends the search too; the smallest scene so far is kept.
+        The most seconds. Ctrl-C ends the search too; the smallest scene so far is kept.
 
     """
     if tries < 1:

@@ -353,7 +353,7 @@ def row(one: "ClimbRecord") -> list[str]:
         one["precision"],
         slope,
         short(one["slope_predicted"]),
-        short(one["breakpoint"]) or "none",
+        short(one["breakpoint"]) or "never right",
         short(one["worst_error_over_Ku"]),
         str(one["false_hits"]),
         str(one["false_misses"]),

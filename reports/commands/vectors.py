@@ -27,7 +27,7 @@ def vectors(
     out
         Write the vectors into this folder; with --judge: junit.xml and vectors.md.
     judge
-        Judge the answers in this file, a CSV of id,hit,t or what its vectors ask for. docs/vectors.md has the format.
+        Judge the answers in this CSV file, whose columns, such as id,hit,t, docs/vectors.md describes.
     precision
         With --judge: whose limits hold, float32's or float64's.
 
