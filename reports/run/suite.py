@@ -114,7 +114,7 @@ def run(request: RunOptions, workers: "Pool | Dispatch | None" = None) -> int:
     faults = _faults(planned) if subject.is_tracer else []
     if faults:
         console.print(f"PLANTED FAULT in this run: {', '.join(faults)}; it must fail", style="bold red")
-    who = "" if subject.is_tracer else f"{subject.title}: "
+    who = "" if subject.is_tracer else f"{subject.capabilities.title if subject.capabilities.name else subject.title}: "
     line = legible(f"{who}{several(len(planned), 'case')} against {', '.join(heard.names)}; results in {request.out}")
     console.print(line, soft_wrap=True)
     start, started = time.perf_counter(), datetime.now(UTC)

@@ -235,7 +235,7 @@ def sentence(
         many = "1 family" if len(findings) == 1 else f"{len(findings)} families"
         parts = [f"no difference in error shown between {base} and {candidate} on {many}{_unproven(findings)}"]
     ratio = f"{time_ratio:.3f} [{time_interval[0]:.3f}, {time_interval[1]:.3f}]"
-    beside = f"A/A [{control_interval[0]:.3f}, {control_interval[1]:.3f}]"
+    beside = f"control [{control_interval[0]:.3f}, {control_interval[1]:.3f}]"
     pace = {1: "it is faster", -1: "it is slower", 0: "no difference in run time shown"}[fast]
     apart = [family.family for family, sign in zip(findings, paces, strict=True) if sign not in (0, fast)]
     if apart:

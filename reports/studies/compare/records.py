@@ -187,7 +187,7 @@ class RunComparison(TypedDict):
 
 COLUMNS: dict[str, tuple[str, ...]] = {
     "formulas": (
-        "family", "outcome", "digits gained", "wrong pixels", "p99 error / K u", "time ratio", "A/A", "ns/ray",
+        "family", "outcome", "digits gained", "wrong pixels", "p99 error / K u", "time ratio", "control", "ns/ray",
     ),
     "runs": ("case", "before", "after", "digits gained", "worst check"),
     "sweep": ("value", "outcome", "digits gained", "wrong pixels", "time ratio"),
