@@ -100,6 +100,15 @@ def test_links_lead_somewhere(page: Path) -> None:
     assert [target for target in targets if not (page.parent / target).exists()] == []
 
 
+@pytest.mark.parametrize("page", [page for page in PAGES if page.parent.name == "docs"], ids=lambda page: page.name)
+def test_a_page_begins_with_what_it_is_for(page: Path) -> None:
+    title, empty, first = page.read_text().split("\n")[:3]
+
+    assert title.startswith("# ")
+    assert not empty
+    assert re.match(r"This (page|tutorial) |rayproof is .* this page ", first)
+
+
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
 def test_every_row_of_a_table_belongs_to_a_table(page: Path) -> None:
     # A blank line ends a table, and a row after it is shown as words between bars. No other test reads tables.
