@@ -1,1 +1,1 @@
-"""What is asked: scenes, stages and cases as plain data. Renders nothing and imports no renderer."""
+"""The questions: scenes, stages and cases as plain data. This package renders nothing and imports no renderer."""

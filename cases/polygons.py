@@ -16,7 +16,7 @@ DECIMALS = 1e-6  # relative: coordinates in text have six significant digits or 
 
 @dataclass(kw_only=True)
 class Polygons:
-    """What a file holds: its vertices, and its polygons one after another with the line or row of each."""
+    """The content of a file: its vertices, and its polygons one after another with the line or row of each."""
 
     vertices: np.ndarray  # (n, 3) float64 [m]
     sizes: list[int] = field(default_factory=list)  # corners of each polygon

@@ -105,7 +105,7 @@ def _direction(vector: Any) -> np.ndarray:
 
 @dataclass(frozen=True, kw_only=True)
 class Shape:
-    """What every shape has: its placement, its albedo and whether both of its sides are lit and seen.
+    """The properties of every shape: its placement, its albedo and whether both of its sides are lit and seen.
 
     Raises SceneError for a singular or non-finite matrix and for a negative albedo.
     """

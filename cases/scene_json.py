@@ -112,7 +112,7 @@ class Field:
             yield Field(value=item, path=f"{self.path}[{index}]", where=self.where)
 
     def number(self) -> float:
-        """Return a finite number; JSON's true and false are none."""
+        """Return a finite number; JSON's true and false are not numbers."""
         if isinstance(self.value, bool) or not isinstance(self.value, (int, float)):
             self.expected("a number")
         try:

@@ -42,7 +42,7 @@ class Stage(StrEnum):
 
 @dataclass(frozen=True, kw_only=True)
 class StageFacts:
-    """What a stage's image means: its unit, its value where a ray hits nothing, its OpenEXR channel names.
+    """The meaning of a stage's image: its unit, its value where a ray hits nothing, its OpenEXR channel names.
 
     The channel names of `visibility` depend on the number of lights; ask `exr_channels`.
     """
@@ -116,7 +116,7 @@ class Resolution:
 
 
 class Reference(Protocol):
-    """An independent renderer. Its class docstring says what its word is worth."""
+    """An independent renderer. Its class docstring says how far its answers can be trusted."""
 
     # One word for its arithmetic ("float64", "float32"): limits are built from it.
     precision: str

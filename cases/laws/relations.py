@@ -44,7 +44,7 @@ class Ask(Protocol):
 
 @dataclass(frozen=True, kw_only=True)
 class Conditions:
-    """What a law knows of its own conditioning, in multiples of what the scenes themselves explain."""
+    """A law's own conditioning, in multiples of that of the scenes themselves."""
 
     factor: float = 1.0  # times which the law magnifies rounding
     truncation: float = 0.0  # relative: what a finite sum leaves out

@@ -132,7 +132,7 @@ def shape_of(kind: type[Shape], draws: Draws, to_world: Matrix) -> Shape:
 
 @dataclass(kw_only=True)
 class Draft:
-    """What a scene is made of; features change it in place. Lengths in metres, angles in degrees."""
+    """The parts of a scene, which features change in place. Lengths in metres, angles in degrees."""
 
     draws: Draws
     shapes: list[Shape] = field(default_factory=list)

@@ -21,7 +21,7 @@ MOST_SURFACES = 200  # triangles and other shapes in a whole image; `at` and `en
 
 
 class EnclosedPixel(TypedDict):
-    """What is certain about a pixel's centre."""
+    """The certain values at a pixel's centre."""
 
     pixel: list[int]
     bits: int  # the precision that sufficed

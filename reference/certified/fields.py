@@ -21,7 +21,7 @@ class UndecidedError(Exception):
 
 
 class Field(Protocol):
-    """What the geometry needs beyond arithmetic."""
+    """The operations that the geometry needs beyond arithmetic."""
 
     def number(self, value: fmpq) -> Number:
         """Return a rational number as a number of this field."""

@@ -135,7 +135,7 @@ Values = list[list[Any]]  # per image stage, in order, a ball or an exact plain 
 
 @dataclass(frozen=True, kw_only=True)
 class Suspects:
-    """What may matter to one image point: everything, or what a filter could not rule out."""
+    """The shapes that may matter to one image point: all, or those that a filter could not rule out."""
 
     surfaces: Sequence[Surface]
     blockers: Sequence[Sequence[Surface] | None]  # per light; None: surely blocked

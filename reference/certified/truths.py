@@ -1,4 +1,4 @@
-"""From questions to certified answers: precision is raised until every branch is decided and every ball is narrow."""
+"""The way from questions to certified answers: precision rises until all branches are decided and all balls narrow."""
 
 import math
 from collections.abc import Iterable, Iterator, Sequence
@@ -24,7 +24,7 @@ POSITION, EXITANCE = IMAGE_STAGES.index(Stage.POSITION), IMAGE_STAGES.index(Stag
 
 @dataclass(frozen=True, kw_only=True)
 class Truth:
-    """What is certain about one image point."""
+    """The certain values at one image point."""
 
     values: Values
     bits: int

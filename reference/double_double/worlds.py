@@ -143,7 +143,7 @@ class SeenPlane:
 
 
 class World:
-    """What the stages need of a scene; `types` is the module of Dr.Jit's arrays."""
+    """The parts of a scene that the stages need; `types` is the module of Dr.Jit's arrays."""
 
     def __init__(self, scene: Scene, types: Any) -> None:
         self.scene, self.types = scene, types

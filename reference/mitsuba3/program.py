@@ -72,7 +72,7 @@ class Hits:
 
 @dataclass(frozen=True, kw_only=True)
 class Feelers:
-    """What arrives from one light at the hits."""
+    """The light that arrives from one light source at the hits."""
 
     free: np.ndarray  # (n,) bool: nothing between hit and light; False where not asked
     arriving: np.ndarray  # (n, 3) W/m^2 on a surface that faces the light, were nothing in between

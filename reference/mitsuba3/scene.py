@@ -231,7 +231,7 @@ def _transform(mi: Any, matrix: Any) -> Any:
 
 @dataclass(frozen=True, kw_only=True)
 class MitsubaScene:
-    """What Mitsuba made of a scene."""
+    """A scene as Mitsuba has it."""
 
     mi: Any  # the module, in the variant that made `loaded`
     loaded: Any  # mi.Scene

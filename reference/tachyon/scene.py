@@ -165,7 +165,7 @@ def _facet_safe(corners: np.ndarray, slope: np.ndarray, near: float, far: float)
 
 @dataclass(frozen=True, kw_only=True)
 class Look:
-    """What a facet looks like."""
+    """The appearance of a facet."""
 
     color: tuple[float, ...]  # per channel
     shines: bool  # by itself, whatever the light; else it is an albedo

@@ -104,7 +104,7 @@ def oracle(scene: Scene | str | Path | Mapping[str, Any], stages: Sequence[str] 
 
 
 def image_stages(names: Sequence[str]) -> list[Stage]:
-    """Return image stages by their names, in the specification's order; raise ValueError for what is none."""
+    """Return image stages by their names, in the specification's order; raise ValueError for an unknown name."""
     wanted = {str(name) for name in ([names] if isinstance(names, str) else names)}
     known = [stage.value for stage in IMAGE_STAGES]
     if unknown := sorted(wanted.difference(known)):

@@ -97,7 +97,7 @@ class Conformance:
         return judged
 
     def judged(self, answer: Renderer | Mapping[str, Any] | None = None) -> Judged:
-        """Return what was found of an answer, whatever it is; `check` says what an answer may be.
+        """Return the record of an answer of any kind; `check` says what an answer may be.
 
         Raises:
             AssertionError: a stage that was asked for is not in the answer.

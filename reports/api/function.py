@@ -26,7 +26,7 @@ MODULE = "rayproof_function_under_test"  # its name, which no module beside the 
 
 
 class Answer(TypedDict, total=False):
-    """What a request is answered."""
+    """The answer to a request."""
 
     id: int
     capabilities: Mapping[str, Any]

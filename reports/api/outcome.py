@@ -120,12 +120,12 @@ class CaseResult(_NoTruth):
 
     @property
     def checks(self) -> Table:
-        """Return every check: who, against whom, which stage, the verdict, and error over limit."""
+        """Return every check: subject, reference, stage, verdict, and error over limit."""
         return table(("configuration", "reference", "stage", "verdict", "ratio", "reason"), self.record["checks"])
 
     @property
     def renderers(self) -> tuple[str, ...]:
-        """Return whose images there may be: the renderer under test in each configuration, then the references."""
+        """Return the renderers that may have images: the one under test in each configuration, then the references."""
         renders = sorted(self.record["renders"], key=lambda render: render.get("configuration") is None)
         return tuple(render["renderer"] for render in renders)
 

@@ -54,7 +54,7 @@ class Served:
 
     @property
     def command(self) -> str:
-        """Return what `--subject` is to be told."""
+        """Return the value of `--subject` that reaches the function."""
         return f"{SERVED}:{shlex.join([sys.executable, '-I', '-S', str(RELAY), str(self._place)])}"
 
     def __enter__(self) -> "Served":
@@ -64,7 +64,7 @@ class Served:
         self.listener.close()
 
     def answer_one(self) -> None:
-        """Take one call and answer it; what the function raises is told to the caller, and is its case's error."""
+        """Take one call and answer it; an exception of the function goes to the caller and is its case's error."""
         end, _ = self.listener.accept()
         with end:
             end.settimeout(PATIENCE)

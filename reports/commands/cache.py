@@ -15,7 +15,7 @@ COLUMNS = ("used", "kind", "renderer", "version", "scene", "stages", "seconds", 
 
 
 class Row(TypedDict):
-    """What a listing says of an entry."""
+    """One line of a listing."""
 
     key: str
     used: str

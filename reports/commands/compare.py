@@ -98,7 +98,7 @@ def compare(
 
 
 def is_folder(name: str) -> bool:
-    """Return whether a contender is a folder; a name too long for a path is none."""
+    """Return whether a contender is a folder; a name that is too long for a path is no folder."""
     with told_in_one_line():
         return Path(name).is_dir()
 

@@ -27,7 +27,7 @@ class RunEntry(TypedDict):
 
 
 class PointEntry(TypedDict):
-    """One run's word on a case."""
+    """One run's result of a case."""
 
     run: int
     started: str

@@ -19,7 +19,7 @@ def say(line: str) -> None:
 
 
 def shout(faults: Sequence[str]) -> None:
-    """Print a first line that nobody can miss if a planted fault is in use; nothing if none is."""
+    """Print a conspicuous first line if a planted fault is in use."""
     if faults:
         console().print(warning(faults), style="bold white on red", soft_wrap=True)
 

@@ -1,4 +1,4 @@
-"""What a user got wrong, told in exactly one line."""
+"""A user's mistakes, each reported in exactly one line."""
 
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager

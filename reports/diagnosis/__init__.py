@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, kw_only=True)
 class Given:
-    """What a wrong stage is computed from."""
+    """The inputs from which a wrong stage is computed."""
 
     scene: Scene
     answers: StageImages  # the stages before, as the renderer with this mistake has them; after them the right ones

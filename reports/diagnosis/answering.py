@@ -1,4 +1,4 @@
-"""What a renderer with a mistake would answer to a scene, and how far it may be off itself.
+"""The answer of a renderer with a mistake to a scene, and how far it may be off itself.
 
 Stages are computed in order: those that a way spoils by its own functions, those after them by the oracle from what is
 then there. Limits are those of the judge, for the answers at hand: of light in proportion to how much brighter the

@@ -26,7 +26,7 @@ LEAST_PARAMETER = 0.01  # relative: an exponent or a factor that is off by less 
 
 @dataclass(frozen=True, kw_only=True)
 class Blamed:
-    """What may be to blame in a case, and what is out by which check."""
+    """The items that may be to blame in a case, and the check that excludes each other one."""
 
     items: tuple[str, ...]
     excluded: Mapping[str, str] = field(default_factory=dict)

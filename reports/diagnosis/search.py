@@ -196,7 +196,7 @@ class Found:
 
 @dataclass(frozen=True, kw_only=True)
 class Searched:
-    """What a search came to: the classes of hypotheses that fit everything, and what was tried."""
+    """The result of a search: the classes of hypotheses that fit everything, and all that were tried."""
 
     found: tuple[Found, ...]
     tried: int  # mistakes

@@ -46,7 +46,7 @@ AGREE = 0.95  # of the pixels that tell the hypothesis from the right answer so 
 
 @dataclass(frozen=True, kw_only=True)
 class Evidence:
-    """What the renderer under test answered in a case, and whether it failed there."""
+    """The answer of the renderer under test in a case, and whether it failed there."""
 
     case: str
     scene: Scene
@@ -130,7 +130,7 @@ class Evidence:
 
 @dataclass(frozen=True, kw_only=True)
 class Tally:
-    """What became of a case's pixels under a hypothesis."""
+    """How many of a case's pixels a hypothesis explains."""
 
     judged: int
     off: int  # neither the hypothesis's value nor next to an edge

@@ -41,7 +41,7 @@ class Roundings(msgspec.Struct, frozen=True):
 
 
 class Graded(msgspec.Struct, kw_only=True, frozen=True):
-    """What became of one submission."""
+    """The result of one submission."""
 
     name: str
     digest: str  # of what was handed in

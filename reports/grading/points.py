@@ -1,4 +1,4 @@
-"""From the records of a run to points: which items are wrong, so that each mistake costs its own item once.
+"""The way from a run's records to points: which items are wrong, so that each mistake costs its own item once.
 
 A failing case says that one of some items is wrong. With its stages written a program is judged at each stage as it
 follows from the program's own earlier ones, so that a case may say this of several stages. What a proven mistake
@@ -34,7 +34,7 @@ CUTS = (": this explains", ": in ")  # where a cause's sentence begins to speak 
 
 
 class State(StrEnum):
-    """What became of an item."""
+    """The result of an item."""
 
     EARNED = "earned"
     WRONG = "wrong"

@@ -56,7 +56,7 @@ class CasesTable(msgspec.Struct, forbid_unknown_fields=True, kw_only=True, froze
 
 
 class LimitsTable(msgspec.Struct, forbid_unknown_fields=True, kw_only=True, frozen=True):
-    """What one call may take, in total."""
+    """The limits of one call, in total."""
 
     seconds: float = 10.0  # of processor time
     build_seconds: float = 120.0
@@ -66,14 +66,14 @@ class LimitsTable(msgspec.Struct, forbid_unknown_fields=True, kw_only=True, froz
 
 
 class ReadableTable(msgspec.Struct, forbid_unknown_fields=True, kw_only=True, frozen=True):
-    """What a submission finds beside itself."""
+    """The folders and variables that a submission can read beside its own."""
 
     folders: list[str] = []  # toolchains and libraries beyond /usr
     environment: dict[str, str] = {}
 
 
 class DeclaredTable(msgspec.Struct, forbid_unknown_fields=True, kw_only=True, frozen=True):
-    """What of a program's declarations counts."""
+    """The declarations of a program that count."""
 
     allowed: list[str] = []
     epsilon: float = 1e-3  # m, at most

@@ -175,7 +175,7 @@ CI_VARIABLES = ("GITHUB_SHA", "CI_COMMIT_SHA", "GIT_COMMIT", "BUILD_SOURCEVERSIO
 
 
 def revision() -> str:
-    """Return a commit's id, with "+" where files differ from it; "" where nobody knows."""
+    """Return a commit's id, with "+" where files differ from it; "" where it is unknown."""
     named = next((os.environ[name] for name in CI_VARIABLES if os.environ.get(name)), "")
     if named:
         return named[:40]

@@ -148,7 +148,7 @@ def _before_history(results: RunRecord, base: Base) -> Standing:
 
 @dataclass(kw_only=True)
 class Gate:
-    """What came of it: each list holds a sentence for each case or entry that begins with its name."""
+    """The result: each list holds a sentence for each case or entry, which begins with its name."""
 
     file: str  # what it holds a run against, in words
     regressions: list[str] = field(default_factory=list)  # fails, and is not expected, or not so
@@ -187,7 +187,7 @@ class Gate:
 
 @dataclass(frozen=True, kw_only=True)
 class Demanded:
-    """What a user demands of a run; nothing of it by default."""
+    """The conditions that a user sets for a run; by default there are none."""
 
     expected: tuple[str, Known] | None = None  # what is known to fail: a file's name, and what it holds
     against: Base | None = None  # nothing may be worse than there

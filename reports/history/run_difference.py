@@ -93,7 +93,7 @@ def times(before: Case, after: Case, references: Sequence[Sequence[str]]) -> lis
 
 
 def ours(case: Case, references: Sequence[str]) -> list[str]:
-    """Return the renderers of a case that were under test, in order: who is no reference."""
+    """Return the renderers of a case that were under test, in order: those that are no references."""
     witnesses = {*references, *(str(check.get("reference")) for check in case.get("checks", []))}
     names = [str(render.get("renderer")) for render in case.get("renders", [])]
     return [name for name in dict.fromkeys(names) if name not in witnesses]

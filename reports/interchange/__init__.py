@@ -27,7 +27,7 @@ MOST_NAMED = 5  # things left out that a refusal names
 
 @dataclass(frozen=True, kw_only=True)
 class ImportOptions:
-    """What the user says about a file that is imported."""
+    """The user's options for a file that is imported."""
 
     size: Size = None  # width and height [px], in place of the file's
     allowed: tuple[Path, ...] = ()  # folders outside of the file's own from which it may name files

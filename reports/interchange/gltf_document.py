@@ -46,13 +46,13 @@ class LightOfNode(TypedDict, total=False):
 
 
 class DocumentExtensions(TypedDict, total=False):
-    """What extensions add to the document."""
+    """The keys that extensions add to the document."""
 
     KHR_lights_punctual: LightsOfDocument
 
 
 class NodeExtensions(TypedDict, total=False):
-    """What extensions add to a node."""
+    """The keys that extensions add to a node."""
 
     KHR_lights_punctual: LightOfNode
 

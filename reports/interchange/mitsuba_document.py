@@ -189,7 +189,7 @@ class StoredElement(TypedDict):
 
 
 class StoredFile(TypedDict):
-    """What the parser's process hands over of a file."""
+    """The part of a file that the parser's process hands over."""
 
     files: list[str]  # that were read, the first one first
     elements: list[StoredElement]  # the root first

@@ -29,7 +29,7 @@ OF_THE_RENDERER = ("Integrator", "Sampler", "ReconstructionFilter")
 
 
 def lights_of(scene: Element, drop: Callable[[str], None]) -> Iterator[PointLight]:
-    """Yield the point lights of a scene; every other emitter is dropped, and told.
+    """Yield the point lights of a scene; every other emitter is dropped, with a line that says so.
 
     Mitsuba gives intensity I [W/sr] per channel; the flux is 4 pi I [W].
 
@@ -127,7 +127,7 @@ TURNED = np.diag([1.0, 1.0, -1.0, 1.0])  # under the inverse transpose a square'
 
 
 class Surface(TypedDict):
-    """What a shape of any kind has beside its geometry."""
+    """The properties of a shape of any kind beside its geometry."""
 
     albedo: Rgb
     two_sided: bool

@@ -13,7 +13,7 @@ from rayproof.reports.results.outcomes import Outcome
 
 @dataclass(frozen=True, kw_only=True)
 class Answers:
-    """What a renderer answered to a case, or the error that it ended in: one under test, or a reference."""
+    """The answers of a renderer, subject or reference, to a case, or the error in which it ended."""
 
     name: str
     precision: str

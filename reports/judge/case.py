@@ -51,7 +51,7 @@ def judge_case(
     *,
     panel: Sequence[str] = (),
 ) -> Judged:
-    """Judge every subject against every reference, and settle who is wrong where they differ.
+    """Judge every subject against every reference, and decide which one is wrong where they differ.
 
     `panel` names the references that were announced: one of whom nothing came, not even an error, is missing.
 

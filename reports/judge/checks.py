@@ -120,7 +120,7 @@ class Check:
 
 
 def check_camera(pair: Comparison) -> Check:
-    """Judge the camera stage; where the two differ, what every camera must satisfy says who is wrong."""
+    """Judge the camera stage; where the two differ, invariants of every camera tell which one is wrong."""
     mine = pair.subject.answers[Stage.CAMERA] if pair.subject.answers else {}
     theirs = pair.reference.answers[Stage.CAMERA]
     # The coarser of the two arithmetics: the other's rounding is nothing beside it, or equal and within the counts.

@@ -228,7 +228,7 @@ TINY = 2.0**-126  # the smallest normal float32: what an output resolves below i
 
 @dataclass(frozen=True, kw_only=True)
 class Factor:
-    """What the pixels of one group share in one channel."""
+    """The factor that the pixels of one group share in one channel."""
 
     shape: int
     lights: tuple[int, ...]  # all that the group's pixels see

@@ -26,7 +26,7 @@ SPARE = 1 / 8
 
 
 class Oracle(Protocol):
-    """What the judge asks of the analytic reference here."""
+    """The questions of the judge to the analytic reference here."""
 
     def at(self, scene: Scene, stages: Collection[Stage], points: np.ndarray) -> StageImages:
         """Answer at image points (n, 2)."""

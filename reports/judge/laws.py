@@ -126,7 +126,7 @@ ALWAYS = 8  # pixels that it may in any image: an edge that runs along a short r
 
 @dataclass(frozen=True, kw_only=True)
 class Judged:
-    """What became of a relation."""
+    """The result of a relation."""
 
     stage: Stage
     what: str

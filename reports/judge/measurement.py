@@ -23,7 +23,7 @@ MATRIX_ENTRIES, CORNER_ENTRIES, ENTRIES_PER_PIXEL = 4 * 16, 8 * 3, 2 * 2
 
 
 class Kind(IntEnum):
-    """What became of one pixel."""
+    """The result of one pixel."""
 
     STRICT = 0  # away from edges, held to a limit of at most 1 % of the value
     WIDE = 1  # likewise, but the limit is more than 1 % of the value

@@ -12,7 +12,7 @@ ORACLE = "analytic"  # its name among the references
 
 
 class FullOracle(Protocol):
-    """What judging asks of the analytic reference."""
+    """The questions of the judge to the analytic reference."""
 
     def render(self, scene: Scene, stages: Collection[Stage], *, samples: int = 1) -> StageImages:
         """Answer `stages`."""

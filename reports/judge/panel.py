@@ -1,4 +1,4 @@
-"""Who counts as one voice: programs that share code repeat each other, and only different ones are independent."""
+"""The independent references: programs that share code repeat each other and have one vote."""
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -171,7 +171,7 @@ LEAST_MAJORITY = 2  # voices that agree with each other and not with the one tha
 
 @dataclass(frozen=True, kw_only=True)
 class Standing:
-    """What a stage's matrix says of its renderers."""
+    """The conclusion of a stage's matrix about its renderers."""
 
     alone: tuple[str, ...]  # names that speak with the one voice that stands alone; none where nobody does
     majority: tuple[str, ...]  # who agrees against it
@@ -179,7 +179,7 @@ class Standing:
 
 
 def standing(matrix: Matrix, voice: Callable[[str], str]) -> Standing:
-    """Return who stands alone at a stage, or why nobody does."""
+    """Return the renderer that stands alone at a stage, or the reason why there is none."""
     names = matrix.answered()
     if not names:
         return Standing(alone=(), majority=(), why="No two renderers answer this stage.")
@@ -238,7 +238,7 @@ Side = Literal["with", "against"]
 
 @dataclass(frozen=True, kw_only=True)
 class Contradictions:
-    """Who may be asked about what the oracle continued."""
+    """The references that may contradict a value which the oracle continued."""
 
     base: SceneTruth
     subjects: Mapping[str, Answers]

@@ -27,7 +27,7 @@ FARTHEST = 1e30  # m: as good as no far end, and its square is finite
 
 @dataclass(frozen=True, kw_only=True)
 class SceneTruth:
-    """What does not depend on who is judged, and a memo: few kinds of rounding, and many equal answers, meet in a case.
+    """The part of judging that no subject changes, with a memo, since a case has many equal answers.
 
     Of one name there is one answer to each stage; the memo goes by names (`author`).
     """

@@ -1,4 +1,4 @@
-"""From a case's checks and closed forms to its verdict, the stage to blame and the specification's items behind it."""
+"""The way from a case's checks and closed forms to its verdict, the stage to blame and the items behind it."""
 
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace

@@ -337,7 +337,7 @@ class Pool:
         return sum(worker.done is not None and kind not in sleeping for (kind, _), worker in self._workers.items())
 
     def start(self) -> None:
-        """Give waiting tasks, in order, to idle workers of their kind, and wait for nobody."""
+        """Give waiting tasks, in order, to idle workers of their kind, without waiting."""
         for queue in (self._urgent, self._waiting):
             self._start_from(queue)
 

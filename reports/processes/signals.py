@@ -83,7 +83,7 @@ def put_off() -> Iterator[None]:
 
 @contextmanager
 def deaf() -> Iterator[None]:
-    """Put off being told to stop, for this process, and Ctrl-C for what it starts meanwhile.
+    """Put off signals to stop, for this process, and Ctrl-C for the processes that it starts meanwhile.
 
     Ctrl-C goes to the whole process group, and only the main process decides what it means; a worker that heard it
     while it loads would print what it was about. So would one whose parent gave up between starting it and telling it

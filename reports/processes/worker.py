@@ -116,14 +116,14 @@ PREPARE = None  # instead of a task: import what the first one will need; nothin
 
 @dataclass(frozen=True, kw_only=True)
 class Reply:
-    """What a worker sends back: a value, or the error it met and where."""
+    """The reply of a worker: a value, or its error and where it happened."""
 
     value: Any
     error: str | None
     trace: str | None
     seconds: float
     stopped: bool = False  # by a time limit, and not by anything that went wrong
-    computed: float | None = None  # s of processor time that it took, its programs' included; None: nobody knows
+    computed: float | None = None  # s of processor time that it took, its programs' included; None: unknown
 
 
 def _processor_time() -> float:

@@ -192,7 +192,7 @@ class CtrfAttachment(TypedDict):
 
 
 class CtrfExtra(TypedDict):
-    """What only this harness says of a case."""
+    """The facts about a case that only this harness has."""
 
     stage: str | None
     item: str | None

@@ -144,7 +144,7 @@ class RenderRecord(TypedDict, total=False):
 
 
 class UnsupportedRecord(TypedDict, total=False):
-    """What a renderer could not answer."""
+    """A stage that a renderer could not answer."""
 
     reference: str | None
     stage: str | None

@@ -54,7 +54,7 @@ def headline(results: RunRecord) -> str:
 
 
 def subject_of(results: RunRecord) -> str:
-    """Return the name of who was under test: that which a program declares, or else what the user wrote."""
+    """Return the name of the renderer under test: the one that a program declares, or else what the user wrote."""
     return legible(results.get("declared", {}).get("name") or results.get("subject", THE_USUAL))
 
 

@@ -6,7 +6,7 @@ from enum import StrEnum
 
 
 class Outcome(StrEnum):
-    """What became of a check or a case, from the best to the worst."""
+    """The verdict of a check or a case, from the best to the worst."""
 
     PASS = "pass"
     WARN = "warn"

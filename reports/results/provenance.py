@@ -28,7 +28,7 @@ LARGEST = 2**26  # bytes of an input that is kept; of a larger one the digest is
 
 
 class Origin(TypedDict):
-    """What made a result."""
+    """The origin of a result: the command, code, machine and inputs that made it."""
 
     rayproof: str  # version
     commit: str  # of rayproof's own checkout; "" where it runs from none
@@ -102,7 +102,7 @@ def git(*words: str, at: Path = Path()) -> str:
 
 
 class KeptOrigin(Origin):
-    """What origin.json holds."""
+    """The content of origin.json."""
 
     paths: dict[str, str]  # a path as the command names it -> what stands for it, below the folder of origin.json
     files: dict[str, str]  # each file below that folder -> SHA-256

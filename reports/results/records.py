@@ -46,7 +46,7 @@ LedgerRecord = TypedDict(
 
 
 class ComparisonRowRecord(TypedDict, total=False):
-    """What became of one case between two runs."""
+    """The changes of one case between two runs."""
 
     case: Required[str]
     before: str
@@ -61,7 +61,7 @@ class ComparisonRowRecord(TypedDict, total=False):
 
 
 class ComparedRunRecord(TypedDict, total=False):
-    """What the report of two runs tells of each."""
+    """The facts about each run in the report of two."""
 
     name: str
     command: str | None
@@ -105,7 +105,7 @@ class CoverageRecord(TypedDict, total=False):
 
 
 class CommonFactorRecord(TypedDict, total=False):
-    """What the whole run shares at one stage of light."""
+    """The factor that a whole run shares at one stage of light."""
 
     configuration: str
     stage: str
@@ -171,7 +171,7 @@ class AnsweredRecord(TypedDict, total=False):
 
 
 class DeclaredRecord(TypedDict, total=False):
-    """What a program under test declares of itself."""
+    """The declarations of a program under test."""
 
     name: str
     stages: list[str]
@@ -247,7 +247,7 @@ class ReviewRecord(TypedDict, total=False):
 
 
 class ImagesKeptRecord(TypedDict):
-    """Of how many cases a run kept images, and of how many that passed it kept none."""
+    """The numbers of cases whose images a run kept, and of passing ones whose images it did not."""
 
     cases: Count
     left_out: Count

@@ -63,7 +63,7 @@ Steps = Generator[Mapping[str, Request], Replies, CaseRecord]
 
 @dataclass(kw_only=True)
 class Renders:
-    """What the renderers of a case answered; each by its name."""
+    """The answers of the renderers of a case, by their names."""
 
     subjects: dict[str, Answers]
     versions: dict[str, str]

@@ -47,7 +47,7 @@ class Column:
 
 @dataclass(frozen=True, kw_only=True)
 class Rung:
-    """What became of one rung."""
+    """The result of one rung."""
 
     outcome: Outcome
     stage: str = ""

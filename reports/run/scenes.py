@@ -47,7 +47,7 @@ LONGEST = 7 * 86400.0  # s of one processor that a run may be estimated to take
 
 @dataclass(frozen=True, kw_only=True)
 class Estimate:
-    """What a case takes."""
+    """The cost of a case."""
 
     seconds: float  # of one processor, for all that is done
     longest: float  # s, of the longest render or judgement
@@ -93,7 +93,7 @@ def is_large(scene: Scene) -> bool:
 
 
 def deadline(case: Case, *, configurations: int, references: int) -> float:
-    """Return how long [s] one render of a case, or its judgement, may take where nobody says."""
+    """Return the time [s] that one render of a case, or its judgement, may take unless an option says otherwise."""
     takes = estimate(case, configurations=configurations, references=references)
     return max(USUAL_LIMIT, SLACK * takes.longest)
 
@@ -179,7 +179,7 @@ def case_of_file(path: Path, *, name: str | None = None) -> Case:
 
 
 def case_of_scene(scene: Scene, *, name: str, stresses: str) -> Case:
-    """Return the case that asks about a scene that nobody tuned."""
+    """Return the case for a scene that nobody tuned."""
     return Case(
         name=name,
         scene=scene,

@@ -25,7 +25,7 @@ from rayproof.reports.run.reference_cache import Key, code, machine
 
 
 class Memory:
-    """What was judged before, for one subject before one panel."""
+    """The verdicts that were reached before, for one subject and one panel."""
 
     def __init__(self, store: Store, demands: Demands) -> None:
         self._store, self._demands = store, demands

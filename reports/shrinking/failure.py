@@ -41,7 +41,7 @@ class Way(StrEnum):
 
 @dataclass(frozen=True, kw_only=True)
 class Failure:
-    """What fails first in a scene."""
+    """The first failure in a scene."""
 
     stage: Stage
     way: Way

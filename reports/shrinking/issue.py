@@ -47,7 +47,7 @@ class Channel:
 
 @dataclass(frozen=True, kw_only=True)
 class Report:
-    """What is known of the smallest scene."""
+    """The facts about the smallest scene."""
 
     scene: Scene
     failure: Failure

@@ -1,1 +1,1 @@
-"""What the tracer asks of Dr.Jit and its devices: types, arithmetic, parameters and the compiler."""
+"""The use of Dr.Jit and its devices: types, arithmetic, parameters and the compiler."""

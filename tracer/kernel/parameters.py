@@ -1,4 +1,4 @@
-"""What a kernel reads: arrays that a scene keeps on the device, and the scene's numbers.
+"""The inputs of a kernel: arrays that a scene keeps on the device, and the scene's numbers.
 
 Arrays that a scene keeps on the device, uploaded when first asked for.
 
@@ -66,7 +66,7 @@ def packets(types: ArrayTypes, source: Any, record: Any, count: int) -> list[Any
 
 
 class KernelConstants(Protocol):
-    """What turns numbers into what a kernel is traced with."""
+    """The way in which numbers enter a kernel."""
 
     shared: bool  # whether kernels are to be short and the same for as many scenes as possible
 

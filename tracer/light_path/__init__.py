@@ -1,4 +1,4 @@
-"""From pixel to radiance: each stage is made from the one before, in the order of the specification.
+"""The way from pixel to radiance: each stage is made from the one before, in the order of the specification.
 
 Every stage is a list with an entry for each sample of a lane (`tracer.kernel.arrays`): Dr.Jit arrays, evaluated only
 where `KernelConstants.store` ends a kernel.
@@ -88,7 +88,7 @@ def images(trace: Trace, wanted: Collection[Stage], given: Given = NOTHING) -> d
 
 
 def radiance(trace: Trace) -> list[Any]:
-    """Return L [W/(m^2 sr)] for who asks for nothing else; packets that hit nothing are not shaded."""
+    """Return radiance [W/(m^2 sr)] only. Packets that miss are not shaded."""
     if trace.dark:
         return list(_darkness(trace)[Stage.RADIANCE])
     rays = camera_rays(trace.view, sample_ndc(trace.view, sample_positions(trace.view)))

@@ -220,7 +220,7 @@ class OneShape(HitShapes):
 
 @dataclass(frozen=True, kw_only=True)
 class Surface:
-    """What light needs to know of the surface that one ray hit."""
+    """The properties of a surface, at the hit of one ray, on which its light depends."""
 
     met: HitShapes
     position: Any  # m; where nothing was hit it means nothing

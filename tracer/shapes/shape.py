@@ -1,4 +1,4 @@
-"""What all kinds of shapes have in common, and where a shape stands.
+"""The properties that all kinds of shapes share, and where a shape stands.
 
 A shape's place is its model matrix, inverted on the host in float64 and rounded once to the working precision.
 

@@ -81,7 +81,7 @@ def reduced(choose: Callable[[Any, Any], Any], values: Sequence[Any]) -> Any:
 
 
 class Beam:
-    """What the rays of each lane have in common; of a single ray it is known which plane it meets first."""
+    """The properties that the rays of each lane share; a single ray also knows which plane it meets first."""
 
     def __init__(self, nodes: Nodes, origin: Any, directions: Sequence[Any], *, active: Sequence[Any] = ()) -> None:
         """Bound `directions` from `origin` [m], all or those that are `active`; t counts from 0 on."""

@@ -1,4 +1,4 @@
-"""What each pixel sees, as needed to follow it sideways: the hit's sheet, and the plane of its face."""
+"""The hit of each pixel, as needed to follow it sideways: its sheet, and the plane of its face."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""What lies around an image point: whether faces of one mesh go on all around it, and each face that comes near it.
+"""The surroundings of an image point: whether faces of one mesh go on all around it, and each face near it.
 
 An edge whose two faces project to its two sides is crossed without leaving the mesh. So a mesh that is seen at a point
 is seen as far around it as no other edge of it reaches, whatever inner edges and vertices lie in between; unless
@@ -32,7 +32,7 @@ CLIPPED = 1e-3
 
 @dataclass(frozen=True, kw_only=True)
 class Surroundings:
-    """What is around n image points within a radius of each."""
+    """The surroundings of n image points within a radius of each."""
 
     enclosed: np.ndarray  # (n,) whether the mesh that is seen goes on over the whole radius
     points: np.ndarray  # (k,) of each face near one of the points: which point

@@ -227,7 +227,7 @@ def has_view(folder: Path, case: CaseRecord) -> bool:
 
 
 class ViewData(TypedDict):
-    """What the page makes a case's 3-D view of, beside the images."""
+    """The data from which the page makes a case's 3-D view, beside the images."""
 
     scene: dict[str, Any]  # as docs/scene.md describes it
     ours: str | None  # whose answers are shown

@@ -71,7 +71,7 @@ def _drawn(series: Any) -> bool:
 
 
 class ComparisonFrontRow(TypedDict):
-    """What became of a case."""
+    """The result of a case in both runs."""
 
     case: str
     before: str | None
@@ -84,7 +84,7 @@ class ComparisonFrontRow(TypedDict):
 
 
 class ComparisonFront(TypedDict):
-    """What the page shows of two runs."""
+    """The part of two runs that the page shows."""
 
     base: ComparedRunRecord
     candidate: ComparedRunRecord

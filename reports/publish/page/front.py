@@ -182,7 +182,7 @@ class StageRow(TypedDict):
 
 
 class MatrixColumns(TypedDict):
-    """Who has a column of the matrix."""
+    """The renderers that have a column of the matrix."""
 
     references: list[str]
     ours: list[str]

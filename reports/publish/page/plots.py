@@ -58,7 +58,7 @@ class LadderPlot(LadderAbout):
 
 
 class NotTold(TypedDict):
-    """What a file does not tell: nothing."""
+    """A value that a file does not have."""
 
 
 class StabilityPlot(TypedDict):

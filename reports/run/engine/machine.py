@@ -52,7 +52,7 @@ class Batch:
 
 @dataclass(frozen=True, kw_only=True)
 class Answer:
-    """What a worker found of a batch, by the cases' names, or why it refused it."""
+    """The records of a batch by the cases' names, or the reason why a worker refused it."""
 
     worker: str  # its address
     finished: Mapping[str, Finished] = field(default_factory=dict)

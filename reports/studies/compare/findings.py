@@ -159,7 +159,7 @@ MOST_NAMED = 4  # families in the sentence; the table has all
 
 @dataclass(frozen=True, kw_only=True)
 class Signs:
-    """What surely changed in a family: 1 for the better, -1 for the worse, 0 where neither is shown."""
+    """The proven changes in a family: 1 for the better, -1 for the worse, 0 where neither is shown."""
 
     decisions: int
     typical: int

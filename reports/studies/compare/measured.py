@@ -26,7 +26,7 @@ GEOMETRY = (Stage.OBJECT, Stage.DISTANCE, Stage.POSITION, Stage.NORMAL)
 
 
 class Oracle(Protocol):
-    """What is asked of an oracle here."""
+    """The questions to an oracle here."""
 
     def continue_from(self, scene: Scene, stage: Stage, given: StageImages) -> np.ndarray:
         """Return a stage computed from the given earlier ones."""
@@ -44,7 +44,7 @@ def oracle_for(scene: Scene, precisions: set[str]) -> tuple[str, Oracle]:
 
 @dataclass(frozen=True, kw_only=True)
 class Truth:
-    """What exact mathematics makes of one stage's inputs."""
+    """The exact results of one stage's inputs."""
 
     value: np.ndarray  # (height, width, channels); of `object` the distance
     objects: np.ndarray | None  # (height, width, 2): the true object, where the stage is to find one

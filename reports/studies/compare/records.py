@@ -15,7 +15,7 @@ SCHEMA = 1  # of comparison.json
 
 
 class SignsRecord(TypedDict):
-    """What surely changed in a family: 1 for the better, -1 for the worse, 0 where neither is shown."""
+    """The proven changes in a family: 1 for the better, -1 for the worse, 0 where neither is shown."""
 
     decisions: int
     typical: int

@@ -43,7 +43,7 @@ class Ratio:
 def check(against: Path, rounds: int) -> None:
     """Raise ValueError if `against` is no checkout of rayproof, or the number of rounds has no middle value."""
     if rounds < 1 or rounds % 2 == 0:
-        raise ValueError(f"the number of rounds must be odd, so that one of them is the median; got {rounds}")
+        raise ValueError(f"--rounds must be odd, got {rounds}")
     if not (against / ENTRY).is_file():
         raise ValueError(f"{against} is no checkout of rayproof: it has no {ENTRY}")
 

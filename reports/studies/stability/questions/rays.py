@@ -289,8 +289,8 @@ class Facing:
 # Does a tree lose a triangle that a ray meets? Boxes in `tracer.trees` may be met in vain, but never missed.
 #
 # One tree a value of the sweep, over the triangles of all its rays; each ray is aimed at its own, and the triangles
-# do not overlap. Only rays count that truly meet their triangle and that its formula, asked about it alone, says so
-# of: what is left is the tree's own. Found later than alone is lost as well. Options: bundle, how many rays from one
+# do not overlap. Rays that the formula alone misses are left out, so that what is lost is lost by the tree. A triangle
+# that is found later than alone is lost as well. Options: bundle, how many rays from one
 # point go through the tree as one beam. Inputs: o, d, a, b, c.
 
 
