@@ -155,11 +155,13 @@ def _pipelined(walk: Walk, aim: _Aim, *, key: Any, trail: Any, state: list[Any])
         # A lane that stands at a leaf already, or is done, has read boxes that mean nothing.
         some &= key < nodes.leaves
         here = dr.select(some, (key << 2) | child, key)
-        trail = dr.select(some, (trail << 3) | others, trail)
         at_leaf = (here >= nodes.leaves) & (here != DONE)
-        popped_key, popped_trail = pop(types, here, trail)
-        stays = some & ~at_leaf
-        key, trail = dr.select(stays, here, popped_key), dr.select(stays, trail, popped_trail)
+        # From a leaf to the next of its siblings, or else from its parent, which does not wait for what was met.
+        popped_key, popped_trail = pop(types, key, trail)
+        stays, beside = some & ~at_leaf, some & (others != 0)
+        key = dr.select(stays, here, dr.select(beside, here ^ _below(types, FIRST, others), popped_key))
+        rest = dr.select(stays, others, _below(types, REST, others))
+        trail = dr.select(stays | beside, (trail << 3) | rest, popped_trail)
         # Both are read before the leaf is tested.
         boxes, items = read(key), _leaf(walk, dr.select(at_leaf, here, DONE))
         state = where(at_leaf, lambda: aim.met(items, list(state)), list(state))
@@ -189,9 +191,7 @@ def nearest(
     Single: Any = dr.float32_array_t(types.Float)
 
     def limit(state: list[Any]) -> Any:
-        farthest = reduced(
-            larger, [dr.select(best < end, best, end) for best, end in zip(state[:count], limits, strict=True)]
-        )
+        farthest = reduced(larger, [smaller(*pair) for pair in zip(state[:count], limits, strict=True)])
         return Single(farthest) * WIDER if types.precision == "float64" else farthest
 
     def met(items: Sequence[tuple[Any, Any]], state: list[Any]) -> list[Any]:
