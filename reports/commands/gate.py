@@ -93,7 +93,7 @@ def gate(
         with told_in_one_line():
             save_known(file, left)
         _listed(done)
-        say(f"{len(left.expected)} of {len(known.expected)} entries stay in {file}")
+        say(f"{len(left.expected)} of the {len(known.expected)} in {file} stay")
         write_json(json, {"file": str(file), "entries": len(left.expected), "done": done})
         return 0
     from rayproof.reports.history.gating import accepted

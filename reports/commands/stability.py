@@ -334,11 +334,9 @@ def show(records: list["ClimbRecord"], doubts: list[str], surprises: int, *, eve
     for doubt in doubts:
         say(f"DOUBT: {doubt}")
     expected = sum(one["expected"] == "fail" for one in records)
-    ladders = len({one["ladder"] for one in records})
-    say(
-        f"{several(ladders, 'ladder')}, {several(len(records), 'climb')}, {several(expected, 'known failure')}, "
-        f"{several(surprises, 'surprise')}"
-    )
+    counts = {"ladder": len({one["ladder"] for one in records}), "climb": len(records)}
+    counts |= {"known failure": expected, "surprise": surprises}
+    say(", ".join(several(count, noun) for noun, count in counts.items()))
 
 
 def row(one: "ClimbRecord") -> list[str]:

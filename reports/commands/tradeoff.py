@@ -8,6 +8,7 @@ from cyclopts import Parameter
 from rayproof.reports.commands.lookup import Repeated, scene_files
 from rayproof.reports.commands.output import console, say, show_table, write_json
 from rayproof.reports.commands.usage import own, told_in_one_line, writable_folder
+from rayproof.reports.results.files import several
 from rayproof.reports.results.provenance import caption, keep
 from rayproof.reports.studies.publication import MOST_PANELS, Paper, draw, write_table
 
@@ -77,7 +78,7 @@ def tradeoff(
     columns = ("diagram", "point", "time [ns]", "interval", "error", "interval", "wrong", "on the front")
     write_table(paper.table, columns, points, caption=about)
     draw(paper, paper_rows(diagrams[:MOST_PANELS]), caption=about, height=0.5 * paper.width)
-    say(f"{written[-1]}: {len(result['diagrams'])} diagrams, {result['seconds']:.0f} s")
+    say(f"{written[-1]}: {several(len(result['diagrams']), 'diagram')}, {result['seconds']:.0f} s")
     strayed = [
         point
         for diagram in result["diagrams"]
