@@ -10,6 +10,7 @@ import tempfile
 from pathlib import Path
 
 from rayproof.reports.cli import main
+from tests.command_line import call
 
 CHECKOUT = Path(__file__).parents[2]
 PICTURES = CHECKOUT / "docs" / "pictures"
@@ -28,7 +29,7 @@ def scripts_digest() -> str:
 
 
 def draw() -> int:
-    """Make the run, take the pictures, and write by which scripts; return the exit code."""
+    """Make a run, take all pictures of README and docs of it, and write which scripts drew them; takes a minute."""
     drawn_by = scripts_digest()
     with tempfile.TemporaryDirectory() as folder:
         code = main(["run", *MISTAKE, "--studies", "--out", folder])
@@ -41,4 +42,4 @@ def draw() -> int:
 
 
 if __name__ == "__main__":
-    sys.exit(draw())
+    sys.exit(call(draw))
