@@ -97,8 +97,11 @@ class SceneTruth:
         for stage in (Stage.DISTANCE, Stage.POSITION, Stage.NORMAL):
             met[stage] = self.oracle.continue_from(self.scene, stage, met)
             if stage is Stage.DISTANCE and stage in ours:
-                # Where its ray misses the shape by rounding, its own distance says where it hit.
-                met[stage] = np.where(named & ~np.isfinite(met[stage]), ours[stage], met[stage])
+                # Where its ray misses the shape by rounding, its own distance says where it hit, on a face that exists.
+                counts = np.array([*(len(getattr(shape, "faces", "1")) for shape in self.scene.shapes), 0])
+                face, faces = objects[..., 1:], counts[met[Stage.OBJECT][..., :1].astype(int)]
+                lost = named & (face >= 0) & (face < faces) & ~np.isfinite(met[stage])
+                met[stage] = np.where(lost, ours[stage], met[stage])
         met[Stage.OBJECT] = np.where(np.isfinite(met[Stage.DISTANCE]), met[Stage.OBJECT], -1.0)
         about = self.scene, met, condition(self.scene, met)
         each = [limits(*about, g, by_matrices=own).continued for g, own in zip(roundoffs, by_matrices, strict=True)]
