@@ -29,6 +29,7 @@ OF_CAMERAS = {
     "CAM-3": ("shifted by", "of n pixels", "first pixel's corner"),
 }
 FEWEST = 2  # cases beyond those of a mistake that is charged, in which another one has to show
+MOSTLY = 0.5  # of an item's cases: by radiance alone, one that is wrong in more of them is open whatever else is wrong
 GARBLED = 0.9  # of the failing cases: where so many are wrong at most stages, the images are stored wrongly
 CUTS = (": this explains", ": in ")  # where a cause's sentence begins to speak of cases
 
@@ -199,7 +200,7 @@ def _clauses(case: CaseRecord) -> list[Clause]:
             items = tuple(case["blamed_items"])
         graded = set(graded_items(items))
         possible = graded_items(possible_items(stage, before, case.get("shapes", [])))
-        items = frozenset(graded & covers or graded)
+        items = frozenset(graded & covers or graded).union((STORING,) if not before else ())
         found.append(Clause(case=name, stage=stage, items=items, possible=items.union(possible), ratio=ratio))
     return found
 
@@ -282,14 +283,17 @@ def _explain(ledger: _Ledger, clauses: list[Clause], *, staged: bool) -> None:
         _blame(ledger, clause.items, left)
     charged = {item for item, grade in ledger.grades.items() if grade.state is State.WRONG}
     left = [clause for clause in left if not clause.items & charged]
-    if left and not staged and not any(all(item in clause.items for clause in left) for item in left[0].items):
-        _blame(ledger, frozenset().union(*(clause.items for clause in left)), left)
-        return
+    share = {item: len(fails[item]) / len(fails[item] | ledger.right.get(item, set())) for item in fails}
+    if left and not staged:
+        items = frozenset[str]().union(*(clause.items for clause in left))
+        doubtful = frozenset(item for item in items if share[item] > MOSTLY)
+        if doubtful or not items.intersection(*(clause.items - {STORING} for clause in left)):
+            _blame(ledger, doubtful or items, left, State.UNDECIDED)
+            return
     told = {clause.case for clause in clauses if clause.items & charged}
     if len({clause.case for clause in left} - told) == 0 and len({clause.case for clause in left}) < FEWEST:
         return  # one case, in which an earlier stage is wrong: too little for another mistake
     while left:
-        share = {item: len(fails[item]) / len(fails[item] | ledger.right.get(item, set())) for item in fails}
         scores = {item: share[item] * sum(item in clause.items for clause in left) for item in fails}
         most = max(scores.values())
         best = frozenset(item for item, score in scores.items() if score >= most * (1 - 1e-9))
@@ -305,15 +309,16 @@ def _credit(ledger: _Ledger, clauses: Sequence[Clause]) -> None:
             ledger.right.setdefault(item, set()).add(clause.case)
 
 
-def _blame(ledger: _Ledger, items: frozenset[str], clauses: Sequence[Clause]) -> None:
+def _blame(ledger: _Ledger, items: frozenset[str], clauses: Sequence[Clause], state: State = State.WRONG) -> None:
     """Charge an item with what is wrong in some cases; leave it open between several."""
+    state = state if len(items) == 1 else State.UNDECIDED
     shown = sorted((clause for clause in clauses if clause.items & items), key=lambda one: (-one.ratio, one.case))
     for item in sorted(items):
         own = [clause for clause in shown if item in clause.items]
         stages = dict.fromkeys(clause.stage.value for clause in own)
         others = f", or {', '.join(sorted(items - {item}))}" if len(items) > 1 else ""
-        said = f"The {' and the '.join(stages)} {'is' if len(stages) == 1 else 'are'} wrong by {item}{others}."
-        state = State.WRONG if len(items) == 1 else State.UNDECIDED
+        verb = f"{'is' if len(stages) == 1 else 'are'} wrong{', perhaps' if state is State.UNDECIDED else ''}"
+        said = f"The {' and the '.join(stages)} {verb} by {item}{others}."
         _charge(ledger, item, state, said, [(clause.case, clause.stage.value) for clause in own])
 
 

@@ -88,6 +88,15 @@ def test_by_radiance_alone_nothing_is_charged_where_one_item_does_not_explain_al
     assert set(states(rubric, first, second, *rest).values()) == {State.UNDECIDED}
 
 
+def test_by_radiance_alone_what_fails_in_most_of_its_cases_is_left_open(rubric: Rubric) -> None:
+    blamed = ["HIT-3", "CAM-1"]  # wrong are both cubes, and two of four images
+    cubes = [record(rubric, CASES[k], "fail", "radiance", written=("radiance",), blamed_items=blamed) for k in (1, 3)]
+    spheres = [record(rubric, CASES[k], "pass", written=("radiance",)) for k in (0, 2)]
+    found = states(rubric, *cubes, *spheres)
+    assert found["HIT-3"] is State.UNDECIDED
+    assert "CAM-1" not in found
+
+
 @pytest.mark.parametrize("verdict", ["error", "unsupported", "missing"])
 def test_without_an_answer_nothing_is_earned_by_it(rubric: Rubric, verdict: str) -> None:
     cubes = [record(rubric, CASES[k], verdict, reason="it says no") for k in (1, 3)]
