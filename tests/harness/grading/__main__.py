@@ -1,6 +1,7 @@
 """`python -m tests.harness.grading`: grade a class of renderers with known mistakes, or hostile ones; print a table."""
 
 import os
+import shutil
 import socket
 import sys
 import time
@@ -18,7 +19,7 @@ from tests.harness.grading import campaign, hostile
 
 
 def grading(*, out: Path = Path("class"), share: float = 1.0, seed: int = 39, strangers: bool = False) -> int:
-    """Grade a class made from the C++ example and a Python renderer, with 0 to 3 known mistakes each.
+    """Grade a class made from the C++ example, a Python and a Rust renderer, with 0 to 3 known mistakes each.
 
     Ends with 0 if as many mistakes cost their item, and as few other items lose points, as docs/grading.md promises.
 
@@ -49,6 +50,10 @@ def grading(*, out: Path = Path("class"), share: float = 1.0, seed: int = 39, st
     rubric = load_rubric(out / "rubric.toml")
     program = built(out)
     switches = {campaign.CPP: campaign.usable(listed(program)), campaign.PYTHON: campaign.python_switches()}
+    if shutil.which("rustc"):
+        switches[campaign.RUST] = campaign.rust_switches()
+    else:
+        say("No rustc is on the PATH: the class has no students who write Rust.")
     students = campaign.drawn(switches, seed, share)
     campaign.write(students, place.submissions)
     start, graded = time.monotonic(), {}

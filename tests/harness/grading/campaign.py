@@ -1,4 +1,4 @@
-"""A class made from the switches of the C++ example and of a Python renderer, and what its grades come to."""
+"""A class made from the switches of the C++ example, a Python and a Rust renderer, and what its grades come to."""
 
 import ast
 import random
@@ -15,10 +15,12 @@ from rayproof.reports.grading.rubric import Rubric, graded_items
 from tests.harness.audit.diagnosing import CALLED, KNOWN_NONE
 
 STAGED, ALONE = "all stages", "radiance alone"
-CPP, PYTHON = "C++", "Python"
+CPP, PYTHON, RUST = "C++", "Python", "Rust"
 RENDERERS = ROOT / "examples" / "renderers"
 PYTHON_SOURCE = Path(__file__).with_name("renderer.py")
+RUST_SOURCE = Path(__file__).with_name("renderer.rs")
 BUILD = "c++ -O2 -std=c++17 -o tracer mistaken.cpp"
+RUST_BUILD = "rustc --edition 2021 -O -o tracer renderer.rs"
 # Of a mistake that a fit of the whole camera finds: the item in which it lies.
 OF_CAMERAS: Mapping[str, str] = {
     **dict.fromkeys(("linear_fov", "sine_fov", "fixed_fov", "diagonal_fov"), "CAM-2"),
@@ -26,7 +28,10 @@ OF_CAMERAS: Mapping[str, str] = {
     **dict.fromkeys(("right_not_normalised", "tilted"), "CAM-1"),
 }
 MOST = 3  # mistakes of one submission
-WAYS = ((CPP, STAGED, 18), (CPP, ALONE, 10), (PYTHON, STAGED, 8), (PYTHON, ALONE, 4))  # of forty
+# Languages, what their programs write, and how many of forty do so.
+WAYS = (
+    (CPP, STAGED, 16), (CPP, ALONE, 9), (PYTHON, STAGED, 5), (PYTHON, ALONE, 3), (RUST, STAGED, 5), (RUST, ALONE, 2),
+)  # fmt: skip
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -54,11 +59,12 @@ def items_of(switch: str) -> tuple[str, ...]:
 def drawn(switches: Mapping[str, Sequence[str]], seed: int, share: float = 1.0) -> list[Student]:
     """Return the class: for each way of writing, students with 0, 1, 2 and 3 mistakes in turns, of different items.
 
-    `switches` are the mistakes that the renderers of each language can make, `share` that of forty students.
+    `switches` are the mistakes that the renderers of each language can make, `share` that of forty students. A
+    language without switches has no students.
     """
     draws, found = random.Random(f"class {seed}"), []
     for language, written, number in WAYS:
-        for place in range(max(1, round(number * share))):
+        for place in range(max(1, round(number * share)) if switches.get(language) else 0):
             names, chosen = list(switches[language]), []
             draws.shuffle(names)
             while names and len(chosen) < (place % (MOST + 1)):
@@ -80,6 +86,12 @@ def python_switches() -> list[str]:
     return list(ast.literal_eval(values[0]))
 
 
+def rust_switches() -> list[str]:
+    """Return the mistakes that the Rust renderer makes."""
+    table = RUST_SOURCE.read_text(encoding="utf-8").partition("MISTAKES")[2].partition("= [")[2].partition("]")[0]
+    return table.replace('"', "").replace(",", " ").split()
+
+
 def usable(listed: Sequence[tuple[str, str]]) -> list[str]:
     """Return the switches of the C++ example whose mistake is known, so that its item is."""
     return [name for name, kind in listed if kind != KNOWN_NONE]
@@ -96,6 +108,9 @@ def write(students: Sequence[Student], folder: Path) -> None:
             for name in ("mistaken.cpp", "rayproof.hpp"):
                 shutil.copyfile(RENDERERS / name, place / name)
             program, build = "./tracer", BUILD
+        elif student.language == RUST:
+            shutil.copyfile(RUST_SOURCE, place / RUST_SOURCE.name)
+            program, build = "./tracer", RUST_BUILD
         else:
             shutil.copyfile(PYTHON_SOURCE, place / "renderer.py")
             program, build = "/usr/bin/python3 renderer.py", ""
