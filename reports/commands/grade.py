@@ -44,6 +44,7 @@ def grade(
     from rayproof.reports.grading.pages import Book
     from rayproof.reports.grading.rubric import load_rubric
     from rayproof.reports.grading.submission import Place, enclosure
+    from rayproof.reports.results.files import several
     from rayproof.reports.subjects import Surroundings, reason_unconfined
 
     with told_in_one_line():
@@ -64,7 +65,7 @@ def grade(
     from rayproof.tracer.kernel.compiler import choose_packaged_llvm
 
     choose_packaged_llvm()
-    say(f"{len(chosen)} submissions, {len(asked.cases)} cases ({len(asked.hidden)} hidden)")
+    say(f"{several(len(chosen), 'submission')}, {several(len(asked.cases), 'case')} ({len(asked.hidden)} hidden)")
     graded, interrupted = [], False
     try:
         for student in grade_class(asked, place, chosen, jobs=os.cpu_count() or 1):

@@ -6,7 +6,6 @@ import signal
 import sys
 from collections.abc import Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
-from dataclasses import dataclass
 from importlib.metadata import version
 from itertools import combinations
 from multiprocessing import get_context
@@ -63,15 +62,6 @@ class Graded(msgspec.Struct, kw_only=True, frozen=True):
         return [grade for grade in self.grades if grade.state is State.UNDECIDED]
 
 
-@dataclass(frozen=True, kw_only=True)
-class Job:
-    """One submission to be graded, as plain data that travels between processes."""
-
-    rubric: Path
-    place: Place
-    name: str
-
-
 def names(place: Place) -> list[str]:
     """Return the names of the submissions, which are folders; files and links beside them are none."""
     return sorted(path.name for path in place.submissions.iterdir() if path.is_dir() and not path.is_symlink())
@@ -91,33 +81,32 @@ def grade_class(rubric: Rubric, place: Place, chosen: Sequence[str], *, jobs: in
     """
     pool = ProcessPoolExecutor(jobs, mp_context=get_context("spawn"))
     try:
-        waiting = [pool.submit(grade_one, Job(rubric=rubric.path, place=place, name=name)) for name in chosen]
+        waiting = [pool.submit(grade_one, rubric.path, place, name) for name in chosen]
         for done in as_completed(waiting):
             yield done.result()
     finally:
         pool.shutdown(cancel_futures=True)
 
 
-def grade_one(job: Job) -> Graded:
+def grade_one(path: Path, place: Place, name: str) -> Graded:
     """Grade one submission; take up what is known of it under the same rubric and version."""
     signal.signal(signal.SIGINT, signal.default_int_handler)
     if sys.platform == "linux":  # end with the command, however that ends
         ctypes.CDLL(None).prctl(PDEATHSIG, signal.SIGTERM)
-    rubric, place = load_rubric(job.rubric), job.place
-    folder, kept = run_folder(place, job.name), run_folder(place, job.name) / NAME
+    rubric, folder = load_rubric(path), run_folder(place, name)
     problem, results, known = "", None, ""
     try:
-        known = digest(place.submissions / job.name)
-        if (before := _earlier(kept)) is not None and _same(before, known, rubric, place):
+        known = digest(place.submissions / name)
+        if (before := _earlier(folder / NAME, known, rubric, place)) is not None:
             return before
-        products = place.teacher / "builds" / job.name
-        program = built(rubric, place, place.submissions / job.name, products)
+        products = place.teacher / "builds" / name
+        program = built(rubric, place, place.submissions / name, products)
         results = judged(rubric, subject_of(rubric, place, program, products, known), folder, resume=True)
     except SubmissionError as error:
         problem = str(error)
     shared = [] if results is None else shared_by_mistakes(folder, results, unexplained(results), seconds=SHARING)
     found = Graded(
-        name=job.name,
+        name=name,
         digest=known,
         rubric=rubric.digest,
         rayproof=version("rayproof"),
@@ -127,21 +116,19 @@ def grade_one(job: Job) -> Graded:
         roundings={} if results is None else _roundings(folder, results),
     )
     folder.mkdir(parents=True, exist_ok=True)
-    with replacing(kept) as draft:
+    with replacing(folder / NAME) as draft:
         draft.write_bytes(msgspec.json.encode(found))
     return found
 
 
-def _earlier(path: Path) -> Graded | None:
+def _earlier(path: Path, known: str, rubric: Rubric, place: Place) -> Graded | None:
+    """Return the grades of the same submission under the same rubric, version and confinement, or None."""
     try:
-        return msgspec.json.decode(path.read_bytes(), type=Graded)
+        before = msgspec.json.decode(path.read_bytes(), type=Graded)
     except (OSError, msgspec.DecodeError):
         return None
-
-
-def _same(before: Graded, known: str, rubric: Rubric, place: Place) -> bool:
     told = (before.digest, before.rubric, before.rayproof, before.confined)
-    return told == (known, rubric.digest, version("rayproof"), place.confined)
+    return before if told == (known, rubric.digest, version("rayproof"), place.confined) else None
 
 
 def results_of(place: Place, name: str) -> RunRecord | None:

@@ -10,7 +10,7 @@ import csv
 import io
 import json
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from html import escape
 
@@ -21,7 +21,7 @@ from rayproof.reports.grading.submission import Place
 from rayproof.reports.judge.oracle import ORACLE
 from rayproof.reports.publish.page.thumbnails import picture
 from rayproof.reports.results.case_records import CaseRecord, MeasurementRecord
-from rayproof.reports.results.files import legible_lines, write_text
+from rayproof.reports.results.files import legible_lines, several, write_text
 from rayproof.reports.results.outcomes import TITLES
 
 UNCONFINED = "Graded without confinement: the programs could read and change this machine while they were graded."
@@ -149,7 +149,7 @@ class Book:
             "output": "" if self.place.confined else UNCONFINED,
             "tests": [
                 {
-                    "name": f"{grade.item} {TITLES[grade.item]}",
+                    "name": _titled(grade),
                     "score": grade.points,
                     "max_score": grade.of,
                     "status": "passed" if grade.state is State.EARNED else "failed",
@@ -167,7 +167,7 @@ class Book:
             "max_score": self._of,
             "tests": [
                 {
-                    "name": f"{grade.item} {TITLES[grade.item]}",
+                    "name": _titled(grade),
                     "status": "pass" if grade.state is State.EARNED else "fail",
                     "score": grade.points,
                     "message": self._told(student, grade),
@@ -196,45 +196,36 @@ class Book:
         return file.getvalue()
 
     def _class(self) -> str:
-        failing = Counter(
-            grade.item for student in self.graded for grade in student.grades if grade.state is not State.EARNED
-        )
+        grades = [(student, grade) for student in self.graded for grade in student.grades]
+        failing = Counter(grade.item for _, grade in grades if grade.state is not State.EARNED)
         mistakes = Counter(
             sentence
-            for student in self.graded
-            for sentence in {grade.sentence for grade in student.grades if grade.state is State.WRONG}
+            for _, sentence in {(one.name, grade.sentence) for one, grade in grades if grade.state is State.WRONG}
         )
-        rows = "".join(
-            f"<tr><td>{item}<td>{escape(TITLES[item])}<td>{number}</tr>" for item, number in failing.most_common()
-        )
-        said = "".join(f"<li>{number} times: {escape(text)}" for text, number in mistakes.most_common())
-        undecided = "".join(
-            f"<li>{escape(student.name)}, {grade.item}: {escape(grade.sentence)}"
-            for student in self.graded
-            for grade in student.open
-        )
-        broken = "".join(
-            f"<li>{escape(student.name)}: {escape(student.problem.splitlines()[0])}"
-            for student in self.graded
-            if student.problem
-        )
-        pairs = "".join(
-            f"<li>{escape(first)} and {escape(second)}: {pixels} pixels"
-            for first, second, pixels in equal_pairs(self.graded)
-        )
+        rows = "".join(f"<tr><td>{item}<td>{escape(TITLES[item])}<td>{n}</tr>" for item, n in failing.most_common())
+        pairs = [f"{first} and {second}: {pixels} pixels" for first, second, pixels in equal_pairs(self.graded)]
+        undecided = [f"{one.name}, {grade.item}: {grade.sentence}" for one in self.graded for grade in one.open]
+        broken = [f"{one.name}: {one.problem.splitlines()[0]}" for one in self.graded if one.problem]
         sections = (
             ("Items that fail, the most frequent first", f"<table>{rows}</table>"),
-            ("Mistakes", f"<ul>{said}</ul>"),
-            ("To be decided by you", f"<ul>{undecided}</ul>"),
-            ("Not run", f"<ul>{broken}</ul>"),
-            (
-                "Equal to the last bit where independent programs round otherwise: a hint, no verdict",
-                f"<ul>{pairs}</ul>",
-            ),
+            ("Mistakes", _listed(f"{several(n, 'time')}: {text}" for text, n in mistakes.most_common())),
+            ("To be decided by you", _listed(undecided)),
+            ("Not run", _listed(broken)),
+            ("Equal to the last bit where independent programs round otherwise: a hint, no verdict", _listed(pairs)),
         )
-        body = [f"<p>{len(self.graded)} submissions, {len(self.rubric.cases)} cases, {self._of:g} points.</p>"]
+        body = [
+            f"<p>{several(len(self.graded), 'submission')}, {len(self.rubric.cases)} cases, {self._of:g} points.</p>"
+        ]
         body += [f"<h2>{title}</h2>{content}" for title, content in sections]
         return self._html(f"{self.rubric.file.title}: the class", body)
+
+
+def _titled(grade: ItemGrade) -> str:
+    return f"{grade.item} {TITLES[grade.item]}"
+
+
+def _listed(lines: Iterable[str]) -> str:
+    return f"<ul>{''.join(f'<li>{escape(line)}' for line in lines)}</ul>"
 
 
 def safe(cell: object) -> object:

@@ -88,11 +88,9 @@ def grades(
 
     `shared` are mistakes that explain some stages of cases that no proven mistake explains.
     """
+    points = rubric.points.items()
     if results is None:
-        return [
-            ItemGrade(item=item, of=points, state=State.ERROR, sentence=problem)
-            for item, points in rubric.points.items()
-        ]
+        return [ItemGrade(item=item, of=of, state=State.ERROR, sentence=problem) for item, of in points]
     cases = {str(case["name"]): case for case in results["cases"]}
     causes = _proven(results)
     # A mistake is named only if no case contradicts it: failing cases that it does not explain say nothing against it.
@@ -119,7 +117,7 @@ def grades(
         cases = {name: case for name, case in cases.items() if case.get("lights") != 0}
     _charge_unmeasured(ledger, cases, rubric)
     _charge_changes(ledger, cases)
-    return [_grade(ledger, item, points, cases, rubric) for item, points in rubric.points.items()]
+    return [_grade(ledger, item, of, cases, rubric) for item, of in points]
 
 
 def unexplained(results: RunRecord) -> set[str]:
@@ -168,13 +166,9 @@ def _acquit(ledger: _Ledger, name: str, case: CaseRecord, explained: set[str]) -
     if verdict in (Outcome.PASS, Outcome.WARN) or name in explained:
         found: Iterable[str] = _covers(case)
     elif verdict is Outcome.FAIL and _staged(case):
-        wrong = {item for check in _own(case) if _alone(check) for item in COMPUTED[Stage(check["stage"])]}
-        measured = {
-            item
-            for check in _own(case)
-            if Outcome(check["verdict"]) in MEASURED
-            for item in COMPUTED[Stage(check["stage"])]
-        }
+        checks = [check for check in _own(case) if Outcome(check["verdict"]) in MEASURED]
+        wrong = {item for check in checks if _alone(check) for item in COMPUTED[Stage(check["stage"])]}
+        measured = {item for check in checks for item in COMPUTED[Stage(check["stage"])]}
         found = [item for item in _covers(case) if item in measured and item not in graded_items([*wrong])]
         found += [STORING] if not _garbled(case) else []
     else:
@@ -195,11 +189,9 @@ def _clauses(case: CaseRecord) -> list[Clause]:
     found = []
     for stage, ratio in alone.items():
         before = [other for other in written if other is not stage]
-        items = possible_items(stage, before, case.get("shapes", []))
-        if stage is first and case.get("blamed_items"):
-            items = tuple(case["blamed_items"])
-        graded = set(graded_items(items))
         possible = graded_items(possible_items(stage, before, case.get("shapes", [])))
+        blamed = case.get("blamed_items", []) if stage is first else []
+        graded = set(graded_items(blamed) or possible)
         items = frozenset(graded & covers or graded).union((STORING,) if not before else ())
         found.append(Clause(case=name, stage=stage, items=items, possible=items.union(possible), ratio=ratio))
     return found
@@ -209,8 +201,7 @@ def own_items(mistake: str, items: Sequence[str], phrase: str) -> tuple[str, ...
     """Return the items that a mistake costs: the first that it concerns, or what was found of a camera."""
     if mistake != "another_camera":
         return graded_items(items[:1])
-    found = tuple(item for item, words in OF_CAMERAS.items() if any(word in phrase for word in words))
-    return found or ("CAM-2",)
+    return tuple(item for item, words in OF_CAMERAS.items() if any(word in phrase for word in words)) or ("CAM-2",)
 
 
 def _share_out(
@@ -349,16 +340,13 @@ def _grade(ledger: _Ledger, item: str, points: float, cases: Mapping[str, CaseRe
     """Return an item's grade: what it is charged with; earned where it is right somewhere; else what it lacks."""
     known = ledger.grades.get(item)
     if known is not None:
-        return ItemGrade(
-            item=item, of=points, state=known.state, sentence=known.sentence, stage=known.stage, cases=known.cases
-        )
+        return replace(known, of=points)
     if ledger.right.get(item):
         return ItemGrade(item=item, of=points, state=State.EARNED)
     asking = [case.name for case in rubric.cases if item in covered_items(case)]
     verdicts = {cases[name]["verdict"] if name in cases else Outcome.MISSING.value for name in asking}
-    order = (State.ERROR, State.UNSUPPORTED, State.MISSING)
-    state = next((state for state in order if state.value in verdicts), State.UNDECIDED)
-    said = (
-        "No case shows whether it is right." if state is State.UNDECIDED else "No case that asks for it has an answer."
-    )
+    lacking = (State.ERROR, State.UNSUPPORTED, State.MISSING)
+    state = next((state for state in lacking if state.value in verdicts), State.UNDECIDED)
+    said = "No case shows whether it is right."
+    said = said if state is State.UNDECIDED else "No case that asks for it has an answer."
     return ItemGrade(item=item, of=points, state=state, sentence=said, cases=tuple(asking))

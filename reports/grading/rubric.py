@@ -178,10 +178,8 @@ def _with_cases(path: Path, file: RubricFile, digest: str) -> Rubric:
     if not table.visible:
         raise ValueError(f"{path}: cases.visible must name a case")
     visible = select(table.visible)
-    secret = [
-        *(select(table.hidden) if table.hidden else ()),
-        *(random_case(table.seed, k) for k in range(table.random)),
-    ]
+    hidden = select(table.hidden) if table.hidden else ()
+    secret = [*hidden, *(random_case(table.seed, k) for k in range(table.random))]
     seen = {case.name for case in visible}
     fresh = {_fresh(table.seed, case.name): case for case in secret if case.name not in seen}
     cases = [*visible, *(replace(case, name=name) for name, case in fresh.items())]
