@@ -15,10 +15,10 @@ from rayproof.reference.certified.stages import continued
 from rayproof.reports.judge.admissible import ALLOWED, needed_shadow
 from rayproof.reports.judge.answers import Answers, all_of, any_of, largest, widest_near
 from rayproof.reports.judge.comparison import GEOMETRY, LIGHT, Comparison
-from rayproof.reports.judge.limits import Roundoff, calibration, continued_light_limit
+from rayproof.reports.judge.limits import HIT, Roundoff, calibration, continued_light_limit
 from rayproof.reports.judge.measurement import ratios
 from rayproof.reports.judge.scene_truth import SceneTruth
-from tests.harness.verdicts.perturbed import horizons, perturbed
+from tests.harness.verdicts.perturbed import as_read, horizons, perturbed
 
 CERTIFIED = Certified()
 NAME = "certified"
@@ -53,23 +53,27 @@ class Nearby:
     stages: tuple[Stage, ...]
     points: np.ndarray  # (n, 2) px: pixel centres
     reach: np.ndarray  # (n,) px: how far rounding moves each point
-    roundoff: float
+    precision: str
     baked: bool
     samples: dict[Stage, np.ndarray] = field(default_factory=dict)
 
     def more(self, amount: float, truth: dict[Stage, np.ndarray], *, batch: int = 0) -> None:
-        """Add the trials of one amount; the scene as it is comes first of all, with the answers `truth`."""
+        """Add the trials of one amount; the scene as it is, and as read, come first, with the answers `truth`."""
         if not self.samples:
             self.samples = {stage: truth[stage][np.newaxis] for stage in self.stages}
-        generator = np.random.default_rng(int(amount) + 1000 * batch)
+            if self.precision != "float64":
+                self._add(as_read(self.scene, self.precision), self.points)
+        generator, roundoff = np.random.default_rng(int(amount) + 1000 * batch), UNIT_ROUNDOFF[self.precision]
         for number in range(TRIALS):
-            scene = perturbed(self.scene, generator, amount * self.roundoff, unshared=number % 2 == 1, baked=self.baked)
+            scene = perturbed(self.scene, generator, amount * roundoff, unshared=number % 2 == 1, baked=self.baked)
             shift = np.minimum(self.reach * amount / AMOUNTS[-1] * 2, 0.75)[:, np.newaxis]
-            points = self.points + shift * generator.uniform(-1, 1, self.points.shape)
-            found = CERTIFIED.at(scene, self.stages, points, exactly=False)
-            self.samples = {
-                stage: np.concatenate([self.samples[stage], found[stage][np.newaxis]]) for stage in self.stages
-            }
+            self._add(scene, self.points + shift * generator.uniform(-1, 1, self.points.shape))
+
+    def _add(self, scene: Scene, points: np.ndarray) -> None:
+        """Add the certified answers of a scene at points (n, 2)."""
+        found = CERTIFIED.at(scene, self.stages, points, exactly=False)
+        for stage in self.stages:
+            self.samples[stage] = np.concatenate([self.samples[stage], found[stage][np.newaxis]])
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -172,7 +176,7 @@ class Held:
             stages=self.stages,
             points=pixels + 0.5,
             reach=self.pair.classes.reach[rows, columns],
-            roundoff=UNIT_ROUNDOFF[self.party.precision],
+            precision=self.party.precision,
             baked=calibration(self.party.name).baked_normals,
         )
         for amount, batch in amounts:
@@ -274,7 +278,9 @@ class Held:
         if stage is Stage.VISIBILITY:
             among = ((theirs == value) & same[..., np.newaxis]).any(axis=0)
             return all_of(among | self._feels(ours, value, rows, columns))
-        bound = self._bound(stage, rows, columns)[:, np.newaxis]
+        # The limit may be that of a miss, or of another surface: none is below sixteen roundings of what it has.
+        least = Roundoff(self.party.precision)(HIT) * largest(np.abs(value))
+        bound = np.maximum(self._bound(stage, rows, columns), np.where(np.isfinite(least), least, 0.0))[:, np.newaxis]
         if stage in LIGHT and Stage.VISIBILITY in ours:
             alike = same & all_of(near.samples[Stage.VISIBILITY] == ours[Stage.VISIBILITY])
             return _among(value, theirs, alike, bound) | self._follows(stage, ours, value, bound, rows, columns)

@@ -56,6 +56,35 @@ def perturbed(
     )
 
 
+def as_read(scene: Scene, precision: str) -> Scene:
+    """Return the scene whose numbers are rounded once to `precision`, as a renderer reads them.
+
+    Far from the origin that is another scene, and of random ones within rounding few are like it. The corners of
+    triangles in the world are rounded once for everybody, and stay.
+    """
+
+    def read(numbers: Vector) -> Vector:
+        x, y, z = np.asarray(numbers, dtype=precision).tolist()
+        return (x, y, z)
+
+    def shape_as_read(shape: Shape) -> Shape:
+        if isinstance(shape, Triangle | Mesh):
+            return shape
+        rows = np.asarray(shape.to_world, dtype=precision).tolist()
+        changes: dict[str, object] = {"to_world": tuple(map(tuple, rows))}
+        if isinstance(shape, Sphere):
+            changes |= {"center": read(shape.center), "radius": float(np.asarray(shape.radius, dtype=precision))}
+        return replace(shape, **changes)
+
+    view = scene.camera
+    return replace(
+        scene,
+        camera=replace(view, eye=read(view.eye), target=read(view.target), up=read(view.up)),
+        shapes=tuple(map(shape_as_read, scene.shapes)),
+        lights=tuple(replace(light, position=read(light.position)) for light in scene.lights),
+    )
+
+
 def horizons(scene: Scene) -> Iterator[Scene]:
     """Yield scenes of which only the corners of placed triangles are rounded to float32 otherwise, in world space."""
     for seed in range(4):
