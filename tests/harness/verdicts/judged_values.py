@@ -83,6 +83,7 @@ class Held:
     base: SceneTruth
     truth: StageImages  # certified, NaN where undecided
     party: Answers
+    granted: float = ALLOWED  # times what rounding needs of its shadow epsilon: all of it where a warning names it
 
     @cached_property
     def stages(self) -> tuple[Stage, ...]:
@@ -310,7 +311,7 @@ class Held:
     def _feels(self, ours: dict[Stage, np.ndarray], value: np.ndarray, rows: np.ndarray, columns: np.ndarray):
         """Return which lights (n, lights) are seen or not, as `value` says, from about the hit that the party names.
 
-        Feelers start above it by what the party declares, as far as rounding needs it.
+        Feelers start above it by what the party declares, as far as that is granted.
         """
         found = np.zeros(value.shape, dtype=bool)
         if not {Stage.OBJECT, Stage.POSITION, Stage.NORMAL} <= set(ours):
@@ -322,7 +323,7 @@ class Held:
             self.base.truth[Stage.POSITION],
             Roundoff(self.party.precision),
         )
-        above = np.minimum(self.party.shadow_epsilon, ALLOWED * needed)
+        above = np.minimum(self.party.shadow_epsilon, self.granted * needed)
         heights = -lifted, 0 * lifted, lifted, lifted + above[rows, columns]
         for about in self._about(ours, heights):
             found |= continued(self.base.scene, Stage.VISIBILITY, about) == value

@@ -237,6 +237,20 @@ def test_a_light_that_nothing_makes_undecided_is_wrong_if_it_is_not_seen() -> No
     assert Stage.VISIBILITY in found.of(replace(candidate(answers), name="dark")).wrong([pixel], strictly=True)[pixel]
 
 
+@pytest.mark.parametrize(("warned", "right"), [(True, True), (False, False)])
+def test_a_warning_of_an_epsilon_says_that_feelers_start_as_far_above_a_hit_as_that(warned: bool, right: bool) -> None:
+    # The ellipsoid is 300 times as wide as thick, and the tracer's bound 53 times what rounding needs at this pixel.
+    (case,) = select(["random/61303/32"])
+    (ours,), _ = answers_of(case, THE_TRACER, ("float32",))
+    panel = [witness(ORACLE.render(case.scene, stages_of(case.scene)))]
+    judged = judge(case, ours, panel)
+    assert judged.outcome is Outcome.WARN
+    if not warned:
+        judged = replace(judged, checks=[replace(check, outcome=Outcome.PASS) for check in judged.checks])
+
+    assert (certified(judged, ours, panel).wrong == ()) == right
+
+
 @pytest.mark.parametrize(("declared", "right"), [(0.011, True), (0.0, False)])
 def test_feelers_that_start_above_a_hit_as_declared_decide_what_no_scene_within_rounding_does(
     declared: float, *, right: bool
