@@ -321,7 +321,7 @@ fn nearest(shapes: &[Shape], o: V, d: V, low: f64, high: f64, made: &Mistakes) -
     let mut best: Option<(usize, Hit)> = None;
     for (index, shape) in shapes.iter().enumerate() {
         if let Some(hit) = shape.hit(o, d, low, high, made) {
-            if best.is_none_or(|(_, other)| hit.distance < other.distance) {
+            if best.map_or(true, |(_, other)| hit.distance < other.distance) {
                 best = Some((index, hit));
             }
         }
@@ -365,7 +365,7 @@ fn render(scene: &Json, folder: &Path, made: &Mistakes) -> (usize, usize, BTreeM
         let p = met.map_or([0.0; 3], |(_, hit)| add(eye, hit.distance, d));
         let mut n = met.map_or([0.0; 3], |(_, hit)| hit.normal);
         let behind = dot(n, d) > 0.0;
-        let two_sided = shape.is_some_and(|one| one.two_sided);
+        let two_sided = shape.map_or(false, |one| one.two_sided);
         if behind && two_sided && !made.contains("normal_never_turned") {
             n = scale(-1.0, n);
         }
@@ -455,7 +455,7 @@ fn main() {
         println!("{}", MISTAKES.join("\n"));
         return;
     }
-    if words.last().is_some_and(|word| word == "--capabilities") {
+    if words.last().map_or(false, |word| word == "--capabilities") {
         println!(
             r#"{{"protocol": 1, "name": "student", "precision": "float64", "chained": true, "epsilons": {{"shadow": 1e-7}}}}"#
         );
@@ -467,12 +467,15 @@ fn main() {
         eprintln!("unknown: {name}");
         process::exit(1);
     }
-    let [.., path, output] = words.as_slice() else { process::exit(1) };
+    if words.len() < 2 {
+        process::exit(1);
+    }
+    let (path, output) = (&words[words.len() - 2], &words[words.len() - 1]);
     let text = fs::read(path).expect("a scene");
     let scene = Reader { text: &text, place: 0 }.value();
     let (width, height, mut channels) = render(&scene, Path::new(path).parent().expect("a folder"), &made);
     if value("--only") == "radiance" {
-        channels.retain(|name, _| RGB.contains(&name.as_str()));
+        channels.retain(|name, _| RGB.contains(&&name[..]));
     }
     if channels.is_empty() {
         println!("It writes radiance alone, and there is no light.");
