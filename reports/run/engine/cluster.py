@@ -77,7 +77,8 @@ def reached(place: Place) -> Iterator[Any]:
             client.wait_for_workers(1, timeout=WAIT)
         except (OSError, ValueError, RuntimeError) as error:
             needs = f"; all ends need valid certificates of the authority in {place.tls}" if place.tls else ""
-            raise ValueError(f"--scheduler {place.address}: {error.__cause__ or error}{needs}") from None
+            why = str(error.__cause__ or "") or error  # a timeout has no words of its own
+            raise ValueError(f"--scheduler {place.address}: {why}{needs}") from None
         yield client
 
 
