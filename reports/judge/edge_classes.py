@@ -139,7 +139,8 @@ def unlit(about: Unrounded, limits: Limits, g: Roundoff) -> Unlit:
         skimming = np.maximum(skimming, np.where(off <= 2 * g(HIT) * error, 2 * g(HIT) * error, 0.0))
     tied = tied | (skimming > 0)
     return Unlit(
-        outline=(edges.silhouette <= reach) | tied,
+        # An edge that what is seen hides by rounding alone may come before it.
+        outline=((edges.silhouette if g.precision == "float64" else edges.covered) <= reach) | tied,
         object_tied=tied,
         reach=reach,
         depth=depth,

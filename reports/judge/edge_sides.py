@@ -166,29 +166,32 @@ def with_both_sides_of_the_eye(
 
 
 def with_what_is_behind(
-    around: Sides, oracle: Oracle, scene: Scene, truth: StageImages, close: np.ndarray, depth: np.ndarray
+    around: Sides, oracle: Oracle, scene: Scene, close: np.ndarray, reach: np.ndarray, depth: np.ndarray
 ) -> Sides:
-    """Return the sides with one more sample: what lies behind the shape that is seen, where it is as `close`.
+    """Return the sides with as many samples more: what lies behind the shape that is seen, where it is as `close`.
 
-    For renderers that do not say which of two coinciding surfaces they saw. Two faces of one mesh are as close where
-    they meet; what lies behind the mesh is a side only if it is no farther than `depth` [m] from what is seen.
+    Where an outline is hidden by rounding alone; and for renderers that do not say which of two coinciding surfaces
+    they saw. Two faces of one mesh are as close where they meet; what lies behind the mesh is a side only if it is no
+    farther than `depth` [m] from what is seen.
     """
     rows, columns = around.rows, around.columns
     asked = close[rows, columns]
     if not asked.any():
         return around
-    answers = {stage: np.concatenate([more, more[:, :1]], axis=1) for stage, more in around.answers.items()}
-    front = truth[Stage.OBJECT][rows, columns, 0]
+    count = 1 + DIRECTIONS * len(RADII)
+    answers = {stage: np.concatenate([old, *[old[:, :1]] * count], axis=1) for stage, old in around.answers.items()}
+    front = around.answers[Stage.OBJECT][:, 0, 0]
     for index in np.unique(front[asked & (front >= 0)]).astype(int):
         here = np.flatnonzero(asked & (front == index))
         without = replace(scene, shapes=(*scene.shapes[:index], *scene.shapes[index + 1 :]))
-        centres = np.stack([columns[here] + 0.5, rows[here] + 0.5], axis=-1)
-        behind = oracle.at(without, tuple(answers), centres)
+        where = np.zeros(close.shape, dtype=bool)
+        where[rows[here], columns[here]] = True
+        behind = sides(oracle, without, tuple(answers), where, reach).answers
         with np.errstate(invalid="ignore"):
-            apart = np.abs(behind[Stage.DISTANCE] - truth[Stage.DISTANCE][rows[here], columns[here]])[:, 0]
-        kept = apart <= depth[rows[here], columns[here]]
+            apart = np.abs(behind[Stage.DISTANCE] - around.answers[Stage.DISTANCE][here, :count])
+        kept = apart <= depth[rows[here], columns[here], np.newaxis, np.newaxis]
         for stage, image in behind.items():
             # Numbers of shapes count on where one is gone.
-            moved = np.where(image[:, :1] >= index, [[1.0, 0.0]], 0.0) if stage is Stage.OBJECT else 0.0
-            answers[stage][here[kept], -1] = (image + moved)[kept]
+            moved = np.where(image[..., :1] >= index, [1.0, 0.0], 0.0) if stage is Stage.OBJECT else 0.0
+            answers[stage][here, -count:] = np.where(kept, image + moved, answers[stage][here, -count:])
     return replace(around, answers=answers)

@@ -30,6 +30,7 @@ class Edges(Protocol):
     """The oracle's distances to the nearest edge [px]; inf where there is none."""
 
     silhouette: np.ndarray  # (height, width)
+    covered: np.ndarray  # (height, width): edges count, too, that what is seen hides by less than float32's rounding
     shadow: np.ndarray  # (height, width, lights)
     terminator: np.ndarray  # (height, width, lights)
     gap: np.ndarray  # (height, width) m: along the ray from the hit to the nearest other surface

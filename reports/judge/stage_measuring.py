@@ -37,23 +37,28 @@ def _ends(pair: Comparison, where: np.ndarray) -> Sides:
 def _sides(pair: Comparison) -> Sides:
     """Return the oracle's answers around every edge pixel."""
     scene, truth, oracle, classes = pair.base.scene, pair.base.truth, pair.base.oracle, pair.classes
-    twins = pair.twins
+    # Where no outline is near, what is seen is what the centre shows, or what lies where that does.
+    reach = np.where(pair.twins, 0.0, classes.reach)
     # Outlines do not depend on the shadows' epsilons.
     key = pair.rounding, pair.blurred
     around = pair.base.once(
         ("sides", *key),
-        # Where no outline is near, what is seen is what the centre shows, or what lies where that does.
-        lambda: sides(oracle, scene, (Stage.RAY, *GEOMETRY), classes.outline, np.where(twins, 0.0, classes.reach)),
+        lambda: sides(oracle, scene, (Stage.RAY, *GEOMETRY), classes.outline, reach),
     )
     if classes.at_eye.any() and len(around.rows):
         around = pair.base.once(
             ("sides of the eye", *key),
             partial(with_both_sides_of_the_eye, around, oracle, scene, truth, classes.at_eye),
         )
-    close = pair.base.edges.gap <= classes.depth
-    if Stage.OBJECT not in pair.subject.answers:
-        about = around, oracle, scene, truth, close, classes.depth
-        return pair.base.once(("behind", *key), lambda: with_what_is_behind(*about))
+    named, edges = Stage.OBJECT in pair.subject.answers, pair.base.edges
+    close = (edges.covered <= classes.reach) & ~(edges.silhouette <= classes.reach)
+    close = close if named else close | (edges.gap <= classes.depth)
+    around = pair.base.once(
+        ("behind", named, *key),
+        partial(with_what_is_behind, around, oracle, scene, close, reach, classes.depth),
+    )
+    if not named:
+        return around
     # Subjects that see the same objects, and the references that they meet, have the same.
     seen, ours = pair.base.author(pair.subject, Stage.OBJECT), pair.subject.answers
     return pair.base.once(("twins", *key, seen), lambda: with_twins(around, oracle, scene, truth, ours, classes.depth))

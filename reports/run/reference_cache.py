@@ -149,7 +149,7 @@ def processor() -> tuple[str, str, str]:
 # Reading is checking too: about as fast as a processor sums a SHA-256, and a file must be opened.
 READING = 2e8  # bytes/s
 OPENING = 2e-3  # s
-OF_PIXELS = ("silhouette", "shadow", "terminator", "gap", "behind", "clip_depth", "at_clip", "eye_gaps")
+OF_PIXELS = ("silhouette", "covered", "shadow", "terminator", "gap", "behind", "clip_depth", "at_clip", "eye_gaps")
 OF_ENDS = ("pixels", "depth", "chord")  # arrays of a light's end
 
 

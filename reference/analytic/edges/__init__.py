@@ -42,6 +42,7 @@ class Edges:
     """
 
     silhouette: np.ndarray  # (height, width): the object or face index, or a cube's face, changes
+    covered: np.ndarray  # (height, width): the same with edges that what is seen hides by less than float32's rounding
     shadow: np.ndarray  # (height, width, lights): a blocker begins or ends to hide the light
     terminator: np.ndarray  # (height, width, lights): dot(N, L) changes sign
     gap: np.ndarray  # (height, width) m: along the ray from the hit to the nearest other surface; inf without one
@@ -62,13 +63,15 @@ def edges_of(scene: Scene) -> Edges:
         terminator[..., column] = terminator_distances(hits, light).reshape(size)
     screens = hits.screens(hits.view.eye, np.arange(len(hits.directions)), from_eye=True)
     meetings = meetings_of(hits)
-    silhouette = np.minimum(_outline_distances(hits, screens), crossing_distances(hits, screens, meetings))
+    outline, covered = _outline_distances(hits, screens)
+    silhouette = np.minimum(outline, crossing_distances(hits, screens, meetings))
     gap, behind = next_depths(hits, meetings)
     # Surfaces that coincide make no outline: what is seen is one of the two, and nothing of the neighbourhood.
     gap = np.where(undecided_depths(hits, gap), 0, gap)
     clip_depth, at_clip = clip_depths(hits, meetings)
     return Edges(
         silhouette=_lowered(silhouette.reshape(size)),
+        covered=_lowered(np.minimum(silhouette, covered).reshape(size)),
         shadow=_lowered(shadow),
         terminator=_lowered(terminator),
         gap=gap.reshape(size),
@@ -80,10 +83,10 @@ def edges_of(scene: Scene) -> Edges:
     )
 
 
-def _outline_distances(hits: Hits, screens: Screens) -> np.ndarray:
-    """Return a lower bound [px] of the distance to the nearest outline or edge in front of what is hit, shape (N,)."""
+def _outline_distances(hits: Hits, screens: Screens) -> tuple[np.ndarray, np.ndarray]:
+    """Return lower bounds [px] of the distance to the nearest outline or edge that what is hit does not hide, (N,)."""
     sight = sight_from_eye(hits.view, hits.directions)
-    distances = np.full(len(hits.directions), np.inf)
+    distances, covered = np.full((2, len(hits.directions)), np.inf)
     for shape in hits.scene.shapes:
         surface = surface_of(shape)
         if isinstance(surface, Ellipsoid):
@@ -91,8 +94,8 @@ def _outline_distances(hits: Hits, screens: Screens) -> np.ndarray:
         elif not isinstance(surface, Flat):
             borders = borders_of(shape)
             everything = np.ones(len(borders.starts), dtype=bool)
-            distances = np.minimum(distances, edge_distances(sight, borders, everything, screens))
-    return distances
+            distances = np.minimum(distances, edge_distances(sight, borders, everything, screens, covered))
+    return distances, covered
 
 
 def _lowered(distances: np.ndarray) -> np.ndarray:

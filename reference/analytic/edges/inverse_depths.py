@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from rayproof.cases.rounding import gamma
 from rayproof.reference.analytic.camera import View
 from rayproof.reference.analytic.surfaces import Ellipsoid
 from rayproof.reference.analytic.vectors import cross, dot, length
@@ -178,6 +179,8 @@ def metric(start: np.ndarray, vectors: np.ndarray) -> np.ndarray:
 
 # Float64 roundings of a plane's height, relative to the coordinates that enter it, with room to spare.
 ROUNDING = 1e-12
+# The same of two surfaces in float32, each by the sixteen roundings that limits of distances count.
+COARSE = 2 * gamma(16, precision="float32")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -191,13 +194,17 @@ class Screens:
     offsets: np.ndarray  # (N,) m
     hides_touching: bool
 
-    def hides_hulls(self, rays: np.ndarray, hulls: np.ndarray) -> np.ndarray:
-        """Return whether the convex hulls of points (K, corners, 3) lie behind, for each of the rays, shape (n, K)."""
+    def hides_hulls(self, rays: np.ndarray, hulls: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return whether the convex hulls of points (K, corners, 3) lie behind, for each of the rays, shape (n, K).
+
+        Then whether they do so in float32, too, whatever rounding does.
+        """
         normals = self.normals[rays]
         heights = normals @ hulls[:, 0].T
         for corner in range(1, hulls.shape[1]):
             np.maximum(heights, normals @ hulls[:, corner].T, out=heights)
-        return self._behind(rays, heights, float(np.abs(hulls).max(initial=0)))
+        size = float(np.abs(hulls).max(initial=0))
+        return self._behind(rays, heights, size), self._behind(rays, heights, size, COARSE)
 
     def hides_own_hulls(self, rays: np.ndarray, hulls: np.ndarray) -> np.ndarray:
         """Return whether each ray's own hull of points (n, corners, 3) lies behind, shape (n,)."""
@@ -210,9 +217,9 @@ class Screens:
         size = np.abs(surface.center).max() + np.abs(surface.axes).max()
         return self._behind(np.arange(len(heights)), heights[:, np.newaxis], float(size))[:, 0]
 
-    def _behind(self, rays: np.ndarray, heights: np.ndarray, size: float) -> np.ndarray:
+    def _behind(self, rays: np.ndarray, heights: np.ndarray, size: float, rounding: float = ROUNDING) -> np.ndarray:
         offsets = self.offsets[rays, np.newaxis]
-        slack = ROUNDING * (size + np.where(np.isfinite(offsets), np.abs(offsets), 0))
+        slack = rounding * (size + np.where(np.isfinite(offsets), np.abs(offsets), 0))
         return heights + offsets <= (slack if self.hides_touching else -slack)
 
 

@@ -157,24 +157,30 @@ MANY = 2000
 FARTHEST_OF_MANY = 1.0  # px
 
 
-def edge_distances(sight: Sight, borders: Borders, counted: np.ndarray, screens: Screens) -> np.ndarray:
+def edge_distances(
+    sight: Sight, borders: Borders, counted: np.ndarray, screens: Screens, covered: np.ndarray | None = None
+) -> np.ndarray:
     """Return a lower bound [px] of the distance to the nearest counted (E,) edge that is not hidden, shape (N,).
 
     With many edges, those farther than a few pixels are not looked at, and that distance is returned instead.
+    `covered` (N,) is lowered to the distance to the nearest that is not hidden in float32, unless another is nearer.
     """
     distances, margins = np.full(len(sight.directions), np.inf), np.zeros(len(sight.directions))
     many = int(np.count_nonzero(counted))
     if many > FEW:
         distances, margins = sight.caps(farthest(sight.steps) if many < MANY else FARTHEST_OF_MANY)
+    lowest = [distances] if covered is None else [distances, covered]
     for some in blocks(len(counted)):
-        _near_edges(sight, borders, some.start + np.flatnonzero(counted[some]), screens, distances, margins)
+        numbers = some.start + np.flatnonzero(counted[some])
+        _near_edges(sight, borders, numbers, screens, lowest, margins)
     return distances
 
 
 def _near_edges(
-    sight: Sight, borders: Borders, counted: np.ndarray, screens: Screens, distances: np.ndarray, margins: np.ndarray
+    sight: Sight, borders: Borders, counted: np.ndarray, screens: Screens, lowest: list[np.ndarray], margins: np.ndarray
 ) -> None:
-    """Lower `distances` (N,) to those of some edges, by their numbers; `margins` (N,) say how far is looked."""
+    """Lower distances (N,) to those of some edges, by their numbers; `margins` (N,) say how far is looked."""
+    distances = lowest[0]
     starts, ends = borders.starts[counted] - sight.apex, borders.ends[counted] - sight.apex
     hulls = borders.hulls[counted]
     planes = cross(starts, ends - starts)
@@ -192,8 +198,10 @@ def _near_edges(
             value, distance = part.linear(side[edges])
             near = np.maximum(near, np.where(value < 0, distance, 0))
         left = np.flatnonzero((near < distances[rays, np.newaxis]).any(axis=0))
-        near = np.where(screens.hides_hulls(rays, hulls[edges[left]]), np.inf, near[:, left])
-        distances[rays] = np.minimum(distances[rays], near.min(axis=1, initial=np.inf))
+        hidden = screens.hides_hulls(rays, hulls[edges[left]])
+        for found, behind in zip(lowest, hidden, strict=False):
+            nearest = np.where(behind, np.inf, near[:, left]).min(axis=1, initial=np.inf)
+            found[rays] = np.minimum(found[rays], nearest)
 
 
 def ellipsoid_distances(sight: Sight, surface: Ellipsoid, screens: Screens) -> np.ndarray:

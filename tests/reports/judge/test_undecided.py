@@ -348,3 +348,19 @@ def test_a_wall_farther_than_rounding_from_an_end_of_clipping_is_seen_or_not(end
 
     assert judged(case, rounded(truth), truth).outcome is Outcome.PASS
     assert judged(case, rounded(truth | {Stage.OBJECT: wrong[Stage.OBJECT]}), truth).outcome is not Outcome.PASS
+
+
+@pytest.mark.parametrize(("along", "outcome"), [(0.0, Outcome.PASS), (0.2, Outcome.FAIL)])
+def test_what_a_surface_hides_by_rounding_alone_is_seen_as_far_as_rounding_moves_its_outline(along, outcome):
+    # A triangle in a plane, 6 km from the origin; pixels span 19 mm, and its corners lie 0.02 mm below the plane.
+    (case,) = select(["random/61302/13"])
+    truth, plane, triangle = truth_of(case), *case.scene.shapes
+    matrix = np.array(triangle.to_world)
+    matrix[:3, 3] += (-0.392 * along, 0.92 * along, 1e-3)
+    raised = replace(triangle, to_world=tuple(map(tuple, matrix.tolist())))
+    ours = ORACLE.render(replace(case.scene, shapes=(plane, raised)), stages_of(case.scene))
+    assert np.flatnonzero(ours[Stage.OBJECT][..., 0])[-1] == (107 if along == 0 else 111)
+
+    result = judged(replace(case, most_edge=0.9), rounded(ours), truth)
+
+    assert result.outcome is outcome, result.reason
