@@ -218,6 +218,7 @@ def _found_within_faces(pair: Comparison) -> np.ndarray:
     if not slack.any() or not set(GEOMETRY) <= set(ours):
         return good
     eye, near, g = np.asarray(scene.camera.eye), scene.camera.near, max(pair.roundoffs, key=lambda g: g(1))
+    limit, _ = pair.continued_limit(Stage.NORMAL, ours[Stage.NORMAL])
     for row, column in np.argwhere(slack > 0):
         point, distance = ours[Stage.POSITION][row, column], float(ours[Stage.DISTANCE][row, column, 0])
         expected = eye + distance * pair.base.truth[Stage.RAY][row, column]
@@ -228,8 +229,8 @@ def _found_within_faces(pair: Comparison) -> np.ndarray:
         corners = _corners(scene, index, face)
         if corners is not None and close and distance >= near * (1 - g(HIT)):
             normal = ours[Stage.NORMAL][row, column]
-            endless = isinstance(scene.shapes[index], Plane)
-            good[row, column] = _on_face(corners, point, normal, off, endless=endless)
+            endless, turned = isinstance(scene.shapes[index], Plane), float(limit[row, column])
+            good[row, column] = _on_face(corners, point, normal, off, turned, endless=endless)
     return good
 
 
@@ -379,13 +380,13 @@ def _corners(scene: Scene, index: int, face: int) -> np.ndarray | None:
     return None
 
 
-def _on_face(corners: np.ndarray, point: np.ndarray, normal: np.ndarray, slack: float, *, endless: bool) -> bool:
-    """Say whether a point (3,) is within `slack` [m] of a face, and a normal is the face's by corners in float32."""
+def _on_face(
+    corners: np.ndarray, point: np.ndarray, normal: np.ndarray, slack: float, turned: float, *, endless: bool
+) -> bool:
+    """Say whether a point (3,) is within `slack` [m] of a face, and a normal within `turned` of the face's."""
     right = np.cross(corners[1] - corners[0], corners[2] - corners[0])
     right = right / length(right)
     inwards = np.cross(right, np.roll(corners, -1, axis=0) - corners)
     heights = dot(point - corners, inwards) / length(inwards)
-    turned = Roundoff("float32")(HIT) * np.abs(corners).max() / dot(corners.mean(axis=0) - corners, inwards).min()
-    turned = turned * length(inwards).max()
     straight = min(length(normal - right), length(normal + right)) <= turned
     return bool(straight and abs(dot(point - corners[0], right)) <= slack and (endless or heights.min() >= -slack))

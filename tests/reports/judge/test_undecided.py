@@ -11,6 +11,7 @@ from rayproof.cases.random_scenes import random_case
 from rayproof.cases.scene import Camera, Plane, PointLight, Scene, Sphere, Square
 from rayproof.cases.stages import Stage
 from rayproof.reports.judge.case import judge_case
+from rayproof.reports.judge.measurement import Kind
 from rayproof.reports.judge.oracle import stages_of
 from rayproof.reports.judge.verdict import Judged
 from rayproof.reports.results.outcomes import Outcome
@@ -116,6 +117,20 @@ def test_a_square_that_holds_the_eye_is_met_anywhere_along_a_ray_within_it(pixel
     result = judged(case, answered(case, truth | {Stage.OBJECT: objects}, Stage.DISTANCE, distances), truth)
 
     assert result.outcome is outcome, result.reason
+
+
+def test_a_plane_that_holds_the_eye_has_one_normal():
+    # 1 mm large and 400 m from the origin: rounding would turn a face made of such corners by a radian.
+    case = random_case(72002, 19)
+    truth = truth_of(case)
+    longer = truth[Stage.NORMAL].copy()
+    longer[0, 15] *= 1.001
+
+    result = judged(case, answered(case, truth, Stage.NORMAL, longer), truth)
+
+    check = next(check for check in result.checks if check.stage is Stage.NORMAL)
+    assert check.end_to_end is not None
+    assert np.argwhere(check.end_to_end.kinds == Kind.WRONG).tolist() == [[0, 15]]
 
 
 def lifted(to_world, height: float):
