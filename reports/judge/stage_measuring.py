@@ -20,7 +20,7 @@ from rayproof.reports.judge.edge_sides import (
     with_what_is_behind,
 )
 from rayproof.reports.judge.edge_values import Held, Seen, excused, excused_anyhow, held
-from rayproof.reports.judge.limits import HIT, POINT, Roundoff
+from rayproof.reports.judge.limits import HIT, POINT
 from rayproof.reports.judge.measurement import Kind, Measurement, held_to, measure, ratios
 from rayproof.reports.judge.oracle import ORACLE
 from rayproof.reports.judge.surrounded import faces_near, leaking, may_be_dark
