@@ -51,7 +51,7 @@ def cameras(
 
 
 # The ladders.
-K_VIEW = "1 + 1 / sin(F, up): the eye's coordinates do not enter, target - eye does"
+K_VIEW = "1 + 1 / sin(F, up), and near 180 degrees what a rounding of fovy turns: the eye's coordinates do not enter"
 MULTIPLIED = ("matrix", "matrix_w_divide", "analytic_inverse")  # C3, C4, C5
 
 

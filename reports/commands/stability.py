@@ -3,8 +3,9 @@
 import os
 import sys
 from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal, cast
 
 from cyclopts import Group, Parameter
 
@@ -18,8 +19,10 @@ from rayproof.reports.studies.publication import MOST_PANELS, Paper, draw, write
 if TYPE_CHECKING:
     import numpy as np
 
+    from rayproof.cases.ladders import Inputs
     from rayproof.reports.studies.stability.limit_records import LimitsRecord
     from rayproof.reports.studies.stability.records import ClimbRecord, SurveyRecord, WorstRecord
+    from rayproof.reports.studies.stability.worst import Worst
 from rayproof.reports.studies.stability.document import Plan
 
 CLEARED = 100  # columns of an earlier, longer line
@@ -27,9 +30,9 @@ COLUMNS = (
     "ladder", "formula", "precision", "slope", "predicted", "breakpoint", "error / K u", "false hits", "false misses",
     "per million", "verdict", "expected",
 )  # fmt: skip
-OF_WORST = Parameter(group=Group("The worst rays", sort_key=1))
-WORST_COLUMNS = ("formula", "what", "limits", "ray")
-SECONDS, NAMED = 60.0, 5  # of a search, by default; worst rays that are printed
+OF_WORST = Parameter(group=Group("The worst inputs", sort_key=1))
+WORST_COLUMNS = ("formula", "inputs of", "what", "limits", "inputs")
+SECONDS, NAMED = 60.0, 5  # of a search, by default; worst inputs that are printed
 SHOWN = 40  # rows of the table, unless formulas or ladders were named
 Precisions = Annotated[tuple[Literal["float32", "float64"], ...], Parameter(negative="", show_default=False)]
 
@@ -77,24 +80,30 @@ def stability(
         Measure your own function for many values of one of its parameters: eps=1e-6..1e-2:9 are nine values in equal
         ratios.
     worst
-        Search for the rays that a formula of an intersection answers worst, in float32, instead of climbing ladders.
+        Search for the inputs that a formula answers worst, in float32 or the precision named, instead of climbing
+        ladders.
     seconds
         How long each formula is searched. Default: 60.
     seed
         The seed of the search. Default: 1.
     keep_rays
-        Write the worst rays into this CSV file, as test vectors.
+        Write the worst inputs into this CSV file, as test vectors.
 
     """
     if not worst and not all(one is None for one in (seconds, seed, keep_rays)):
         raise UsageError("--seconds, --seed and --keep need --worst")
     if worst:
-        if subject is not None or ladder or sweep is not None or quick or paper.figure is not None or out is not None:
-            raise UsageError("--worst takes formulas, --seconds, --seed, --keep, --json and --table only")
+        if subject is not None or ladder or sweep is not None or quick or paper.figure is not None:
+            raise UsageError(
+                "--worst takes formulas, a precision, --seconds, --seed, --keep, --json, --out and --table"
+            )
+        if len(precision) > 1:
+            raise UsageError("--worst searches in one precision")
         chosen = SECONDS if seconds is None else seconds
         if not chosen > 0:
             raise UsageError(f"--seconds must be positive, got {chosen}")
-        return search_worst(formulas, chosen, 1 if seed is None else seed, keep_rays, json, paper)
+        about = Searched(seconds=chosen, seed=1 if seed is None else seed, precision=(*precision, "float32")[0])
+        return search_worst(formulas, about, keep_rays, json, out, paper.table)
     if subject is not None and (formulas or precision):
         raise UsageError("--subject measures a whole renderer, without formulas and --precision")
     if against is not None and subject is None:
@@ -146,66 +155,118 @@ def stability(
     return 1 if surprises else 0
 
 
+@dataclass(frozen=True, kw_only=True)
+class Searched:
+    """How the worst inputs are searched for."""
+
+    seconds: float  # for each formula
+    seed: int
+    precision: str
+
+
 def search_worst(
-    names: Sequence[str], seconds: float, seed: int, keep_rays: Path | None, json: Path | None, paper: Paper
+    names: Sequence[str],
+    about: Searched,
+    keep_rays: Path | None,
+    json: Path | None,
+    out: Path | None,
+    file: Path | None,
 ) -> int:
-    """Search for the rays that each formula answers worst; return 1 if one is answered beyond its limit."""
+    """Search for the inputs that each formula answers worst; return 1 if one is answered beyond its limit."""
     if not names:
         raise UsageError("--worst needs formulas: sphere/haines, or a function of your own, sphere=./mine.py:hit")
     from rayproof.tracer.kernel.compiler import choose_packaged_llvm
 
     choose_packaged_llvm()
-    from rayproof.reports.studies.stability.worst import common, ladder_of, search
-    from rayproof.reports.vectors.check import VERSION
-    from rayproof.reports.vectors.files import ORDER, as_csv, cells, columns
-    from rayproof.reports.vectors.rows import of_rays
+    from rayproof.reports.studies.stability.worst import breeds_of, common, search
+    from rayproof.reports.vectors.rows import LADDERS
     from rayproof.tracer.formulas import FORMULAS
 
     with told_in_one_line():
-        paper.check()
-        for file in (keep_rays, json):
-            if file is not None:
-                writable_folder(file.parent)
+        for one in (keep_rays, json, file):
+            if one is not None:
+                writable_folder(one.parent)
+        if out is not None:
+            own(out / "stability")
         chosen = [FORMULAS.named(name) for name in names]
-        ladders = [ladder_of(formula.slot) for formula in chosen]
-    if keep_rays is not None and len({formula.slot for formula in chosen}) > 1:
-        raise UsageError("--keep writes the vectors of one shape: name formulas of one slot")
-    table: list[dict[str, str | float]] = []
-    rows: list[list[str]] = []
-    found: list[WorstRecord] = []
-    for formula, ladder in zip(chosen, ladders, strict=True):
-        with console().status("searching") as status:
-            worst = search(formula, seconds=seconds, seed=seed, tell=status.update)
-        beyond = int((worst.scores > 1).sum())
-        say(f"{formula.name}: {worst.tried} rays tried, {beyond} of the worst {len(worst.scores)} beyond their limit")
-        say(f"  the worst {len(worst.scores)}: {'; '.join(common(worst, formula.slot))}")
-        if tied := len(worst.ties.get("o", ())):
-            first = "  ".join(f"{name} {_exact(array[0])}" for name, array in worst.ties.items())
-            say(f"  {tied} or more exact ties, in a face or on an edge, are decided unlike the closed shape: {first}")
-        whys = [
-            f"{formula.name}: {kind} of {score:.3g} limits."
-            for kind, score in zip(worst.kinds, worst.scores, strict=True)
-        ]
-        for number, score in enumerate(worst.scores[:NAMED]):
-            ray = "  ".join(f"{name} {_exact(array[number])}" for name, array in worst.inputs.items())
-            rows.append([formula.name, worst.kinds[number], f"{score:.3g}", ray])
-        kept = of_rays(ladder, worst.inputs, whys) if keep_rays is not None else []
-        kept += of_rays(ladder, worst.ties, [f"{formula.name}: an exact tie."] * tied) if keep_rays is not None else []
-        table += [cells(f"{VERSION}-{row.file}-worst-{len(table) + k}", row) for k, row in enumerate(kept)]
-        found.append({"formula": formula.name, "tried": worst.tried, "beyond": beyond, "scores": worst.scores.tolist()})
-    show_table(f"The {NAMED} worst rays", WORST_COLUMNS, rows)
+        bred = [(formula, breeds_of(formula, about.precision, about.seed)) for formula in chosen]
     if keep_rays is not None:
-        keep_rays.write_text(as_csv(columns(table, ORDER), table), encoding="utf-8")
-        say(f"{len(table)} vectors in {keep_rays}")
-    made = origin(seed)
-    write_json(json, {"schema": 1, "origin": made, "seconds": seconds, "formulas": found})
-    write_table(paper.table, WORST_COLUMNS, rows, caption=f"The worst rays. {caption(made)}.")
+        if len({formula.slot for formula in chosen}) > 1:
+            raise UsageError("--keep writes the vectors of one slot: name formulas of one slot")
+        if about.precision != "float32" or any(breed.ladder not in LADDERS for _, breeds in bred for breed in breeds):
+            raise UsageError("--keep writes vectors, which are float32 rays and lights: this search finds none")
+    kept = Vectors()
+    found: list[WorstRecord] = []
+    for formula, breeds in bred:
+        for breed in breeds:
+            with console().status("searching") as status:
+                worst = search(breed, seconds=about.seconds / len(breeds), seed=about.seed, tell=status.update)
+            beyond = int((worst.scores > 1).sum())
+            of = "" if len(breeds) == 1 else f" of {breed.ladder.name}"
+            said = f"{beyond} of the worst {len(worst.scores)} beyond their limit"
+            say(f"{formula.name}: {several(worst.tried, 'input')}{of} tried, {said}")
+            alike = common(worst)
+            say(f"  the worst {len(worst.scores)}: {'; '.join(alike)}")
+            if tied := len(next(iter(worst.ties.values()), ())):
+                first = _inputs(worst.ties, 0)
+                say(f"  {tied} or more exact ties, such as those in a face or on an edge, are decided wrongly: {first}")
+            if keep_rays is not None:
+                kept.add(formula.name, worst, tied)
+            rows = [
+                [formula.name, breed.ladder.name, worst.kinds[number], f"{score:.3g}", _inputs(worst.inputs, number)]
+                for number, score in enumerate(worst.scores[:NAMED])
+            ]
+            facts: dict[str, Any] = {"formula": formula.name, "ladder": breed.ladder.name, "tried": worst.tried}
+            facts |= {"beyond": beyond, "scores": worst.scores.tolist(), "common": alike, "worst": rows}
+            found.append(cast("WorstRecord", facts))
+    shown = sorted((row for one in found for row in one["worst"]), key=lambda row: -float(row[3]))
+    show_table("The worst inputs", WORST_COLUMNS, shown[: NAMED * len(chosen)])
+    if keep_rays is not None:
+        keep_rays.write_text(kept.text(), encoding="utf-8")
+        say(f"{several(len(kept.cells), 'vector')} in {keep_rays}")
+    made = origin(about.seed)
+    content = {"schema": 1, "origin": made, "seconds": about.seconds, "precision": about.precision, "formulas": found}
+    write_json(json, content)
+    if out is not None:
+        write_json(out / "stability" / "worst.json", content)
+    write_table(file, WORST_COLUMNS, shown, caption=f"The worst inputs. {caption(made)}.")
     return 1 if any(one["beyond"] for one in found) else 0
 
 
+class Vectors:
+    """The worst inputs as test vectors."""
+
+    def __init__(self) -> None:
+        self.cells: list[dict[str, str | float]] = []
+
+    def add(self, formula: str, worst: "Worst", tied: int) -> None:
+        """Take in what a search found, and its exact ties."""
+        from rayproof.reports.vectors.check import VERSION
+        from rayproof.reports.vectors.files import cells
+        from rayproof.reports.vectors.rows import of_rays
+
+        pairs = zip(worst.kinds, worst.scores, strict=True)
+        whys = [f"{formula}: {kind} of {score:.3g} limits." for kind, score in pairs]
+        rows = of_rays(worst.ladder, worst.inputs, whys)
+        rows += of_rays(worst.ladder, worst.ties, [f"{formula}: an exact tie."] * tied)
+        first = len(self.cells)
+        self.cells += [cells(f"{VERSION}-{row.file}-worst-{first + k}", row) for k, row in enumerate(rows)]
+
+    def text(self) -> str:
+        """Return the vectors as CSV."""
+        from rayproof.reports.vectors.files import ORDER, as_csv, columns
+
+        return as_csv(columns(self.cells, ORDER), self.cells)
+
+
+def _inputs(inputs: "Inputs", number: int) -> str:
+    """Return one of some inputs, each of its numbers with the digits that bring it back."""
+    return "  ".join(f"{name} {_exact(array[number])}" for name, array in inputs.items())
+
+
 def _exact(numbers: "np.ndarray") -> str:
-    """Return float32 numbers with the digits that bring them back."""
-    return " ".join(f"{value:.9g}" for value in numbers.ravel())
+    single = (numbers == numbers.astype("f4")).all()
+    return " ".join(f"{value:.9g}" if single else f"{value:.17g}" for value in numbers.ravel())
 
 
 def swept(formulas: Sequence[str], sweep: str | None) -> tuple[str, list[str], dict[str, float]]:

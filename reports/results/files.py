@@ -84,7 +84,7 @@ def legible(text: object) -> str:
 
 def several(count: int, noun: str) -> str:
     """Return how many there are of a thing, such as "1 case" or "2 meshes"."""
-    return f"{count} {noun}{'' if count == 1 else 'es' if noun.endswith('h') else 's'}"
+    return f"{count} {noun}{'' if count == 1 else 'es' if noun.endswith(('h', 's')) else 's'}"
 
 
 def legible_lines(text: object) -> str:

@@ -22,7 +22,7 @@ from rayproof.reports.studies.stability.limit_records import LimitsError, Limits
 from rayproof.reports.studies.stability.records import LadderAbout
 
 if TYPE_CHECKING:
-    from rayproof.reports.studies.stability.records import ClimbRecord, LadderRecord, SurveyAbout
+    from rayproof.reports.studies.stability.records import ClimbRecord, LadderRecord, SurveyAbout, WorstSearch
     from rayproof.reports.studies.tradeoff.points import TradeoffRecord
 
 FOLDER, TIMES = "plots", "times"
@@ -204,6 +204,12 @@ def tradeoff(folder: Path) -> TradeoffRecord | None:
     return _rounded(found)
 
 
+def worst(folder: Path) -> WorstSearch | None:
+    """Return the worst inputs that were searched for; None where none were."""
+    found = _read(folder / "stability" / "worst.json")
+    return found if _is_search(found) else None
+
+
 def limits(folder: Path) -> LimitsPlot | None:
     """Return how far renderers carry; None where no limits lie there."""
     place = place_of(folder)
@@ -213,8 +219,9 @@ def limits(folder: Path) -> LimitsPlot | None:
         return None
 
 
-SOURCES: dict[str, Callable[[Path], StabilityPlot | LimitsPlot | TradeoffRecord | None]] = {
+SOURCES: dict[str, Callable[[Path], StabilityPlot | WorstSearch | LimitsPlot | TradeoffRecord | None]] = {
     "stability": stability,
+    "worst": worst,
     "limits": limits,
     "tradeoff": tradeoff,
 }
@@ -223,6 +230,10 @@ SOURCES: dict[str, Callable[[Path], StabilityPlot | LimitsPlot | TradeoffRecord 
 def _is_ladder(one: Any) -> TypeGuard[LadderRecord]:
     """Return whether a file's content is a ladder with its climbs, as far as the page depends on it."""
     return isinstance(one, dict) and isinstance(one.get("climbs"), list)
+
+
+def _is_search(found: Any) -> TypeGuard[WorstSearch]:
+    return isinstance(found, dict) and isinstance(found.get("formulas"), list)
 
 
 def _is_survey(about: Any) -> TypeGuard[SurveyAbout]:

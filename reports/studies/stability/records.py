@@ -104,12 +104,25 @@ class SurveyAbout(TypedDict):
 
 
 class WorstRecord(TypedDict):
-    """What a search for the worst rays of a formula found."""
+    """What a search for the worst inputs of a formula found."""
 
     formula: str
-    tried: int  # rays
+    ladder: str  # that asks about such inputs
+    tried: int
     beyond: int  # of the worst, those answered beyond their limit
     scores: list[float]  # of the worst, in units of the limit
+    common: list[str]  # what they have in common
+    worst: list[list[str]]  # the first ones: formula, ladder, what is wrong, limits, inputs
+
+
+class WorstSearch(TypedDict):
+    """What `rayproof stability --worst --json` writes."""
+
+    schema: int
+    origin: Origin
+    seconds: float  # for each formula
+    precision: str
+    formulas: list[WorstRecord]
 
 
 class SurveyRecord(SurveyAbout):

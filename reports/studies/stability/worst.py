@@ -1,29 +1,32 @@
-"""The worst inputs of an intersection formula, found by evolution; certified truth judges every one of them.
+"""The worst inputs of a formula, found by evolution; certified truth judges every one of them.
 
-A genome says where a ray is aimed on a shape, how near to its edge, how grazing, from how far and how fast, and where
-the shape stands; some of its genes snap directions to axes, points to edges and starts to neighbouring floats. An error
-counts in units of its limit, a wrong decision by how many roundings of all inputs the ray clears every edge.
+For an intersection a genome says where a ray is aimed on a shape, how near to its edge, how grazing, from how far and
+how fast, and where the shape stands; some of its genes snap directions to axes, points to edges and starts to
+neighbouring floats. For other slots `breeds.py` changes what ladders draw. An error counts in units of its limit, a
+wrong decision by how many roundings of all inputs it clears every edge.
 Source: Storn and Price, "Differential Evolution" (1997), by SciPy.
 """
 
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, cast
+from typing import Any, Protocol, cast
 
 import numpy as np
 
-from rayproof.cases.ladders import Inputs, Ladder, all_ladders
+from rayproof.cases.ladders import DTYPES, Inputs, Ladder, all_ladders, rounded
 from rayproof.cases.rounding import UNIT_ROUNDOFF
+from rayproof.reports.results.files import several
+from rayproof.reports.studies.stability.breeds import LadderBreed, ladders_of
 from rayproof.reports.studies.stability.questions import QUESTIONS
 from rayproof.reports.studies.stability.shapes import SHAPES, Conditioned, towards
 from rayproof.tracer.formulas import Formula
 
-PRECISION = "float32"
 ERROR_LIMIT = 4.0  # K u, the ladders' gate
 DECISION_LIMIT = 16.0  # roundings of every input, as many as a test vector excuses (reports.vectors)
 POPULATION, GENERATIONS = 2048, 40
 KEPT = 100
+FINEST = {"float32": -26.0, "float64": -55.0}  # how near to an edge a ray is aimed, as a power of two of the shape
 GENES = 24
 LONGEST = 2.0**20  # m: where lengths end, so that products of four of them are float32 numbers
 Genome = np.ndarray  # (genes, rays) in [0, 1]
@@ -33,64 +36,119 @@ Genome = np.ndarray  # (genes, rays) in [0, 1]
 class Worst:
     """What a search found, the worst first."""
 
+    ladder: Ladder  # that asks about such inputs
     inputs: Inputs  # (found,) or (found, 3)
     scores: np.ndarray  # in units of the limit
-    kinds: tuple[str, ...]  # error, false hit, false miss
-    ties: Inputs  # rays in exact ties that the formula decides otherwise than the closed shape
+    kinds: tuple[str, ...]  # error, false hit, false miss; wrong decision, no number
+    ties: Inputs  # inputs in exact ties that the formula decides otherwise than exact mathematics
     tried: int
 
 
-def ladder_of(slot: str) -> Ladder:
-    """Return a ladder that asks for the distance along a ray to a slot's shape.
+class Breed(Protocol):
+    """What evolution breeds: genomes, what they describe, and how bad that is."""
+
+    @property
+    def ladder(self) -> Ladder:
+        """Return a ladder that asks about such inputs."""
+        ...
+
+    @property
+    def genes(self) -> int:
+        """Return the number of a genome's genes."""
+        ...
+
+    @property
+    def population(self) -> int:
+        """Return how many genomes are judged at a time."""
+        ...
+
+    def decoded(self, genomes: Genome) -> Inputs:
+        """Return the inputs that genomes (genes, inputs) describe."""
+        ...
+
+    def judged(self, inputs: Inputs) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return each one's score, its kind, and whether it is an exact tie that is decided otherwise."""
+        ...
+
+
+@dataclass(frozen=True, kw_only=True)
+class ShapeBreed:
+    """Rays and a shape, bred for a formula of an intersection."""
+
+    ladder: Ladder
+    formula: Formula
+    precision: str
+    genes: int = GENES
+    population: int = POPULATION
+
+    def decoded(self, genomes: Genome) -> Inputs:
+        """Return the inputs that genomes describe."""
+        return decoded(self.formula.slot, genomes, self.precision)
+
+    def judged(self, inputs: Inputs) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return scores, kinds and ties."""
+        return judged(self.ladder, self.formula, inputs, self.precision)
+
+
+def breeds_of(formula: Formula, precision: str, seed: int) -> Sequence[Breed]:
+    """Return what a formula's worst inputs are bred from.
 
     Raises:
-        LookupError: the slot intersects no shape.
+        LookupError: no ladder asks the formula's slot for a number, or for a decision whose clearance can be counted.
 
     """
     for ladder in all_ladders():
-        if ladder.question == "distance" and slot in ladder.slots and ladder.options.get("shape") == slot:
-            return ladder
-    raise LookupError(f"--worst searches the slots {', '.join(SHAPES)}, got {slot}")
+        if (
+            ladder.question == "distance"
+            and formula.slot == ladder.options.get("shape")
+            and formula.slot in ladder.slots
+        ):
+            return [ShapeBreed(ladder=ladder, formula=formula, precision=precision)]
+    known = ladders_of(formula, precision)
+    if not known:
+        raise LookupError(f"--worst knows no inputs of the slot {formula.slot}")
+    return [LadderBreed(ladder=ladder, formula=formula, precision=precision, seed=seed) for ladder in known]
 
 
-def search(formula: Formula, *, seconds: float, seed: int, tell: Callable[[str], None]) -> Worst:
+def search(breed: Breed, *, seconds: float, seed: int, tell: Callable[[str], None]) -> Worst:
     """Return the worst inputs that evolution finds within so many seconds; at least one generation is tried."""
     from scipy.optimize import differential_evolution
 
-    ladder, slot = ladder_of(formula.slot), formula.slot
     generator = np.random.default_rng(seed)
     end = time.monotonic() + seconds
     archive = _Archive()
 
     def cost(genomes: Genome) -> np.ndarray:
-        inputs = decoded(slot, genomes)
-        scores, kinds, tied = judged(ladder, formula, inputs)
+        inputs = breed.decoded(genomes)
+        scores, kinds, tied = breed.judged(inputs)
         archive.add(inputs, scores, kinds, tied)
         return -scores
 
     def late(*_: Any, **__: Any) -> bool:
-        tell(f"{formula.name}: {archive.tried} rays, the worst at {archive.best:.3g} limits")
+        tell(f"{breed.ladder.name}: {archive.tried} inputs, the worst at {archive.best:.3g} limits")
         return time.monotonic() >= end
 
     while archive.tried == 0 or time.monotonic() < end:
-        first = cast("Any", generator.random((POPULATION, GENES)))
+        first = cast("Any", generator.random((breed.population, breed.genes)))
         differential_evolution(
-            cost, [(0.0, 1.0)] * GENES, init=first, maxiter=GENERATIONS, tol=0.0,
+            cost, [(0.0, 1.0)] * breed.genes, init=first, maxiter=GENERATIONS, tol=0.0,
             mutation=(0.3, 0.9), recombination=0.6, updating="deferred", vectorized=True, polish=False, callback=late,
             rng=generator,
         )  # fmt: skip
-    return archive.worst()
+    return archive.worst(breed.ladder)
 
 
-def judged(ladder: Ladder, formula: Formula, inputs: Inputs) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def judged(
+    ladder: Ladder, formula: Formula, inputs: Inputs, precision: str
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return each ray's score, its kind, and whether it is an exact tie that is decided otherwise."""
     question = QUESTIONS[ladder.question]()
     truth = question.truth(ladder, inputs, np.zeros(len(inputs["o"]), dtype=int))
-    answer = question.answer(ladder, formula, inputs, PRECISION)
-    grades = question.grade(ladder, inputs, truth, answer, PRECISION)
+    answer = question.answer(ladder, formula, inputs, precision)
+    grades = question.grade(ladder, inputs, truth, answer, precision)
     wrong = grades.false_hit | grades.false_miss | grades.invalid
-    clear = clearance(str(ladder.options["shape"]), inputs)
-    error = np.nan_to_num(distance_error(truth.facts, answer["t"]), nan=0.0) / ERROR_LIMIT
+    clear = clearance(str(ladder.options["shape"]), inputs, precision)
+    error = np.nan_to_num(distance_error(truth.facts, answer["t"], precision), nan=0.0) / ERROR_LIMIT
     # Beside an edge the answer may be that of the other side, such as a sphere's other root from its surface.
     error = np.where(clear > DECISION_LIMIT, error, 0.0)
     scores = np.where(wrong, clear / DECISION_LIMIT, error)
@@ -99,7 +157,7 @@ def judged(ladder: Ladder, formula: Formula, inputs: Inputs) -> tuple[np.ndarray
     return np.where(counted, scores, 0.0), kinds, wrong & counted & (clear == 0)
 
 
-def distance_error(facts: Mapping[str, Any], t: np.ndarray) -> np.ndarray:
+def distance_error(facts: Mapping[str, Any], t: np.ndarray, precision: str) -> np.ndarray:
     """Return by how many roundings of everything a shape must move for a ray to meet it at `t`; NaN without a hit.
 
     Rounding of size u moves the surface by u (|o - c| + |t d| + size), and a hit by that over n . d; where the ray all
@@ -117,10 +175,10 @@ def distance_error(facts: Mapping[str, Any], t: np.ndarray) -> np.ndarray:
     bend = np.sum(x["d"] ** 2, axis=1) / x["r"] if "r" in x else 0.0
     with np.errstate(all="ignore"):
         moved = np.where(off * bend <= slope, slope * off - bend * off**2 / 2, bend * off**2 / 2)
-        return moved / (reach * UNIT_ROUNDOFF[PRECISION])
+        return moved / (reach * UNIT_ROUNDOFF[precision])
 
 
-def clearance(shape: str, inputs: Inputs) -> np.ndarray:
+def clearance(shape: str, inputs: Inputs, precision: str) -> np.ndarray:
     """Return by how many roundings of every input at once a ray clears the nearest edge at which its answer changes.
 
     A vector is rounded as a whole: each component by u times its length, as where it is turned.
@@ -130,7 +188,7 @@ def clearance(shape: str, inputs: Inputs) -> np.ndarray:
         given["towards"] = tuple(Conditioned(sign, 0.0) for sign in towards(inputs["d"]).T)
     with np.errstate(all="ignore"):
         found = SHAPES[shape]().predicates(given)
-        each = [abs(one.value) / (one.weight * UNIT_ROUNDOFF[PRECISION]) for one in found.values()]
+        each = [abs(one.value) / (one.weight * UNIT_ROUNDOFF[precision]) for one in found.values()]
     # What is 0 of weight 0 is exact, as the speed along an axis that a ray runs across: it is no edge.
     return np.min([np.where(np.isnan(one), np.inf, one) for one in each], axis=0)
 
@@ -171,40 +229,45 @@ class _Archive:
         picked = np.flatnonzero(tied)[:room]
         self._ties = {n: np.concatenate([self._ties.get(n, array[:0]), array[picked]]) for n, array in inputs.items()}
 
-    def worst(self) -> Worst:
+    def worst(self, ladder: Ladder) -> Worst:
         """Return what is kept."""
         kinds = tuple(map(str, self._kinds))
-        return Worst(inputs=self._found, scores=self._scores, kinds=kinds, ties=self._ties, tried=self.tried)
+        return Worst(
+            ladder=ladder, inputs=self._found, scores=self._scores, kinds=kinds, ties=self._ties, tried=self.tried
+        )
 
 
-def common(worst: Worst, slot: str) -> list[str]:
+def common(worst: Worst) -> list[str]:
     """Return in words what the worst inputs have in common."""
-    x, some = worst.inputs, len(worst.scores)
+    x, some, shape = worst.inputs, len(worst.scores), worst.ladder.options.get("shape")
     if not some:
         return []
-    center = x["c"] if slot == "sphere" else (x["a"] + x["b"] + x["c"]) / 3 if slot == "triangle" else 0.0
-    size = x["r"] if slot == "sphere" else np.linalg.norm(x["b"] - x["a"], axis=1) if slot == "triangle" else 1.0
-    away = np.linalg.norm(x["o"] - center, axis=1) / size
-    kinds = {kind: worst.kinds.count(kind) for kind in dict.fromkeys(worst.kinds)}
-    low, high = np.quantile(away, (0.1, 0.9))
-    told = [", ".join(f"{count} {kind}s" for kind, count in kinds.items())]
-    told.append(f"from {low:.2g} to {high:.2g} sizes away (80 % of them)")
+    told = [", ".join(several(worst.kinds.count(kind), kind) for kind in dict.fromkeys(worst.kinds))]
+    if "o" not in x:
+        sizes = {name: np.linalg.norm(array.reshape(some, -1), axis=1) for name, array in x.items()}
+        return [*told, *(f"{name} {_most(size)}" for name, size in sizes.items() if size.max() > 1.01 * size.min())]
+    center = x["c"] if shape == "sphere" else (x["a"] + x["b"] + x["c"]) / 3 if shape == "triangle" else 0.0
+    size = x["r"] if shape == "sphere" else np.linalg.norm(x["b"] - x["a"], axis=1) if shape == "triangle" else 1.0
+    told.append(f"{_most(np.linalg.norm(x['o'] - center, axis=1) / size)} sizes away (80 % of them)")
     zero = int(np.sum(np.any(x["d"] == 0, axis=1)))
     told += [f"{zero} of {some} run across an axis"] if zero else []
-    if slot == "triangle":
+    if shape == "triangle":
         edges = [np.linalg.norm(x[a] - x[b], axis=1) for a, b in ("ab", "bc", "ca")]
         area = np.linalg.norm(np.cross(x["b"] - x["a"], x["c"] - x["a"]), axis=1)
         aspect = np.max(edges, axis=0) ** 2 / np.maximum(area, np.finfo(float).tiny)
-        told.append(
-            f"triangles {np.quantile(aspect, 0.1):.2g} to {np.quantile(aspect, 0.9):.2g} times longer than high"
-        )
+        told.append(f"triangles {_most(aspect)} times longer than high")
     return told
 
 
-# From a genome to a ray and a shape, every number a float32.
+def _most(values: np.ndarray) -> str:
+    """Return between which values 80 % of some lie."""
+    return "from {:.2g} to {:.2g}".format(*np.quantile(values, (0.1, 0.9)))
 
 
-def decoded(slot: str, genomes: Genome) -> Inputs:
+# From a genome to a ray and a shape, every number one of the precision.
+
+
+def decoded(slot: str, genomes: Genome, precision: str) -> Inputs:
     """Return the inputs that genomes (genes, rays) describe."""
     gene = iter(np.clip(genomes, 0.0, 1.0))
     d = _direction(next(gene), next(gene))
@@ -215,7 +278,7 @@ def decoded(slot: str, genomes: Genome) -> Inputs:
     speed = _usually(next(gene), -3.0, 3.0)
     steps = np.stack([np.round((next(gene) - 0.5) * 6) for _ in range(3)], axis=1)
     grazing = _usually(next(gene), -20.0, 0.0)
-    edge = _power(next(gene), -26.0, 0.0) * np.where(next(gene) < 0.5, -1.0, 1.0)
+    edge = _power(next(gene), FINEST[precision], 0.0) * np.where(next(gene) < 0.5, -1.0, 1.0)
     near = next(gene) < 0.6  # aimed at an edge; else anywhere
     place = (
         _direction(next(gene), next(gene))
@@ -226,12 +289,12 @@ def decoded(slot: str, genomes: Genome) -> Inputs:
     build = {"sphere": _sphere, "triangle": _triangle}.get(slot, _unit_shape)
     target, d, size, own = build(slot, d, grazing, edge, near, place, across, along, size, list(gene))
     d = d * speed[:, None]
-    o = (target - d * (far * size / speed)[:, None]).astype(np.float32)
+    o = (target - d * (far * size / speed)[:, None]).astype(DTYPES[precision])
     o = np.clip(o, -LONGEST, LONGEST)
     for _ in range(3):  # up to three floats beside
-        o = np.where(abs(steps) > _, np.nextafter(o, np.where(steps < 0, -np.inf, np.inf).astype(np.float32)), o)
+        o = np.where(abs(steps) > _, np.nextafter(o, np.where(steps < 0, -np.inf, np.inf).astype(o.dtype)), o)
     found = {"o": o, "d": d} | own
-    return {name: np.asarray(array).astype(np.float32).astype(np.float64) for name, array in found.items()}
+    return {name: rounded(array, precision) for name, array in found.items()}
 
 
 def _direction(one: np.ndarray, other: np.ndarray) -> np.ndarray:

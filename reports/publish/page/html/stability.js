@@ -122,6 +122,25 @@
   rayproof.addPage("stability", { title: "Stability", has: () => true, view: (results) => (results.plots?.stability ? rayproof.later(stabilityView(results))
     : [e("h1", {}, "Stability"), unmeasured("the ladders: how errors grow as inputs become ill-conditioned, and the breakpoint of every formula", "stability")]) });
 
+  // The worst inputs of formulas, as `rayproof stability --worst` found them.
+  async function worstView(results) {
+    const data = JSON.parse(await rayproof.inflateText(await rayproof.request(results.plots.worst)));
+    const again = (formula) => `rayproof stability ${rayproof.quoted(formula)} --worst --precision ${data.precision} --seconds ${data.seconds} --seed ${data.origin.seed}`;
+    const card = (one) => e("section", { class: "panel", "aria-label": `${one.formula}, ${one.ladder}` },
+      e("h2", {}, one.formula, " ", e("span", { class: "muted" }, `inputs of ${one.ladder}, ${data.precision}: ${one.tried} tried, ${one.beyond} of the worst ${one.scores.length} beyond their limit`)),
+      e("p", {}, `The worst ${one.scores.length}: ${one.common.join("; ")}.`),
+      rayproof.scroll(`worst inputs of ${one.formula}`, e("table", {},
+        e("thead", {}, e("tr", {}, ["kind", "limits", "inputs"].map(th))),
+        e("tbody", {}, one.worst.map(([, , kind, limits, inputs]) => e("tr", {}, e("td", {}, kind), e("td", { class: "figure" }, limits), e("td", {}, e("code", {}, inputs))))))),
+      rayproof.command(again(one.formula)));
+    return [e("section", { class: "panel" }, e("h1", {}, "The worst inputs of formulas"),
+      e("p", { class: "muted" }, "Found by evolution. An error is in units of its limit; a wrong decision counts by how many roundings of all inputs it clears every edge, in units of 16. What is more than 1 is wrong.")),
+    e("div", {}, data.formulas.map(card))];
+  }
+
+  rayproof.addPage("worst", { title: "Worst inputs", has: (results) => Boolean(results.plots?.worst),
+    view: (results) => rayproof.later(worstView(results)) });
+
   // How far whole renderers carry: a bar each on the logarithmic axis of every ladder of scenes.
   function limitRow(bar, own) {
     const why = [bar.blame, bar.reason].filter(Boolean).join(": ");

@@ -88,7 +88,12 @@ class ViewRay:
         sine = np.linalg.norm(np.cross(forward, inputs["up"]), axis=1)
         sine = sine / np.linalg.norm(forward, axis=1) / np.linalg.norm(inputs["up"], axis=1)
         finite = np.isfinite(values["n0"].high)
-        return Truth(counted=finite, facts={"n": values, "K": 1 + 1 / sine}, witness=witness)
+        # A rounding of fovy moves the tangent T of half of it, a, by a (1 + T^2) / T roundings, which is much near 180
+        # degrees; at rho from the middle of the image plane that turns a ray by rho / (1 + rho^2) of it.
+        rho = high * np.hypot(inputs["sx"] * inputs["aspect"], inputs["sy"])
+        moved = np.radians(inputs["fovy"]) / 2 * (1 + high**2) / high
+        K = 1 + 1 / sine + moved * rho / (1 + rho**2)
+        return Truth(counted=finite, facts={"n": values, "K": K}, witness=witness)
 
     def answer(self, ladder: Ladder, formula: Formula, inputs: Inputs, precision: str) -> Answer:
         """Return directions, one camera per ray and all in one kernel."""
