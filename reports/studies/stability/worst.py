@@ -10,7 +10,7 @@ Source: Storn and Price, "Differential Evolution" (1997), by SciPy.
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, Protocol, cast
+from typing import Any, cast
 
 import numpy as np
 
@@ -44,33 +44,6 @@ class Worst:
     tried: int
 
 
-class Breed(Protocol):
-    """What evolution breeds: genomes, what they describe, and how bad that is."""
-
-    @property
-    def ladder(self) -> Ladder:
-        """Return a ladder that asks about such inputs."""
-        ...
-
-    @property
-    def genes(self) -> int:
-        """Return the number of a genome's genes."""
-        ...
-
-    @property
-    def population(self) -> int:
-        """Return how many genomes are judged at a time."""
-        ...
-
-    def decoded(self, genomes: Genome) -> Inputs:
-        """Return the inputs that genomes (genes, inputs) describe."""
-        ...
-
-    def judged(self, inputs: Inputs) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return each one's score, its kind, and whether it is an exact tie that is decided otherwise."""
-        ...
-
-
 @dataclass(frozen=True, kw_only=True)
 class ShapeBreed:
     """Rays and a shape, bred for a formula of an intersection."""
@@ -88,6 +61,9 @@ class ShapeBreed:
     def judged(self, inputs: Inputs) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return scores, kinds and ties."""
         return judged(self.ladder, self.formula, inputs, self.precision)
+
+
+Breed = ShapeBreed | LadderBreed
 
 
 def breeds_of(formula: Formula, precision: str, seed: int) -> Sequence[Breed]:
