@@ -91,6 +91,7 @@ class Mistake:
     named: Mapping[float, str] = field(default_factory=dict)  # phrases for parameters that have a name
     # Where roundings decide the pixels: whether a case looks so, contradicts it, or says nothing.
     seen: "Callable[[Evidence], bool | None] | None" = None
+    seen_in: int = 3  # failing cases that must look so, or all of fewer
     # Makes ways from failing cases, after all other mistakes were asked; `ways` is an example then.
     fitted: "Callable[[Sequence[Fitting]], Iterator[Way]] | None" = None
 

@@ -173,7 +173,6 @@ MUTE = 1 / 3  # of the failing cases that a hypothesis explains: so many more ma
 HOLDING = 10.0  # s of processor time beyond the search's: a name that is not held against every case is none
 LEAST_LEFT = 8  # pixels that a mistake leaves: so many are asked whether they are another's
 STILL_LEFT = 0.3  # of these so many, at most, are left by both
-LEAST_SEEN = 3  # failing cases that look like a mistake whose pixels roundings decide
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -443,14 +442,14 @@ def _uncontradicted(left: list[Found], cases: Sequence[Evidence], clock: Clock) 
 
 
 def _seen(failing: Sequence[Evidence]) -> list[Found]:
-    """Return the mistakes that are told by how they look, where a few failing cases look so and none contradicts."""
+    """Return the mistakes that are told by how they look, where enough failing cases look so and none contradicts."""
     found = []
     for name in MISTAKES:
         seen = MISTAKES[name].seen
         if seen is None:
             continue
         looks = [seen(case) for case in failing]
-        if False not in looks and looks.count(True) >= max(1, min(LEAST_SEEN, len(failing))):
+        if False not in looks and looks.count(True) >= max(1, min(MISTAKES[name].seen_in, len(failing))):
             one = Hypothesis(mistakes=(name,), parameters={}, way=MISTAKES[name].ways[0])
             found.append(Found(hypothesis=one, tallies={}))
     return found

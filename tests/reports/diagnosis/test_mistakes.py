@@ -1,6 +1,7 @@
 """Every known mistake can answer a scene, is said in the user's words, and differs from the right answer somewhere."""
 
 import re
+from collections.abc import Sequence
 from dataclasses import replace
 from functools import cache
 
@@ -93,8 +94,8 @@ def test_normals_of_rounded_corners_are_named_and_no_other_small_error_of_normal
     cases, name = ("combined/19_mesh_turned", "combined/29_mesh_mirrored"), "normal_of_rounded_corners"
     (way,) = MISTAKES[name].ways
 
-    def named(*, times: float, rounding: Roundoff = FLOAT32) -> list[tuple[str, ...]]:
-        shown = []
+    def named(*, times: float, rounding: Roundoff = FLOAT32, beside: Sequence[str] = ()) -> list[tuple[str, ...]]:
+        shown = [evidence(other) for other in beside]
         for case in cases:
             right, wrong = asked(case).right.answers, asked(case).under(way).answers
             normals = right[Stage.NORMAL] + times * (wrong[Stage.NORMAL] - right[Stage.NORMAL])
@@ -103,6 +104,9 @@ def test_normals_of_rounded_corners_are_named_and_no_other_small_error_of_normal
         return [one.hypothesis.mistakes for one in search(shown).found]
 
     assert named(times=1) == [(name,)]
+    assert named(times=1, beside=["primitives/sphere", "primitives/plane"]) == [(name,)], (
+        "which fail for another reason"
+    )
     assert named(times=-1) == [], "as small, and of no cause that is known"
     assert named(times=1, rounding=Roundoff("float32", baked=True)) == [], "it is declared"
 
