@@ -253,6 +253,10 @@ def workflow(
     for word in (*selectors, source, build, subject, str(expect)):
         if LINE.search(word):
             raise UsageError(f"{word!r}: a quote or a control character cannot stand in a workflow")
+    if "/" not in source and not source.endswith(".whl"):
+        raise UsageError(
+            f"--from {source}: on a registry this is another package; name a wheel or git+https://...@COMMIT"
+        )
     name, usual = SERVICES[service]
     file = out or usual
     command = ["rayproof", "run", *selectors, "--out", REPORT]

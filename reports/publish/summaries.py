@@ -76,7 +76,8 @@ def publish_annotations(folder: Path, results: RunRecord) -> list[Path]:
         ratio = worst_ratio(case)
         size = "" if ratio is None else f" (error / limit {ratio:.3g})"
         why = with_its_name(results, case.get("reason") or "")
-        said = ": ".join(filter(None, [f"{case['verdict']}{size}", cause_of(results, case) or blame(case), why]))
+        because = cause_of(results, case).removesuffix(".") or blame(case)
+        said = ": ".join(filter(None, [f"{case['verdict']}{size}", because, why]))
         more = f" and {counts[what] - 1} more cases" if counts[what] > 1 else ""
         lines.append(f"::error title={prop('rayproof ' + case['name'] + more)}::{message(said)}")
     left = f" The worst {MOST} of {len(causes)} causes are annotated." if len(causes) > MOST else ""
@@ -207,7 +208,10 @@ def _totals(results: RunRecord) -> list[str]:
     for key, what in (("summary", "cases"), ("checks", "checks")):
         lines.append(f"| {what} | " + " | ".join(str(results[key][name]) for name in LEDGER) + " |")
     line = examined_line(results)
-    lines += ["", *(f"{escaped(each)}\n" for each in (*([line] if line else []), *no_say(results)))]
+    lines += [
+        "",
+        *(f"{escaped(each, longest=LONGEST_CAUSE)}\n" for each in (*([line] if line else []), *no_say(results))),
+    ]
     seconds = float(results.get("seconds") or 0)
     return [*lines, "", f"{seconds:.0f} s; `{whole(results)}` and `index.html` have the rest.\n"]
 

@@ -410,7 +410,7 @@ def _publish(request: RunOptions, results: RunRecord, why: str | None, console: 
         console.print(f"images of {several(left_out, 'passing case')} are not kept; see --keep-images", soft_wrap=True)
     before = sum(bool(case.get("remembered")) for case in briefs(results["cases"]))
     if before:
-        console.print(f"answered as before, to the last bit, and not judged again: {before}", soft_wrap=True)
+        console.print(f"verdicts reused, since the images are bit-identical to earlier ones: {before}", soft_wrap=True)
     if "gate" in results:
         told = results["gate"]
         for key in SHUTTING:

@@ -1,4 +1,4 @@
-// Written by `rayproof new workflow jenkins`: a Jenkinsfile. The report is kept whatever came of the run.
+// Written by `rayproof new workflow jenkins`: a Jenkinsfile. The report is kept in any case.
 pipeline {
     agent { docker { image 'python:3.12'; args '--user root' } }
     options { timeout(time: 1, unit: 'HOURS') }

@@ -75,6 +75,7 @@ def test_what_a_service_would_run_fails_by_its_exit_code_and_leaves_a_report(
         assert Path(REPORT, "junit.xml").is_file()
         assert Path("built").read_text() == "made\n"
     assert (service == "github") == summary.exists()
+    assert "slim" not in text, "an image without git and make"
     assert text.count("wheels/rayproof.whl") == 1
     assert "@" not in re.sub(r"@v\d", "", text)
 
@@ -111,8 +112,10 @@ def test_what_the_command_cannot_know_it_asks_for(rayproof: Rayproof, left_out: 
     assert (ended.code, left_out in ended.error) == (2, True)
 
 
-@pytest.mark.parametrize("word", ["a\nb", "it's", "\x1b[31m"])
-def test_what_would_end_a_line_or_a_string_is_refused(rayproof: Rayproof, tmp_path: Path, word: str) -> None:
+@pytest.mark.parametrize("word", ["a\nb", "it's", "\x1b[31m", "rayproof"])
+def test_what_would_end_a_string_and_what_another_could_publish_are_refused(
+    rayproof: Rayproof, tmp_path: Path, word: str
+) -> None:
     ended = rayproof(
         "new",
         "workflow",

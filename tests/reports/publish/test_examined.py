@@ -89,6 +89,12 @@ def test_the_summary_says_so_too(tmp_path):
     assert FACTOR in text.splitlines()[0].replace("\\", "")
 
 
+def test_the_summary_cuts_off_no_kind_of_pixels(tmp_path):
+    (path,) = publish_summary(tmp_path, told(make_folder(tmp_path)) | {"examined": dict.fromkeys(LEDGER, 123_456_789)})
+
+    assert "123,456,789 not examined." in path.read_text()
+
+
 @pytest.mark.browser
 @pytest.mark.parametrize("width", [1280, 390])
 def test_the_page_shows_them_on_its_first_screen_and_each_checks_on_its_case(browser, tmp_path, width):

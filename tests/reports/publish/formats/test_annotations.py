@@ -41,6 +41,16 @@ def test_a_cause_is_annotated_once_with_the_number_of_its_cases_and_the_programs
     assert line.endswith("mine 1.2 against analytic, normal: off")
 
 
+def test_a_cause_that_is_a_sentence_goes_on_without_its_full_stop(tmp_path: Path) -> None:
+    results = make_folder(tmp_path)
+    failing = next(case for case in results["cases"] if case["verdict"] == "fail")
+    results |= {"diagnosis": [{"sentence": "The renderer errs.", "mistake": "x", "cases": [failing["name"]]}]}
+
+    (path,) = publish(tmp_path, results)
+
+    assert ": The renderer errs: " in path.read_text()
+
+
 def test_what_a_program_leaves_out_is_a_warning(tmp_path: Path) -> None:
     results = results_of([]) | {"answered": {"left_out": ["leaves out normal in 2 of the 3 cases"]}}
 
