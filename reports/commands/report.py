@@ -8,6 +8,7 @@ from cyclopts import App
 
 from rayproof.reports.commands.output import say, shout, show_table, write_json
 from rayproof.reports.commands.usage import UsageError, own, told_in_one_line, writable_folder
+from rayproof.reports.results.files import several
 from rayproof.reports.results.records import ComparisonRowRecord, RunRecord
 from rayproof.reports.studies.stability.limit_records import changes, load_limits, place_of
 
@@ -45,7 +46,7 @@ def report(
         A folder that `rayproof run --out` filled.
     other
         The folder of a later run: show what changed between the two, with the images of both. With two
-        folders or files of renderers' limits (`rayproof stability --subject`): how far each renderer carries.
+        folders or files of renderers' limits (`rayproof stability --subject`): up to where each is right.
     out
         With two runs: the folder for the report of what changed. Default: only a table is printed.
     single_file
@@ -259,15 +260,15 @@ def report_between(before: Path, after: Path, out: Path | None, *, single_file: 
 
 
 def limits_between(before: Path, after: Path, json: Path | None) -> int:
-    """Say how far two renderers carry, as `rayproof stability --subject` left it in two folders or files."""
+    """Say how far two renderers are right, as `rayproof stability --subject` left it in two folders or files."""
     with told_in_one_line():
         changed = changes(load_limits(before), load_limits(after))
         if json is not None:
             writable_folder(json.parent)
     rows = [[row["ladder"], row["quantity"], row["unit"], row["before"], row["after"], row["rungs"]] for row in changed]
-    show_table("how far each carries", ["ladder", "what grows", "unit", str(before), str(after), "rungs"], rows)
+    show_table("right up to", ["ladder", "what grows", "unit", str(before), str(after), "rungs"], rows)
     lower, higher = (sum(sign * row["rungs"] > 0 for row in changed) for sign in (-1, 1))
-    say(f"{len(changed)} limits: {higher} higher and {lower} lower in {after}")
+    say(f"{several(len(changed), 'limit')}: {higher} higher and {lower} lower in {after}")
     write_json(json, changed)
     return 0
 

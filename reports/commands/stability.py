@@ -292,7 +292,7 @@ def swept(formulas: Sequence[str], sweep: str | None) -> tuple[str, list[str], d
 def whole_renderer(
     subject: str, names: Sequence[str], json: Path | None, out: Path | None, *, alone: bool
 ) -> "LimitsRecord":
-    """Measure how far a renderer carries, and beside it the others unless it is `alone`; write it where it is asked."""
+    """Measure up to where a renderer is right, and the others too unless it is `alone`; write it where it is asked."""
     from rayproof.reports.commands.lookup import subject_named
     from rayproof.reports.processes.scratch import scratch
     from rayproof.reports.run.renderer_limits import columns, ladders_named, measure, scale
@@ -320,14 +320,14 @@ def whole_renderer(
 
 
 def limits_shown(found: "LimitsRecord", earlier: "LimitsRecord | None", file: Path | None) -> int:
-    """Print how far each renderer carries, hold the first against earlier limits, and return the exit code."""
+    """Print up to where each renderer is right, hold the first against earlier limits, and return the exit code."""
     from rayproof.reports.studies.stability.limit_records import changes, table, worse
 
     columns, rows = table(found)
-    show_table(f"{found['renderers'][0]}: how far it carries", columns, rows)
+    show_table(f"{found['renderers'][0]}: right up to", columns, rows)
     if any(not one["monotone"] for one in found["limits"]):
-        say("* some rungs beyond the first that does not pass do; the ladder was climbed whole")
-    write_table(file, columns, rows, caption=f"How far renderers carry. {caption(origin())}.")
+        say("*: later rungs pass again; the ladder was climbed whole")
+    write_table(file, columns, rows, caption=f"Up to where renderers are right. {caption(origin())}.")
     if earlier is not None:
         with told_in_one_line():
             compared = changes(earlier, found)

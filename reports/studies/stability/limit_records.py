@@ -149,7 +149,9 @@ def in_words(limit: LimitRecord | None) -> str:
     if limit is None:
         return "-"
     if limit["limit"] is None:
-        return "none" if limit["verdict"] == Outcome.FAIL.value else WORDS.get(limit["verdict"], limit["verdict"])
+        return (
+            "never right" if limit["verdict"] == Outcome.FAIL.value else WORDS.get(limit["verdict"], limit["verdict"])
+        )
     end = "" if limit["breaks_at"] is not None else "all, "
     return f"{end}{limit['limit']:g}{'' if limit['monotone'] else ' *'}"
 
@@ -215,7 +217,7 @@ def worse(found: Sequence[ChangeRecord]) -> list[str]:
     """Return in sentences which limits are lower than they were."""
     lower = [one for one in found if one["rungs"] < 0]
     return [
-        f"{one['ladder']}: right up to {one['after']}, and it was {one['before']} {one['unit']}".strip()
+        f"{one['ladder']}, right up to [{one['unit']}]: {one['before']} before, {one['after']} now".replace(" []", "")
         for one in lower
     ]
 

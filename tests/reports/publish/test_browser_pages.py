@@ -115,7 +115,7 @@ def test_ladders_are_plotted_with_slopes_and_commands(visit: Visit) -> None:
     page = visit.open(page="stability", slot="sphere")
     page.wait_for_selector(".plot[data-drawn]")
 
-    assert page.locator("h1").inner_text() == "1 ladders, 2 climbs, 0 known failures, 1 surprise"
+    assert page.locator("h1").inner_text() == "1 ladder, 2 climbs, 0 known failures, 1 surprise"
     assert "1.0e+6" in page.locator(".breakpoints").inner_text()
     page.get_by_text("slopes and breakpoints").click()
     assert "1.02 [1, 1.1]" in page.locator(".ladder table").inner_text()

@@ -83,14 +83,15 @@
     const climbs = ladders.flatMap((ladder) => ladder.climbs);
     const surprises = climbs.filter((climb) => climb.surprise).length + (about.doubts || []).length;
     const tone = surprises ? "fail" : "pass";
+    const several = (count, what) => `${count} ${what}${count === 1 ? "" : "s"}`;
     return e("section", { class: `verdict ${rayproof.tone(tone)}` }, e("span", { class: "glyph", "aria-hidden": "true" }, rayproof.glyph(tone)),
-      e("div", {}, e("h1", {}, `${ladders.length} ladders, ${climbs.length} climbs, ${climbs.filter((climb) => climb.expected === "fail").length} known failures, ${surprises} surprise${surprises === 1 ? "" : "s"}`),
+      e("div", {}, e("h1", {}, [several(ladders.length, "ladder"), several(climbs.length, "climb"), several(climbs.filter((climb) => climb.expected === "fail").length, "known failure"), several(surprises, "surprise")].join(", ")),
         e("p", { class: "muted" }, [about.quick ? "few rays (--quick)" : null, about.environment?.backend, Object.entries(about.subnormals || {}).map(([name, word]) => `${name} subnormals ${word}`).join(", ")].filter(Boolean).join(" \u00B7 "))));
   }
 
   // What the page says where nothing was measured: which commands do.
-  const unmeasured = (what, command) => e("section", { class: "panel" }, e("p", {}, `Here stand ${what}. This run did not measure them; it does with`),
-    rayproof.command("rayproof run --studies"), e("p", {}, "and into the folder of this report, which is then published again:"),
+  const unmeasured = (what, command) => e("section", { class: "panel" }, e("p", {}, `Not measured in this run: ${what}. This command measures them too:`),
+    rayproof.command("rayproof run --studies"), e("p", {}, "This one adds them to the folder of this report and publishes it again:"),
     rayproof.command(`rayproof ${command} --quick --out FOLDER && rayproof report FOLDER`));
 
   async function stabilityView(results) {
@@ -284,8 +285,8 @@
     rayproof.append(controls, [pick("configuration", configurations), pick("reference", references)]);
     show();
     return e("section", { class: "panel", "aria-label": "Error against time of this run" }, e("h2", {}, "This run"),
-      e("p", { class: "muted" }, kernels ? "The time is that of the tracer's kernels without compiling, the median of the launches that the table counts; a reference's is that of its whole render." : "The time is that of a whole render, from the call to the image."),
-      e("p", { class: "muted" }, `A point is a case and a configuration, by the reference against which it does worst; it opens the case. Dashed: the limit. Below ${LEAST} and above ${rayproof.short(MOST)} points lie on the edge.`),
+      e("p", { class: "muted" }, kernels ? "The tracer's time is that of its kernels without compiling, the median of its launches. A reference's time is that of its whole render." : "The time is that of a whole render, from the call to the image."),
+      e("p", { class: "muted" }, `Each point is a case and a configuration, with its largest error over limit among the references. A click opens the case. The dashed line is the limit. Points below ${LEAST} or above ${rayproof.short(MOST)} are drawn on the edge.`),
       controls, picture, rayproof.scroll("table of errors and times", table), more);
   }
 

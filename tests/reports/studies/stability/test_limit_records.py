@@ -86,6 +86,10 @@ def test_two_are_compared_by_rungs(after: float | None, rungs: int, lower: int) 
     assert len(worse(found)) == lower
 
 
+def test_a_limit_below_the_first_rung_is_never_right() -> None:
+    assert worse(changes(DOCUMENT, with_limit(None))) == ["offset, right up to [m]: 10 before, never right now"]
+
+
 def test_a_ladder_that_is_missing_counts_as_lost() -> None:
     other = deepcopy(DOCUMENT)
     other["ladders"], other["limits"] = [], []
@@ -98,7 +102,7 @@ def test_report_compares_two_folders(tmp_path: Path, capsys: pytest.CaptureFixtu
     write_limits(tmp_path / "after" / "stability", with_limit(1.0))
 
     assert main(["report", str(tmp_path / "before"), str(tmp_path / "after"), "--json", str(tmp_path / "c.json")]) == 0
-    assert "1 limits: 0 higher and 1 lower" in capsys.readouterr().out
+    assert "1 limit: 0 higher and 1 lower" in capsys.readouterr().out
     assert "-1" in (tmp_path / "c.json").read_text()
 
 
