@@ -14,7 +14,7 @@ from rayproof.reports.commands.usage import UsageError, told_in_one_line
 from rayproof.reports.results.files import several
 
 SHUT = 1  # exit code of `check` where the gate is red
-MOST = 10  # lines that are printed of a list
+MOST = 8  # lines that are printed of a list: ten with those that count the rest and sum up
 
 
 def gate(

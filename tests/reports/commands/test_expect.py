@@ -6,6 +6,7 @@ from pathlib import Path
 import pytest
 
 from rayproof.reports.cli import main
+from rayproof.reports.commands.gate import _listed
 from rayproof.reports.results.document import load_results
 
 pytestmark = pytest.mark.process
@@ -52,6 +53,13 @@ def test_a_known_failure_is_accepted_let_through_and_named(tmp_path: Path, capsy
     known.write_text(json.dumps(content))
     assert main(["gate", "check", str(out), "--file", str(known)]) == 1
     assert "no entry is about it" in capsys.readouterr().out
+
+
+def test_a_list_of_any_length_is_printed_in_nine_lines_before_its_sum(capsys: pytest.CaptureFixture[str]) -> None:
+    _listed([f"case {number}" for number in range(200)])
+
+    lines = capsys.readouterr().out.splitlines()
+    assert (len(lines), lines[-1]) == (9, "and 192 more; --json FILE writes them all")
 
 
 def test_a_bad_file_of_expectations_ends_before_anything_is_done(
