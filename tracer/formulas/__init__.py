@@ -207,7 +207,7 @@ TABLE: dict[str, Entry] = {
         "HIT-3",
         space="object",
         erratum="E4",
-        says="takes where a ray enters a cube, behind the eye too",
+        says="takes a ray's entry into a cube as the hit, behind the eye too",
     ),
     "cube/divides_anyway": control(
         "cubes:divides_anyway",

@@ -135,7 +135,7 @@ MISTAKES: dict[str, Entry] = {
         "HIT-3",
         also=(Stage.DISTANCE,),
         space="object",
-        says="takes where a ray enters a cube, and never where it leaves it",
+        says="takes a ray's entry into a cube as the hit, and never its exit",
     ),
     "cube/fault_nan_kept": mistake(
         "intersections:fault_nan_kept",

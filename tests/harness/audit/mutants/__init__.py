@@ -118,9 +118,9 @@ SURVIVES: dict[str, str] = {
         "at 1 - 1e-6, and gamma(16) is as much"
     ),
     "mutant/mesh.box_parallel/absolute_1e-8": (
-        "no case has a mesh beside a feeler of 1e-8 m: it takes rays of the camera as the relative one does"
+        "no case has a mesh beside a feeler of 1e-8 m; for the camera's rays it equals the relative one"
     ),
-    "mutant/triangle.area/relative_1e-8": "no mesh has faces whose areas are so far apart, and sees the small one",
+    "mutant/triangle.area/relative_1e-8": "no case shows the small face of a mesh whose faces differ so much in area",
     "mutant/cube.edges_*/relative_1e-6": _EDGE,
     "mutant/square.edges_*/relative_1e-6": _EDGE,
     "mutant/triangle.edges_outside/relative_1e-6": _EDGE,
