@@ -1,8 +1,8 @@
 """Laws: relations between images of one renderer that hold whatever the scene, up to rounding.
 
 To add one: a generator `law(scene, ask)` on the page of its subject, and a line in the table. It yields
-`cases.laws.relations.Relation`s, and nothing where it has nothing to say. `stage` is the one that it concerns,
-`implicates` names the specification's items that a broken one speaks of. Its docstring proves it in two lines and
+`cases.laws.relations.Relation`s, or nothing if it does not apply. `stage` is the one that it concerns,
+`implicates` names the specification's items that a broken one concerns. Its docstring proves it in two lines and
 names its source. `anchor=True`: not a relation but one number in closed form. Laws are homogeneous, so that a constant
 factor or a length that is wrong everywhere is for anchors alone to see. `own=True`: the law makes its own scene,
 whatever the case. `staged=True`: it says nothing of radiance alone.

@@ -343,12 +343,12 @@ def compare(
     precision: str = "float32",
     tell: Callable[[str], None] = lambda line: None,
 ) -> FormulaComparison:
-    """Compare two formulas, two configurations, or two finished runs on what both hold.
+    """Compare two formulas, two configurations, or the common cases of two finished runs.
 
     A formula is a name such as "sphere/haines", or a function of one's own, "sphere=./mine.py:nearest_hit"; a
     configuration is one such as "float32/triangle=woop"; a run is what `run` returned, or its folder. `cases` are
-    families, cases or stresses to compare on, by default those that the difference concerns. `tell` hears of the
-    progress.
+    families, cases or stresses to compare on, by default those that the difference concerns. `tell` is called
+    with each line of progress.
 
     Raises:
         LookupError, ValueError, OSError: there is no such formula, configuration or run, or the two have nothing in

@@ -110,19 +110,19 @@ def run(
     """Judge a renderer on cases, as `rayproof run` does, and return what was found.
 
     `cases` are selectors (families, family/case, patterns, scene files), cases of `select_cases`, or scenes; None is
-    the default suite. `subject` is who is under test: None for the tracer, a reference's name, "exec:COMMAND {scene}
+    the default suite. `subject` is under test: None for the tracer, a reference's name, "exec:COMMAND {scene}
     {output}", "serve:COMMAND", "python:FILE.py:FUNCTION", or a function `(scene, stages) -> {stage: array}`, which is
     called in this process and thread, once for a scene, twice for twenty of them. Its arrays are (height, width,
     channels), of any library that speaks DLPack; they are written as float32 and judged as such. It answers the stages
     that it gives, or those that `stages` names; NotImplementedError says that it cannot draw a scene. Its attribute
     `deterministic`, if False, says that two of its images of one scene may differ within the limits. The other
     arguments are the command's options (`rayproof run --help`). Without `out` results lie in a temporary folder that
-    goes with the returned object.
+    is removed with the returned object.
 
     Raises:
         ValueError: the request itself is wrong; the message is the command's one line.
         RuntimeError: the run left no results.
-        KeyboardInterrupt: Ctrl-C; what was finished is in `out`, and `resume=True` goes on.
+        KeyboardInterrupt: Ctrl-C; finished cases are in `out`, and `resume=True` continues.
 
     """
     function = subject if callable(subject) else None

@@ -1,10 +1,10 @@
 """Exchange: other programs' scenes read into the specification's vocabulary, and written out of it.
 
-To add a format: a function `(path, options) -> Imported` under `@IMPORTERS.register(".suffix")`, a function
-`(scene, path) -> dropped` under `@EXPORTERS.register(".suffix")`, in a new file or folder here. A reader says in a
-sentence each what it left out or changed; nothing is dropped in silence. Files are distrusted: whatever is wrong ends
-in a SceneError of one line that names the file and the place, and nothing gets in from outside of the scene's own
-folder and of the folders that the options allow.
+To add a format: a function `(path, options) -> Imported` under `@IMPORTERS.register(".suffix")`, a function `(scene,
+path) -> dropped` under `@EXPORTERS.register(".suffix")`, in a new file or folder here. A reader has a sentence for each
+thing that it left out or changed; nothing is dropped in silence. Files are distrusted: an error ends in a SceneError of
+one line that names the file and the place, and nothing gets in from outside of the scene's own folder and of the
+folders that the options allow.
 """
 
 import hashlib

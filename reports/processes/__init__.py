@@ -1,1 +1,1 @@
-"""Whatever may die: worker processes, the channels to them, and what they leave behind."""
+"""Worker processes, the channels to them, and what they leave behind when they die."""
