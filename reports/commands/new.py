@@ -37,6 +37,15 @@ LINE = re.compile(r"[\x00-\x1f\x7f']")  # what would end the line or the string 
 app = App(name="new")
 
 
+def free(*files: Path, hint: str = "") -> None:
+    """Refuse files that exist or cannot be written."""
+    with told_in_one_line():
+        writable_folder(files[0].parent)
+    for file in files:
+        if file.exists():
+            raise UsageError(f"{file}: exists already, and is not overwritten{hint}")
+
+
 @app.command
 def formula(slot: str, file: Path) -> int:
     """Write a file for a formula of your own, with the slot's contract and its default formula, and a test of it.
@@ -55,12 +64,8 @@ def formula(slot: str, file: Path) -> int:
         raise UsageError(f"no slot is called {slot!r}; known: {', '.join(FORMULAS.slots)}")
     if file.suffix != ".py":
         raise UsageError(f"the file must end in .py, got {file}")
-    with told_in_one_line():
-        writable_folder(file.parent)
     test = file.with_name(f"test_{file.name}")
-    for target in (file, test):
-        if target.exists():
-            raise UsageError(f"{target}: exists already, and is not overwritten")
+    free(file, test)
     default = FORMULAS[f"{slot}/{FORMULAS.slots[slot]}"]
     name, text = starter(default)
     with told_in_one_line():
@@ -164,11 +169,7 @@ def adapter(file: Path, *, language: Literal["python", "c++"] | None = None) -> 
     chosen = language or ("c++" if file.suffix in (".cpp", ".cc", ".cxx") else "python")
     program, beside, build, call = LANGUAGES[chosen]
     names = {program: file} | {name: file.parent / name for name in beside}
-    with told_in_one_line():
-        writable_folder(file.parent)
-    for target in names.values():
-        if target.exists():
-            raise UsageError(f"{target}: exists already, and is not overwritten")
+    free(*names.values())
     for name, target in names.items():
         text = (STARTERS / name).read_text(encoding="utf-8").replace("@FILE@", file.name)
         with told_in_one_line():
@@ -201,10 +202,7 @@ def rubric(file: Path = Path("rubric.toml")) -> int:
 
     from rayproof.reports.grading.rubric import starter as rubric_to_begin_with
 
-    with told_in_one_line():
-        writable_folder(file.parent)
-    if file.exists():
-        raise UsageError(f"{file}: exists already, and is not overwritten")
+    free(file)
     with told_in_one_line():
         file.write_text(rubric_to_begin_with(secrets.randbelow(2**31)), encoding="utf-8")
     say(f"wrote {file}: keep it to yourself, since its seed draws the hidden cases. Next:")
@@ -269,9 +267,7 @@ def workflow(
         filled = filled.replace(mark, text)
     with told_in_one_line():
         file.parent.mkdir(parents=True, exist_ok=True)
-        writable_folder(file.parent)
-        if file.exists():
-            raise UsageError(f"{file}: exists already, and is not overwritten; --out names another file")
+        free(file, hint="; --out names another file")
         file.write_text(filled, encoding="utf-8")
     say(f"wrote {file}; it runs: {' '.join(words)}")
     accept = f"{called()} gate accept {REPORT} --file {expect} --reason WHY"

@@ -138,19 +138,9 @@ def of_images_that_change(repeated: RepeatedRecord, case: str, failing: Sequence
         f"{repeated['differing']} pixels of {repeated['stage']}, beyond the limits. No formula is looked for in "
         f"{len(failing)} of {several(of, 'failing case')}, since images that change prove nothing."
     )
-    return {
-        "mistake": CHANGING,
-        "items": [item],
-        "sentence": said,
-        "explains": {"cases": len(failing), "of": of},
-        "cases": list(failing),
-        "with": [],
-        "alternatives": [],
-        "told_apart_by": None,
-        "predicted": None,
-        "parameters": {},
-        "tried": 0,
-    }
+    found = _no_mistake(said, of=of, tried=0)
+    found["explains"]["cases"] = len(failing)
+    return {**found, "mistake": CHANGING, "items": [item], "cases": list(failing)}
 
 
 def what_is_left(cases: Sequence[CaseRecord]) -> str:
@@ -173,10 +163,15 @@ def what_is_left(cases: Sequence[CaseRecord]) -> str:
 
 def _nothing(searched: Searched, of: int) -> CauseRecord:
     stopped = "" if searched.finished else " (the search was stopped at its time limit)"
+    said = f"None of {searched.tried} known mistakes explains the {several(of, 'failing case')}{stopped}."
+    return _no_mistake(said, of=of, tried=searched.tried)
+
+
+def _no_mistake(sentence: str, *, of: int, tried: int) -> CauseRecord:
     return {
         "mistake": None,
         "items": [],
-        "sentence": f"None of {searched.tried} known mistakes explains the {several(of, 'failing case')}{stopped}.",
+        "sentence": sentence,
         "explains": {"cases": 0, "of": of},
         "cases": [],
         "with": [],
@@ -184,7 +179,7 @@ def _nothing(searched: Searched, of: int) -> CauseRecord:
         "told_apart_by": None,
         "predicted": None,
         "parameters": {},
-        "tried": searched.tried,
+        "tried": tried,
     }
 
 

@@ -61,9 +61,7 @@ def publish_annotations(folder: Path, results: RunRecord) -> list[Path]:
     gate = results.get("gate")
     expected = set(gate["cases"] if gate else ())  # what a gate let through annotates nothing
     lines += [f"::warning title=rayproof::{message(line)}" for line in left_out_in_words(results)]
-    causes: dict[
-        str, list[CaseRecord]
-    ] = {}  # what is wrong -> its cases, the worst first; of more than the first, none
+    causes: dict[str, list[CaseRecord]] = {}  # what is wrong -> the worst of its cases
     counts: Counter[str] = Counter()
     for case in briefs(worst_first(results["cases"])):
         if Outcome(case["verdict"]) not in BAD:
@@ -207,11 +205,8 @@ def _totals(results: RunRecord) -> list[str]:
     lines = ["| | " + " | ".join(name.replace("_", " ") for name in LEDGER) + " |", "|---" * (len(LEDGER) + 1) + "|"]
     for key, what in (("summary", "cases"), ("checks", "checks")):
         lines.append(f"| {what} | " + " | ".join(str(results[key][name]) for name in LEDGER) + " |")
-    line = examined_line(results)
-    lines += [
-        "",
-        *(f"{escaped(each, longest=LONGEST_CAUSE)}\n" for each in (*([line] if line else []), *no_say(results))),
-    ]
+    told = filter(None, [examined_line(results), *no_say(results)])
+    lines += ["", *(f"{escaped(sentence, longest=LONGEST_CAUSE)}\n" for sentence in told)]
     seconds = float(results.get("seconds") or 0)
     return [*lines, "", f"{seconds:.0f} s; `{whole(results)}` and `index.html` have the rest.\n"]
 

@@ -215,10 +215,10 @@ def _height(one: LimitRecord | None, scale: ScaleRecord) -> int:
 
 def worse(found: Sequence[ChangeRecord]) -> list[str]:
     """Return in sentences which limits are lower than they were."""
-    lower = [one for one in found if one["rungs"] < 0]
     return [
         f"{one['ladder']}, right up to [{one['unit']}]: {one['before']} before, {one['after']} now".replace(" []", "")
-        for one in lower
+        for one in found
+        if one["rungs"] < 0
     ]
 
 
