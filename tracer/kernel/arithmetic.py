@@ -225,6 +225,6 @@ def distance(sheared: Sheared, areas: tuple[Any, Any, Any], interval: Interval) 
     U, V, W = areas
     outside = (smaller(smaller(U, V), W) < 0) & (larger(larger(U, V), W) > 0)
     determinant = U + V + W
-    parallel = determinant == 0
-    t = (U * sheared.A.z + V * sheared.B.z + W * sheared.C.z) / dr.select(parallel, 1, determinant)
-    return dr.select(interval.contains(t) & ~outside & ~parallel, t, dr.inf)
+    # A sum of 0 without areas of both signs is of three zeros: t is a NaN then, which no interval contains.
+    t = (U * sheared.A.z + V * sheared.B.z + W * sheared.C.z) / determinant
+    return dr.select(interval.contains(t) & ~outside, t, dr.inf)

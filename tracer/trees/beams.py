@@ -4,12 +4,13 @@ Several rays from one point, as one beam that is asked which boxes it meets.
 
 For t >= 0 the beam of all directions between `low` and `high` meets the slab between l and h (seen from the origin) if
 and only if t high >= l and t low <= h: on an axis whose directions are all positive that is an entry through l and an
-exit through h, and where the sign changes two entries and no exit. Which of the four quotients bound t depends on the
-signs alone, so that they are chosen once per beam; the others are 0 t -+ HUGE.
+exit through h, and where the sign changes two entries and no exit. Which plane comes first depends on the signs alone,
+and is decided once per beam; a quotient that bounds nothing is 0 x -+ HUGE.
 
-No box is missed that exact arithmetic would meet. Grid coordinates and directions are each off by less than 4 u, and
-so is a quotient; every bound is moved outward by 16 u (2^16 + abs(origin)) steps over the direction. A comparison with
-a NaN counts as met. Source of the aim: Ize, "Robust BVH Ray Traversal", Journal of Computer Graphics Techniques 2
+No box is missed that exact arithmetic would meet. Grid coordinates and directions are each off by less than 4 u, a
+quotient by 5 u, and t at a plane is rounded twice more, since a node's corner comes first and then the place within;
+every bound is moved outward by 16 u (2^16 + abs(origin)) steps over the direction. A comparison with a NaN counts as
+met. Source of the aim: Ize, "Robust BVH Ray Traversal", Journal of Computer Graphics Techniques 2
 (2013).
 
 Which of the rays from one point may meet a shape at all: those inside the cone about its bounding ball.
@@ -29,7 +30,7 @@ and sums that are asked round by less than 12 u norm(m). CONE_ROUNDINGS is twice
 
 import math
 import operator
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -41,7 +42,7 @@ from rayproof.tracer.kernel.arithmetic import larger, smaller
 from rayproof.tracer.kernel.arrays import ArrayTypes
 from rayproof.tracer.kernel.parameters import KernelConstants
 from rayproof.tracer.shapes.shape import TracedShape
-from rayproof.tracer.trees.boxes import STEPS, Nodes
+from rayproof.tracer.trees.boxes import AXES, CHILDREN, STEPS, Nodes, places, unpacked
 
 HUGE = 3e38
 TINY = 2.0**-60  # grid steps per unit of t; a narrower beam is widened to it, which misses nothing
@@ -50,12 +51,15 @@ LEAST, SLOWEST = 2.0**-100, 2.0**-90
 ROUNDINGS = 16.0
 
 
-def _bounds(slope: Any, applies: Any, origin: Any, *, otherwise: float) -> tuple[Any, Any]:
-    """Return scale and offset of the quotient (x - origin) / slope, moved outward, where it applies."""
-    scale = 1 / slope
+def _bounds(slope: Any, applies: Any, origin: Any, *, entry: Any) -> tuple[Any, Any]:
+    """Return scale and offset of the quotient (x - origin) / slope, an entry moved downward and an exit upward.
+
+    Where it does not apply, t is -HUGE or HUGE.
+    """
+    Single, scale = type(slope), 1 / slope
     margin = abs(scale) * (abs(origin) + STEPS) * (ROUNDINGS * UNIT_ROUNDOFF["float32"])
-    offset = -origin * scale + (margin if otherwise > 0 else -margin)
-    return dr.select(applies, scale, 0), dr.select(applies, offset, otherwise)
+    offset = -origin * scale + dr.select(entry, -margin, margin)
+    return dr.select(applies, scale, 0), dr.select(applies, offset, dr.select(entry, Single(-HUGE), HUGE))
 
 
 def _range(components: Sequence[Any], active: Sequence[Any]) -> tuple[Any, Any]:
@@ -80,15 +84,35 @@ def reduced(choose: Callable[[Any, Any], Any], values: Sequence[Any]) -> Any:
     return values[0]
 
 
+@dataclass(frozen=True, kw_only=True)
+class _Slab:
+    """What the rays of each lane share along an axis: at a plane x, in grid steps, t is scale x + offset."""
+
+    turned: Any  # where all go down, and meet a box's upper plane first
+    both: Any  # where some go up and some down, so that the last plane is an entry too; None of a single ray
+    first: tuple[Any, Any]  # scale and offset for the first plane
+    last: tuple[Any, Any]
+
+    def planes(self, lower: Any, upper: Any, corner: Any, scale: Any) -> Iterator[list[Any]]:
+        """Yield t at the first planes of a node's children, then at their last ones."""
+        words = dr.select(self.turned, upper, lower), dr.select(self.turned, lower, upper)
+        for word, (slope, offset) in zip(words, (self.first, self.last), strict=True):
+            slope, offset = slope * scale, dr.fma(corner, slope, offset)
+            yield [dr.fma(place, slope, offset) for place in places(word)]
+
+    def within(self, enter: Any, leave: Any, last: Any) -> tuple[Any, Any]:
+        """Return entry and exit as t at the last plane bounds them."""
+        if self.both is None:
+            return enter, smaller(last, leave)
+        return dr.select(self.both, larger(last, enter), enter), dr.select(self.both, leave, smaller(last, leave))
+
+
 class Beam:
-    """The properties that the rays of each lane share; a single ray also knows which plane it meets first."""
+    """The properties that the rays of each lane share."""
 
     def __init__(self, nodes: Nodes, origin: Any, directions: Sequence[Any], *, active: Sequence[Any] = ()) -> None:
         """Bound `directions` from `origin` [m], all or those that are `active`; t counts from 0 on."""
-        # Per axis the quotients by which t is bounded below and above, each with the plane that it is asked about.
-        self._near: list[list[tuple[Any, Any]]] = []
-        self._far: list[list[tuple[Any, Any]]] = []
-        self._turned: list[Any] = []  # where the single ray meets the upper plane first
+        self._slabs: list[_Slab] = []
         if not nodes.host.exact:
             return
         starts = [nodes.point(axis, origin[axis]) for axis in range(3)]
@@ -100,12 +124,11 @@ class Beam:
             low, high = nodes.vector(axis, low), nodes.vector(axis, high)
             low, high = dr.select(abs(low) < TINY, -TINY, low), dr.select(abs(high) < TINY, TINY, high)
             # The lower plane is met by the highest direction, the upper one by the lowest.
-            self._near.append(
-                [_bounds(high, high > 0, start, otherwise=-HUGE), _bounds(low, low < 0, start, otherwise=-HUGE)]
-            )
-            self._far.append(
-                [_bounds(high, high < 0, start, otherwise=HUGE), _bounds(low, low > 0, start, otherwise=HUGE)]
-            )
+            turned = high < 0
+            both = ~turned & (low < 0)
+            first = _bounds(dr.select(turned, low, high), turned | (high > 0), start, entry=True)
+            last = _bounds(dr.select(turned, high, low), turned | both | (low > 0), start, entry=both)
+            self._slabs.append(_Slab(turned=turned, both=both, first=first, last=last))
 
     def _bound_ray(self, starts: Sequence[Any], directions: Sequence[Any]) -> None:
         """Bound a single ray by one quotient in and one out.
@@ -119,24 +142,23 @@ class Beam:
         for start, direction in zip(starts, directions, strict=True):
             least = dr.select(direction < 0, -LEAST, LEAST)
             slope = dr.select(abs(direction) < LEAST, least, direction)
-            self._near.append([_bounds(slope, bounded, start, otherwise=-HUGE)])
-            self._far.append([_bounds(slope, bounded, start, otherwise=HUGE)])
-            self._turned.append(direction < 0)
+            first, last = (_bounds(slope, bounded, start, entry=entry) for entry in (True, False))
+            self._slabs.append(_Slab(turned=direction < 0, both=None, first=first, last=last))
 
-    def meets(self, box: tuple[list[Any], list[Any]], limit: Any) -> tuple[Any, Any]:
-        """Return whether the box is met before t = `limit`, and the t of entry."""
-        enters, leaves = [type(limit)(0)], [limit]
-        for axis, (near, far) in enumerate(zip(self._near, self._far, strict=True)):
-            first, last = box[0][axis], box[1][axis]
-            if self._turned:
-                turned = self._turned[axis]
-                first, last = dr.select(turned, last, first), dr.select(turned, first, last)
-            for (scale, offset), plane in zip(near, (first, last), strict=False):
-                enters.append(dr.fma(plane, scale, offset))
-            for (scale, offset), plane in zip(far, (first, last) if len(far) == 2 else (last,), strict=False):
-                leaves.append(dr.fma(plane, scale, offset))
-        enter, leave = reduced(larger, enters), reduced(smaller, leaves)
-        return ~(enter > leave), enter
+    def meets(self, words: Sequence[Any], limit: Any) -> tuple[list[Any], list[Any]]:
+        """Return which of a node's children are met before t = `limit`, and the t of entry, by the node's words."""
+        coordinates, corner, scale = unpacked(words)
+        parts = zip(self._slabs, coordinates[:AXES], coordinates[AXES:], corner, scale, strict=False)
+        planes = [tuple(slab.planes(*part)) for slab, *part in parts]
+        hits, enters = [], []
+        for child in range(CHILDREN):
+            enter = reduced(larger, [type(limit)(0), *(first[child] for first, _ in planes)])
+            leave = limit
+            for slab, (_, last) in zip(self._slabs, planes, strict=True):
+                enter, leave = slab.within(enter, leave, last[child])
+            hits.append(~(enter > leave))
+            enters.append(enter)
+        return hits, enters
 
 
 CONE_ROUNDINGS = 32.0

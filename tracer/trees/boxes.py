@@ -209,28 +209,10 @@ class Nodes:
         Single: Any = dr.float32_array_t(self.types.Float)
         return Single(component) / Single(self._number(3 + axis))
 
-    def children(self, node: Any) -> list[tuple[list[Any], list[Any]]]:
-        """Return the boxes of the four children of an inner node, each (lower, upper) with three grid coordinates."""
-        return self.boxes(self.read(node))
-
     def read(self, node: Any) -> list[Any]:
         """Return the words that hold the boxes of an inner node's children."""
         Packet: Any = dr.replace_type_t(self.types.Packet, dr.VarType.UInt32)
         return list(dr.gather(Packet, self.words, node, shape=(NODE, dr.width(node))))
-
-    def boxes(self, words: Sequence[Any]) -> list[tuple[list[Any], list[Any]]]:
-        """Return the boxes that these words hold, as `children` does."""
-        Single: Any = dr.float32_array_t(self.types.Float)
-        *coordinates, first, second = words
-        corner = [_number(part) for part in (_bits(first, 0), _bits(first, 16), _bits(second, 0))]
-        # A power of two is the exponent of a float.
-        scale = [dr.reinterpret_array(Single, (_bits(second, 16 + 4 * axis, 4) + 127) << 23) for axis in range(AXES)]
-
-        def ends(child: int) -> list[Any]:
-            places = [_number(_bits(word, 8 * child, 8)) for word in coordinates]
-            return [dr.fma(*one) for one in zip(places, scale * 2, corner * 2, strict=True)]
-
-        return [(ends(child)[:AXES], ends(child)[AXES:]) for child in range(CHILDREN)]
 
     @property
     def halves(self) -> bool:
@@ -245,3 +227,18 @@ class Nodes:
         # leaf total / leaves, rounded down: the product has more bits than a word.
         first: Any = dr.mul_hi(leaf << self._shift, total)
         return [first + place for place in range(self.size)]
+
+
+def unpacked(words: Sequence[Any]) -> tuple[Sequence[Any], list[Any], list[Any]]:
+    """Return the coordinates' words as they are, and by axis a node's corner in grid steps and steps in one of its."""
+    *coordinates, first, second = words
+    Single: Any = dr.float32_array_t(type(second))
+    corner = [_number(part) for part in (_bits(first, 0), _bits(first, 16), _bits(second, 0))]
+    # A power of two is the exponent of a float.
+    scale = [dr.reinterpret_array(Single, (_bits(second, 16 + 4 * axis, 4) + 127) << 23) for axis in range(AXES)]
+    return coordinates, corner, scale
+
+
+def places(word: Any) -> list[Any]:
+    """Return one coordinate of each of the four children, in steps of their node's own."""
+    return [_number(_bits(word, 8 * child, 8)) for child in range(CHILDREN)]

@@ -83,7 +83,7 @@ def _descend(walk: Walk, key: Any, trail: Any, limit: Any) -> tuple[Any, Any]:
     nodes, types = walk.hierarchy.nodes, walk.hierarchy.types
 
     def step(key: Any, trail: Any) -> tuple[Any, Any]:
-        hits, enters = zip(*(walk.beam.meets(box, limit) for box in nodes.children(key)), strict=True)
+        hits, enters = walk.beam.meets(nodes.read(key), limit)
         some, child, others = nearest_child(types, hits, enters)
         popped_key, popped_trail = pop(types, key, trail)
         return (
@@ -111,10 +111,8 @@ def _begin(walk: Walk, active: Any, width: int) -> tuple[Any, Any]:
     root, trail = dr.full(UInt, 1, width), dr.zeros(UInt, width)
     if nodes.halves:
         # Both halves are visited, the nearer one first.
-        _, _, left, right = nodes.children(UInt(0))
         Single: Any = dr.float32_array_t(types.Float)
-        limit = Single(dr.inf)
-        (_, enter), (_, other) = walk.beam.meets(left, limit), walk.beam.meets(right, limit)
+        _, (*_, enter, other) = walk.beam.meets(nodes.read(UInt(0)), Single(dr.inf))
         root, trail = (root * 2) | dr.select(other < enter, UInt(1), 0), trail + 1
     return dr.select(active, root, DONE), trail
 
@@ -150,7 +148,7 @@ def _pipelined(walk: Walk, aim: _Aim, *, key: Any, trail: Any, state: list[Any])
 
     def turn(key: Any, trail: Any, boxes: Any, state: Any) -> tuple[Any, Any, list[Any], list[Any]]:
         limit = aim.limit(state)
-        hits, enters = zip(*(walk.beam.meets(box, limit) for box in nodes.boxes(boxes)), strict=True)
+        hits, enters = walk.beam.meets(boxes, limit)
         some, child, others = nearest_child(types, hits, enters)
         # A lane that stands at a leaf already, or is done, has read boxes that mean nothing.
         some &= key < nodes.leaves
@@ -268,16 +266,13 @@ def pop(types: ArrayTypes, key: Any, trail: Any) -> tuple[Any, Any]:
 def nearest_child(types: ArrayTypes, hits: Sequence[Any], enters: Sequence[Any]) -> tuple[Any, Any, Any]:
     """Return whether any of four children is met, the nearest of them, and the others relative to it."""
     UInt = types.UInt
-    t = [dr.select(hit, enter, dr.inf) for hit, enter in zip(hits, enters, strict=True)]
-    second, fourth = t[1] < t[0], t[3] < t[2]
-    upper = dr.select(fourth, t[3], t[2]) < dr.select(second, t[1], t[0])
-    odd = (upper & fourth) | (~upper & second)
-    child = dr.select(upper, UInt(2), 0) | dr.select(odd, UInt(1), 0)
-    bits = [dr.select(hit, UInt(1 << k), 0) for k, hit in enumerate(hits)]
-    some = (bits[0] | bits[1]) | (bits[2] | bits[3])
-    others = dr.select(odd, ((some & 5) << 1) | ((some >> 1) & 5), some)
-    others = dr.select(upper, ((others & 3) << 2) | (others >> 2), others)
-    return some != 0, child, others >> 1
+    Int: Any = dr.int32_array_t(UInt)
+    # Floats from 0 on are in the order of their bits, whose lowest two make room for the child.
+    entries = [Int(dr.reinterpret_array(Int, enter)) & ~3 | k for k, enter in enumerate(enters)]
+    nearest = reduced(smaller, [dr.select(hit, entry, NONE) for hit, entry in zip(hits, entries, strict=True)])
+    child = UInt(nearest) & 3
+    others = [dr.select(hit, UInt(1) << (child ^ k), 0) for k, hit in enumerate(hits)]
+    return nearest != NONE, child, reduced(operator.or_, others) >> 1
 
 
 # A group spans at most so many times what the tile would if all neighbours were as close as the closest two, and what

@@ -11,7 +11,18 @@ from rayproof.tracer.kernel.arrays import array_types
 from rayproof.tracer.kernel.parameters import LITERALS, DeviceBuffers
 from rayproof.tracer.shapes.meshes import baked
 from rayproof.tracer.trees import build
-from rayproof.tracer.trees.boxes import LOWER, STEPS, UPPER, GridBoxes, HostNodes, Nodes, on_grid, quantise
+from rayproof.tracer.trees.boxes import (
+    LOWER,
+    STEPS,
+    UPPER,
+    GridBoxes,
+    HostNodes,
+    Nodes,
+    on_grid,
+    places,
+    quantise,
+    unpacked,
+)
 from rayproof.tracer.trees.build import CUTS, MOST_CUTS, SAMPLE, Tree, tree_over
 from rayproof.tracer.trees.trees import bounds
 
@@ -53,9 +64,9 @@ def corners_of(nodes: HostNodes) -> np.ndarray:
     """Return lower and upper corners [m] of all nodes that are read as children, (nodes, 2, 3)."""
     types = array_types("float32")
     on_device = Nodes(nodes, types, DeviceBuffers(), name="tree", parameters=LITERALS)
-    children = on_device.children(types.UInt(np.arange(len(nodes.words), dtype=np.uint32)))
-    steps = np.array([[[np.array(along) for along in corner] for corner in box] for box in children])
-    return nodes.base + steps.transpose(3, 0, 1, 2).reshape(-1, 2, 3) * nodes.step
+    coordinates, corner, scale = unpacked(on_device.read(types.UInt(np.arange(len(nodes.words), dtype=np.uint32))))
+    steps = [[place * scale[k % 3] + corner[k % 3] for place in places(word)] for k, word in enumerate(coordinates)]
+    return nodes.base + np.array(steps).transpose(2, 1, 0).reshape(-1, 2, 3) * nodes.step
 
 
 @pytest.mark.usefixtures("each_builder")

@@ -54,11 +54,13 @@ def _no_leaf(right: Any, nodes: Any, leaf: Any) -> Any:
 
 
 def _twice(halves: bool) -> Any:
-    def children(right: Any, nodes: Any, node: Any) -> Any:
-        boxes = right(nodes, node)
-        return [*boxes[:3], boxes[2]] if nodes.halves is halves and nodes.host.leaves > 1 else boxes
+    def read(right: Any, nodes: Any, node: Any) -> Any:
+        words = right(nodes, node)
+        if nodes.halves is not halves or nodes.host.leaves == 1:
+            return words
+        return [word & 0xFFFFFF | (word << 8) & 0xFF000000 for word in words[:6]] + words[6:]
 
-    return children
+    return read
 
 
 def _packed(kind: str) -> Any:
@@ -189,7 +191,7 @@ method(
 method(
     "box_of_one_root",
     Nodes,
-    "children",
+    "read",
     _twice(False),
     "Every fourth box of a tree with one root is its neighbour's.",
     path="trees/one root",
@@ -200,7 +202,7 @@ method(
 method(
     "box_of_two_roots",
     Nodes,
-    "children",
+    "read",
     _twice(True),
     "Every fourth box of a tree with two roots is its neighbour's.",
     path="trees/two roots",
