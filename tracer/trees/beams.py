@@ -10,8 +10,7 @@ and is decided once per beam; a quotient that bounds nothing is 0 x -+ HUGE.
 No box is missed that exact arithmetic would meet. Grid coordinates and directions are each off by less than 4 u, a
 quotient by 5 u, and t at a plane is rounded twice more, since a node's corner comes first and then the place within;
 every bound is moved outward by 16 u (2^16 + abs(origin)) steps over the direction. A comparison with a NaN counts as
-met. Source of the aim: Ize, "Robust BVH Ray Traversal", Journal of Computer Graphics Techniques 2
-(2013).
+met. Source of the aim: Ize, "Robust BVH Ray Traversal", Journal of Computer Graphics Techniques 2 (2013).
 
 Which of the rays from one point may meet a shape at all: those inside the cone about its bounding ball.
 
@@ -52,10 +51,7 @@ ROUNDINGS = 16.0
 
 
 def _bounds(slope: Any, applies: Any, origin: Any, *, entry: Any) -> tuple[Any, Any]:
-    """Return scale and offset of the quotient (x - origin) / slope, an entry moved downward and an exit upward.
-
-    Where it does not apply, t is -HUGE or HUGE.
-    """
+    """Return scale and offset of (x - origin) / slope, moved outward; where it does not apply, 0 and -HUGE or HUGE."""
     Single, scale = type(slope), 1 / slope
     margin = abs(scale) * (abs(origin) + STEPS) * (ROUNDINGS * UNIT_ROUNDOFF["float32"])
     offset = -origin * scale + dr.select(entry, -margin, margin)
@@ -63,14 +59,9 @@ def _bounds(slope: Any, applies: Any, origin: Any, *, entry: Any) -> tuple[Any, 
 
 
 def _range(components: Sequence[Any], active: Sequence[Any]) -> tuple[Any, Any]:
-    """Return the smallest and the largest component of those that are active; of none an empty range."""
-    if not active:
-        low = high = components[0]
-        for component in components[1:]:
-            low, high = smaller(component, low), larger(component, high)
-        return low, high
+    """Return the smallest and the largest component, of all or of those that are active; of none an empty range."""
     low, high = type(components[0])(dr.inf), type(components[0])(-dr.inf)
-    for component, counts in zip(components, active, strict=True):
+    for component, counts in zip(components, active or [True] * len(components), strict=True):
         low = dr.select(counts & (component < low), component, low)
         high = dr.select(counts & (component > high), component, high)
     return low, high
@@ -97,8 +88,7 @@ class _Slab:
         """Yield t at the first planes of a node's children, then at their last ones."""
         words = dr.select(self.turned, upper, lower), dr.select(self.turned, lower, upper)
         for word, (slope, offset) in zip(words, (self.first, self.last), strict=True):
-            slope, offset = slope * scale, dr.fma(corner, slope, offset)
-            yield [dr.fma(place, slope, offset) for place in places(word)]
+            yield [dr.fma(place, slope * scale, dr.fma(corner, slope, offset)) for place in places(word)]
 
     def within(self, enter: Any, leave: Any, last: Any) -> tuple[Any, Any]:
         """Return entry and exit as t at the last plane bounds them."""
@@ -145,20 +135,19 @@ class Beam:
             first, last = (_bounds(slope, bounded, start, entry=entry) for entry in (True, False))
             self._slabs.append(_Slab(turned=direction < 0, both=None, first=first, last=last))
 
-    def meets(self, words: Sequence[Any], limit: Any) -> tuple[list[Any], list[Any]]:
-        """Return which of a node's children are met before t = `limit`, and the t of entry, by the node's words."""
+    def meets(self, words: Sequence[Any], limit: Any) -> list[tuple[Any, Any]]:
+        """Return whether each child of a node, by its words, is met before t = `limit`, and the t of entry."""
         coordinates, corner, scale = unpacked(words)
         parts = zip(self._slabs, coordinates[:AXES], coordinates[AXES:], corner, scale, strict=False)
         planes = [tuple(slab.planes(*part)) for slab, *part in parts]
-        hits, enters = [], []
+        found = []
         for child in range(CHILDREN):
             enter = reduced(larger, [type(limit)(0), *(first[child] for first, _ in planes)])
             leave = limit
             for slab, (_, last) in zip(self._slabs, planes, strict=True):
                 enter, leave = slab.within(enter, leave, last[child])
-            hits.append(~(enter > leave))
-            enters.append(enter)
-        return hits, enters
+            found.append((~(enter > leave), enter))
+        return found
 
 
 CONE_ROUNDINGS = 32.0

@@ -170,16 +170,11 @@ def _write(words: np.ndarray, axis: int, children: np.ndarray, level: np.ndarray
     in_pieces(len(words), work)
 
 
-def _bits(word: Any, first: int, count: int = 16) -> Any:
-    """Return some bits of a UInt."""
-    return (word >> first) & ((1 << count) - 1)
-
-
-def _number(word: Any) -> Any:
-    """Return a small UInt as float32. As a signed one: there is an instruction for those."""
+def _number(word: Any, first: int, count: int = 16) -> Any:
+    """Return some bits of a UInt as float32. By way of a signed number: there is an instruction for those."""
     Int: Any = dr.int32_array_t(type(word))
     Single: Any = dr.float32_array_t(type(word))
-    return Single(Int(word))
+    return Single(Int((word >> first) & ((1 << count) - 1)))
 
 
 class Nodes:
@@ -233,12 +228,12 @@ def unpacked(words: Sequence[Any]) -> tuple[Sequence[Any], list[Any], list[Any]]
     """Return the coordinates' words as they are, and by axis a node's corner in grid steps and steps in one of its."""
     *coordinates, first, second = words
     Single: Any = dr.float32_array_t(type(second))
-    corner = [_number(part) for part in (_bits(first, 0), _bits(first, 16), _bits(second, 0))]
+    corner = [_number(first, 0), _number(first, 16), _number(second, 0)]
     # A power of two is the exponent of a float.
-    scale = [dr.reinterpret_array(Single, (_bits(second, 16 + 4 * axis, 4) + 127) << 23) for axis in range(AXES)]
+    scale = [dr.reinterpret_array(Single, ((second >> (16 + 4 * axis) & 15) + 127) << 23) for axis in range(AXES)]
     return coordinates, corner, scale
 
 
 def places(word: Any) -> list[Any]:
     """Return one coordinate of each of the four children, in steps of their node's own."""
-    return [_number(_bits(word, 8 * child, 8)) for child in range(CHILDREN)]
+    return [_number(word, 8 * child, 8) for child in range(CHILDREN)]

@@ -352,8 +352,7 @@ def _halves(
         np.minimum(box[0], point + aside, out=box[0])
         np.maximum(box[1], point - aside, out=box[1])
 
-    both = np.empty((2, 3, len(axis)))
-    both[0], both[1] = np.inf, -np.inf
+    both = np.full((2, 3, len(axis)), np.array([np.inf, -np.inf])[:, np.newaxis, np.newaxis])
     for first, second in ((0, 1), (1, 2), (2, 0)):
         crosses = (along[first] < plane) != (along[second] < plane)
         share = (plane - along[first]) / np.where(crosses, along[second] - along[first], 1.0)

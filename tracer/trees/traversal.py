@@ -83,8 +83,7 @@ def _descend(walk: Walk, key: Any, trail: Any, limit: Any) -> tuple[Any, Any]:
     nodes, types = walk.hierarchy.nodes, walk.hierarchy.types
 
     def step(key: Any, trail: Any) -> tuple[Any, Any]:
-        hits, enters = walk.beam.meets(nodes.read(key), limit)
-        some, child, others = nearest_child(types, hits, enters)
+        some, child, others = nearest_child(types, walk.beam.meets(nodes.read(key), limit))
         popped_key, popped_trail = pop(types, key, trail)
         return (
             dr.select(some, (key << 2) | child, popped_key),
@@ -112,7 +111,7 @@ def _begin(walk: Walk, active: Any, width: int) -> tuple[Any, Any]:
     if nodes.halves:
         # Both halves are visited, the nearer one first.
         Single: Any = dr.float32_array_t(types.Float)
-        _, (*_, enter, other) = walk.beam.meets(nodes.read(UInt(0)), Single(dr.inf))
+        *_, (_, enter), (_, other) = walk.beam.meets(nodes.read(UInt(0)), Single(dr.inf))
         root, trail = (root * 2) | dr.select(other < enter, UInt(1), 0), trail + 1
     return dr.select(active, root, DONE), trail
 
@@ -148,8 +147,7 @@ def _pipelined(walk: Walk, aim: _Aim, *, key: Any, trail: Any, state: list[Any])
 
     def turn(key: Any, trail: Any, boxes: Any, state: Any) -> tuple[Any, Any, list[Any], list[Any]]:
         limit = aim.limit(state)
-        hits, enters = walk.beam.meets(boxes, limit)
-        some, child, others = nearest_child(types, hits, enters)
+        some, child, others = nearest_child(types, walk.beam.meets(boxes, limit))
         # A lane that stands at a leaf already, or is done, has read boxes that mean nothing.
         some &= key < nodes.leaves
         here = dr.select(some, (key << 2) | child, key)
@@ -263,15 +261,15 @@ def pop(types: ArrayTypes, key: Any, trail: Any) -> tuple[Any, Any]:
     return dr.select(done, DONE, key), (trail & ~types.UInt(7)) | _below(types, REST, pending)
 
 
-def nearest_child(types: ArrayTypes, hits: Sequence[Any], enters: Sequence[Any]) -> tuple[Any, Any, Any]:
+def nearest_child(types: ArrayTypes, met: Sequence[tuple[Any, Any]]) -> tuple[Any, Any, Any]:
     """Return whether any of four children is met, the nearest of them, and the others relative to it."""
     UInt = types.UInt
     Int: Any = dr.int32_array_t(UInt)
     # Floats from 0 on are in the order of their bits, whose lowest two make room for the child.
-    entries = [Int(dr.reinterpret_array(Int, enter)) & ~3 | k for k, enter in enumerate(enters)]
-    nearest = reduced(smaller, [dr.select(hit, entry, NONE) for hit, entry in zip(hits, entries, strict=True)])
+    entries = [dr.select(hit, Int(dr.reinterpret_array(Int, t)) & ~3 | k, NONE) for k, (hit, t) in enumerate(met)]
+    nearest = reduced(smaller, entries)
     child = UInt(nearest) & 3
-    others = [dr.select(hit, UInt(1) << (child ^ k), 0) for k, hit in enumerate(hits)]
+    others = [dr.select(hit, UInt(1) << (child ^ k), 0) for k, (hit, _) in enumerate(met)]
     return nearest != NONE, child, reduced(operator.or_, others) >> 1
 
 
