@@ -33,7 +33,8 @@ def cross(a, b):
 
 
 def unit(a):
-    return scaled(1 / math.sqrt(dot(a, a)), a)
+    length = math.sqrt(dot(a, a))
+    return scaled(1 / length, a) if length else a  # of a triangle without area, which is never hit
 
 
 def scaled(s, a):
