@@ -28,6 +28,7 @@ OF_CAMERAS = {
     "CAM-1": ("turned by", "the length of", "the distance from eye"),
     "CAM-3": ("shifted by", "of n pixels", "first pixel's corner"),
 }
+OF_FEELERS = frozenset(COMPUTED[Stage.VISIBILITY]) - frozenset(COMPUTED[Stage.OBJECT])
 FEWEST = 2  # cases beyond those of a mistake that is charged, in which another one has to show
 MOSTLY = 0.5  # of an item's cases: by radiance alone, one that is wrong in more of them is open whatever else is wrong
 GARBLED = 0.9  # of the failing cases: where so many are wrong at most stages, the images are stored wrongly
@@ -219,6 +220,9 @@ def _share_out(
         if not here or len(told) != 1:
             continue
         ((items, sentence),) = told.items()
+        # What is wrong with shapes shows in hits, too: where it does not, feelers are wrong in another way.
+        if part.stage is Stage.VISIBILITY and not OF_FEELERS & {*items} and not {*items} & ledger.grades.keys():
+            continue
         here.sort(key=lambda one: (-one.ratio, one.case))
         for item in items:
             _charge(ledger, item, State.WRONG, sentence, [(one.case, one.stage.value) for one in here])
