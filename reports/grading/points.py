@@ -223,9 +223,9 @@ def _share_out(
         # What is wrong with shapes shows in hits, too: where it does not, feelers are wrong in another way.
         if part.stage is Stage.VISIBILITY and not OF_FEELERS & {*items} and not {*items} & ledger.grades.keys():
             continue
-        here.sort(key=lambda one: (-one.ratio, one.case))
+        places = [(one.case, one.stage.value) for one in sorted(here, key=lambda one: (-one.ratio, one.case))]
         for item in items:
-            _charge(ledger, item, State.WRONG, sentence, [(one.case, one.stage.value) for one in here])
+            _charge(ledger, item, State.WRONG, sentence, places)
         concerned = {item for one in part.hypotheses for name in one.mistakes for item in MISTAKES[name].items}
         shown = frozenset({*items, *graded_items([*concerned])})  # what is left of this stage may be the same mistake's
         left = [one for one in left if one not in here and not (one.stage is part.stage and one.possible & shown)]
@@ -269,9 +269,8 @@ def _charge(ledger: _Ledger, item: str, state: State, sentence: str, places: Seq
 
 def _explain(ledger: _Ledger, clauses: list[Clause], *, staged: bool) -> None:
     """Charge as few items as explain all clauses; without stages one at most, and leave the rest open."""
-    fails = {
-        item: {clause.case for clause in clauses if item in clause.items} for clause in clauses for item in clause.items
-    }
+    every = frozenset[str]().union(*(clause.items for clause in clauses))
+    fails = {item: {clause.case for clause in clauses if item in clause.items} for item in every}
     known = {item for item, grade in ledger.grades.items() if grade.state is State.WRONG}
     left = [clause for clause in clauses if not clause.items & known]
     for clause in [clause for clause in left if len(clause.items) == 1]:
@@ -285,8 +284,8 @@ def _explain(ledger: _Ledger, clauses: list[Clause], *, staged: bool) -> None:
         if doubtful or not items.intersection(*(clause.items - {STORING} for clause in left)):
             _blame(ledger, doubtful or items, left, State.UNDECIDED)
             return
-    told = {clause.case for clause in clauses if clause.items & charged}
-    if len({clause.case for clause in left} - told) == 0 and len({clause.case for clause in left}) < FEWEST:
+    cases = {clause.case for clause in left}
+    if len(cases) < FEWEST and cases <= {clause.case for clause in clauses if clause.items & charged}:
         return  # one case, in which an earlier stage is wrong: too little for another mistake
     while left:
         scores = {item: share[item] * sum(item in clause.items for clause in left) for item in fails}
@@ -307,7 +306,7 @@ def _credit(ledger: _Ledger, clauses: Sequence[Clause]) -> None:
 def _blame(ledger: _Ledger, items: frozenset[str], clauses: Sequence[Clause], state: State = State.WRONG) -> None:
     """Charge an item with what is wrong in some cases; leave it open between several."""
     state = state if len(items) == 1 else State.UNDECIDED
-    shown = sorted((clause for clause in clauses if clause.items & items), key=lambda one: (-one.ratio, one.case))
+    shown = sorted((clause for clause in left if clause.items & items), key=lambda one: (-one.ratio, one.case))
     for item in sorted(items):
         own = [clause for clause in shown if item in clause.items]
         stages = dict.fromkeys(clause.stage.value for clause in own)
@@ -319,8 +318,7 @@ def _blame(ledger: _Ledger, items: frozenset[str], clauses: Sequence[Clause], st
 
 def _charge_unmeasured(ledger: _Ledger, cases: Mapping[str, CaseRecord], rubric: Rubric) -> None:
     """Charge what a case without an answer asks for and no other case shows to be right, or what is asked least."""
-    asked = [covered_items(case) for case in rubric.cases]
-    count = {item: sum(item in items for items in asked) for item in rubric.points}
+    count = {item: sum(item in covered_items(case) for case in rubric.cases) for item in rubric.points}
     for name, case in cases.items():
         verdict = Outcome(case["verdict"])
         if verdict not in (Outcome.ERROR, Outcome.UNSUPPORTED, Outcome.MISSING):
