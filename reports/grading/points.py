@@ -303,7 +303,7 @@ def _credit(ledger: _Ledger, clauses: Sequence[Clause]) -> None:
             ledger.right.setdefault(item, set()).add(clause.case)
 
 
-def _blame(ledger: _Ledger, items: frozenset[str], clauses: Sequence[Clause], state: State = State.WRONG) -> None:
+def _blame(ledger: _Ledger, items: frozenset[str], left: Sequence[Clause], state: State = State.WRONG) -> None:
     """Charge an item with what is wrong in some cases; leave it open between several."""
     state = state if len(items) == 1 else State.UNDECIDED
     shown = sorted((clause for clause in left if clause.items & items), key=lambda one: (-one.ratio, one.case))
