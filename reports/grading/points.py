@@ -92,8 +92,7 @@ def grades(
     points = rubric.points.items()
     if results is None:
         return [ItemGrade(item=item, of=of, state=State.ERROR, sentence=problem) for item, of in points]
-    cases = {str(case["name"]): case for case in results["cases"]}
-    causes = _proven(results)
+    cases, causes = {str(case["name"]): case for case in results["cases"]}, _proven(results)
     # A mistake is named only if no case contradicts it: failing cases that it does not explain say nothing against it.
     explained = {name for name, case in cases.items() if causes and case["verdict"] == Outcome.FAIL}
     ledger, clauses, staged = _Ledger(), [], False
@@ -171,7 +170,7 @@ def _acquit(ledger: _Ledger, name: str, case: CaseRecord, explained: set[str]) -
         wrong = {item for check in checks if _alone(check) for item in COMPUTED[Stage(check["stage"])]}
         measured = {item for check in checks for item in COMPUTED[Stage(check["stage"])]}
         found = [item for item in _covers(case) if item in measured and item not in graded_items([*wrong])]
-        found += [STORING] if not _garbled(case) else []
+        found += [] if _garbled(case) else [STORING]
     else:
         return
     for item in found:
@@ -193,7 +192,7 @@ def _clauses(case: CaseRecord) -> list[Clause]:
         possible = graded_items(possible_items(stage, before, case.get("shapes", [])))
         blamed = case.get("blamed_items", []) if stage is first else []
         graded = set(graded_items(blamed) or possible)
-        items = frozenset(graded & covers or graded).union((STORING,) if not before else ())
+        items = frozenset(graded & covers or graded).union(() if before else (STORING,))
         found.append(Clause(case=name, stage=stage, items=items, possible=items.union(possible), ratio=ratio))
     return found
 
@@ -289,8 +288,7 @@ def _explain(ledger: _Ledger, clauses: list[Clause], *, staged: bool) -> None:
         return  # one case, in which an earlier stage is wrong: too little for another mistake
     while left:
         scores = {item: share[item] * sum(item in clause.items for clause in left) for item in fails}
-        most = max(scores.values())
-        best = frozenset(item for item, score in scores.items() if score >= most * (1 - 1e-9))
+        best = frozenset(item for item, score in scores.items() if score >= max(scores.values()) * (1 - 1e-9))
         _blame(ledger, best, left)
         left = [clause for clause in left if not clause.items & best]
 
