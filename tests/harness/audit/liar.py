@@ -221,7 +221,7 @@ def _among_sides(
     classes = pair.classes
     # At an outline any light may be seen or not: what hides it from the one side says nothing of the other.
     undecided = (classes.light | (classes.outline | classes.flagged)[..., np.newaxis])[rows, columns]
-    least, most = _range(scene, stage, samples, undecided)
+    least, most = _range(scene, stage, samples, undecided, pair.limits.cosine[rows, columns])
     value = ours[rows, columns]
     slack = limit if limit.ndim == 3 else limit[..., np.newaxis]
     slack = 2 * np.max(slack[rows, columns], axis=-1, keepdims=True) + 2 * UNIT_ROUNDOFF["float32"] * np.abs(value)
@@ -232,11 +232,11 @@ def _among_sides(
 
 
 def _range(
-    scene: Scene, stage: Stage, samples: Mapping[Stage, np.ndarray], undecided: np.ndarray
+    scene: Scene, stage: Stage, samples: Mapping[Stage, np.ndarray], undecided: np.ndarray, off: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return the least and the largest value around each pixel (pixels, channels).
 
-    `undecided` (pixels, lights) are lights that may be seen or not.
+    `undecided` (pixels, lights) are lights that may be seen or not, and their cosines are `off` (pixels, lights).
     """
     if stage is Stage.VISIBILITY:
         values = samples[stage]
@@ -249,11 +249,15 @@ def _range(
         with np.errstate(all="ignore"):
             r = np.linalg.norm(toward, axis=-1)
             cosine = np.clip(np.sum(toward * samples[Stage.NORMAL], axis=-1) / r, 0, None)
-            share = cosine if scene.shading == "simplified" else cosine / (4 * math.pi * r**2)
-        arriving = np.nan_to_num(share)[..., np.newaxis] * np.asarray(light.flux)
+            straight = np.ones_like(r) if scene.shading == "simplified" else 1 / (4 * math.pi * r**2)
+            # In the plane of what it lights a light may be a little above it: how little only rounding knows.
+            higher = straight * (cosine + off[:, index : index + 1])
+        arriving, above = (
+            np.nan_to_num(share)[..., np.newaxis] * np.asarray(light.flux) for share in (straight * cosine, higher)
+        )
         seen = samples[Stage.VISIBILITY][..., index : index + 1]
         either = undecided[:, np.newaxis, index : index + 1]
-        least, most = least + np.where(either, 0.0, seen) * arriving, most + np.where(either, 1.0, seen) * arriving
+        least, most = least + np.where(either, 0.0, seen * arriving), most + np.where(either, above, seen * arriving)
     if stage is not Stage.IRRADIANCE:
         table = np.array([shape.albedo for shape in scene.shapes] + [(0.0, 0.0, 0.0)])
         albedo = table[samples[Stage.OBJECT][..., 0].astype(int)]

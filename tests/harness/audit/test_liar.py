@@ -41,6 +41,7 @@ def test_a_judge_that_looks_at_half_of_an_image_lets_the_liar_spoil_the_other(mo
     "random/31105/19",  # the eye on a sphere: distances of any size around a pixel
     "random/42011/99",  # the eye in a flat ellipsoid, whose normals around a pixel are opposite
     "random/42011/179",  # the same, and a normal that is longer than 1
+    "random/72003/299",  # a light in the plane of what it lights, above it or below by rounding
 ])  # fmt: skip
 def test_where_much_is_seen_around_a_pixel_the_liar_hides_nothing_beyond_it(name: str) -> None:
     (case,) = select([name])
