@@ -113,26 +113,30 @@ def radius_of(reach: np.ndarray) -> np.ndarray:
 def with_twins(
     around: Sides, oracle: Oracle, scene: Scene, truth: StageImages, ours: StageImages, depth: np.ndarray
 ) -> Sides:
-    """Return the sides with one more sample: the object that was answered, where it lies as deep as what is seen.
+    """Return the sides with as many samples more: the object that was answered, where it lies as deep as what is seen.
 
-    Of surfaces that coincide the oracle names one and rounding another. What the oracle says of that other one is
-    another value that an edge pixel may have, if the two are no farther apart than `depth` [m].
+    Of surfaces that coincide the oracle names one and rounding another, and of two faces of a mesh that meet at its
+    outline the one that is turned away. What the oracle says of that other one is another value that an edge pixel may
+    have, if the two are no farther apart than `depth` [m] along a ray within reach.
     """
-    differ = any_of(ours[Stage.OBJECT] != truth[Stage.OBJECT])
-    if not np.any(differ[around.rows, around.columns]):
+    differ = any_of(ours[Stage.OBJECT] != truth[Stage.OBJECT])[around.rows, around.columns]
+    if not differ.any():
         return around
-    asked = np.zeros(differ.shape, dtype=bool)
-    asked[around.rows, around.columns] = differ[around.rows, around.columns]
-    given = {Stage.RAY: truth[Stage.RAY], Stage.OBJECT: np.where(asked[..., np.newaxis], ours[Stage.OBJECT], -1.0)}
+    named = np.where(differ[:, np.newaxis], ours[Stage.OBJECT][around.rows, around.columns], -1.0)
+    shape = around.answers[Stage.OBJECT].shape
+    asked = replace(scene, camera=replace(scene.camera, height=shape[0], width=shape[1]))  # rays are given
+    given = {Stage.RAY: around.answers[Stage.RAY], Stage.OBJECT: np.broadcast_to(named[:, np.newaxis], shape)}
     for stage in (Stage.DISTANCE, Stage.POSITION, Stage.NORMAL):
-        given[stage] = oracle.continue_from(scene, stage, given)
+        given[stage] = oracle.continue_from(asked, stage, given).reshape(*shape[:2], -1)
     with np.errstate(invalid="ignore"):
-        apart = np.abs(given[Stage.DISTANCE] - truth[Stage.DISTANCE])[..., 0]
-        twin = (differ & (apart <= depth))[around.rows, around.columns]
-    answers = {}
-    for stage, samples in around.answers.items():
-        more = np.where(twin[:, np.newaxis], given[stage][around.rows, around.columns], samples[:, 0])
-        answers[stage] = np.concatenate([samples, more[:, np.newaxis]], axis=1)
+        apart = np.abs(given[Stage.DISTANCE] - around.answers[Stage.DISTANCE])
+        twin = differ[:, np.newaxis, np.newaxis] & (
+            apart <= depth[around.rows, around.columns][:, np.newaxis, np.newaxis]
+        )
+    answers = {
+        stage: np.concatenate([samples, np.where(twin, given[stage], samples[:, :1])], axis=1)
+        for stage, samples in around.answers.items()
+    }
     return replace(around, answers=answers)
 
 

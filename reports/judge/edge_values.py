@@ -3,7 +3,7 @@
 import itertools
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Protocol
 
 import numpy as np
@@ -169,14 +169,8 @@ class Lights:
 
     def of(self, rows: np.ndarray) -> "Lights":
         """Return the same of some of the pixels."""
-        return Lights(
-            decided=self.decided[rows],
-            free=self.free[rows],
-            close=self.close[rows],
-            relative=self.relative[rows],
-            rounding=self.rounding,
-            step=self.step[rows],
-        )
+        images = ("decided", "free", "close", "relative", "step")
+        return replace(self, **{name: getattr(self, name)[rows] for name in images})
 
 
 @dataclass(frozen=True, kw_only=True)

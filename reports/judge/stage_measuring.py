@@ -8,7 +8,7 @@ import numpy as np
 from rayproof.cases.placement import world_triangles
 from rayproof.cases.scene import Mesh, Plane, Scene, Square, Triangle
 from rayproof.cases.stages import Stage, StageImages
-from rayproof.reports.judge.answers import Answers, all_of, any_of, dot, length
+from rayproof.reports.judge.answers import Answers, all_of, any_of, dot, length, widest_near
 from rayproof.reports.judge.common_factors import Bias, bias
 from rayproof.reports.judge.comparison import GEOMETRY, LIGHT, Comparison
 from rayproof.reports.judge.edge_sides import (
@@ -39,6 +39,8 @@ def _sides(pair: Comparison) -> Sides:
     scene, truth, oracle, classes = pair.base.scene, pair.base.truth, pair.base.oracle, pair.classes
     # Where no outline is near, what is seen is what the centre shows, or what lies where that does.
     reach = np.where(pair.twins, 0.0, classes.reach)
+    # A miss has no depth but that of what is beside it.
+    depth = np.where(pair.conditioning.hit, classes.depth, widest_near(classes.depth))
     # Outlines do not depend on the shadows' epsilons.
     key = pair.rounding, pair.blurred
     around = pair.base.once(
@@ -55,13 +57,13 @@ def _sides(pair: Comparison) -> Sides:
     close = close if named else close | (edges.gap <= classes.depth)
     around = pair.base.once(
         ("behind", named, *key),
-        partial(with_what_is_behind, around, oracle, scene, close, reach, classes.depth),
+        partial(with_what_is_behind, around, oracle, scene, close, reach, depth),
     )
     if not named:
         return around
     # Subjects that see the same objects, and the references that they meet, have the same.
     seen, ours = pair.base.author(pair.subject, Stage.OBJECT), pair.subject.answers
-    return pair.base.once(("twins", *key, seen), lambda: with_twins(around, oracle, scene, truth, ours, classes.depth))
+    return pair.base.once(("twins", *key, seen), lambda: with_twins(around, oracle, scene, truth, ours, depth))
 
 
 def _excused(

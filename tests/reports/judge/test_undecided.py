@@ -1,5 +1,6 @@
 """Where the scene itself leaves an answer to rounding, either answer is right and a third one is wrong."""
 
+import itertools
 from dataclasses import replace
 
 import numpy as np
@@ -7,8 +8,9 @@ import pytest
 
 from rayproof.cases.case import Case
 from rayproof.cases.families import CASE_FAMILIES, select
+from rayproof.cases.placement import compose, rotation, translation
 from rayproof.cases.random_scenes import random_case
-from rayproof.cases.scene import Camera, Plane, PointLight, Scene, Sphere, Square
+from rayproof.cases.scene import Camera, Mesh, Plane, PointLight, Scene, Sphere, Square
 from rayproof.cases.stages import Stage
 from rayproof.reports.judge.case import judge_case
 from rayproof.reports.judge.measurement import Kind
@@ -378,4 +380,40 @@ def test_what_a_surface_hides_by_rounding_alone_is_seen_as_far_as_rounding_moves
 
     result = judged(replace(case, most_edge=0.9), rounded(ours), truth)
 
+    assert result.outcome is outcome, result.reason
+
+
+CORNERS = np.array(list(itertools.product((-0.5, 0.5), repeat=3)), dtype=np.float32)
+BOX = np.array([(0, 1, 3), (0, 3, 2), (4, 6, 7), (4, 7, 5), (0, 4, 5), (0, 5, 1), (2, 3, 7), (2, 7, 6), (0, 2, 6),
+                (0, 6, 4), (1, 5, 7), (1, 7, 3)], dtype=np.int32)  # fmt: skip
+
+
+@pytest.mark.parametrize(("roundings", "outcome"), [(1, Outcome.PASS), (-3, Outcome.PASS), (300, Outcome.FAIL)])
+def test_at_the_outline_of_a_mesh_the_face_that_is_turned_away_may_be_seen_as_far_as_rounding_moves_it(
+    roundings, outcome
+):
+    # A box 5 km from the origin, moved across the view; where it is new, the face behind the one in front is answered.
+    place = np.array((2000.0, 2600.0, -1400.0))
+    at = compose(translation(*place), rotation((1, 2, 3), 37.0))
+    view = Camera(
+        eye=tuple(map(float, place + np.array((2.1, -1.7, 1.3)))), target=tuple(map(float, place)), up=(0, 0, 1),
+        fovy=30, width=200, height=150, near=0.05, far=60,
+    )  # fmt: skip
+    box = Mesh(albedo=(0.5, 0.5, 0.5), to_world=at, vertices=CORNERS, faces=BOX, two_sided=True)
+    scene = Scene(camera=view, shapes=(box,), lights=())
+    case = replace(TWINS, name="nearest/box", scene=scene, tuned=False, least_interior=0, most_edge=0.9)
+    truth, way = truth_of(case), roundings * 2.0**-24 * np.abs(place).max()
+    moved = replace(box, to_world=compose(translation(way, way, 0.0), at))
+    front = ORACLE.render(replace(scene, shapes=(moved,)), stages_of(scene))
+    new = (front[Stage.OBJECT][..., 0] >= 0) & (truth[Stage.OBJECT][..., 0] < 0)
+    kept = np.setdiff1d(np.arange(len(BOX)), front[Stage.OBJECT][new][:, 1])
+    back = ORACLE.render(replace(scene, shapes=(replace(moved, faces=BOX[kept]),)), stages_of(scene))
+    back[Stage.OBJECT][..., 1] = kept[back[Stage.OBJECT][..., 1].astype(int)]
+    apart = np.where(new, back[Stage.DISTANCE][..., 0], np.inf) - np.where(new, front[Stage.DISTANCE][..., 0], 0.0)
+    close = apart < 40 * 2.0**-24 * np.abs(place).max()
+    ours = {stage: np.where(close[..., np.newaxis], back[stage], truth[stage]) for stage in stages_of(scene)[1:]}
+
+    result = judged(case, rounded(ours | {Stage.CAMERA: truth[Stage.CAMERA]}), truth)
+
+    assert close.any()
     assert result.outcome is outcome, result.reason
