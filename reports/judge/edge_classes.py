@@ -195,19 +195,9 @@ def classify(
             tied |= undecided
             if np.any(undecided):
                 notes.append(f"light {end.light} lies on shape {end.shape}, within rounding: either it blocks or not")
-    return Classes(
-        outline=before.outline,
-        object_tied=before.object_tied,
-        light_tied=tied,
-        light=light,
-        reach=before.reach,
-        depth=before.depth,
-        clipped=before.clipped,
-        flagged=before.flagged,
-        skimming=before.skimming,
-        at_eye=before.at_eye,
-        notes=tuple(notes),
-    )
+    same = ("outline", "object_tied", "reach", "depth", "clipped", "flagged", "skimming", "at_eye")
+    known = {name: getattr(before, name) for name in same}
+    return Classes(**known, light_tied=tied, light=light, notes=tuple(notes))
 
 
 def farther(classes: Classes, edges: Edges, c: Conditioning, edge_epsilon: float, tie_epsilon: float) -> Classes:

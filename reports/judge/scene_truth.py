@@ -139,14 +139,11 @@ class SceneTruth:
 
 
 def _added(mine: Limits, theirs: Limits) -> Limits:
+    images = ("cosine", "relative", "position", "aimed", "lifted")
     return Limits(
         continued={stage: mine.continued[stage] + theirs.continued[stage] for stage in mine.continued},
         end_to_end={stage: mine.end_to_end[stage] + theirs.end_to_end[stage] for stage in mine.end_to_end},
-        cosine=mine.cosine + theirs.cosine,
-        relative=mine.relative + theirs.relative,
-        position=mine.position + theirs.position,
-        aimed=mine.aimed + theirs.aimed,
-        lifted=mine.lifted + theirs.lifted,
+        **{name: getattr(mine, name) + getattr(theirs, name) for name in images},
     )
 
 

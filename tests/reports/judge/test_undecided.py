@@ -417,3 +417,43 @@ def test_at_the_outline_of_a_mesh_the_face_that_is_turned_away_may_be_seen_as_fa
 
     assert close.any()
     assert result.outcome is outcome, result.reason
+
+
+def shell_at(end: str, moved: float) -> Case:
+    """Return a case whose camera is in the middle of a ball on an end of clipping, up to a relative distance."""
+    eye, turn = (3.0, -2.0, 5.0), {"near": (5.0 * (1 + moved), 60.0), "far": (0.5, 5.0 * (1 - moved))}[end]
+    camera = Camera(
+        eye=eye, target=(3.3, -1.0, 5.2), up=(0, 0, 1), fovy=40, width=24, height=16, near=turn[0], far=turn[1]
+    )
+    ball = Sphere(albedo=(0.5, 0.4, 0.3), center=eye, radius=5.0, two_sided=True)
+    before = Square(
+        albedo=(0.3, 0.4, 0.5),
+        to_world=((1, 0, 0, 3.6), (0, 0, -1, -0.5), (0, 1, 0, 5.2), (0, 0, 0, 1)),
+        two_sided=True,
+    )
+    behind = replace(before, to_world=((40, 0, 0, 3.6), (0, 0, -1, 4.0), (0, 40, 0, 5.2), (0, 0, 0, 1)))
+    light = PointLight(position=(3.5, -2.5, 6.0), flux=(100.0, 80.0, 60.0))
+    scene = Scene(camera=camera, shapes=(ball, before, behind), lights=(light,), clip="shell")
+    return Case(
+        name="test/shell",
+        scene=scene,
+        stresses="A ball at an end.",
+        covers=("CAM-4",),
+        tuned=False,
+        least_interior=0,
+        most_edge=0.5,
+    )
+
+
+@pytest.mark.parametrize("end", ["near", "far"])
+@pytest.mark.parametrize("moved", [2.0**-36, 0.0, -(2.0**-36)])
+def test_a_ball_about_the_eye_within_rounding_of_an_end_of_clipping_may_be_seen_or_not(end, moved):
+    case, seen, hidden = (shell_at(end, each) for each in (moved, -1e-12, 1e-12))
+    odd = (np.indices((16, 24)).sum(axis=0) % 2 == 0)[..., np.newaxis]
+    truth, one, other = truth_of(case), truth_of(seen), truth_of(hidden)
+    assert (one[Stage.OBJECT] != other[Stage.OBJECT]).mean() > 0.2
+    mixed = truth | {stage: np.where(odd, one[stage], other[stage]) for stage in one if stage is not Stage.CAMERA}
+
+    assert judged(case, rounded(mixed), truth).outcome is Outcome.UNDECIDED
+    mixed[Stage.DISTANCE] = np.where(np.isfinite(mixed[Stage.DISTANCE]), 1.001, 1.0) * mixed[Stage.DISTANCE]
+    assert judged(case, rounded(mixed), truth).outcome is Outcome.FAIL
