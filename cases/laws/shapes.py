@@ -63,17 +63,16 @@ def square_tiles(scene: Scene, ask: Ask) -> Iterator[Relation]:
 SQUARE_CORNERS = ((-0.5, -0.5, 0.0), (0.5, -0.5, 0.0), (0.5, 0.5, 0.0), (-0.5, 0.5, 0.0))
 
 
+def _mesh_for(shape: Shape, vertices: np.ndarray, faces: np.ndarray) -> Mesh:
+    """Return a mesh in the place of a shape, with its albedo and sidedness."""
+    return Mesh(albedo=shape.albedo, to_world=shape.to_world, two_sided=shape.two_sided, vertices=vertices, faces=faces)
+
+
 def halves(shape: Shape) -> Shape:
     """Return a square as two triangles."""
     if not isinstance(shape, Square):
         return shape
-    return Mesh(
-        albedo=shape.albedo,
-        to_world=shape.to_world,
-        two_sided=shape.two_sided,
-        vertices=np.array(SQUARE_CORNERS),
-        faces=np.array([(0, 1, 2), (0, 2, 3)]),
-    )
+    return _mesh_for(shape, np.array(SQUARE_CORNERS), np.array([(0, 1, 2), (0, 2, 3)]))
 
 
 def square_triangles(scene: Scene, ask: Ask) -> Iterator[Relation]:
@@ -209,13 +208,7 @@ def as_mesh(shape: Shape) -> Shape:
     """Return a triangle as a mesh."""
     if not isinstance(shape, Triangle):
         return shape
-    return Mesh(
-        albedo=shape.albedo,
-        to_world=shape.to_world,
-        two_sided=shape.two_sided,
-        vertices=np.array(shape.vertices),
-        faces=np.array([(0, 1, 2)]),
-    )
+    return _mesh_for(shape, np.array(shape.vertices), np.array([(0, 1, 2)]))
 
 
 def triangle_mesh(scene: Scene, ask: Ask) -> Iterator[Relation]:
@@ -271,13 +264,7 @@ def quartered(shape: Shape) -> Shape:
     ab, bc, ca = (a + b) / 2, (b + c) / 2, (c + a) / 2
     quarters = np.stack([np.stack(four, axis=1) for four in ((a, ab, ca), (ab, b, bc), (ca, bc, c), (ab, bc, ca))], 1)
     vertices = quarters.reshape(-1, 3)
-    return Mesh(
-        albedo=shape.albedo,
-        to_world=shape.to_world,
-        two_sided=shape.two_sided,
-        vertices=vertices,
-        faces=np.arange(len(vertices)).reshape(-1, 3),
-    )
+    return _mesh_for(shape, vertices, np.arange(len(vertices)).reshape(-1, 3))
 
 
 def split(scene: Scene, ask: Ask) -> Iterator[Relation]:

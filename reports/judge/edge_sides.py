@@ -19,6 +19,7 @@ from rayproof.reports.judge.answers import all_of, any_of
 DIRECTIONS = 12
 # Just beyond the reach, at it and at half of it: an edge within reach is crossed by at least one of the circles.
 RADII = (0.5, 1.0, 2.0)
+SAMPLES = 1 + DIRECTIONS * len(RADII)
 HALVINGS = 12  # towards an outline values change as the root of the distance: these leave 1.6 % of the change
 # Of what samples span, so much farther a value may lie: between two of the directions, on a surface that is straight
 # in the image, the least cosine to either is 0.97, and between two circles a bend hides a sixteenth of what it spans.
@@ -111,32 +112,31 @@ def radius_of(reach: np.ndarray) -> np.ndarray:
 
 
 def with_twins(
-    around: Sides, oracle: Oracle, scene: Scene, truth: StageImages, ours: StageImages, depth: np.ndarray
+    around: Sides, oracle: Oracle, scene: Scene, truth: StageImages, ours: StageImages, depth: np.ndarray, count: int
 ) -> Sides:
-    """Return the sides with as many samples more: the object that was answered, where it lies as deep as what is seen.
+    """Return the sides with `count` samples more: the object that was answered, where it lies as deep as what is seen.
 
     Of surfaces that coincide the oracle names one and rounding another, and of two faces of a mesh that meet at its
     outline the one that is turned away. What the oracle says of that other one is another value that an edge pixel may
-    have, if the two are no farther apart than `depth` [m] along a ray within reach.
+    have, if the two are no farther apart than `depth` [m] along the ray of one of the first `count` samples.
     """
-    differ = any_of(ours[Stage.OBJECT] != truth[Stage.OBJECT])[around.rows, around.columns]
-    if not differ.any():
+    rows, columns = around.rows, around.columns
+    differ = np.flatnonzero(any_of(ours[Stage.OBJECT] != truth[Stage.OBJECT])[rows, columns])
+    if not len(differ):
         return around
-    named = np.where(differ[:, np.newaxis], ours[Stage.OBJECT][around.rows, around.columns], -1.0)
-    shape = around.answers[Stage.OBJECT].shape
-    asked = replace(scene, camera=replace(scene.camera, height=shape[0], width=shape[1]))  # rays are given
-    given = {Stage.RAY: around.answers[Stage.RAY], Stage.OBJECT: np.broadcast_to(named[:, np.newaxis], shape)}
+    named = np.repeat(ours[Stage.OBJECT][rows[differ], columns[differ], np.newaxis], count, axis=1)
+    given = {Stage.RAY: around.answers[Stage.RAY][differ, :count], Stage.OBJECT: named}
+    asked = replace(scene, camera=replace(scene.camera, height=len(differ), width=count))  # rays are given
     for stage in (Stage.DISTANCE, Stage.POSITION, Stage.NORMAL):
-        given[stage] = oracle.continue_from(asked, stage, given).reshape(*shape[:2], -1)
+        given[stage] = oracle.continue_from(asked, stage, given)
     with np.errstate(invalid="ignore"):
-        apart = np.abs(given[Stage.DISTANCE] - around.answers[Stage.DISTANCE])
-        twin = differ[:, np.newaxis, np.newaxis] & (
-            apart <= depth[around.rows, around.columns][:, np.newaxis, np.newaxis]
-        )
-    answers = {
-        stage: np.concatenate([samples, np.where(twin, given[stage], samples[:, :1])], axis=1)
-        for stage, samples in around.answers.items()
-    }
+        apart = np.abs(given[Stage.DISTANCE] - around.answers[Stage.DISTANCE][differ, :count])
+    twin = apart <= depth[rows[differ], columns[differ], np.newaxis, np.newaxis]
+    answers = {}
+    for stage, samples in around.answers.items():
+        more = np.repeat(samples[:, :1], count, axis=1)
+        more[differ] = np.where(twin, given[stage], more[differ])
+        answers[stage] = np.concatenate([samples, more], axis=1)
     return replace(around, answers=answers)
 
 
@@ -182,8 +182,7 @@ def with_what_is_behind(
     asked = close[rows, columns]
     if not asked.any():
         return around
-    count = 1 + DIRECTIONS * len(RADII)
-    answers = {stage: np.concatenate([old, *[old[:, :1]] * count], axis=1) for stage, old in around.answers.items()}
+    answers = {stage: np.concatenate([old, *[old[:, :1]] * SAMPLES], axis=1) for stage, old in around.answers.items()}
     front = around.answers[Stage.OBJECT][:, 0, 0]
     for index in np.unique(front[asked & (front >= 0)]).astype(int):
         here = np.flatnonzero(asked & (front == index))
@@ -192,10 +191,10 @@ def with_what_is_behind(
         where[rows[here], columns[here]] = True
         behind = sides(oracle, without, tuple(answers), where, reach).answers
         with np.errstate(invalid="ignore"):
-            apart = np.abs(behind[Stage.DISTANCE] - around.answers[Stage.DISTANCE][here, :count])
+            apart = np.abs(behind[Stage.DISTANCE] - around.answers[Stage.DISTANCE][here, :SAMPLES])
         kept = apart <= depth[rows[here], columns[here], np.newaxis, np.newaxis]
         for stage, image in behind.items():
             # Numbers of shapes count on where one is gone.
             moved = np.where(image[..., :1] >= index, [1.0, 0.0], 0.0) if stage is Stage.OBJECT else 0.0
-            answers[stage][here, -count:] = np.where(kept, image + moved, answers[stage][here, -count:])
+            answers[stage][here, -SAMPLES:] = np.where(kept, image + moved, answers[stage][here, -SAMPLES:])
     return replace(around, answers=answers)

@@ -12,6 +12,7 @@ from rayproof.reports.judge.answers import Answers, all_of, any_of, dot, length,
 from rayproof.reports.judge.common_factors import Bias, bias
 from rayproof.reports.judge.comparison import GEOMETRY, LIGHT, Comparison
 from rayproof.reports.judge.edge_sides import (
+    SAMPLES,
     Sides,
     sides,
     with_both_sides_of_the_eye,
@@ -27,11 +28,23 @@ from rayproof.reports.judge.surrounded import faces_near, leaking, may_be_dark
 
 
 def _ends(pair: Comparison, where: np.ndarray) -> Sides:
-    """Return the same at some of the pixels (height, width), and where around them what is seen changes."""
-    seen = pair.base.author(pair.subject, Stage.OBJECT)
+    """Return the same at some of the pixels, twins within reach, and where around them what is seen changes."""
+    base, seen = pair.base, pair.base.author(pair.subject, Stage.OBJECT)
     key = "ends", pair.rounding, pair.blurred, seen, where.tobytes()
     reach = np.where(pair.twins, 0.0, pair.classes.reach)
-    return pair.base.once(key, lambda: with_ends(_sides(pair), pair.base.oracle, pair.base.scene, where, reach))
+
+    def found() -> Sides:
+        ended = with_ends(_sides(pair), base.oracle, base.scene, where, reach)
+        about = base.oracle, base.scene, base.truth, pair.subject.answers, _depth(pair)
+        return ended if seen is None else with_twins(ended, *about, SAMPLES)
+
+    return base.once(key, found)
+
+
+def _depth(pair: Comparison) -> np.ndarray:
+    """Return how close [m] (height, width) two surfaces are that are not told apart; by a miss, those beside it."""
+    depth = pair.classes.depth
+    return np.where(pair.conditioning.hit, depth, widest_near(depth))
 
 
 def _sides(pair: Comparison) -> Sides:
@@ -39,8 +52,6 @@ def _sides(pair: Comparison) -> Sides:
     scene, truth, oracle, classes = pair.base.scene, pair.base.truth, pair.base.oracle, pair.classes
     # Where no outline is near, what is seen is what the centre shows, or what lies where that does.
     reach = np.where(pair.twins, 0.0, classes.reach)
-    # A miss has no depth but that of what is beside it.
-    depth = np.where(pair.conditioning.hit, classes.depth, widest_near(classes.depth))
     # Outlines do not depend on the shadows' epsilons.
     key = pair.rounding, pair.blurred
     around = pair.base.once(
@@ -57,13 +68,15 @@ def _sides(pair: Comparison) -> Sides:
     close = close if named else close | (edges.gap <= classes.depth)
     around = pair.base.once(
         ("behind", named, *key),
-        partial(with_what_is_behind, around, oracle, scene, close, reach, depth),
+        partial(with_what_is_behind, around, oracle, scene, close, reach, _depth(pair)),
     )
     if not named:
         return around
     # Subjects that see the same objects, and the references that they meet, have the same.
     seen, ours = pair.base.author(pair.subject, Stage.OBJECT), pair.subject.answers
-    return pair.base.once(("twins", *key, seen), lambda: with_twins(around, oracle, scene, truth, ours, depth))
+    return pair.base.once(
+        ("twins", *key, seen), lambda: with_twins(around, oracle, scene, truth, ours, classes.depth, 1)
+    )
 
 
 def _excused(
