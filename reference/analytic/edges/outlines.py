@@ -21,22 +21,23 @@ class Borders:
     hulls: np.ndarray
     shared: np.ndarray  # (E,) whether exactly two faces meet there
 
-    def outlines_from(self, apex: np.ndarray) -> np.ndarray:
+    def outlines_from(self, apex: np.ndarray, rounding: float = 0.0) -> np.ndarray:
         """Return which edges can be part of the surface's outline as the apex sees it, shape (E,).
 
-        Where an edge's two faces lie on its two sides, what the surface covers goes on across the edge.
+        Where an edge's two faces lie on its two sides, what the surface covers goes on across the edge. A face whose
+        plane holds the apex, up to a relative `rounding` of the coordinates, lies on either side.
         """
-        return np.concatenate(
-            [np.zeros(0, dtype=bool), *(self._outlines(apex, some) for some in blocks(len(self.shared)))]
-        )
+        parts = (self._outlines(apex, some, rounding) for some in blocks(len(self.shared)))
+        return np.concatenate([np.zeros(0, dtype=bool), *parts])
 
-    def _outlines(self, apex: np.ndarray, some: slice) -> np.ndarray:
+    def _outlines(self, apex: np.ndarray, some: slice, rounding: float) -> np.ndarray:
         starts, hulls = self.starts[some], self.hulls[some]
         normals = cross(starts - apex, self.ends[some] - starts)
         corners = hulls.shape[1]
         one = dot(hulls[:, 2] - apex, normals)
         other = dot(hulls[:, (corners + 2) // 2] - apex, normals)
-        covers_both_sides = (np.minimum(one, other) < 0) & (np.maximum(one, other) > 0)
+        slack = rounding * (np.abs(apex).max() + np.abs(hulls).max(initial=0)) * length(normals) if rounding else 0.0
+        covers_both_sides = (np.minimum(one, other) < -slack) & (np.maximum(one, other) > slack)
         return ~(self.shared[some] & covers_both_sides)
 
 

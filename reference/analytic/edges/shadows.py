@@ -5,7 +5,7 @@ import numpy as np
 from rayproof.cases.scene import Cube, Mesh, Plane, PointLight, Square, Triangle
 from rayproof.cases.stages import Stage
 from rayproof.reference.analytic.edges.hits import Hits
-from rayproof.reference.analytic.edges.inverse_depths import ROUNDING, reach
+from rayproof.reference.analytic.edges.inverse_depths import COARSE, ROUNDING, reach
 from rayproof.reference.analytic.edges.outlines import borders_of, edge_distances, ellipsoid_distances, sight_from_light
 from rayproof.reference.analytic.light import above_horizon, blocked_by_itself
 from rayproof.reference.analytic.surfaces import Ellipsoid, Polygons, surface_of
@@ -38,7 +38,7 @@ def shadow_distances(hits: Hits, light: PointLight) -> np.ndarray:
             blocker = ellipsoid_distances(sight, surface, screens)
         else:
             borders = borders_of(shape)
-            blocker = edge_distances(sight, borders, borders.outlines_from(source), screens)
+            blocker = edge_distances(sight, borders, borders.outlines_from(source, COARSE), screens)
         if isinstance(surface, Ellipsoid) or isinstance(shape, Cube):
             blocker[hits.rows[Stage.OBJECT][rays, 0] == index] = np.inf
         blocker[_higher_than(source, hits, rays, surface)] = np.inf

@@ -457,3 +457,18 @@ def test_a_ball_about_the_eye_within_rounding_of_an_end_of_clipping_may_be_seen_
     assert judged(case, rounded(mixed), truth).outcome is Outcome.UNDECIDED
     mixed[Stage.DISTANCE] = np.where(np.isfinite(mixed[Stage.DISTANCE]), 1.001, 1.0) * mixed[Stage.DISTANCE]
     assert judged(case, rounded(mixed), truth).outcome is Outcome.FAIL
+
+
+@pytest.mark.parametrize(("pixel", "outcome"), [((9, 15), Outcome.PASS), ((9, 17), Outcome.FAIL)], ids=str)
+def test_a_light_on_a_face_may_be_seen_past_the_edge_of_that_face(pixel, outcome):
+    # The feeler enters the cube 7 um beside the edge of the face on which the light lies, and starts 0.28 mm higher.
+    case, (column, row) = random_case(72004, 314), pixel
+    truth = truth_of(case)
+    seen = truth[Stage.VISIBILITY].copy()
+    seen[row, column] = 1.0
+    ours = replace(candidate(answered(case, truth, Stage.VISIBILITY, seen)), shadow_epsilon=2.8e-4)
+
+    result = judge_case(case, [ours], [witness(truth)], ORACLE, {})
+
+    assert truth[Stage.VISIBILITY][row, column, 0] == 0
+    assert result.outcome is outcome, result.reason
