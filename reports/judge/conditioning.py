@@ -384,13 +384,10 @@ class Unrounded:
         the plane, the speed of depth and the plane's own depth with one each: what is 0 rounds nothing. Along another
         axis every coordinate has its share: the way into object space has 7 roundings, of the point and of the ray, and
         the ray's depth 8 more (the axis 5, its product with the ray 3); three are left for quotients and the plane.
-        A shell follows a ball about the eye over the whole image, and then the distance's own error counts; a flat face
-        touches it in one point, and is held strictly.
+        A shell follows a ball about the eye over the whole image; a flat face, touched in one point, is held strictly.
         """
         camera, edges, rays = self.scene.camera, self.edges, self.truth[Stage.RAY]
         gap, error = np.full(edges.at_clip.shape, np.inf), np.zeros(edges.at_clip.shape)
-        if self.scene.clip == "none":
-            return gap, error
         eye, along = np.asarray(camera.eye, dtype=np.float64), off_axis(camera, rays)
         forward = np.subtract(camera.target, camera.eye, dtype=np.float64)
         axis = np.abs(forward) / np.linalg.norm(forward)
@@ -400,16 +397,13 @@ class Unrounded:
             here = edges.at_clip == index
             t = edges.clip_depth[here]
             moved = t[:, np.newaxis] * rays[here]
-            shape = self.scene.shapes[int(index)]
-            if self.scene.clip == "shell":
-                if isinstance(shape, Sphere):
-                    gap[here] = np.minimum(np.abs(t - camera.near), np.abs(t - camera.far))
-                    # As many roundings as limits of distances count.
-                    error[here] = 16 * (surface_error(shape, eye, eye + moved) + t)
-                continue
-            gap[here] = np.minimum(np.abs(t - camera.near / along[here]), np.abs(t - camera.far / along[here]))
+            slope = along[here] if self.scene.clip == "depth" else 1.0
             sizes = points_have * (np.abs(eye + moved) + np.abs(eye)) + rays_have * np.abs(moved)
-            error[here] = sizes @ axis / along[here] + rest * t
+            error[here] = sizes @ axis / slope + rest * t
+            if self.scene.clip == "shell":  # as many roundings as limits of distances count
+                shape = self.scene.shapes[int(index)]
+                error[here] = 16 * (surface_error(shape, eye, eye + moved) + t) if isinstance(shape, Sphere) else -1.0
+            gap[here] = np.minimum(np.abs(t - camera.near / slope), np.abs(t - camera.far / slope))
         return gap, error
 
     @cached_property
