@@ -255,6 +255,11 @@ def workflow(
         raise UsageError(
             f"--from {source}: on a registry this is another package; name a wheel or git+https://...@COMMIT"
         )
+    from rayproof.cases.families import select
+
+    with told_in_one_line():
+        if known := [word for word in selectors if not word.endswith(".json")]:
+            select(known)
     name, usual = SERVICES[service]
     file = out or usual
     command = ["rayproof", "run", *selectors, "--out", REPORT]

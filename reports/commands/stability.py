@@ -93,12 +93,11 @@ def stability(
     if not worst and not all(one is None for one in (seconds, seed, keep_rays)):
         raise UsageError("--seconds, --seed and --keep need --worst")
     if worst:
-        if subject is not None or ladder or sweep is not None or quick or paper.figure is not None:
+        taken = (subject, sweep, paper.figure) == (None, None, None) and not (ladder or quick) and len(precision) < 2
+        if not taken:
             raise UsageError(
                 "--worst takes formulas, a precision, --seconds, --seed, --keep, --json, --out and --table"
             )
-        if len(precision) > 1:
-            raise UsageError("--worst searches in one precision")
         chosen = SECONDS if seconds is None else seconds
         if not chosen > 0:
             raise UsageError(f"--seconds must be positive, got {chosen}")

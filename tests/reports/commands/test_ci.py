@@ -103,6 +103,16 @@ def test_the_subject_and_the_gate_are_in_the_command(rayproof: Rayproof, tmp_pat
     assert "is not overwritten" in again.error
 
 
+def test_a_family_that_does_not_exist_is_refused(rayproof: Rayproof, tmp_path: Path) -> None:
+    options = ("--from", "x.whl", "--build", BUILD, "--subject", SUBJECT, "--out", tmp_path / "job.yml")
+
+    ended = rayproof("new", "workflow", "gitlab", "primitves", "mine/scene.json", *options)
+
+    assert (ended.code, ended.error.count("\n")) == (2, 1)
+    assert "primitives" in ended.error
+    assert not (tmp_path / "job.yml").exists()
+
+
 @pytest.mark.parametrize("left_out", ["--build", "--subject"])
 def test_what_the_command_cannot_know_it_asks_for(rayproof: Rayproof, left_out: str) -> None:
     options = {"--from": "x.whl", "--build": BUILD, "--subject": SUBJECT}
