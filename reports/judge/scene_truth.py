@@ -46,6 +46,15 @@ class SceneTruth:
             self._known[key] = found()
         return self._known[key]
 
+    def parts(self, key: tuple, where: np.ndarray, found: Callable[[np.ndarray], T]) -> list[T]:
+        """Return what `found` returns of the pixels of `where` (height, width) and of earlier ones, each asked once."""
+        asked, known = self.once(("parts", *key), lambda: (np.zeros_like(where), []))
+        new = where & ~asked
+        if new.any():
+            asked |= new
+            known.append(found(new))
+        return known
+
     def author(self, renderer: Answers, stage: Stage) -> str | None:
         """Return the name by which the memo knows a renderer's answer to a stage; None where it has none.
 

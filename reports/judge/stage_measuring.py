@@ -27,18 +27,18 @@ from rayproof.reports.judge.oracle import ORACLE
 from rayproof.reports.judge.surrounded import faces_near, leaking, may_be_dark
 
 
-def _ends(pair: Comparison, where: np.ndarray) -> Sides:
+def _ends(pair: Comparison, where: np.ndarray) -> list[Sides]:
     """Return the same at some of the pixels, twins within reach, and where around them what is seen changes."""
     base, seen = pair.base, pair.base.author(pair.subject, Stage.OBJECT)
-    key = "ends", pair.rounding, pair.blurred, seen, where.tobytes()
     reach = np.where(pair.twins, 0.0, pair.classes.reach)
 
-    def found() -> Sides:
-        ended = with_ends(_sides(pair), base.oracle, base.scene, where, reach)
+    def found(new: np.ndarray) -> Sides:
+        ended = with_ends(_sides(pair), base.oracle, base.scene, new, reach)
         about = base.oracle, base.scene, base.truth, pair.subject.answers, _depth(pair)
         return ended if seen is None else with_twins(ended, *about, SAMPLES)
 
-    return base.once(key, found)
+    known = base.parts(("ends", pair.rounding, pair.blurred, seen), where, found)
+    return [part for part in (each.at(where) for each in known) if len(part.rows)]
 
 
 def _depth(pair: Comparison) -> np.ndarray:
@@ -98,7 +98,8 @@ def _excused(
     good = find(stage, pair.subject.answers, _sides(pair), limit, objects, continued=continued)
     left = differ & ~good
     if left.any():
-        good |= find(stage, pair.subject.answers, _ends(pair, left), limit, objects, continued=continued)
+        for around in _ends(pair, left):
+            good |= find(stage, pair.subject.answers, around, limit, objects, continued=continued)
         left = differ & ~good
         for around in faces_near(pair, left):
             good |= find(stage, pair.subject.answers, around.sides, limit, objects, continued=continued)
@@ -143,10 +144,11 @@ def _lit(pair: Comparison, stage: Stage, where: np.ndarray) -> Held:
         np.logical_or.at(interval, (rows, columns), found.interval)
 
     judge(Sides(rows=rows, columns=columns, answers=here))
-    for more in (_sides(pair).at, partial(_ends, pair)):
-        left = where & outline & ~good
-        if left.any():
-            judge(more(left))
+    left = where & outline & ~good
+    if left.any():
+        judge(_sides(pair).at(left))
+        for more in _ends(pair, where & outline & ~good):
+            judge(more)
     left = where & outline & ~good
     if left.any():
         for around in faces_near(pair, left):

@@ -5,7 +5,7 @@ There a miss, and what lies behind, is a hole. Light is 0 there only if one of t
 unlit, in shadow, or so near to it that rounding decides.
 """
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -40,14 +40,6 @@ class Neighbours:
         )
 
 
-@dataclass
-class _Known:
-    """What was looked at already."""
-
-    asked: np.ndarray  # (height, width)
-    found: list[Neighbours] = field(default_factory=list)
-
-
 def neighbours(
     oracle: FullOracle, scene: Scene, stages: tuple[Stage, ...], where: np.ndarray, reach: np.ndarray
 ) -> Neighbours:
@@ -79,13 +71,11 @@ def faces_near(pair: Comparison, where: np.ndarray) -> list[Neighbours]:
     """
     reach = radius_of(np.where(pair.twins, 0.0, pair.classes.reach))
     reach = np.exp2(np.ceil(np.log2(reach)))
-    known = pair.base.once(("faces near", reach.tobytes()), lambda: _Known(asked=np.zeros_like(where)))
     where = where & pair.classes.outline
-    new = where & ~known.asked
-    if new.any():
-        known.asked |= new
-        known.found.append(neighbours(pair.base.oracle, pair.scene, SEEN, new, reach))
-    return [part for part in (each.of(where) for each in known.found) if len(part.places)]
+    known = pair.base.parts(
+        ("faces near", reach.tobytes()), where, lambda new: neighbours(pair.base.oracle, pair.scene, SEEN, new, reach)
+    )
+    return [part for part in (each.of(where) for each in known) if len(part.places)]
 
 
 def holes(pair: Comparison, stage: Stage, where: np.ndarray) -> np.ndarray:
