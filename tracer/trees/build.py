@@ -405,8 +405,8 @@ class _GrowingParts:
             lower, upper = self._boxes.take(some, axis=2).astype(np.float64)
             # Near the margin a plane may have nothing of the triangle on one of its sides.
             large = (upper - lower).max(axis=0) > 16 * self._margin
-            if not large.all():
-                some, corners, lower, upper = some[large], corners[..., large], lower[:, large], upper[:, large]
+            kept = slice(None) if large.all() else large
+            some, corners, lower, upper = some[kept], corners[..., kept], lower[:, kept], upper[:, kept]
             halves = _halves(corners, lower, upper, base=self._base, margin=self._margin)
             self._gains[parts[piece]] = 0.0
             self._gains[some] = _half_areas(lower, upper) - sum(_half_areas(*half) for half in halves)
