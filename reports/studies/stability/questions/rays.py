@@ -88,11 +88,11 @@ class ViewRay:
         sine = np.linalg.norm(np.cross(forward, inputs["up"]), axis=1)
         sine = sine / np.linalg.norm(forward, axis=1) / np.linalg.norm(inputs["up"], axis=1)
         finite = np.isfinite(values["n0"].high)
-        # A rounding of fovy moves the tangent T of half of it, a, by a (1 + T^2) / T roundings, which is much near 180
-        # degrees; at rho from the middle of the image plane that turns a ray by rho / (1 + rho^2) of it.
+        # A rounding of fovy moves the tangent T of half of it, a, by a (1 + T^2) / T roundings; at rho from the middle
+        # of the image plane that turns a ray by rho / (1 + rho^2) of it: by more than a rounding beyond 100 degrees.
         rho = high * np.hypot(inputs["sx"] * inputs["aspect"], inputs["sy"])
         moved = np.radians(inputs["fovy"]) / 2 * (1 + high**2) / high
-        K = 1 + 1 / sine + moved * rho / (1 + rho**2)
+        K = np.maximum(1.0, moved * rho / (1 + rho**2)) + 1 / sine
         return Truth(counted=finite, facts={"n": values, "K": K}, witness=witness)
 
     def answer(self, ladder: Ladder, formula: Formula, inputs: Inputs, precision: str) -> Answer:
