@@ -11,7 +11,7 @@ from dataclasses import replace
 import numpy as np
 
 from rayproof.cases.rounding import gamma
-from rayproof.cases.scene import Cube, Scene, SceneError
+from rayproof.cases.scene import Cube, Mesh, Scene, SceneError
 from rayproof.cases.stages import IMAGE_STAGES, Stage, StageImages
 from rayproof.reports.diagnosis import Answered, Given, Way
 from rayproof.reports.judge.conditioning import condition
@@ -285,13 +285,17 @@ def _by_a_light_on_a_surface(scene: Scene, answers: StageImages, right: StageIma
 def seen_from_a_surface(scene: Scene, answers: StageImages) -> np.ndarray:
     """Return the pixels (height, width) in which rounding decides what a feeler meets.
 
-    That is where another shape is at the same place, and where a light that lies on a surface is above the horizon.
+    That is where another shape is at the same place, where the mesh has the same face again, and where a light that
+    lies on a surface is above the horizon.
     """
-    held = [_on_a_surface(scene, np.asarray(light.position, dtype=np.float64)) for light in scene.lights]
-    found = np.zeros(answers[Stage.OBJECT].shape[:2], dtype=bool)
-    if any(held):
-        found |= answers[Stage.OBJECT][..., 0] >= 0
-    return found | equally_far(scene, answers[Stage.RAY])
+    shape, face = np.moveaxis(answers[Stage.OBJECT], -1, 0)
+    held = any(_on_a_surface(scene, np.asarray(light.position, dtype=np.float64)) for light in scene.lights)
+    found = (shape >= 0) & held | equally_far(scene, answers[Stage.RAY])
+    for index, mesh in enumerate(scene.shapes):
+        if isinstance(mesh, Mesh):
+            _, same, count = np.unique(np.sort(mesh.faces, axis=1), axis=0, return_inverse=True, return_counts=True)
+            found[shape == index] |= (count > 1)[same.ravel()][face[shape == index].astype(int)]
+    return found
 
 
 def _on_a_surface(scene: Scene, point: np.ndarray) -> bool:

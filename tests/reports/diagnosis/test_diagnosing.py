@@ -7,6 +7,9 @@ from typing import Any
 import numpy as np
 import pytest
 
+from rayproof.cases.scene import Camera, Mesh, PointLight, Scene
+from rayproof.cases.stages import Stage
+from rayproof.reports.diagnosis.answering import seen_from_a_surface
 from rayproof.reports.diagnosis.diagnosing import _mask, _rounding, _worst
 from rayproof.reports.judge.answers import Answers
 from rayproof.reports.judge.comparison import roundoff
@@ -18,6 +21,11 @@ def case(name: str, **failing: int) -> Any:
     checks = [{"configuration": one, "verdict": "fail"} for one, count in failing.items() for _ in range(count)]
     renders = [{"renderer": f"tracer-{one}", "configuration": one} for one in failing]
     return {"name": name, "checks": [*checks, {"configuration": "float64", "verdict": "pass"}], "renders": renders}
+
+
+CAMERA = Camera(
+    eye=(0.0, 0.0, 5.0), target=(0.0, 0.0, 0.0), up=(0.0, 1.0, 0.0), fovy=40.0, width=4, height=1, near=0.1, far=100.0
+)
 
 
 def test_who_fails_most_is_diagnosed() -> None:
@@ -49,3 +57,17 @@ def test_a_renderer_is_diagnosed_by_the_rounding_by_which_it_is_judged(name: str
     diagnosed = _rounding({"subject": name, "declared": {"world_normals": world}})  # type: ignore[typeddict-item]
 
     assert diagnosed.key == roundoff(subject).key
+
+
+def test_what_feelers_meet_from_a_face_that_its_mesh_has_again_is_decided_by_rounding() -> None:
+    corners = np.array([(-1.0, -1.0, 0.0), (1.0, -1.0, 0.0), (0.0, 1.0, 0.0), (0.0, 3.0, 0.0), (2.0, 3.0, 0.0)])
+    faces = np.array([(0, 1, 2), (1, 2, 0), (2, 4, 3)])  # the first one again, from another corner
+    mesh = Mesh(albedo=(0.5, 0.5, 0.5), vertices=corners, faces=faces)
+    light = PointLight(position=(0.0, 0.0, 3.0), flux=(1.0, 1.0, 1.0))
+    scene = Scene(camera=CAMERA, shapes=(mesh,), lights=(light,))
+    objects = np.array([[(0, 0), (0, 1), (0, 2), (-1, -1)]], dtype=float)
+    down = np.broadcast_to((0.0, 0.0, -1.0), (1, 4, 3))
+
+    found = seen_from_a_surface(scene, {Stage.OBJECT: objects, Stage.RAY: down})
+
+    assert found.tolist() == [[True, True, False, False]]
