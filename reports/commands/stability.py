@@ -178,6 +178,7 @@ def search_worst(
 
     choose_packaged_llvm()
     from rayproof.reports.studies.stability.worst import breeds_of, common, search
+    from rayproof.reports.vectors.files import ORDER, as_csv, columns
     from rayproof.reports.vectors.rows import LADDERS
     from rayproof.tracer.formulas import FORMULAS
 
@@ -221,7 +222,7 @@ def search_worst(
     shown = sorted((row for one in found for row in one["worst"]), key=lambda row: -float(row[3]))
     show_table("The worst inputs", WORST_COLUMNS, shown[: NAMED * len(chosen)])
     if keep_rays is not None:
-        keep_rays.write_text(kept.text(), encoding="utf-8")
+        keep_rays.write_text(as_csv(columns(kept.cells, ORDER), kept.cells), encoding="utf-8")
         say(f"{several(len(kept.cells), 'vector')} in {keep_rays}")
     made = origin(about.seed)
     content = {"schema": 1, "origin": made, "seconds": about.seconds, "precision": about.precision, "formulas": found}
@@ -250,12 +251,6 @@ class Vectors:
         rows += of_rays(worst.ladder, worst.ties, [f"{formula}: an exact tie."] * tied)
         first = len(self.cells)
         self.cells += [cells(f"{VERSION}-{row.file}-worst-{first + k}", row) for k, row in enumerate(rows)]
-
-    def text(self) -> str:
-        """Return the vectors as CSV."""
-        from rayproof.reports.vectors.files import ORDER, as_csv, columns
-
-        return as_csv(columns(self.cells, ORDER), self.cells)
 
 
 def _inputs(inputs: "Inputs", number: int) -> str:

@@ -121,6 +121,16 @@ def turned_rays(rays: np.ndarray, aside: int, along: int) -> np.ndarray:
     return rays + turn * (aside * one + along * other)
 
 
+def beside(own: StageImages, stage: Stage, aside: int, along: int) -> StageImages:
+    """Return a renderer's stages before objects or visibility with each ray, or each feeler's start, moved so."""
+    if stage is Stage.OBJECT:
+        return {Stage.RAY: turned_rays(own[Stage.RAY], aside, along)}
+    point, normal = own[Stage.POSITION], own[Stage.NORMAL]
+    with np.errstate(invalid="ignore"):  # where nothing is met
+        shift = np.nan_to_num(turned_rays(normal, aside, along) - normal)
+    return {**own, Stage.POSITION: point + shift * (1 + np.linalg.norm(point, axis=-1, keepdims=True))}
+
+
 def _apart(one: StageImages, other: StageImages) -> np.ndarray:
     """Return the pixels (height, width) in which two answers meet or light different things."""
     stages = [stage for stage in (Stage.OBJECT, Stage.VISIBILITY) if stage in one]

@@ -20,13 +20,13 @@ from rayproof.reports.diagnosis.answering import (
     Answered,
     Unanswerable,
     answer,
+    beside,
     between_faces,
     equally_far,
     follows,
     own_limits,
     right_answer,
     seen_from_a_surface,
-    turned_rays,
     unsteady,
 )
 from rayproof.reports.judge.answers import Answers
@@ -370,17 +370,16 @@ class Continued:
         scene = self.scene(way)
         key = "rounding", stage is Stage.VISIBILITY, None if scene is self.evidence.scene else id(way)
         if key not in self._kept:
+            what, oracle = Stage.VISIBILITY if stage is Stage.VISIBILITY else Stage.OBJECT, self.evidence.oracle
             if stage is Stage.VISIBILITY:
                 # A feeler from the edge of two faces starts above or below the other one, as the point was rounded.
                 found = seen_from_a_surface(scene, self.own) | self._by_rounding(way, Stage.OBJECT)
             else:
                 found = equally_far(scene, self.own[Stage.RAY])
-                met, oracle = self.value(NOTHING, Stage.OBJECT), self.evidence.oracle
-                if scene is not self.evidence.scene:
-                    met = oracle.continue_from(scene, Stage.OBJECT, self.own)
-                for aside, along in TURNS:
-                    turned = {Stage.RAY: turned_rays(self.own[Stage.RAY], aside, along)}
-                    found |= np.any(oracle.continue_from(scene, Stage.OBJECT, turned) != met, axis=-1)
+            same = scene is self.evidence.scene
+            met = self.value(NOTHING, what) if same else oracle.continue_from(scene, what, self.own)
+            for aside, along in TURNS:
+                found |= np.any(oracle.continue_from(scene, what, beside(self.own, what, aside, along)) != met, axis=-1)
             self._kept[key] = way, found
         return self._kept[key][1]
 

@@ -7,9 +7,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from rayproof.cases.scene import Camera, Mesh, PointLight, Scene
+from rayproof.cases.scene import Camera, Mesh, Plane, PointLight, Scene
 from rayproof.cases.stages import Stage
-from rayproof.reports.diagnosis.answering import seen_from_a_surface
+from rayproof.reference.analytic import Analytic
+from rayproof.reports.diagnosis.answering import TURNS, beside, seen_from_a_surface
 from rayproof.reports.diagnosis.diagnosing import _mask, _rounding, _worst
 from rayproof.reports.judge.answers import Answers
 from rayproof.reports.judge.comparison import roundoff
@@ -71,3 +72,25 @@ def test_what_feelers_meet_from_a_face_that_its_mesh_has_again_is_decided_by_rou
     found = seen_from_a_surface(scene, {Stage.OBJECT: objects, Stage.RAY: down})
 
     assert found.tolist() == [[True, True, False, False]]
+
+
+def test_a_feeler_along_the_rim_of_an_open_mesh_is_decided_by_rounding() -> None:
+    corners = np.array([(-1.0, 0.0, 1.0), (1.0, 0.0, 1.0), (1.0, 2.0, 1.0), (-1.0, 2.0, 1.0)])
+    sheet = Mesh(albedo=(0.5, 0.5, 0.5), vertices=corners, faces=np.array([(0, 1, 2), (0, 2, 3)]))
+    light = PointLight(position=(0.0, 0.0, 3.0), flux=(1.0, 1.0, 1.0))
+    scene = Scene(camera=CAMERA, shapes=(Plane(albedo=(0.5, 0.5, 0.5)), sheet), lights=(light,))
+    point = np.array([[(-0.5, 0.0, 0.0), (0.5, 0.0, 0.0), (0.0, 0.5, 0.0), (0.0, -0.5, 0.0)]])  # two below the rim
+    own = {
+        Stage.RAY: np.broadcast_to((0.0, 0.0, -1.0), (1, 4, 3)),
+        Stage.OBJECT: np.zeros((1, 4, 2)),
+        Stage.POSITION: point,
+        Stage.NORMAL: np.broadcast_to((0.0, 0.0, 1.0), (1, 4, 3)),
+    }
+    oracle = Analytic()
+    lit = oracle.continue_from(scene, Stage.VISIBILITY, own)
+    moved = [
+        oracle.continue_from(scene, Stage.VISIBILITY, beside(own, Stage.VISIBILITY, aside, along))
+        for aside, along in TURNS
+    ]
+
+    assert np.any([one != lit for one in moved], axis=0)[0, :, 0].tolist() == [True, True, False, False]
