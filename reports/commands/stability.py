@@ -5,7 +5,7 @@ import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal, cast
+from typing import TYPE_CHECKING, Annotated, Literal
 
 from cyclopts import Group, Parameter
 
@@ -203,10 +203,9 @@ def search_worst(
                 worst = search(breed, seconds=about.seconds / len(breeds), seed=about.seed, tell=status.update)
             beyond = int((worst.scores > 1).sum())
             of = "" if len(breeds) == 1 else f" of {breed.ladder.name}"
-            said = f"{beyond} of the worst {len(worst.scores)} beyond their limit"
-            say(f"{formula.name}: {several(worst.tried, 'input')}{of} tried, {said}")
-            alike = common(worst)
-            say(f"  the worst {len(worst.scores)}: {'; '.join(alike)}")
+            alike, most, tried = common(worst), len(worst.scores), several(worst.tried, "input")
+            say(f"{formula.name}: {tried}{of} tried, {beyond} of the worst {most} beyond their limit")
+            say(f"  the worst {most}: {'; '.join(alike)}")
             if tied := len(next(iter(worst.ties.values()), ())):
                 first = _inputs(worst.ties, 0)
                 say(f"  {tied} or more exact ties, such as those in a face or on an edge, are decided wrongly: {first}")
@@ -216,9 +215,10 @@ def search_worst(
                 [formula.name, breed.ladder.name, worst.kinds[number], f"{score:.3g}", _inputs(worst.inputs, number)]
                 for number, score in enumerate(worst.scores[:NAMED])
             ]
-            facts: dict[str, Any] = {"formula": formula.name, "ladder": breed.ladder.name, "tried": worst.tried}
-            facts |= {"beyond": beyond, "scores": worst.scores.tolist(), "common": alike, "worst": rows}
-            found.append(cast("WorstRecord", facts))
+            found.append({
+                "formula": formula.name, "ladder": breed.ladder.name, "tried": worst.tried, "beyond": beyond,
+                "scores": worst.scores.tolist(), "common": alike, "worst": rows,
+            })  # fmt: skip
     shown = sorted((row for one in found for row in one["worst"]), key=lambda row: -float(row[3]))
     show_table("The worst inputs", WORST_COLUMNS, shown[: NAMED * len(chosen)])
     if keep_rays is not None:

@@ -122,7 +122,7 @@ def turned_rays(rays: np.ndarray, aside: int, along: int) -> np.ndarray:
 
 
 def beside(own: StageImages, stage: Stage, aside: int, along: int) -> StageImages:
-    """Return a renderer's stages before objects or visibility with each ray, or each feeler's start, moved so."""
+    """Return the stages before objects or visibility with each ray, or each feeler's start, moved by a rounding."""
     if stage is Stage.OBJECT:
         return {Stage.RAY: turned_rays(own[Stage.RAY], aside, along)}
     point, normal = own[Stage.POSITION], own[Stage.NORMAL]

@@ -74,11 +74,8 @@ def breeds_of(formula: Formula, precision: str, seed: int) -> Sequence[Breed]:
 
     """
     for ladder in all_ladders():
-        if (
-            ladder.question == "distance"
-            and formula.slot == ladder.options.get("shape")
-            and formula.slot in ladder.slots
-        ):
+        about = ladder.question, ladder.options.get("shape")
+        if about == ("distance", formula.slot) and formula.slot in ladder.slots:
             return [ShapeBreed(ladder=ladder, formula=formula, precision=precision)]
     known = ladders_of(formula, precision)
     if not known:
