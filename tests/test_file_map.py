@@ -2,7 +2,6 @@
 
 import re
 from collections import Counter
-from pathlib import Path
 
 from tests.file_map import CHECKOUT, PACKAGES, first_sentence, table
 
