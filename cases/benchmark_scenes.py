@@ -1,4 +1,4 @@
-"""The benchmark's scenes, from one sphere to a million triangles, at any size and with one light or four.
+"""The benchmark's scenes: bumpy balls, mountains, a city, thousands of spheres; at any size, with one light or four.
 
 Everybody is timed on them, and on some judged (`cases.families.trees`). Their meshes have any size: balls (bumpy,
 scanned, of slivers beside crumbs), rods, hills, mountains, a city, and a soup.

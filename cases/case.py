@@ -1,4 +1,4 @@
-"""A case: one question, the reason for asking it, and what its answer must satisfy beyond the references' word."""
+"""`Case` and its expectations beyond the references (`Flux`, `PixelValue`, ...); `covering`: items of a scene."""
 
 from dataclasses import dataclass
 

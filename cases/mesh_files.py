@@ -1,4 +1,4 @@
-"""The files that a scene may name: a mesh in an OBJ, PLY, STL or GLB file, distrusted before and while it is read.
+"""Mesh files that a scene names (OBJ, PLY, STL, GLB): path and claimed size are checked, then they are read.
 
 A scene file may come from anybody. So a mesh must lie inside the scene's folder after every link is followed, its
 header must not claim more than its bytes can hold, and nothing that the mesh file names in turn is ever opened.

@@ -1,4 +1,4 @@
-"""Other people's parsers in a process of their own, and what reading one scene may cost in all.
+"""Mesh parsers in a child process with limits of memory and time, and the budget of reading one scene.
 
 A parser in C may crash on a hostile file, and one in any language may ask for all memory or never end. So it runs in a
 child with limits of memory and processor time, which is kept for the next file, answers in plain bytes, and ends with

@@ -1,4 +1,4 @@
-"""Where things stand in a case: model matrices composed from named motions, cameras placed by direction.
+"""Model matrices composed of named motions (`translation`, `shear`, ...), `camera_around`, world-space triangles.
 
 Triangles are baked into world space: once in float64, rounded once to float32, the same for every renderer.
 """

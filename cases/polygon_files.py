@@ -1,4 +1,4 @@
-"""OBJ and PLY files: their words become vertices and polygons, in the file's order.
+"""The readers of OBJ and PLY: text and binary become vertices and polygons, in the file's order.
 
 The readers run in the sandbox (`cases/mesh_sandbox.py`). They allocate no more than the file's own bytes pay for, and
 name the line of whatever they refuse. Sources: Wavefront, Advanced Visualizer manual, appendix B1 (OBJ); G. Turk,

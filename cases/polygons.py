@@ -1,4 +1,4 @@
-"""Polygons of mesh files, cut into triangles: convex ones as fans, all others by their ears.
+"""Polygons of mesh files are cut into triangles: convex ones as fans, others by their ears.
 
 Sources: G. H. Meisters, Polygons Have Ears, American Mathematical Monthly 82 (1975); J. R. Shewchuk, Adaptive Precision
 Floating-Point Arithmetic and Fast Robust Geometric Predicates (1997): a filter in floats, then exact numbers.

@@ -1,4 +1,4 @@
-"""Two kinds of registries: things found by name, with facts about each.
+"""`Table` (names of things that are imported late) and `Registry` (filled by decorators): things with facts, by name.
 
 One folder is one extension point, and its `__init__.py` holds the registry and states the contract.
 * `Table` lists its things as name -> module:attribute with facts. Names and facts are known without any import, and a

@@ -1,4 +1,4 @@
-"""The scene as plain data: camera, shapes, lights, shading model and clip mode. Validated where it is made.
+"""The scene's classes: `Camera`, `Sphere`, `Cube`, `Mesh`, `PointLight`, `Scene`, ...; validated where they are made.
 
 Conventions are the specification's: right-handed world, metres, watts, degrees at the interface, linear RGB,
 4x4 row-major matrices that act on column vectors with last row (0, 0, 0, 1); unit primitives in object space

@@ -1,4 +1,4 @@
-"""Scenes in JSON: load, save and validate. Whatever is wrong ends in one line with the file, the field and the value.
+"""Scenes in JSON are loaded, saved and validated; a refusal is one line with the file, the field and the value.
 
 The published schema (`schema()`) says the same in JSON Schema's words, as far as those reach: that a matrix is
 singular or that near lies beyond far, only the reader can tell.

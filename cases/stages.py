@@ -1,4 +1,4 @@
-"""What a renderer is asked and what it answers: the stages in one order, and the contract of every reference.
+"""`Stage`, the facts and order of all stages, and `Reference`, the contract of what answers them.
 
 The order is that of results, blame, file channels and interfaces. What a renderer answers, `StageImages`, is a
 dictionary from stage to array. Image stages are float64 arrays of shape (height, width, channels) with row 0 at the

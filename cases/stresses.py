@@ -1,4 +1,4 @@
-"""Stressing scenes: ordinary scenes rank no two formulas; these do. Not judged by `rayproof run`.
+"""Scenes on which formulas differ (`rayproof compare`), with no limits: contact, deep, tangent, grazing, slivers.
 
 Formulas that are right in mathematics may fail here in floating point, so these scenes have no limits to keep. They
 are asked when two formulas are compared or priced. To add a family: a function without parameters that yields

@@ -1,4 +1,4 @@
-"""Independent answers: one file (or folder) each, none imports another, none sees the tracer.
+"""The table of references; none imports another or the tracer.
 
 To add one: a class that keeps `cases.stages.Reference`, in a new file, and a line in the table.
 `independent=True` says that it shares neither code nor Dr.Jit's compiler with the tracer and so can be a witness;

@@ -1,1 +1,1 @@
-"""The top of the stack: runs renderers on cases, judges their answers and publishes the verdicts."""
+"""The top of the stack: runs renderers on cases, judges their answers, publishes the verdicts."""

@@ -1,4 +1,4 @@
-"""By which words this program was called, for hints that work where they are read."""
+"""The name and arguments by which rayproof was started, for hints that can be pasted into a shell."""
 
 import os
 import shlex

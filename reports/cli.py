@@ -1,4 +1,4 @@
-"""The command line, thin: what commands there are, how errors are told, what the exit code says.
+"""The table of commands and their groups, `main`, exit codes, and how errors are shown.
 
 Each command is a file in `reports/commands`, imported when it is called: `rayproof --help` imports nothing heavy.
 """

@@ -1,4 +1,4 @@
-"""A folder is written by one process at a time: who takes it holds a lock on a file in it, which dies with the process.
+"""A lock file by which only one process writes a folder; it is released when that process dies.
 
 The lock is filelock's: `flock` on an open file, which the kernel lets go however the process ends, and which processes
 that it starts do not inherit. The file says who owns the folder, for whoever is refused. Where a file system has no

@@ -1,4 +1,4 @@
-"""The terminal that rayproof prints to, or a wide plain page where there is none."""
+"""The console of rich that rayproof prints to, or a wide page without colours where there is no terminal."""
 
 from typing import Any
 

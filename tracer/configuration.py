@@ -1,4 +1,4 @@
-"""A configuration of the tracer: a precision, and one formula for every slot."""
+"""`Configuration`: a precision, and one formula for every slot; parsed from and written as text."""
 
 import re
 from collections.abc import Callable, Mapping

@@ -1,4 +1,4 @@
-"""Only the image, warm: the radiance of one scene again and again, by a frozen function.
+"""`Frames`: the radiance of one scene again and again by a frozen Dr.Jit function.
 
     frames = Frames(scene, configuration, samples=2)  # 2 x 2 per pixel, their mean; without it one
     image = frames()          # a Dr.Jit array, height x width x 3, row by row; evaluated, not copied

@@ -1,4 +1,4 @@
-"""How a scene is traced: chosen from the scene and the configuration, never by hand.
+"""`Plan`: whether shapes are unrolled or in trees, the samples of a lane, and fused or split kernels.
 
 Few primitives are unrolled: nothing is cheaper than a formula whose numbers are constants, but to go past it. In a
 large image a lane takes several samples in a row, so that asking what they may meet costs little. More primitives go

@@ -1,4 +1,4 @@
-"""A ray, the part of it in which an intersection counts, and what it meets there."""
+"""The classes `Ray`, `Interval`, `Hit`, `NearestHit` and `Feeler`."""
 
 from dataclasses import dataclass, field
 from typing import Any

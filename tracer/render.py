@@ -1,4 +1,4 @@
-"""Render a scene: one stage in one fused kernel, several in kernels that begin where the one before ended.
+"""`render` and `continue_from`: a scene's stages as NumPy images, from the first stage on or from given ones.
 
 The numbers are the same to the last bit. What is rendered once is mostly compiling, and scenes of different structure
 share most of the shorter kernels.

@@ -1,4 +1,4 @@
-"""Case families, each named after what it stresses; generated, seeded, deterministic. A page holds one subject.
+"""The table of case families; `all_cases` and `select` by name or pattern. Cases are seeded and deterministic.
 
 To add one: a function without parameters that yields `Case`s named `family/case`, on the page of its subject or a new
 one, and a line in the table; with `on_request=True` it is asked about by name only, and no part of the default suite.

@@ -1,4 +1,4 @@
-"""Where shadow acne grows: contact, long grazing light, the terminator, and a light on a surface.
+"""Family `acne`: contact, long grazing light, the terminator, a light on a surface, layers.
 
 A feeler that starts a rounding error below its surface hits that surface. The danger grows with the distance from the
 eye and with the slant of the light; a strategy that starts too far away loses the shadow where things touch.

@@ -1,4 +1,4 @@
-"""Families in which shapes lie behind the eye or all around it."""
+"""Families `behind` (shapes behind the eye) and `inside` (spheres and cubes seen from within)."""
 
 from collections.abc import Iterator
 

@@ -1,4 +1,4 @@
-"""Families of cameras: their matrices and ray generation, and rays exactly parallel to faces."""
+"""Families `cameras` (angles, rolls, image sizes) and `parallel_rays` (rays exactly parallel to faces)."""
 
 from collections.abc import Iterator
 from dataclasses import replace

@@ -1,4 +1,4 @@
-"""Families of clipping: geometry cut open by near and far, and walls just before and behind them."""
+"""Families `clipping` and `walls`: shapes cut open by near and far, walls just before and behind these."""
 
 import math
 from collections.abc import Iterator

@@ -1,4 +1,4 @@
-"""Families of lights: several at once, and the lecture's simplified one."""
+"""Families `several_lights` (two to eight) and `simplified` (the lecture's shading by the cosine alone)."""
 
 from collections.abc import Iterator
 from math import cos, radians, sin, tan

@@ -1,4 +1,4 @@
-"""Families of triangle meshes: made by trimesh, and two real models."""
+"""Families `meshes` (of trimesh: wavy sheets, slivers, rods, degenerate faces) and `models` (two real ones)."""
 
 from collections.abc import Iterator
 from dataclasses import replace

@@ -1,4 +1,4 @@
-"""Families in which many shapes compete for the nearest hit."""
+"""Families `nearest` (crowds, layers, coincident and interpenetrating shapes) and `random_scenes`."""
 
 from collections.abc import Iterator
 

@@ -1,4 +1,4 @@
-"""Families of one primitive or body: each kind alone, shading itself, and averaged over pixels."""
+"""Families `primitives`, `alone` (one body that shades itself) and `antialiased` (several samples a pixel)."""
 
 from collections.abc import Iterator
 

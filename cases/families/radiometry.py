@@ -1,4 +1,4 @@
-"""Families whose light is known in closed form: inverse square, cosine, flux, and radiance along a ray."""
+"""Families with light in closed form: inverse square, CIE source, integrating sphere, flux conservation, invariance."""
 
 from collections.abc import Iterator
 from math import atan, cos, pi, radians, sin, sqrt, tan

@@ -1,4 +1,4 @@
-"""Families of shadows: what stands in the way of a light, and what only seems to."""
+"""Families `shadows` (outlines and clutter before a light) and `along_the_way` (blockers before and behind a light)."""
 
 from collections.abc import Iterator
 from math import sqrt

@@ -1,4 +1,4 @@
-"""Scenes that show a tolerance where none belongs, however small: tiny ones, and rays and lights that all but graze.
+"""Family `tolerances`: tiny scenes, and rays and lights that all but graze, where no tolerance may show.
 
 The audit's mutants put numbers of 1e-2 to 1e-8 into tests that need none, and the other families left them alive.
 What lies close to the origin has small coordinates and so small roundings: float32 can tell there what it could not

@@ -1,4 +1,4 @@
-"""Families of affine motions: every primitive under every kind, and what they do to shading normals."""
+"""Families `transforms` (every shape under every affine motion) and `normals` (what motions do to normals)."""
 
 from collections.abc import Iterator
 

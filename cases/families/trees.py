@@ -1,4 +1,4 @@
-"""Families with so many shapes or faces that a renderer puts them into a tree."""
+"""Families `crowds`, `faces` and `benchmarked`: so many shapes or faces that a renderer puts them into a tree."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace

@@ -1,4 +1,4 @@
-"""Meshes whose inner edges and vertices lie on the rays themselves: nothing may slip between two of their faces.
+"""Family `watertight`: meshes whose inner edges and vertices lie on the rays: nets, fans, slabs, canopies.
 
 Every corner is a sum of few powers of two, so that float32 holds it exactly, and so is every ray's direction, up to
 its length: a pixel's side is 2^-6 of the depth, and the camera's axes are whole numbers over 3 or 5. In exact

@@ -1,4 +1,4 @@
-"""Ladders: sweeps from easy to ill-conditioned as data, and what is predicted to happen on the way up.
+"""`Ladder`, a sweep of a formula's inputs from easy to ill-conditioned: gate, predicted slope, expected failures.
 
 To add one: a `Ladder` in the list `LADDERS` of the page of its group, with a seeded draw of its inputs beside it, or a
 new page, named in PAGES. What a formula makes of the inputs is measured in `reports.studies.stability`.

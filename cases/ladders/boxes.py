@@ -1,4 +1,4 @@
-"""Ladders of ray and box, and of the box's normal."""
+"""Ladders of ray and box, and of a box's normal: seeded draws of rays at silhouettes, edges, corners and plates."""
 
 from typing import Any
 

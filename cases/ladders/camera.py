@@ -1,4 +1,4 @@
-"""Ladders of the camera: the angle between the computed and the exact direction."""
+"""Ladders of view rays: cameras near their target, far off, narrow, wide, tall, or looking along `up`."""
 
 from typing import Any
 

@@ -1,4 +1,4 @@
-"""Ladders of what a camera is made of: pixels, matrices, corners, and what its clip planes leave of a ray."""
+"""Ladders of camera matrices, frustum corners, NDC and pixels, sample positions, and rays cut by clip planes."""
 
 import math
 from typing import Any

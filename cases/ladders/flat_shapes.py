@@ -1,4 +1,4 @@
-"""Ladders of ray and plane, and ray and square."""
+"""Ladders of ray and plane (grazing, far, parallel) and of ray and square (at the border, uneven, sheared)."""
 
 from typing import Any
 

@@ -1,4 +1,4 @@
-"""Ladders of light: irradiance, the cosine, sums of lights, exitance and radiance, and which side is meant."""
+"""Ladders of light: irradiance, cosine, sums of lights, exitance, radiance, and which side faces the viewer."""
 
 from typing import Any
 

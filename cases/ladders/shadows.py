@@ -1,4 +1,4 @@
-"""Ladders of light feelers: which start neither shadows its own surface nor passes through what is near."""
+"""Ladders of light feelers: starts on floors and balls, and lids near them that block."""
 
 from typing import Any
 

@@ -1,4 +1,4 @@
-"""Ladders of ray and sphere, of points on spheres, planes and triangles, and of the normals on spheres."""
+"""Ladders of ray and sphere (far, tangent, inside, scaled), of sphere normals, and of hit points on all shapes."""
 
 from typing import Any
 

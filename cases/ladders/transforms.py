@@ -1,4 +1,4 @@
-"""Ladders of model matrices, and of the normals that they carry."""
+"""Ladders of model matrices: squeezed, mirrored, sheared; of rays, triangles and normals under them."""
 
 from collections.abc import Callable
 from typing import Any

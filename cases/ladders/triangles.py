@@ -1,4 +1,4 @@
-"""Ladders of ray and triangle."""
+"""Ladders of ray and triangle (slivers, grazing, translated), of the nearest of layers, and of trees over tiles."""
 
 from typing import Any
 

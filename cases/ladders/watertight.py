@@ -1,4 +1,4 @@
-"""Ladders of rays at the inner edges and vertices of sheets of triangles: none may leak, none should hit twice."""
+"""Ladders of rays at inner edges and vertices of sheets of triangles, which may neither leak nor hit twice."""
 
 from typing import Any
 

@@ -1,4 +1,4 @@
-"""Ladders of scenes: one number of a small scene grows until a whole renderer no longer carries it.
+"""`SceneLadder`: ladders of scenes for whole renderers; one number of a small scene grows.
 
 The numbers of a scene are float32 ones, so that a renderer that stores them so is asked about the very scene that the
 oracle answers. To add a ladder, add a `SceneLadder` to SCENE_LADDERS with a function from the number to the scene.

@@ -1,4 +1,4 @@
-"""Laws: relations between images of one renderer that hold whatever the scene, up to rounding.
+"""The table of laws: relations between images of one renderer that hold for any scene, up to rounding.
 
 To add one: a generator `law(scene, ask)` on the page of its subject, and a line in the table. It yields
 `cases.laws.relations.Relation`s, or nothing if it does not apply. `stage` is the one that it concerns,

@@ -1,4 +1,4 @@
-"""Laws of the camera: its matrices, its rays, and what another place, size or turn of it does to the image."""
+"""Laws of the camera: inverses, unit rays, roll, sliding `up` and target, dolly, crop, resolution."""
 
 from collections.abc import Iterator
 from dataclasses import replace

@@ -1,4 +1,4 @@
-"""Laws of the clip interval, and of what lies outside of it or behind the eye."""
+"""Laws of the clip interval: widened, joined or measured by hits; shapes that are out of sight change nothing."""
 
 from collections.abc import Iterator
 from dataclasses import replace

@@ -1,4 +1,4 @@
-"""Anchors: single scenes whose image is known in closed form, number by number."""
+"""Laws `anchor_...`: single scenes (floor, sphere, sizes, clip) whose image is known in closed form."""
 
 from collections.abc import Iterator
 from dataclasses import replace

@@ -1,4 +1,4 @@
-"""Laws of lights: what each gives adds up, and what hides one."""
+"""Laws of lights: they add up, can be split, are dark without flux, and are hidden by what encloses them."""
 
 from collections.abc import Iterator
 from dataclasses import replace

@@ -1,4 +1,4 @@
-"""Laws of places: everything moved, scaled or mirrored at once, and shapes placed in another way."""
+"""Laws of motions: the scene moved, scaled, mirrored; shapes placed by another matrix or baked into world space."""
 
 from collections.abc import Iterator
 from dataclasses import replace

@@ -1,4 +1,4 @@
-"""Laws of order: shapes, faces, corners, sides and lights may come in any."""
+"""Laws of order: shapes, faces, corners and lights reordered, triangles rewound, two sides, squares turned over."""
 
 from collections.abc import Iterator
 from dataclasses import replace

@@ -1,4 +1,4 @@
-"""Laws of light: linear in flux and albedo, harmonic in the light's place, the same for every viewer."""
+"""Laws of radiometry: linear in flux and albedo, channels apart, harmonic in the light's place, free of the view."""
 
 from collections.abc import Iterator
 from dataclasses import replace

@@ -1,4 +1,4 @@
-"""What a law of light says of two or more images of one renderer, as plain data: nobody else's image is asked for.
+"""`Relation` and `Ask`, of which laws are made, and changes of scenes that several laws use (moved, relit, rewound).
 
 A law asks a renderer for the image of a scene and of scenes that it changes in a known way, and yields relations: what
 each stage of the changed scene must be (`expected`, made from the first image) and what it is (`measured`). Both come

@@ -1,4 +1,4 @@
-"""Laws of shapes: one shape described as another, or as its parts."""
+"""Laws of shapes: one shape replaced by another or by parts: squares by tiles, cubes by squares, meshes split."""
 
 from collections.abc import Iterator
 from dataclasses import replace

@@ -1,4 +1,4 @@
-"""Scenes drawn at random over the whole vocabulary, with hostile features; `random/SEED/NUMBER` names each for good.
+"""Scenes drawn at random by `random/SEED/NUMBER`, which fixes a scene for good, and the cases made of them.
 
 Nothing of a scene depends on the scenes before it: its numbers are drawn from a stream that is seeded by seed and
 number alone. Number n of any seed has the feature n mod (number of features) of a turn that the seed shuffles, so that

@@ -1,4 +1,4 @@
-"""A scene on its way: drawn about the origin in units of a metre, changed by features, then moved and scaled as one.
+"""`Draft`, a random scene before it is finished, and `Draws`, its random numbers, the same on every machine.
 
 Its random numbers stay the same for ever: raw 64-bit words of PCG64, turned into numbers by arithmetic of our own.
 numpy promises its bit generators' words and how they are seeded from one version to the next, but not what its

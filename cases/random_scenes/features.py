@@ -1,4 +1,4 @@
-"""Hostile features of random scenes: each a function that changes a draft in place.
+"""Hostile features of random scenes (cracked mesh, light on a surface, tight near, ...), each a function of a draft.
 
 To add one: a function of a `Draft`, on this page, under `@FEATURES.register("name", step=..., what=...)`.
 `step` says when it is its turn; `what` is the sentence that a reader gets; of several of one `group` a scene has one at

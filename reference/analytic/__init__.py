@@ -1,4 +1,4 @@
-"""The analytic reference: float64 NumPy, written from geometry, an oracle for every stage and its edges."""
+"""`Analytic`: the oracle in float64 NumPy, for every stage and its edges."""
 
 from collections.abc import Collection
 from typing import TYPE_CHECKING

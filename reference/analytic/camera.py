@@ -1,4 +1,4 @@
-"""The pinhole camera as an orthonormal frame: image points become directions that are linear in the image.
+"""The pinhole camera as an orthonormal frame: view directions, matrices and frustum corners.
 
 Source: the specification, "Conventions" and CAM-3; the frame itself is Gram-Schmidt.
 """

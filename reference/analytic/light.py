@@ -1,4 +1,4 @@
-"""Irradiance, exitance and radiance of diffuse surfaces under point lights (RAD-1 to RAD-4, `two_sided`).
+"""Visibility, irradiance, exitance and radiance of diffuse surfaces under point lights (RAD-1 to RAD-4, `two_sided`).
 
 Source: an isotropic source of flux Phi sends Phi / (4 pi) into a unit solid angle, and a surface element at distance r
 whose normal is turned by theta fills cos(theta) / r^2 of it.

@@ -1,4 +1,4 @@
-"""The nearest crossing of camera rays with all shapes, inside the clip interval (HIT-2, HIT-9)."""
+"""Every stage from the one before, in float64: nearest hit within the clip interval, position, normal, light."""
 
 from collections.abc import Callable, Mapping
 

@@ -1,4 +1,4 @@
-"""Ellipsoids: the unit sphere |y| = 1 under an affine map, cut by a line at its foot point plus or minus half a chord.
+"""Rays against ellipsoids and polygons (`Ellipsoid`, `Polygons`): half chords, bundles, windings, outward normals.
 
 Source: Euclid, Elements III.3 (the perpendicular from the centre bisects the chord) and Pythagoras. Nothing is
 squared before it is subtracted: the error of a root is a few roundings of (distance + size), times the condition of

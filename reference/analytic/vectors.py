@@ -1,4 +1,4 @@
-"""Products of vectors (..., 3), component by component: over so short an axis NumPy's own take several times as long.
+"""Vectors (..., 3) in NumPy: cross, dot, length; `Ends` and `Flat`, points and planes with the size of their roundings.
 
 Sums run from the first component to the last, as NumPy's do: the same bits. The judge has its own
 (`reports.judge.answers`): a bug that both shared would hide itself.

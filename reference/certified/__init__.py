@@ -1,4 +1,4 @@
-"""Certified truth: a certified sign for every branch, balls or pairs with radii for values, exact numbers for ties."""
+"""`Certified`: every stage with a proof: signs by balls or exact numbers, values by balls or pairs with radii."""
 
 from collections.abc import Collection, Iterator
 from importlib.metadata import version

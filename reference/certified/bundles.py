@@ -1,4 +1,4 @@
-"""Many pixels at once in pairs of float64 with rigorous radii: what they decide and enclose needs no ball."""
+"""Pairs of float64 with rigorous radii for many pixels at once (`Bundle`), which need no balls."""
 
 from collections import defaultdict
 from collections.abc import Sequence

@@ -1,4 +1,4 @@
-"""The camera: an exact frame up to square roots and one tangent, in any field (CAM-1 to CAM-4)."""
+"""The camera in any field: exact frame, matrices and pixels, up to square roots and one tangent (CAM-1 to CAM-4)."""
 
 from dataclasses import dataclass
 from typing import Any

@@ -1,4 +1,4 @@
-"""The numbers that truth is computed with: balls that surely contain the exact value, and one question about them.
+"""`Field` and `Balls`: the numbers that truth is computed with, balls of Arb that contain the exact value.
 
 Source: Johansson, "Arb: efficient arbitrary-precision midpoint-radius interval arithmetic", IEEE Transactions on
 Computers 66 (2017). The geometry is written once for any field; `towers` holds the other, exact one.

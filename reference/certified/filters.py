@@ -1,4 +1,4 @@
-"""Float64 with margins, ahead of the balls: what surely does not matter is left out. A filter never decides."""
+"""Float64 with error margins, ahead of the balls: which surfaces a ray or feeler surely misses."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""Irradiance, exitance and radiance of diffuse surfaces under point lights, in any field (RAD-1 to RAD-4)."""
+"""Nearest hit, visibility, irradiance, exitance and radiance of one pixel in any field (`Path`)."""
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass

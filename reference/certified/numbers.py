@@ -1,4 +1,4 @@
-"""Exact numbers: fractions of polynomials in square roots (and one tangent), for the ties that no ball can decide.
+"""Exact numbers for ties (`Tower`): fractions of polynomials in square roots and one tangent.
 
 A number is zero if its numerator, with every root's square replaced, is the zero polynomial; otherwise balls tell its
 sign. A root of what is already a square, or a square times an earlier radicand, adds nothing new.

@@ -1,4 +1,4 @@
-"""Shapes as exact rational numbers: the floats of the scene are rationals, and so is the inverse of their matrix."""
+"""Shapes as exact rationals: placement by inverse matrix, and cube, plane, triangle and sphere seen from a point."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""Stage truth: one stage for one pixel, exact mathematics on the very floats that were received.
+"""Stage truth in any field: one stage of one pixel, exactly, from the floats of the stages before it.
 
 Every function here works in any field, so that a tie goes to exact numbers, and returns one value per channel.
 """

@@ -1,4 +1,4 @@
-"""The way from questions to certified answers: precision rises until all branches are decided and all balls narrow."""
+"""Precision rises until all branches are decided and all balls are narrow; then exact numbers (`truths`)."""
 
 import math
 from collections.abc import Iterable, Iterator, Sequence

@@ -1,4 +1,4 @@
-"""A scene in one field: the camera, and every surface as seen from the eye or from a light, made when first needed."""
+"""`World`: a scene in one field; camera, and surfaces seen from the eye or a light, made when first needed."""
 
 from functools import cached_property
 from typing import Any

@@ -1,4 +1,4 @@
-"""Blender's Cycles: the class, and what it cannot answer."""
+"""Blender's Cycles: the reference's class, and which scenes it refuses."""
 
 import math
 from collections.abc import Collection

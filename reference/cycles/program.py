@@ -1,4 +1,4 @@
-"""A Python with Blender in it: where it is, and a folder in which it renders and nothing survives.
+"""Starting a Python with Blender's bpy, and the script in it that sets up Cycles and renders a task.
 
 `bpy` is never imported here: it takes a second, 400 MB, and cannot be unloaded.
 """

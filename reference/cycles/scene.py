@@ -1,4 +1,4 @@
-"""The specification's shapes as what Cycles gets right: spheres as points of a cloud, everything else as triangles.
+"""The task for Cycles as JSON: spheres as points of a cloud, other shapes as triangles; and its EXR read back.
 
 A point under a matrix that is no similarity is another shape, so there are no ellipsoids; all is in world space.
 """

@@ -1,4 +1,4 @@
-"""The everyday oracle: every stage in pairs of float64 (about 31 digits), vectorised by Dr.Jit."""
+"""`DoubleDouble`: the everyday oracle, every stage in pairs of float64 (about 31 digits), vectorised by Dr.Jit."""
 
 from collections.abc import Collection
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""Numbers of twice float64's digits: unevaluated sums of two floats, vectorised by Dr.Jit.
+"""`Pair`: sums of two float64 in Dr.Jit; product, root, tangent, and `Questions`, the margins of signs.
 
 Source: Joldes, Muller and Popescu, "Tight and rigorous error bounds for basic building blocks of double-word
 arithmetic", ACM Transactions on Mathematical Software 44 (2017), algorithms 6, 11 and 17: a sum errs by at most 3 u^2,

@@ -1,4 +1,4 @@
-"""What a shape must tell, seen from an exact apex: where rays cross it, what it blocks of itself, its normals.
+"""Rays against cube, sphere and triangles in pairs: crossings, what a shape blocks of itself, normals.
 
 All questions are signs of polynomials in the ray, as exact mathematics would ask them; `questions` keeps their margins.
 """

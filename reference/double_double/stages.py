@@ -1,4 +1,4 @@
-"""Each stage from the stages before it, whoever computed those: pairs in, pairs out, one lane per ray."""
+"""Each stage in pairs from the stages before it, one lane a ray."""
 
 from collections.abc import Callable, Mapping, Sequence
 from fractions import Fraction

@@ -1,4 +1,4 @@
-"""Vectors of three pairs, and constant matrices whose zeros cost nothing."""
+"""Vectors of three pairs, and matrices of constants whose zeros cost nothing."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""A ball around each bounded shape: rays that pass it by, as float64 sees with room to spare, cannot meet the shape."""
+"""`World` and `Frame` in pairs: a scene's surfaces and camera, and a ball around each bounded shape to skip it."""
 
 from dataclasses import dataclass
 from fractions import Fraction

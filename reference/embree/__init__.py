@@ -1,4 +1,4 @@
-"""Embree's kernels through embreex: the class, and what it cannot answer."""
+"""Embree by embreex: the reference's class, and which scenes it refuses."""
 
 from collections.abc import Collection
 from functools import cache

@@ -1,4 +1,4 @@
-"""Embree's answers, float32, and the same hits in float64: the plane of the triangle that it names, met again."""
+"""Calls of Embree in float32, and each hit made again in float64 from the plane of its triangle."""
 
 from collections.abc import Collection
 from typing import Any

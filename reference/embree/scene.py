@@ -1,4 +1,4 @@
-"""Rays as unit vectors of camera space, turned into the world.
+"""A scene for Embree: rays of the camera in world space, clip interval, all shapes as triangles.
 
 Source: the specification, CAM-1 and CAM-3; camera space has x right, y up and z forward, so that depth is z.
 """

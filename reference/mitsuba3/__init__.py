@@ -1,4 +1,4 @@
-"""Mitsuba 3 asked both ways: stage by stage through its sensor and scene, and as images from its own integrator.
+"""Mitsuba 3: the references' classes (scalar and LLVM), and which scenes they refuse.
 
 The published wheels compute in float32, so Mitsuba is evidence against blunders, not a source of digits. Facts about
 it were checked in the source of version 3.9.1 and are repeated by the tests.

@@ -1,4 +1,4 @@
-"""Mitsuba run: its variants, rays through them, and the specification's stages from what they meet.
+"""Mitsuba asked ray by ray or all at once: variants, hits, feelers, stages, the integrator's radiance.
 
 The scalar variant is asked ray by ray, without a compiler; the LLVM variant is asked for all rays at once. Which one
 is in force is global to the process. The camera stage comes from Mitsuba's own matrices and from the ends of its rays,

@@ -1,4 +1,4 @@
-"""A scene as Mitsuba loads it: extents, planes as discs, shapes so that none is silently wrong, camera and one light.
+"""A scene as Mitsuba's dictionary: shapes, instances, planes as discs, sensor, one light, ray offsets.
 
 Mitsuba 3.9.1 only warns of a sheared or unevenly scaled `sphere` and then draws something else; it turns the normals
 of a mirrored `sphere` inwards, and the geometric normals of a mirrored `cube` or `rectangle` against their shading

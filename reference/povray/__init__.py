@@ -1,4 +1,4 @@
-"""POV-Ray: the class, and what it cannot answer."""
+"""POV-Ray: the reference's class, and which scenes it refuses."""
 
 import itertools
 from collections.abc import Collection

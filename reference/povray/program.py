@@ -1,4 +1,4 @@
-"""The program: where it is, what it is called with, and a folder that nothing of it survives."""
+"""Starting POV-Ray; SDL for camera, lights and probing loops; exposures and probed numbers read back as stages."""
 
 import math
 import os

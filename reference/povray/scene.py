@@ -1,4 +1,4 @@
-"""The specification's shapes in POV-Ray's scene description language (SDL), in its double-precision primitives.
+"""Shapes in POV-Ray's scene description language (SDL), with float64 digits.
 
 POV-Ray takes any affine matrix on any primitive and turns normals by the inverse transpose, also under mirrors. Its
 meshes keep float32 normals, so triangles are single ones in nested unions. Everything is scaled by a power of two,

@@ -1,4 +1,4 @@
-"""Radiance's rtrace: the class, and what it cannot answer."""
+"""Radiance's rtrace: the reference's class, and which scenes it refuses."""
 
 from collections.abc import Collection
 from functools import lru_cache

@@ -1,4 +1,4 @@
-"""Radiance's own programs, driven as subprocesses: oconv sorts a scene into an octree, rtrace follows rays through it.
+"""Starting Radiance's programs: oconv makes an octree, rtrace follows rays; its output becomes hits and stages.
 
 Source: the manual pages oconv(1) and rtrace(1) of Radiance 6.0, and the package pyradiance that carries the programs.
 """

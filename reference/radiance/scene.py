@@ -1,4 +1,4 @@
-"""The rays that rtrace is handed: a Radiance view (-vtv) by its direction and its horizontal and vertical extent.
+"""A scene for rtrace: rays of a Radiance view, materials, lights, surfaces, planes as discs.
 
 Source: rpict(1), "-vp -vd -vu -vh -vv": an image point (x, y) in [0, 1]^2, y upwards, is seen along
 direction + (x - 1/2) horizontal + (y - 1/2) vertical.

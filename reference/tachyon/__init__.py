@@ -1,4 +1,4 @@
-"""Tachyon: the class, and what it cannot answer."""
+"""Tachyon: the reference's class, and which scenes it refuses."""
 
 from collections.abc import Collection
 from functools import lru_cache

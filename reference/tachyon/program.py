@@ -1,4 +1,4 @@
-"""The program: from its Python wheel or on the PATH; one picture a call, and nothing left behind."""
+"""Starting Tachyon, one picture a call; exposures climb until radiance has enough steps; face numbers as colours."""
 
 import re
 import shutil

@@ -1,4 +1,4 @@
-"""The specification's shapes as what Tachyon has: spheres, planes and triangles, in world space.
+"""A model file for Tachyon: spheres, planes and triangles in world space, and what clipping or backs forbid.
 
 Tachyon takes no matrices. So a sphere must stay one, cubes are twelve triangles and squares two.
 """

@@ -1,4 +1,4 @@
-"""rayproof from Python: what `import rayproof` offers, for notebooks, scripts and test suites.
+"""What `import rayproof` offers, for notebooks, scripts and test suites.
 
     asking      select_cases, load, render, oracle: scenes, and what renderers answer about them
     judging     judge: an answer that is there, held against the references in this process

@@ -1,4 +1,4 @@
-"""Scenes and cases by name, the tracer's and the oracle's answers to them, and how far an image may be off.
+"""`select_cases`, `load`, `render`, `oracle` and `limit_of`: cases, scenes, and answers of tracer and oracle.
 
 Images come from whatever array library a renderer is written in, as float64 of the shape that a stage has.
 """

@@ -1,4 +1,4 @@
-"""One conformance case inside a test: it holds the scene, takes an answer, and judges it as `rayproof run` would."""
+"""`Conformance`: one case inside a pytest test, which judges an answer as `rayproof run` would."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace

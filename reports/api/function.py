@@ -1,4 +1,4 @@
-"""A Python function under test, as a program that stays alive (docs/protocol.md, version 2): one answer a request.
+"""A Python function served as a program under test, one answer a request (docs/protocol.md, version 2).
 
 `rayproof run --subject python:FILE.py:FUNCTION` starts `serve` in a process of its own; `rayproof.run(cases, function)`
 calls `answered` in the caller's process.

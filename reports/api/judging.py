@@ -1,4 +1,4 @@
-"""An answer that is there, judged in this process: no worker, no folder, no report."""
+"""`judge`: images that are there are judged in this process, without worker, folder or report."""
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""What runs, judgements and comparisons return: frozen, to be read, shown in a notebook, or asserted."""
+"""What the API returns: `Run`, `CaseResult`, `Judgement`, `FormulaComparison`, also as tables in a notebook."""
 
 import base64
 import html

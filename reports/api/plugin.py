@@ -1,4 +1,4 @@
-"""The pytest plug-in: a marker that chooses conformance cases and a fixture that judges an answer to one of them.
+"""The pytest plug-in: marker `rayproof` and fixture `conformance`.
 
     @pytest.mark.rayproof("primitives", formula="sphere=mine.py:nearest_hit")
     def test_my_sphere(conformance):

@@ -1,4 +1,4 @@
-"""The program under test that a Python function is behind: it hands requests on to the process that has the function.
+"""A small program that passes requests on by a socket to the process that has the Python function under test.
 
     relay.py SOCKET
 

@@ -1,4 +1,4 @@
-"""A run of the suite from Python: the command's own run, in a process beside this one.
+"""`run`: the command's own run in a child process, whose questions to a Python function are answered here.
 
 A Python function under test is called in this process, in the thread that asked for the run.
 """

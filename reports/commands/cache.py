@@ -1,4 +1,4 @@
-"""`rayproof cache`: list, verify or clear what was answered and judged before."""
+"""`rayproof cache`: list, verify or clear the cache of answers and verdicts."""
 
 from datetime import datetime
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""The cluster that a command's options name: checked, reached, and with workers that may have the run's cases."""
+"""The cluster that options of `rayproof run` name: reached, checked, and given the user's own formulas."""
 
 import sys
 from collections.abc import Iterator

@@ -1,4 +1,4 @@
-"""`rayproof gate`: what is known to fail, for the gate of a CI job."""
+"""`rayproof gate`: accept or prune known failures, or check a run against them."""
 
 from collections.abc import Sequence
 from datetime import date

@@ -1,4 +1,4 @@
-"""`rayproof list`: the cases, formulas and everything else that has a name, the terms, and the JSON Schemas."""
+"""`rayproof list`: cases, formulas, references, metrics, laws, mistakes, ladders, terms, JSON Schemas."""
 
 import json as json_format
 import re

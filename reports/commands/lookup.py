@@ -1,4 +1,4 @@
-"""Find what a user names: one case or scene file, tracer configurations, stages, the subject."""
+"""What users name on the command line becomes a case, scene, configuration, sweep, stage or subject."""
 
 import re
 from collections.abc import Sequence

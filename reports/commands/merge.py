@@ -1,4 +1,4 @@
-"""`rayproof run --merge`: the parts of a run that several machines made, as one run."""
+"""`rayproof run --merge`: several machines' parts of a run become one run."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING

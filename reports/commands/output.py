@@ -1,4 +1,4 @@
-"""What commands print: tables for a reader, JSON for a program, and a planted fault shouted before either."""
+"""What all commands print with: tables, JSON, and the warning of a planted fault."""
 
 from collections.abc import Sequence
 from pathlib import Path

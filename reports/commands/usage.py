@@ -1,4 +1,4 @@
-"""A user's mistakes, each reported in exactly one line."""
+"""`UsageError`: a user's mistake, reported in one line; and the results folders that a command owns."""
 
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager

@@ -1,4 +1,4 @@
-"""The items that may be to blame for a case: all that its evidence cannot tell apart, and by what the others are out.
+"""Which specification items a case may blame, narrowed by passing checks and by what each mistake shows.
 
 An item is out only by a check that passes and that every known mistake of the item which shows in the case would have
 failed. Of a case that no mistake was asked about, for its size or for lack of time, only the stages that pass speak.

@@ -1,4 +1,4 @@
-"""A run's folder searched for the cause of its failures, and the result in sentences: one entry for each cause."""
+"""`diagnose`: a results folder's failures become causes in sentences, with evidence and what is left."""
 
 from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""Fits: mistakes that no list has, found as a law from some of the failing cases and held against the others.
+"""Fits of a law (a number, a power, a sum of powers) to some failing cases, held against the others.
 
 A law is a number, or a power of one variable of the scene, or a sum of powers. It is estimated where the renderer is
 wrong; the cases that took no part in the estimate decide whether it is true. A hypothesis is held against a few pixels

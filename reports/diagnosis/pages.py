@@ -1,4 +1,4 @@
-"""docs/mistakes.md, made of what is declared: each known mistake, the right formula, and a picture where one tells."""
+"""docs/mistakes.md made of the declarations: each mistake, the right formula, a picture."""
 
 import io
 import re

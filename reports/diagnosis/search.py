@@ -1,4 +1,4 @@
-"""Which known mistakes explain a run: screened on few failing cases, confirmed on failing and passing ones alike.
+"""`search`: which known mistakes explain a run, screened on few cases, confirmed on all; and damaged images.
 
 A mistake that fits some failing cases by chance does not fit the rest. So every hypothesis is judged on cases that took
 no part in finding it: parameters are estimated from one half of the failing cases, and the other half is predicted.

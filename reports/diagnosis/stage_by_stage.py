@@ -1,4 +1,4 @@
-"""Mistakes of a renderer that writes every stage, one or two, each found where it is made.
+"""`explanations` of a renderer that writes every stage: one mistake or two, each at the stage where it is made.
 
 A stage is judged as it follows from the renderer's own stages before it. The first stage that is wrong so has a mistake
 of its own; what is left when that is explained is another's.

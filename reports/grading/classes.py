@@ -1,4 +1,4 @@
-"""A class: every submission graded in a process of its own, what is finished kept, and equal roundings noted."""
+"""A class of submissions: each is graded in a child process; equal roundings between submissions are noted."""
 
 import ctypes
 import hashlib

@@ -1,4 +1,4 @@
-"""The pages that students get and the teacher keeps: one for each student, a gradebook, files of grading services.
+"""Pages for students, the gradebook, and files for Gradescope and GitHub Classroom.
 
 A student's folder holds nothing of other students, and of hidden cases the item and the points alone. Gradescope reads
 results.json (gradescope-autograders.readthedocs.io, "Autograder Specifications"), GitHub Classroom's reporter the JSON

@@ -1,4 +1,4 @@
-"""The way from a run's records to points: which items are wrong, so that each mistake costs its own item once.
+"""From a run's records to points: which items are wrong, so that each mistake costs its own item once.
 
 A failing case says that one of some items is wrong. With its stages written a program is judged at each stage as it
 follows from the program's own earlier ones, so that a case may say this of several stages. What a proven mistake

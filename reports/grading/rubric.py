@@ -1,4 +1,4 @@
-"""A rubric: the points of each specification item, the cases, how submissions are built and run, and their limits.
+"""The rubric in TOML: points of items, cases, how submissions are built and run, limits.
 
 It is TOML (toml.io, version 1.0), checked as a whole before anything is built.
 """

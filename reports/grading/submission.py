@@ -1,4 +1,4 @@
-"""One submission: its folder checked, built, and put to every case in an enclosure, and judged as any run is."""
+"""One submission: its folder is copied, built in an enclosure, run on every case and judged."""
 
 import hashlib
 import os

@@ -1,4 +1,4 @@
-"""The history of a project's runs: one SQLite file, a row for each run, its cases' verdicts, worst errors and times.
+"""The history of runs in SQLite: verdicts, worst errors and times of cases; series, and steps in them.
 
 Of each case and stage the worst error over its limit is kept, over all configurations and references, with the check
 that it comes from. Runs are appended whole or not at all, under the commit that the CI service or git names. A series

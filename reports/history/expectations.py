@@ -1,4 +1,4 @@
-"""The file of known failures: JSON, one entry for each case and item, with how each of its checks is known to fail."""
+"""The file of known failures (JSON): `KnownCheck`, `Expectation`, loading and saving."""
 
 import re
 from collections.abc import Mapping, Sequence

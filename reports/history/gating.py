@@ -1,4 +1,4 @@
-"""The gate of a CI job: hold a run against what is known to fail and against earlier runs, and write expectations."""
+"""The gate: a run is held against known failures and earlier runs; accepting and pruning expectations."""
 
 import math
 import shutil

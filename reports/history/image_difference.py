@@ -1,4 +1,4 @@
-"""The images that two runs kept of a case, in one script: the later run's, and the earlier's of what was under test."""
+"""Images of a case in two runs as one script, and the folder in which a browser shows two runs."""
 
 import shutil
 from collections.abc import Mapping, Sequence

@@ -1,4 +1,4 @@
-"""What became of one case between two runs: every check before and after, and the time of what was under test."""
+"""Two runs compared: every check before and after, and times by case and family."""
 
 import math
 from collections.abc import Mapping, Sequence

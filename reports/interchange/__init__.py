@@ -1,4 +1,4 @@
-"""Exchange: other programs' scenes read into the specification's vocabulary, and written out of it.
+"""Import and export of other programs' scenes: the registries of formats.
 
 To add a format: a function `(path, options) -> Imported` under `@IMPORTERS.register(".suffix")`, a function `(scene,
 path) -> dropped` under `@EXPORTERS.register(".suffix")`, in a new file or folder here. A reader has a sentence for each

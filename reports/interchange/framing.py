@@ -1,4 +1,4 @@
-"""The camera and the light of a file that has none: everything in view, lit from behind the right shoulder."""
+"""Camera and light for files that have none: everything in view, lit from behind the right shoulder."""
 
 from dataclasses import replace
 from math import pi, radians, sin

@@ -1,4 +1,4 @@
-"""A glTF 2.0 document (Khronos 2021): its objects, buffers, typed arrays and nodes.
+"""glTF 2.0 documents (Khronos 2021) read and checked: objects, buffers, accessors, placed nodes.
 
 It is GLB, or JSON with data URIs or files of its own folder; nothing else is opened. Objects are classes with the
 members that are read. A file may hold anything: whoever reads a member checks what it depends on. Sections are the

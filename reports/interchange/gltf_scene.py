@@ -1,4 +1,4 @@
-"""A glTF file's default scene: triangles, strips and fans, perspective cameras, base colours.
+"""A glTF scene becomes ours: triangles, perspective cameras, point lights, base colours.
 
 Of extensions it has KHR_lights_punctual (Khronos 2018), of which point lights, and KHR_mesh_quantization.
 """

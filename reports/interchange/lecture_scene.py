@@ -1,4 +1,4 @@
-"""The scene files of the lecture's course (CIS 561, University of Pennsylvania): JSON whose words are nearly ours.
+"""Scene files of the lecture's course (CIS 561, University of Pennsylvania), in JSON, become ours.
 
 A file has frames, of which the first is read: a camera; primitives of the shapes SquarePlane, Cube (both of side 1,
 around the origin), Sphere (radius 1) and Mesh, placed by T Rx Ry Rz S; materials, of which MatteMaterial has a

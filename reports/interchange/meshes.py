@@ -1,4 +1,4 @@
-"""OBJ, PLY and STL: the triangles as one mesh, with a camera that sees all of it and a light behind the shoulder."""
+"""A mesh file (OBJ, PLY, STL) becomes a scene: one mesh, a camera that sees it, a light."""
 
 import re
 from collections import Counter

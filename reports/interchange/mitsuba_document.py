@@ -1,4 +1,4 @@
-"""A Mitsuba XML file as a tree of plain values, read by Mitsuba's own parser in a process of its own.
+"""Mitsuba XML read by Mitsuba's parser in a child process, as a tree of plain elements; size checked before.
 
 Before Mitsuba reads it, what the file asks for is counted: elements, nesting, includes, unfolded parameters. Only
 `include`, `path` and `default` are followed, which decide how much is read. The rest is Mitsuba's to understand.

@@ -1,4 +1,4 @@
-"""Mitsuba 3 XML (https://mitsuba.readthedocs.io, "Scene XML file format"): parsed by Mitsuba's own parser.
+"""A tree of Mitsuba elements becomes our scene: sensors, shapes, materials, point lights (Mitsuba 3 XML).
 
 Perspective sensors; spheres, cubes, rectangles, disks, OBJ and PLY meshes, instances of groups of them; diffuse and
 two-sided materials and what wraps them; point lights. A disk whose id begins with "infinite-plane" stands for a plane.

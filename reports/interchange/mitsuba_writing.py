@@ -1,4 +1,4 @@
-"""Write a scene as Mitsuba 3 XML, meshes as PLY files beside it, so that Mitsuba renders the same.
+"""Our scene written as Mitsuba 3 XML, with meshes as PLY beside it.
 
 Mitsuba draws a stretched or sheared sphere wrong and turns the normals of mirrored shapes; as instances of a group both
 come out right. An infinite plane becomes a disc that reaches beyond everything the camera can see.

@@ -1,1 +1,1 @@
-"""Judging: pixel classes, limits, stages in order, adjudication, verdicts. Only `pass` is a pass."""
+"""Judging one case: limits, pixel classes, checks, the panel, verdicts. Only `pass` is a pass."""

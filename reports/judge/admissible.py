@@ -1,4 +1,4 @@
-"""Epsilons that a renderer declares, held to what rounding needs; what they leave undecided beyond that is counted.
+"""Epsilons that a renderer declares, against what rounding needs; checks with too few pixels that tell anything.
 
 A computed hit lies off its surface, along the normal, by the surface's own error and by the rounding of eye + t d; the
 feeler that starts there finds that surface off by as much again as its data are. So much a strategy against acne must

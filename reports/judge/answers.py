@@ -1,4 +1,4 @@
-"""The renderers that answer a case: those under test and the references, with what they answered."""
+"""`Answers`: what a renderer answered to a case; missing and misshapen images; small array helpers of the judge."""
 
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, field, replace

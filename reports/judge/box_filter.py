@@ -1,4 +1,4 @@
-"""Judging box-filtered radiance: the mean over samples x samples points of a pixel, n^2 rays of the same formulas.
+"""Box-filtered radiance judged: the mean over samples x samples points of a pixel, against the oracle's finer image.
 
 The tracer renders the scene at n times the resolution, whose pixel centres are the points, and averages; a reference
 does it in its own way (Mitsuba: n^2 stratified unjittered samples through its own film). The limit is the mean of

@@ -1,4 +1,4 @@
-"""Judging the camera stage: matrices, inverses, frustum corners, pixel <-> NDC (CAM-1 to CAM-3).
+"""The camera stage judged: matrices, inverses, frustum corners, pixel <-> NDC (CAM-1 to CAM-3), and their limits.
 
 Besides comparing with a reference, each side's camera is held against what any camera must satisfy (an inverse
 inverts, the eye goes to 0, corners go to the clip cube's corners with depth 0 and 1). That needs no reference, and

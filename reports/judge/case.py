@@ -1,4 +1,4 @@
-"""Judging a case: every subject before every reference at every stage, then who is wrong, then a verdict."""
+"""`judge_case`: all subjects, references and stages of a case, then adjudication and verdict."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace

@@ -1,4 +1,4 @@
-"""A case's closed forms, judged on one subject's answers with the subject's own rounding allowed for.
+"""A case's expectations in closed form (flux, pixel value, shadow outline, uniform value), judged on one subject.
 
 To add one: a dataclass in `cases/case.py` and here a function `(expectation, scene, answers, slack) -> Finding` under
 `@EXPECTATIONS.register("NameOfTheDataclass")`. `slack` is the tracer's own rounding at the pixels in question, relative

@@ -1,4 +1,4 @@
-"""The comparison of one renderer's answers with another's: by what the two may differ, and in which pixels."""
+"""`Comparison`: two renderers' answers to a scene with their limits, pixel classes and shadow epsilons."""
 
 from dataclasses import dataclass, replace
 from functools import cached_property

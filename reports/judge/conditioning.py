@@ -1,4 +1,4 @@
-"""How much a scene magnifies rounding, pixel by pixel: the quantities that limits multiply by the unit roundoff.
+"""`Conditioning`: how much a scene magnifies rounding at each pixel, for camera, shapes, normals and lights.
 
 By the implicit function theorem a hit moves along its ray by (normal component of the data's error) / |n.d|; the
 data are the ray's origin, its far end and the surface's own placement, each carried through the model matrix and

@@ -1,4 +1,4 @@
-"""Does a difference of conventions explain who stands alone? Each is put to the test: the oracle answers under it.
+"""Which other convention (clip, side, pixel point, one light at random) would explain a renderer that stands alone.
 
 A convention is a question other than the one asked: another clip, another side lit, another point of the pixel, one
 light picked at random. The oracle answers that question instead, with its own edges and limits, and the renderer is

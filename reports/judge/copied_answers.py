@@ -1,4 +1,4 @@
-"""Answers that are the same to the last bit as one object, so that what was measured of one is known of all.
+"""Bit-identical answers become one object, so that they are measured once; and which renderers copied each other.
 
 Configurations that differ in one formula share every stage before it.
 """

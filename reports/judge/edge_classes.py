@@ -1,4 +1,4 @@
-"""Pixel classes: which pixels are so near to an edge that rounding may carry them across.
+"""Pixel classes: which pixels are so near an outline, shadow edge, terminator or tie that rounding decides.
 
 The oracle gives a sound lower bound on each pixel's distance to the nearest outline, shadow edge and terminator. A
 pixel is `edge` if that distance is within what rounding can shift the edge by, which is derived here, in pixels.

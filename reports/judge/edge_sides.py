@@ -1,4 +1,4 @@
-"""The two sides of an edge: what the oracle answers at points just around a pixel's centre.
+"""`Sides`: the oracle's answers at points just around an edge pixel's centre.
 
 An edge pixel may differ from the oracle's centre value only if it has the value of a side: the object must be one
 that the oracle meets within the edge's reach, and a distance or normal must lie where that object's do.

@@ -1,4 +1,4 @@
-"""What judging reads of the oracle's edges: how far away they are, and what no distance in the image can say."""
+"""Whether an edge pixel's value is that of a side (`excused`), and whether some choice of lights gives it (`held`)."""
 
 import itertools
 import math

@@ -1,4 +1,4 @@
-"""What a sentinel is, the scene that most of them stand in, and how answers are spoiled."""
+"""`Sentinel`, and sentinels for limits: scenes whose limits at the middle pixel are worked out by hand."""
 
 import math
 from collections.abc import Mapping, Sequence

@@ -1,4 +1,4 @@
-"""Checked-in findings about references: the only thing that turns `reference_suspect` into `warn`.
+"""Known defects of references (findings.json): they turn `reference_suspect` into `warn`.
 
 A finding names the renderer's version, the circumstances under which its defect shows, the smallest scene that shows it
 and a third reference; it is data, in findings.json beside this file, so that a reviewer sees it in the diff.

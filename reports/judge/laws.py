@@ -1,4 +1,4 @@
-"""Laws judged: how far rounding may keep a relation's two sides apart, whether they are farther, what a record says.
+"""Laws judged on a renderer: the limit of a relation's two sides, whether they differ more, and the record.
 
 Rounding makes a value differ by some u of its own size. It also turns the camera's ray by some u and moves the hit by
 some u of the coordinates: that slides the value over the image by u x pixels per radian pixels, and over one pixel it

@@ -1,4 +1,4 @@
-"""Limits: unit roundoff times conditioning times a count of roundings, per stage and pixel.
+"""Limits of each stage and pixel: unit roundoff x conditioning x count of roundings; calibrations of references.
 
 Two limits for each stage. `continued` bounds the error of the stage alone, given the tracer's own previous stage;
 `end_to_end` adds what the previous stages hand down. Each is linear in the unit roundoff, so that a float32

@@ -1,4 +1,4 @@
-"""Metrics of images. They inform a reader; the limits decide.
+"""Metrics of images that inform a reader: PSNR, relative MSE, NRMSE, SSIM. The limits decide.
 
 To add one: a function `(ours, theirs, value_range) -> float | None` on float64 images of shape (height, width,
 channels), finite everywhere, under `@METRICS.register("name")`. None: it is not defined here.

@@ -1,4 +1,4 @@
-"""What judging asks of the analytic reference, and which stages a scene is asked about."""
+"""`ORACLE`, the analytic reference with its edges as judging asks it, and the stages that a scene is asked about."""
 
 from collections.abc import Collection
 from typing import Any, Protocol

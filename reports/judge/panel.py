@@ -1,4 +1,4 @@
-"""The independent references: programs that share code repeat each other and have one vote."""
+"""The panel of references: matrices of who agrees with whom, who stands alone, and what the majority decides."""
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace

@@ -1,4 +1,4 @@
-"""The same question put to a renderer twice: whether it gives the same image again, to the last bit.
+"""The same question asked twice: whether a renderer gives the same image again, to the last bit.
 
 Pixels that change from call to call come of a race between threads, of memory that nobody has written, or of a seed
 that is drawn anew. What is judged of such images is true of one of them. A renderer may declare that its answers vary

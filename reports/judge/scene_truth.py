@@ -1,4 +1,4 @@
-"""The truth of a scene, on which all judging of it rests: the oracle's answers, edges, the scene's conditioning."""
+"""`SceneTruth`: the oracle's answers, edges and conditioning of a scene, which all judging of it shares."""
 
 import math
 from collections.abc import Callable, Sequence

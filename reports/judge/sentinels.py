@@ -1,4 +1,4 @@
-"""Sentinels at edges: outlines and inner edges through pixel centres, where either side is right and nothing else is.
+"""The judge's self-test before a run: sentinels at edges, of each stage, of witnesses and of the panel (`stand_guard`).
 
 A level square stands before a plane; its border runs exactly through the centres of a frame of pixels. What a pixel
 there shows may be the square or the plane, but no third value, however wide the edge class is.

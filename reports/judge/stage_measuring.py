@@ -1,4 +1,4 @@
-"""Each stage of a comparison measured once: end to end, and continued from the judged renderer's own stages."""
+"""A comparison's stages measured: end to end, continued from the subject's own stages, each pixel strict or excused."""
 
 from dataclasses import replace
 from functools import partial

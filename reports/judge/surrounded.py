@@ -1,4 +1,4 @@
-"""Edge pixels that faces of one mesh surround: one of these faces is seen there, by whomever, and never nothing.
+"""Edge pixels that faces of one mesh surround: a miss there is a hole, light through it a leak.
 
 The oracle says where a mesh goes on over all of an edge's reach (`enclosed`), and names each face that comes near.
 There a miss, and what lies behind, is a hole. Light is 0 there only if one of the faces may be dark: turned away,

@@ -1,4 +1,4 @@
-"""The way from a case's checks and closed forms to its verdict, the stage to blame and the items behind it."""
+"""From checks and closed forms to a case's outcome, the stage to blame and the items to blame."""
 
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace

@@ -1,4 +1,4 @@
-"""The pool: worker processes by kind, at most `jobs` busy at once, each task with a deadline.
+"""`Pool`: starts worker processes by kind, hands out tasks with deadlines, lets sleeping kinds run beside `jobs`.
 
 A worker is a new interpreter that imports `rayproof` and nothing of the script that called it: `multiprocessing` would
 run an unguarded script a second time, and refuses to start anything below a process of its own. It ends with its

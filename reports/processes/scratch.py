@@ -1,4 +1,4 @@
-"""Folders for temporary files that name their owner, so that those of a process that was killed are swept later."""
+"""Temporary folders that name their owner, and the sweep of those whose owner was killed."""
 
 import os
 import shutil

@@ -1,4 +1,4 @@
-"""Ending: on SIGTERM as on Ctrl-C, with one's parent, and with every process that a program has started.
+"""SIGTERM as Ctrl-C, ending with one's parent, and ending every process below another.
 
 CI services cancel a job by SIGTERM. A process whose parent was killed gets no other word of it, and would run on.
 """

@@ -1,4 +1,4 @@
-"""A worker process: it serves one renderer, or the judge, and answers one task after another over a channel.
+"""A worker's main loop, and `Channel`: pickled messages over a pair of sockets.
 
 A channel carries pickled messages over a pair of sockets, one end of which never waits. A worker waits for its tasks
 and for room to answer. The pool must not: a worker that is stopped takes nothing and gives half a message, and whoever

@@ -1,4 +1,4 @@
-"""Publishing: files for people and machines, made from a results folder. Renders nothing, judges nothing.
+"""The table of publishers, which make files from a results folder. They render and judge nothing.
 
 To add a publisher: a function `(folder, results) -> list[Path]` in a new file, and a line in the table. It
 reads `results` (see docs/results.md) and what lies below `folder`, writes below `folder` only, each file through

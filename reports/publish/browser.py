@@ -1,4 +1,4 @@
-"""A published report in Debian's Chromium, by Playwright: its pictures for documents, its size, how quickly it opens.
+"""The report in Chromium by Playwright: pictures for the documents, its size, how quickly it opens.
 
 Both are installed for development only.
 """

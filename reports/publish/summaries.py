@@ -1,4 +1,4 @@
-"""What a CI service shows of a run: annotations.txt, badge.svg and summary.md.
+"""For CI services: annotations.txt, badge.svg and summary.md.
 
 * annotations.txt holds GitHub's workflow commands, one for each of ten causes: GitHub shows ten errors a step. Source:
   GitHub Actions, "Workflow commands", with its escapes of %, line ends and, in properties, of colon and comma.

@@ -1,4 +1,4 @@
-"""A run as test reports that other programs read: junit.xml and ctrf.json, one test for each case.
+"""For test tools: junit.xml and ctrf.json, one test for each case.
 
 Sources: the JUnit XML format as Jenkins and GitLab read it (testsuites / testsuite / testcase, with failure, error and
 skipped), valid by Jenkins' junit-10.xsd, each suite by Maven Surefire's schema, without the characters that XML 1.0

@@ -1,1 +1,1 @@
-"""The data of a run as it is written and read: outcomes, images and the document of results."""
+"""A run's data as written and read: records, images, the document, the table of cases."""

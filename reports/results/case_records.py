@@ -1,4 +1,4 @@
-"""The records of a case and its checks, one class a level, and how large a case's errors are over their limits.
+"""Records of a case and its checks, one class a level; the largest error over its limit; a sign test of factors.
 
 docs/results.md explains each key. The sign test gives what chance makes of factors that many pixels or cases share.
 """

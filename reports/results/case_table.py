@@ -1,4 +1,4 @@
-"""results.sqlite: a row for each case, committed as cases come; lists sort and filter by what lies beside its record.
+"""results.sqlite: a row for each case, committed as cases come; lists, filters and later amendments.
 
 It is the journal of a run and its results in one. Whole records are deflated and read one at a time, so that a run of
 any length takes the same memory; `brief` has what lists show. What is found out about a case later (a picture, a cause)

@@ -1,4 +1,4 @@
-"""results.json without what repeats: what checks of a case have in common stands there once.
+"""results.json without repetition: `compact` and `expand` of what checks share.
 
 Tens of thousands of checks share a few hundred derivations, most pass with every pixel held strictly, and a third of a
 measurement is counts of what never was. `publish/page/html/records.js` undoes in the page what `expand` undoes here.

@@ -1,4 +1,4 @@
-"""The document of a run, as docs/results.md describes it: loaded, checked in shape, written whole.
+"""The document of a run is loaded from results.sqlite or results.json, checked, and written.
 
 A folder has it as results.sqlite, and up to `LISTED` cases as results.json too.
 """

@@ -1,4 +1,4 @@
-"""Files and JSON: whole files or none, and numbers that JSON lacks.
+"""Files written whole or not at all; JSON with inf and nan.
 
 A file is written beside its place under another name, then renamed into it. The numbers that JSON lacks are the strings
 "inf", "-inf" and "nan", and are read back from them.

@@ -1,4 +1,4 @@
-"""Float images as text that a browser decodes without a library: bit for bit, and small.
+"""Float images as text for a browser, bit for bit: predictions, zigzag differences, byte planes, deflate, base64.
 
 What is stored is the difference of bits to a prediction from what the reader has already, zigzag-coded, and where that
 is smaller its second difference along the rows: smooth images are near a parabola. Channel by channel, in byte planes

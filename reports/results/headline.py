@@ -1,4 +1,4 @@
-"""The one sentence of a run, and what must be shouted before it."""
+"""Sentences about a run: the headline, shouts before it, what was left out, causes, blame."""
 
 from collections.abc import Mapping, Sequence
 from typing import cast

@@ -1,4 +1,4 @@
-"""The images that a results folder keeps of a case: OpenEXR files, or one script where the case passed.
+"""A case's images in the results folder: OpenEXR files, or one script where the case passed.
 
 An EXR file is one multichannel float32 file for each render, its channels named by the specification (Academy Software
 Foundation, `OpenEXR.File`). A script has every bit of every float, stored against the renderer that the others should

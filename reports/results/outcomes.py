@@ -1,4 +1,4 @@
-"""The eight outcomes of a check, their order, the counts that must add up, and the specification's items in words."""
+"""`Outcome`: the eight outcomes and their order, the ledger of counts, titles of the specification's items."""
 
 from collections import Counter
 from collections.abc import Iterable

@@ -1,4 +1,4 @@
-"""The checks of a run as columns, in a Parquet file, for whoever asks a million of them questions with a data frame.
+"""The checks of a run as rows of a Parquet file.
 
 A check is a row: whose it is, what became of it, and what end to end was measured. Records are read one at a time and
 written a row group at a time, so that the memory that this takes does not grow with the run.

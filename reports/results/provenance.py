@@ -1,4 +1,4 @@
-"""Where numbers come from: version, commit, processor, seed and command, and the input files beside a result.
+"""`Origin`: version, commit, machine, seed and command of a result; its inputs are kept, and it is made again.
 
 A command that fills a folder keeps its inputs in FOLDER/origin/COMMAND, so that the folder alone is enough to compute
 the result again. Values of environment variables are never kept, since they may be secrets: `--env` names them.

@@ -1,4 +1,4 @@
-"""The records of a run, one class a level: what results.json holds, what may be missing, which values are valid.
+"""Records of a run, one class a level: all that results.json holds; checking documents, and their JSON Schema.
 
 They are dictionaries with declared keys, since JSON is what they are written to and read from. msgspec checks documents
 against them (`problem`) and derives the JSON Schema that `rayproof list schema results` prints. docs/results.md says

@@ -1,1 +1,1 @@
-"""Running: from a request to a results folder - plan, worker processes, journal, one judged case after another."""
+"""From a request to a results folder: plan, tasks in worker processes, journal, totals."""

@@ -1,4 +1,4 @@
-"""The store of all that is kept: a folder of entries by key, checked on every read, the least recently used go first.
+"""The cache's files: entries by key with SHA-256, checked on every read; the least recently used go first.
 
 An entry is what it is in JSON, its arrays as they lie in memory, and a SHA-256 over its key and every byte. There is no
 pickle: reading an entry runs nothing. The folder is the user's own (mode 0700); a store whose folder others may write

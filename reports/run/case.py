@@ -1,4 +1,4 @@
-"""Cases on their way through a pool: each is rendered by the subject and the references, then judged, then recorded.
+"""`CasesUnderWay`: cases on their way through the pool, from rendering by subject and references to the judge.
 
 A few are on their way at once: so many that a stretch of cases that keep the subject busy leaves enough to ask and to
 judge for the other processors, so few pixels that their answers, up to 2 KB a pixel, are small in memory. Where a

@@ -1,4 +1,4 @@
-"""What a case's record holds beside its verdict: its scene, the command that runs it again, references' settings.
+"""Parts of a case's record: its scene, the command to reproduce it, what renderers said; a case whose judge died.
 
 `unjudged` is the record of a case whose judge died or raised: every planned check of it is an error.
 """

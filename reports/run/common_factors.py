@@ -1,4 +1,4 @@
-"""Factors that a whole run shares: pi, 4, every flux. Pooled over the cases' groups, they show below any one's limit.
+"""Factors that a whole run shares (pi, 4, every flux): pooled over cases, found below one case's limits.
 
 Each case's word is the middle one of its groups' factors. Of a correct renderer it is off by constants, which all cases
 may share and `allowance` bounds, and by roundings of the case's own camera, lights and shapes. Cases that share a

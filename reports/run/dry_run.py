@@ -1,4 +1,4 @@
-"""What a run would do and about what it would take, without doing it: `rayproof run --dry-run`."""
+"""`rayproof run --dry-run`: what a run would do, its time and memory."""
 
 import shutil
 from collections.abc import Iterator, Sequence

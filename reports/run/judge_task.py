@@ -1,4 +1,4 @@
-"""The judge's task: judge a case, keep its images and its scene, and return its record for results.json."""
+"""The judge's task: judge a case, keep its images and scene, return its record."""
 
 from collections.abc import Mapping
 from dataclasses import asdict

@@ -1,4 +1,4 @@
-"""A law in a run: the task that puts one to the subject on a case's scene.
+"""The task of a law: the subject renders the law's scenes, small, and the relation is judged.
 
 A law asks for the images of several scenes, so that its worker renders them itself, as the subject's own worker does.
 """

@@ -1,4 +1,4 @@
-"""The tasks that workers get, as plain data that travels between processes, and the kinds of workers by name."""
+"""The tasks that travel to workers (`TracerTask`, `JudgeTask`, ...) and the names of kinds of workers."""
 
 from dataclasses import dataclass
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""What a user asks of `rayproof run`, as plain data; whose images are kept; what cases that are resumed must match.
+"""`RunOptions` of `rayproof run`, which images are kept, and what resumed cases must match.
 
 A case that did not pass keeps every renderer's images. Of a case that passed they are there to look at, and the command
 in its record makes them again, so that a run of very many cases need not keep them.

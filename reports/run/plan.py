@@ -1,4 +1,4 @@
-"""The plan: which configurations of the tracer are asked about which cases, and which references judge them.
+"""The plan: which configurations are asked about which cases, the references that judge, keys for `--resume`.
 
 The default suite runs the default configuration in float32 and in float64 on every case, and every alternative
 formula, in float32, on the cases that cover its specification item.

@@ -1,4 +1,4 @@
-"""Progress: a bar on a terminal, a plain line per case elsewhere, a table with the worst first at the end."""
+"""Progress on the terminal: a bar, or a line for each case, and a final table with the worst first."""
 
 import time
 from collections.abc import Collection, Mapping, Sequence

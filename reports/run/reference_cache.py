@@ -1,4 +1,4 @@
-"""The answers that references gave before, by content: the same scene, renderer, version, settings and code.
+"""References' earlier answers by content: keys (scene, renderer, version, settings, code), recalling and keeping.
 
 Only references are here: what the renderer under test answers always comes from itself. A key is everything that an
 answer depends on, as a dataclass with a field for each: a change of any field is another question. Another kind of

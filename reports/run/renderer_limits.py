@@ -1,4 +1,4 @@
-"""How far a whole renderer carries: the last rung of each ladder of scenes that it passes, found by few renders.
+"""How far a whole renderer carries: the last rung of each scene ladder that it passes.
 
 Every rung is rendered and judged as a case of a run, in worker processes, by the closed forms and by certified numbers.
 No other renderer judges, since at such scenes each of them has limits of its own.

@@ -1,4 +1,4 @@
-"""Scenes as cases: a user's scene files, streams of any number of scenes, and what a case takes in time and memory.
+"""Scene files and streams of scenes as cases; estimates of a case's time and memory.
 
 Of a stream only each scene's name and place stay in memory, so that a run of a hundred thousand scenes takes little
 more than one of a thousand. All are read once before anything starts, so that a wrong scene is reported then.

@@ -1,4 +1,4 @@
-"""A plan in parts for several machines, and the parts' results folders as the one that a single run would have filled.
+"""A plan in parts for several machines, and the parts' folders merged into one run.
 
 A case's part is a digest of its name, so that a case that is added or left out moves no other.
 """

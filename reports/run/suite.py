@@ -1,4 +1,4 @@
-"""A run from request to report: choose cases, render and judge them, write what was found as it is found."""
+"""`run`: a whole run from request to report, with diagnosis, blame and publishing."""
 
 import json
 import shlex

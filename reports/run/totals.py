@@ -1,4 +1,4 @@
-"""The results of a run, put together from its cases' records: counts, coverage by item, limits to review."""
+"""A run's results from its records: counts, coverage by item, limits to review."""
 
 import platform
 import shlex

@@ -1,4 +1,4 @@
-"""The tracer's task: render a scene by one configuration, and tell how far it moved the feelers' starts.
+"""The tracer's task: render a scene by one configuration, with shadow epsilons and seconds of the kernels.
 
 Beside the answers stands what they cost: the seconds that the kernels of one launch ran, the median of some launches.
 """

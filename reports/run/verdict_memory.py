@@ -1,4 +1,4 @@
-"""Verdicts found before: the same answers to the same case before the same references, by the same sources.
+"""Earlier verdicts used again where scene, code, references and answers are bit-identical.
 
 The renderer under test renders again. Only if its answers are equal to the last byte is its earlier record used again.
 What failed to render or to be judged is never kept: the machine may have been at fault.

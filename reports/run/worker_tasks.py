@@ -1,4 +1,4 @@
-"""What workers do: render with the tracer, a reference or a user's program; judge a case."""
+"""What each kind of worker does with a task: tracer, reference, recalled answers, a program, the judge."""
 
 import atexit
 from collections.abc import Callable

@@ -1,4 +1,4 @@
-"""The worker processes of a run: which kinds there are, how many of each, and how long each may take.
+"""The pool of a run: kinds of workers, how many of each, their deadlines, the tracer's early start.
 
 The tracer's worker is started first, since its imports take as long as those of all others.
 """

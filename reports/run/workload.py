@@ -1,4 +1,4 @@
-"""The work between plan and results: a few cases at once through the pool, each recorded in the journal as it finishes.
+"""`render_and_judge`: the plan's cases through the pool into the journal, with resuming, interrupts, first failures.
 
 The journal is results.sqlite. A case is committed when it finishes, so that a killed run loses none.
 """

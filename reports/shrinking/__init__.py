@@ -1,4 +1,4 @@
-"""The way from a scene that fails to the smallest one in which the same thing fails.
+"""From a failing scene to the smallest one that fails alike.
 
     failure     a scene rendered and judged by the oracle: what fails in it, and whether it is the same as elsewhere
     attempts    the smallest scene so far, what is tried, and what smaller means

@@ -1,4 +1,4 @@
-"""The smallest scene so far, what is tried to make it smaller, and what smaller means."""
+"""`Search`: the smallest scene so far, its size, and attempts within limits of time and number."""
 
 import time
 from collections.abc import Callable, Iterator, Sequence

@@ -1,4 +1,4 @@
-"""From random scenes to the one in which a renderer is farthest from the truth, in units of its limits.
+"""From random scenes to one in which a renderer is farthest off its limits (`run random --worst`).
 
 A climb raises the error of one stage; climbs take the stages in turn. Each begins with the worst of a few random
 scenes. It changes numbers by a few roundings, by powers of two or to their neighbours' values, adds features of random

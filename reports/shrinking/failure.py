@@ -1,4 +1,4 @@
-"""A scene rendered and judged by the oracle: what fails first, how, and whether it is what failed elsewhere."""
+"""A scene is rendered and judged by the oracle: what fails first, and whether it is the same failure."""
 
 import math
 from collections.abc import Callable

@@ -1,4 +1,4 @@
-"""What is written of the smallest scene: the scene, its pixel by stages, a picture, and an issue that can be pasted."""
+"""The issue about the smallest scene: its JSON, a table of its pixel by stages, a picture."""
 
 import math
 from collections import Counter

@@ -1,4 +1,4 @@
-"""Steps that make numbers plainer: what stands where, what has a default, how many digits there are.
+"""Steps that make a scene's numbers plainer: places, defaults, fewer digits.
 
 A shape's matrix becomes plainer in two ways: alone, so that the shape moves; or with everything else carried along, so
 that the ray stays what it is in the shape's own space.

@@ -1,4 +1,4 @@
-"""The search for the smallest scene, and the steps that take away: pixels, shapes, lights, faces."""
+"""`shrink`: the search, and steps that take away pixels, shapes, lights and faces."""
 
 import math
 from collections.abc import Callable, Sequence

@@ -1,1 +1,1 @@
-"""Studies beyond a run's verdict: stability, comparison of formulas, error against time, speed and scaling."""
+"""Studies beyond a run's verdict: stability on ladders, comparisons, error against time."""

@@ -1,4 +1,4 @@
-"""Figures and tables for a paper, of comparisons, ladders and work-precision diagrams, each with its caption.
+"""Figures and tables for a paper (PDF, SVG, LaTeX, Markdown), each with its caption.
 
 Text stays text: a PDF embeds its font, an SVG names it. The same numbers make the same file: no date, no random
 identifiers. The caption says which version, commit, seed and processor the numbers come from.

@@ -1,4 +1,4 @@
-"""The renderer under test: the tracer, any reference of the panel, or a user's program or function.
+"""`Subject`, the renderer under test; and which variables and folders of the user a program sees (`Surroundings`).
 
 The tracer is put to the test by its configurations. Every other subject is one candidate under its own name, judged by
 the references that share no code with it; what it declares that it cannot do is `unsupported`. Of this user's

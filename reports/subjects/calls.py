@@ -1,4 +1,4 @@
-"""One call of a user's program: without a shell, in a folder of its own, within limits, and leaving nothing behind.
+"""One call of a user's program in a folder of its own, within limits: how it ended, its last lines; calls kept.
 
 A call that is kept can be looked at and made again: what the program was handed, its command, and what it printed.
 """

@@ -1,4 +1,4 @@
-"""From what a user names to the subject under test: a reference, `exec:` or `serve:` and a command, or a function."""
+"""What a user names becomes the subject: a reference, `exec:` or `serve:` and a command, or a Python function."""
 
 import hashlib
 import os

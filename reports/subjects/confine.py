@@ -1,4 +1,4 @@
-"""Limit a process, then become the program: run by its path, alone, so that nothing of rayproof is in the program.
+"""A script that limits memory and output, then becomes the program; it stays as keeper and ends what is left.
 
     python -I -S confine.py CALLER MEMORY OUTPUT PROGRAM ARGUMENT...
 

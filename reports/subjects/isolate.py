@@ -1,4 +1,4 @@
-"""Shut this process off, then run the program: without network, other processes, secrets or a way to write.
+"""A script that shuts a program off by Linux namespaces and control groups: mounts, no network, secrets hidden.
 
     python -I -S isolate.py ORDER PROGRAM ARGUMENT...
 

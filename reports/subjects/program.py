@@ -1,4 +1,4 @@
-"""A user's program under test: called once for each image, or asked for one; whatever goes wrong becomes one sentence.
+"""A user's program asked for a scene's images: EXR and PFM read, capabilities, refusals and failures as sentences.
 
 Its image is OpenEXR with named channels, or PFM for radiance: three float32 channels, rows from the bottom up (Debevec,
 "PFM Portable FloatMap Image Format", 2001).

@@ -1,4 +1,4 @@
-"""What a program under test declares in answer to `--capabilities`, and the scene that it gets; see docs/protocol.md.
+"""`Capabilities`, which a program declares, and the scene that is handed to it (JSON, OBJ); docs/protocol.md.
 
 The scene is JSON of the published schema, with meshes as OBJ files beside it.
 """

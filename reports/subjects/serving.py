@@ -1,4 +1,4 @@
-"""A program that stays alive: started once for a worker, asked line by line, ended with the worker.
+"""`Server`: a program that stays alive, asked line by line in JSON, within limits.
 
 Requests and answers are JSON objects, one a line, over standard input and output (docs/protocol.md, version 2). An
 answer is awaited before the next request is sent. The program and all that it starts may have so much memory, so many

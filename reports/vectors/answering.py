@@ -1,4 +1,4 @@
-"""What the tracer's own formulas answer to the vectors, in either precision.
+"""The tracer's own formulas answer the vectors, slot by slot, in either precision.
 
 Boxes, planes and squares that are not the unit ones go through `to_object` first, by a matrix for every row; a formula
 of a camera's matrices is asked through the ray by the inverse matrices (CAM-5), since a ray is what a row asks for.

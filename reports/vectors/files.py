@@ -1,4 +1,4 @@
-"""Vectors as files: one CSV a file of `FILES`, `relations.csv`, all of it again as `vectors.json`, and `check.py`.
+"""Vectors as files: one CSV a file of `FILES`, `relations.csv`, `vectors.json`, `check.py`; their columns and schema.
 
 Numbers have 17 significant digits, which every language reads back to the same float32 and float64, -0 included; lines
 end with a line feed. The digest is the SHA-256 of all CSV files, one after the other in the order of their names.

@@ -1,4 +1,4 @@
-"""An answer file judged: its score, every ladder's breakpoint, the worst row, which known formula fails alike."""
+"""An answer file judged: its score, ladders' breakpoints, worst rows, known formulas that fail alike; JUnit."""
 
 import math
 from collections.abc import Mapping, Sequence

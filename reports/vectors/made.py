@@ -1,4 +1,4 @@
-"""Rows made by hand: special values, the faces of boxes, starts on surfaces and in middles, what users reported.
+"""Rows made by hand: special values, faces of boxes, starts on surfaces and in middles, what users reported.
 
 Each is (file, question, inputs, why, kind); a kind of "" is found from the answer. Every number is a float32.
 """

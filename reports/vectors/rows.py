@@ -1,4 +1,4 @@
-"""The rows of all files: rays of ladders, chosen once for what they break, rows made by hand, relations between rows.
+"""All rows with ids: chosen rays of ladders, rows made by hand, extreme ones; relations between rows.
 
 `chosen.json` holds, for each value of each ladder, indices into the ladder's own seeded draw in float32: few rays that
 break every formula that breaks there and none that holds (`tests/harness/choose_vectors.py` makes it).

@@ -1,4 +1,4 @@
-"""Exact answers of ray and sphere, box, plane, triangle and square: rational signs decide, balls give t and limits.
+"""Exact answers of ray and sphere, box, plane, triangle and square, with their limits.
 
 A limit is 16 u (|o| + |shape| + t |d|) / |n . d|: sixteen roundings of the largest lengths that enter, carried to t
 along the normal n at the hit. A decision is required where the ray clears the shape's outline, its own start and the

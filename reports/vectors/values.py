@@ -1,4 +1,4 @@
-"""Certified answers of cameras, normals, feelers and light: balls of 256 bits, and rational signs where they decide.
+"""Certified answers of cameras, normals, feelers and light, with their limits.
 
 Limits, u being the unit roundoff, of a vector for the length of the difference:
 

@@ -1,4 +1,4 @@
-"""Formulas: what the light path computes, each slot by one of several variants.
+"""The table of all formulas: each slot's variants and the items that they cover; `Formula` and `Catalogue`.
 
 Contract. A formula is a function on a page of this folder and a line in `TABLE`: "slot/variant", its kind (right,
 control, or a mistake), page:function, the specification's items that it covers, and, where it applies, default=True for

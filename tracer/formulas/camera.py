@@ -1,4 +1,4 @@
-"""The camera: from angles and directions to axes, matrices, corners and the places of samples."""
+"""Formulas of the camera: basis, view and projection matrices, their inverses, frustum corners, pixel and NDC."""
 
 import math
 from typing import Any

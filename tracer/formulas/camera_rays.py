@@ -1,4 +1,4 @@
-"""The ray through a point of the image: by a reference point, or by the inverse of the camera's matrices."""
+"""Formulas of the ray through an image point: by a reference point, or by the inverse of the camera's matrices."""
 
 from typing import Any
 

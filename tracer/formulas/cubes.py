@@ -1,4 +1,4 @@
-"""Ray and the cube [-half, half]^3 of object space.
+"""Formulas of ray and cube [-half, half]^3 of object space: slabs.
 
 Every function returns the smaller of entry and exit t inside the interval, or inf, unless it says otherwise.
 """

@@ -1,4 +1,4 @@
-"""Ray and plane, ray and square.
+"""Formulas of ray and plane, and of ray and square.
 
 A square is known by its place in object space, or by half-vectors in world space (specification, HIT-7
 and HIT-8).

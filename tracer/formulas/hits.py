@@ -1,4 +1,4 @@
-"""The way from a ray to its hit: which part counts, the way into object space, the nearest hit, its world point.
+"""Formulas from ray to hit: the interval that near and far leave, the ray in object space, the nearest hit, its point.
 
 The scene's `clip` chooses the slot of the part that counts (specification, HIT-2); the others are of XF-1, XF-2 and
 HIT-9.

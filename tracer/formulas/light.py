@@ -1,4 +1,4 @@
-"""Light: from flux to radiance, per channel (specification, RAD-1 to RAD-5)."""
+"""Formulas of light: falloff, cosine, irradiance, exitance, radiance, and which side is lit (RAD-1 to RAD-5)."""
 
 from typing import Any
 

@@ -1,4 +1,4 @@
-"""Normals: in object space, taken to world space, and turned towards the viewer."""
+"""Formulas of normals: in object space, carried to world space, and turned towards the viewer."""
 
 from typing import Any
 

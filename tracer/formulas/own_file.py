@@ -1,4 +1,4 @@
-"""A formula of the user's own: a function in a file, written slot=FILE.py:function where a variant's name stands.
+"""A formula in a user's file (slot=FILE.py:function): parsed, imported late, checked against its slot, copied.
 
 Numbers for parameters that the function has beyond its slot's may follow: slot=FILE.py:function(eps=1e-4). To name one
 executes nothing: its file is imported when the function is first needed, checked against its slot's contract, and each

@@ -1,4 +1,4 @@
-"""Shadow rays (light feelers): what they test, and where they begin, so that a surface casts no shadow on itself.
+"""Formulas of light feelers: their direction and end, what blocks them, and strategies against shadow acne.
 
 The strategies against such shadow acne return where a feeler begins: first the lecture's, by a minimum t, then offsets
 along the normal, by year. Where a strategy goes by something else than the clearance, it moves the start farther by a

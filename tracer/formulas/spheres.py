@@ -1,4 +1,4 @@
-"""Ray and sphere.
+"""Formulas of ray and sphere: the quadratic formula and its stable forms.
 
 Every function returns the smallest t inside the interval at which the ray meets the sphere, or inf, unless it says
 otherwise. f = origin - center, A = d . d, B = 2 d . f, C = f . f - r^2 (lecture), and h = -B / 2.

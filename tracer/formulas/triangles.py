@@ -1,4 +1,4 @@
-"""Ray and triangle, in world space.
+"""Formulas of ray and triangle: signed areas, Moeller-Trumbore, Pluecker, Woop, Baldwin-Weber.
 
 Every function returns the t at which the ray meets the triangle, if inside the interval, or inf. The lecture's
 barycentric areas and Cramer's rule come first, then the others by year.

@@ -1,1 +1,1 @@
-"""The use of Dr.Jit and its devices: types, arithmetic, parameters and the compiler."""
+"""Dr.Jit and its devices: types, lanes, arithmetic, parameters, the compiler."""

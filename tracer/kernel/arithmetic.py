@@ -1,4 +1,4 @@
-"""Arithmetic that formulas share, in the precision of what it is asked about.
+"""Arithmetic that formulas share: fused differences of products, stable roots, unit vectors, sheared edge functions.
 
 * Differences of products keep their digits by explicit fused operations, which no compiler can fuse again. Source:
   Kahan, as analysed by Jeannerod, Louvet and Muller, "Further Analysis of Kahan's Algorithm for the Accurate

@@ -1,4 +1,4 @@
-"""Dr.Jit's array types and backends, and how the samples of an image lie in lanes.
+"""Dr.Jit's array types and backends, and `Lanes`: how the samples of an image lie in SIMD lanes.
 
 This is the only file that names backends and precisions. Dr.Jit's FastMath is turned off here, because it makes the CPU
 and GPU backends different arithmetics and turns NaN * 0 into 0.

@@ -1,4 +1,4 @@
-"""The compiler: which LLVM is loaded, and on how many threads kernels run.
+"""The choice of the LLVM library that Dr.Jit loads, and the number of its threads.
 
 The LLVM that comes with the packages is chosen, ahead of any that the system has.
 

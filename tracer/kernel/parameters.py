@@ -1,4 +1,4 @@
-"""The inputs of a kernel: arrays that a scene keeps on the device, and the scene's numbers.
+"""Inputs of a kernel: arrays on the device, and a scene's numbers as literals or in memory (`KernelConstants`).
 
 Arrays that a scene keeps on the device, uploaded when first asked for.
 

@@ -1,4 +1,4 @@
-"""The way from pixel to radiance: each stage is made from the one before, in the order of the specification.
+"""`Trace` and `light_path`: all stages in order, from ray to radiance, for the samples of a lane.
 
 Every stage is a list with an entry for each sample of a lane (`tracer.kernel.arrays`): Dr.Jit arrays, evaluated only
 where `KernelConstants.store` ends a kernel.

@@ -1,4 +1,4 @@
-"""The camera and its rays.
+"""The camera stage on the device: frame, sample positions, view rays and their clip interval.
 
 The camera on the device: everything that belongs to the camera and not to a pixel, computed once and as literals.
 

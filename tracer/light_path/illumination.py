@@ -1,4 +1,4 @@
-"""Which lights reach the hit points, and how much light they bring. Lists of one light have one entry per ray.
+"""The stages visibility and irradiance: feelers to each light, one by one or in a loop of the kernel.
 
 Many lights, one after the other in a loop of the kernel: its length does not depend on how many there are. Of a few,
 only feelers that go through trees are in one.

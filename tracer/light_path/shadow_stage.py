@@ -1,4 +1,4 @@
-"""Shadow rays: where they start, and how near a blocker may stand unnoticed.
+"""Where feelers start (by which strategy, in which precision), and how near a blocker goes unnoticed.
 
 Where feelers start, and the shapes that they run through, in the precision that the strategy wants.
 

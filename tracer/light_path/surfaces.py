@@ -1,4 +1,4 @@
-"""The scene on the device, and the surfaces that its rays hit: position, normal, albedo, how far off they may be.
+"""`DeviceScene` finds the nearest hit; from the shape that was hit follow position, shading normal and albedo.
 
 Few shapes are unrolled into the kernel, one formula each; many of a kind, and all triangles of meshes, go through a
 tree (`tracer.plan`). A scene without spheres leaves no sphere code behind, and a shape at identity no transform.

@@ -1,1 +1,1 @@
-"""Shapes as the tracer holds them: records, transforms, triangles and bounds."""
+"""Shapes as the tracer holds them: arrays, transforms, bounds of errors."""

@@ -1,4 +1,4 @@
-"""Bounds: how far a hit point may be off, and what a precision can hold.
+"""How far a hit point may lie off its surface [m], and which numbers are too large for a precision.
 
 How far a computed hit point may lie from the true surface, along the surface's normal [m].
 

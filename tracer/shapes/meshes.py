@@ -1,4 +1,4 @@
-"""Triangles and meshes on the host: object-space normals, and which triangles are degenerate and never hit.
+"""Triangles and meshes, on the host and as traced: object normals, degenerate faces, slenderness.
 
 Meshes are large: they are worked through in pieces that stay in the cache, by several threads, component by component.
 """

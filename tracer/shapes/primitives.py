@@ -1,4 +1,4 @@
-"""Spheres, cubes, squares and planes, and the table of all kinds.
+"""Spheres, cubes, squares and planes as traced: their arrays, intersections and normals.
 
 With an uneven matrix a sphere is an ellipsoid. With an oblique matrix a square is a parallelogram; by numbers it is a
 cube without height.

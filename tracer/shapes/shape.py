@@ -1,4 +1,4 @@
-"""The properties that all kinds of shapes share, and where a shape stands.
+"""`TracedShape`, what all kinds of shapes share, and `Transform`, a model matrix and its inverse on the device.
 
 A shape's place is its model matrix, inverted on the host in float64 and rounded once to the working precision.
 

@@ -1,1 +1,1 @@
-"""Acceleration: hierarchies of boxes built with numpy, bundles of rays on their way through them, unrolled shapes."""
+"""Acceleration: hierarchies of boxes, beams of rays on their way through them, and shapes unrolled into the kernel."""

@@ -1,4 +1,4 @@
-"""Several rays as one: beams that meet boxes, and cones about shapes.
+"""`Beam`, several rays as one that meets boxes, and `Cone`, the cone about a shape.
 
 Several rays from one point, as one beam that is asked which boxes it meets.
 

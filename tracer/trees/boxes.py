@@ -1,4 +1,4 @@
-"""Boxes of a tree: on the grid of its nodes, and as they lie on the device.
+"""Boxes of a tree's nodes: on a 16-bit grid on the host, and as packets on the device.
 
 On the grid corners are rounded outward, once, to 2^16 steps per axis. The box about several items is then the minimum
 of small integers, by which the tree is built and its nodes are written.

@@ -1,4 +1,4 @@
-"""How a tree is built: by cuts at which least is met, long slanting triangles in parts.
+"""Building a tree: cuts at which least is met, and long slanting triangles in parts.
 
 A tree stands over boxes on a grid; each of its nodes is cut where least is met on both sides (`cheapest`).
 

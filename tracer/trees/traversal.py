@@ -1,4 +1,4 @@
-"""A bundle's way through a tree: all rays of a lane go together.
+"""Traversal of a tree by a beam: nearest hit and any hit, in nested or pipelined loops.
 
 Which boxes are entered is decided for the bundle (`tracer.trees.beams`); in a leaf every ray meets every
 item by the formula that was chosen for it. There are two ways of putting the steps in order, which visit the same

@@ -1,4 +1,4 @@
-"""The shapes that stand in trees: one tree for every kind, asked as one beam for all rays that a lane takes.
+"""One tree for each kind of shape and one for all triangles: on the host, on the device, and how they are asked.
 
 Spheres, cubes and squares have a tree for each kind, so that a leaf holds one formula; all meshes' triangles share one.
 """

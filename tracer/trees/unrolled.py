@@ -1,4 +1,4 @@
-"""The shapes that are unrolled into the kernel: one formula each, passed over where no ray of a packet can meet it.
+"""Shapes unrolled into the kernel, one formula each, passed over where no ray of a packet meets the shape's cone.
 
 A lane of one ray asks every formula. Where a lane takes several, asking for the cone about a shape
 (`tracer.trees.beams`) costs little beside as many formulas, and most packets can meet few of the shapes. The cone is

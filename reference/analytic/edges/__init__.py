@@ -1,4 +1,4 @@
-"""Where an image may change abruptly: for every pixel a sound distance to the nearest edge of each kind.
+"""`Edges`: for every pixel a lower bound of its distance to the nearest outline, shadow edge, terminator.
 
 Source: the design of this reference; Taylor bounds on implicit equations that are linear or quadratic in the image.
 """

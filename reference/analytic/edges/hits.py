@@ -1,4 +1,4 @@
-"""The hit of each pixel, as needed to follow it sideways: its sheet, and the plane of its face."""
+"""What each pixel hits, its plane or ellipsoid, the next hits in depth, and depths that clipping leaves undecided."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

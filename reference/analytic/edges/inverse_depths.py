@@ -1,4 +1,4 @@
-"""How far a function's zero must be: Taylor's theorem turned into a distance in the image."""
+"""Inverse depth of surfaces over the image (`Sheet`), what hides them (`Screens`), and Taylor bounds of zeros [px]."""
 
 from dataclasses import dataclass
 

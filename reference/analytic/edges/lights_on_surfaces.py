@@ -1,4 +1,4 @@
-"""Lights that lie on a surface, or nearly: whether it stands before them is for rounding to say.
+"""Lights that lie on a surface, or nearly: the gap to it, and pixels for which rounding decides their side.
 
 The own root is divided out at a feeler's start and not at its end: a light on a blocker's surface is an input that no
 algebra excuses. How near it is can be said exactly; what that means to a renderer's precision is the judge's to say.

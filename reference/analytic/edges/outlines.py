@@ -1,4 +1,4 @@
-"""The edges of polygons, each once, with the faces that it borders."""
+"""Edges of polygons and outlines of ellipsoids, seen from the eye or a light, and the distance to them [px]."""
 
 from dataclasses import dataclass, replace
 from functools import lru_cache

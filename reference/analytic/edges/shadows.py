@@ -1,4 +1,4 @@
-"""Distance in the image to shadow edges and terminators, per light, on the surface that the pixel sees."""
+"""Distance in the image to shadow edges and terminators, for each light."""
 
 import numpy as np
 

@@ -1,4 +1,4 @@
-"""The surroundings of an image point: whether faces of one mesh go on all around it, and each face near it.
+"""Whether faces of one mesh go on all around an image point, and each face near it.
 
 An edge whose two faces project to its two sides is crossed without leaving the mesh. So a mesh that is seen at a point
 is seen as far around it as no other edge of it reaches, whatever inner edges and vertices lie in between; unless

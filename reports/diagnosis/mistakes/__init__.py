@@ -1,1 +1,1 @@
-"""The known mistakes, by what they concern: one entry each, found by listing this folder."""
+"""The known mistakes, by subject; found by listing this folder."""

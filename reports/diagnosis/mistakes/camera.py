@@ -1,4 +1,4 @@
-"""Mistakes of cameras and pixels: CAM-1 to CAM-5."""
+"""Mistakes of cameras, pixels and view rays: CAM-1 to CAM-5."""
 
 import math
 from collections.abc import Callable

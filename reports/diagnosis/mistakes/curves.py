@@ -1,4 +1,4 @@
-"""The ratio of a renderer's light to the right one as a curve of one variable: RAD-1, RAD-2, RAD-4, RAD-5.
+"""Light off by a curve of one variable (distance, cosine, flux, albedo): RAD-1, RAD-2, RAD-4, RAD-5.
 
 The variable is the distance to the light, the cosine, the flux, the albedo or the number of lights. A curve has a
 formula: a sum of powers, a power, an exponential, the sRGB curve. Where the ratio depends on the distance or the cosine

@@ -1,4 +1,4 @@
-"""The tracer's wrong formulas and planted faults as hypotheses: each is rendered by the tracer, in float64.
+"""The tracer's wrong and planted formulas as hypotheses, rendered by the tracer in float64.
 
 What one of them shows may depend on the right formulas around it: a fault of the way into object space leaves a square
 alone that is met by its half vectors. So each is tried beside squares of either kind. What the mistake is in words, a

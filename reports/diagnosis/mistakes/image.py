@@ -1,4 +1,4 @@
-"""Right values that are written wrongly, IMG-1: in the wrong place, in part, or as other numbers.
+"""Right values written wrongly, IMG-1: mirrored, turned, shifted, swapped bytes, undrawn parts.
 
 What is damaged so is foretold from the oracle's own values, pixel by pixel. Of an image that is written from another
 corner the camera's formulas tell the same (`camera.py`), unless the rays themselves are in their places.

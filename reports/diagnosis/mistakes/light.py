@@ -1,4 +1,4 @@
-"""Mistakes of light, of surfaces and of how radiance is written: RAD-1 to RAD-5.
+"""Mistakes of falloff, cosine, sums over lights, albedo, exitance and written radiance (gamma, bytes): RAD-1 to RAD-5.
 
 A mistake of light is a wrong sum over the lights that a point sees.
 """

@@ -1,4 +1,4 @@
-"""A free pinhole camera: two scales, two shifts and three axes, fitted to a renderer's rays or image: CAM-1 to CAM-5.
+"""A free pinhole camera fitted to a renderer's rays or image: scales, shifts, axes, and laws of them: CAM-1 to CAM-5.
 
 A renderer that writes its rays gives all seven numbers of each case. Of radiance alone one number at a time is sought
 in the image. What is common to the cases is a law: a scale by a power of one variable of the camera, a shift in pixels,

@@ -1,1 +1,1 @@
-"""The report that opens in a browser: its data, its pages, and the scripts that show them."""
+"""The report that opens in a browser: its data and pages; its scripts lie in html/."""

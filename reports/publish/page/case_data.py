@@ -1,4 +1,4 @@
-"""One case as scripts that the page loads when it is opened: its record, its pixels, and the page of its 3-D view.
+"""One case's scripts for the page: record, pixels (checked and cleaned), and its 3-D view.
 
 A browser runs what it loads from a folder, and the folder may be anybody's. So of a script that a results folder
 brought along only its JSON is kept, checked to be what the page expects and put between words that rayproof writes

@@ -1,4 +1,4 @@
-"""What the page shows beside a run: its history, the comparison of two runs, and the comparison of two formulas."""
+"""The page's data beside a run: history, comparison of two runs, comparison of two formulas."""
 
 from __future__ import annotations
 

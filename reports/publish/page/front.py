@@ -1,4 +1,4 @@
-"""What the front page shows of a run: totals, coverage, times, a row for each case, and what its references declare."""
+"""The front page's data: totals, coverage, times, a row for each case, what references declare."""
 
 import base64
 import math

@@ -1,4 +1,4 @@
-"""Any two images in the report's viewer, as one file that opens from disk; others are dropped into it.
+"""Any two images (EXR, PFM, PNG) in the report's viewer, as one file.
 
 The page is the report's own viewer without a run: no limits, no verdicts. Channels are put into layers by the page, so
 that images that come with it and images that are dropped into it are read alike.

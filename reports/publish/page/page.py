@@ -1,4 +1,4 @@
-"""index.html, the report to open from disk, and report.html, the same in one file.
+"""index.html and, in one file, report.html: scripts, styles and security policy put together.
 
 Browsers refuse fetch() and module scripts on file://, so the page's scripts are inlined in order and a case's data is a
 script that the page adds when the case is opened. The content-security policy names the inlined script and style by

@@ -1,4 +1,4 @@
-"""plots/: what `rayproof stability` and `rayproof tradeoff` left in the folder, as scripts for the report's pages.
+"""Plots of `rayproof stability` and `rayproof tradeoff`, as data for the report's pages.
 
 Plotly comes beside them once, where there is anything to plot; the pages load all of it when they are opened.
 """

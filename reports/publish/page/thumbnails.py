@@ -1,4 +1,4 @@
-"""Small pictures of the worst cases of each cause: ours, the reference's and their difference at the blamed stage."""
+"""Small pictures of the worst cases of each cause: ours, the reference's, their difference."""
 
 from collections.abc import Iterator
 from io import BytesIO

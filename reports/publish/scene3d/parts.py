@@ -1,4 +1,4 @@
-"""What a scene shows in 3-D: named parts in layers, plain arrays in units of the scene's size around its middle.
+"""The parts of a 3-D view as arrays: shapes, frustum, lights, rays, in layers around the scene's middle.
 
 Browsers draw in float32, so coordinates are taken relative to what is looked at before they are rounded. The report's
 page makes the same parts of the same numbers when a view is opened (page/html/scene.js); look.json says for both how

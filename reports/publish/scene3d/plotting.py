@@ -1,4 +1,4 @@
-"""A scene's parts drawn by PyVista (Sullivan and Kaszynski, 2019): stills, and the view in a notebook.
+"""A view's parts drawn by PyVista (Sullivan and Kaszynski, 2019), in a notebook or a child process.
 
 Only a process that may die of OpenGL makes a plotter. The one that draws a run's stills is
 `python -m rayproof.reports.publish.scene3d.plotting PARENT`: a job a line on stdin, a report a line on stdout.

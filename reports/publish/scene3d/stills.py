@@ -1,4 +1,4 @@
-"""Stills: PyVista's pictures of scenes, drawn in a child process once it is known which cases are worth looking at.
+"""Which cases get stills, and the child process that draws these with PyVista; why it could not.
 
 A run draws the failing cases and the worst twelve; `rayproof report DIR --draw` draws others. Without OpenGL libraries
 VTK raises nothing: it kills its process. So nothing touches a plotter in this process, and how the child ended says

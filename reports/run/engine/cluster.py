@@ -1,4 +1,4 @@
-"""The cluster that a run works on: a Dask scheduler reached by mutual TLS, or one of this machine for trying it.
+"""The connection to a Dask scheduler by mutual TLS, or a cluster on this machine.
 
 Dask pickles, so that everybody who reaches a scheduler owns each of its workers and each connected run. Therefore both
 ends show a certificate of one authority, also on one machine, whose other users reach its loopback too.

@@ -1,4 +1,4 @@
-"""Submitting batches of cases to a cluster's workers, and taking up what becomes of them.
+"""Batches of cases are submitted to a cluster; lost ones are sent again, in halves or alone.
 
 Dask does a batch again whose worker was lost. One of which too many workers die is sent in halves, each alone on the
 cluster, and a case of which workers die there is an error.

@@ -1,4 +1,4 @@
-"""What a worker of a cluster does: it puts batches of cases through a pool of processes, and returns bytes.
+"""On a cluster's worker: batches go through a pool of processes; records and files are packed and returned.
 
 A record must not depend on the machine that made it, so that a worker refuses where anything differs from the calling
 machine. Batches carry scenes, answers carry files: no disk is shared. The processes, with renderers that are imported

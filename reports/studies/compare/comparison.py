@@ -1,4 +1,4 @@
-"""The comparison as a whole: both asked the same, answers paired, times interleaved, a verdict beside its control."""
+"""`compare`: both contenders asked the same, errors paired, times interleaved, an A/A control."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass

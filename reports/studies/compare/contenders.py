@@ -1,4 +1,4 @@
-"""What is compared: a tracer configuration under the name by which the user called it."""
+"""`Contender`: a configuration by name, the slots that differ, and the cases and stages that concern them."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace

@@ -1,4 +1,4 @@
-"""What a comparison found: per family and in all, as plain numbers with their intervals."""
+"""`Finding` and `Timing`: errors, quantiles, intervals and the verdict in words, by family and in all."""
 
 import math
 from collections.abc import Mapping, Sequence

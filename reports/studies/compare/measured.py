@@ -1,4 +1,4 @@
-"""Stage truth: exact mathematics on the floats that a stage received, and how much those floats magnify rounding."""
+"""A stage's errors against stage truth, paired pixel by pixel, and the contenders' times, interleaved."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace

@@ -1,4 +1,4 @@
-"""What `rayproof compare --json` writes, one class a level, as docs/compare.md describes it."""
+"""Records of `rayproof compare --json`, one class a level, and their tables."""
 
 from collections.abc import Callable
 from dataclasses import replace

@@ -1,4 +1,4 @@
-"""The statistics of a paired comparison: exact McNemar, medians and their bootstrap intervals, clusters of scenes.
+"""Statistics of paired comparisons: exact McNemar, medians with bootstrap intervals, clusters, tails.
 
 Sources: McNemar, "Note on the sampling error of the difference between correlated proportions" (1947), in its exact
 binomial form; Efron, "Bootstrap methods: another look at the jackknife" (1979), section 3, for the bootstrap

@@ -1,1 +1,1 @@
-"""Ladders climbed and judged: every formula variant on every sweep of the catalogue, against certified truth."""
+"""Every formula variant on every ladder, held against certified truth."""

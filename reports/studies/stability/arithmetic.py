@@ -1,4 +1,4 @@
-"""Numbers as unevaluated sums of two float64 arrays, each with a running bound on its own error.
+"""`Pair`: pairs of float64 arrays in NumPy, each with a bound on its error; rationals where a sign is undecided.
 
 NumPy, so that truth shares no compiler with the tracer; products by Dekker's splitting, so that it needs no fused
 multiply-add. A predicate whose value does not exceed its bound is settled elsewhere, by exact rationals.

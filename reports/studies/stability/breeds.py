@@ -1,4 +1,4 @@
-"""Inputs that evolution breeds from the inputs of a ladder, for slots that intersect no shape.
+"""Inputs bred by evolution from a ladder's inputs, for slots that intersect no shape.
 
 A genome says which two of the ladder's rays are crossed, input by input, and how one component of each input is
 changed: by a few roundings, to zero, to its neighbour's value, by a power of two. Every number stays within what the

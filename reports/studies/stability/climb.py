@@ -1,4 +1,4 @@
-"""How a formula climbs a ladder, and the slope of its median error against the parameter, log against log.
+"""`climb`: one formula on one ladder, its errors on each rung, and the slope fitted to them, log against log.
 
 Weighted least squares; a median's weight is the inverse of its variance, read off the sorted errors around it. An
 interval comes from resampling twice over: every value's median within its rays, and the values themselves, because

@@ -1,4 +1,4 @@
-"""Ladders' inputs on the device, and answers back as float64."""
+"""Ladders' inputs uploaded to the device, answers downloaded, and tests of the device's own arithmetic."""
 
 from collections.abc import Mapping
 from typing import Any

@@ -1,4 +1,4 @@
-"""A survey: every formula climbs its ladders, is judged by what the catalogue predicts, and becomes a record."""
+"""The survey: which formulas climb which ladders, the verdict of each climb by gate and slope, and its record."""
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""One still SVG per ladder: every formula's error, or share of wrong answers, against the parameter.
+"""Figures of ladders as SVG: every formula's error, or share of wrong answers, against the parameter.
 
 No date, no random identifiers and text as text: the same numbers make the same file.
 """

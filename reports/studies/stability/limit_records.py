@@ -1,4 +1,4 @@
-"""How far renderers carry as data: JSON, CSV, the terminal's table, and two of them compared or held as a gate."""
+"""Limits of whole renderers as JSON, CSV and tables; two of them compared, or held as a gate."""
 
 import csv
 import io

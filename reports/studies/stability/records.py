@@ -1,4 +1,4 @@
-"""What `rayproof stability` writes, one class a level: with `--json`, and of each ladder a file with its climbs."""
+"""Records of `rayproof stability`: surveys, ladders, climbs, rungs, searches for the worst."""
 
 from typing import NotRequired, TypedDict
 

@@ -1,4 +1,4 @@
-"""The exact mathematics of ray and shape: what decides, and at which t. Written from geometry, not from the tracer.
+"""Exact ray and shape (sphere, plane, square, triangle, cube): predicates, t, and the conditioning K.
 
 Each shape: `predicates` (rational: signs decide), `values` (t, and what K needs), `decide(signs, values)` -> hit, t as
 a pair, and abs(n . d) abs(t) and the size that K weighs. Inputs by name: o, d, and the shape's own.

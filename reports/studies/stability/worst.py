@@ -1,4 +1,4 @@
-"""The worst inputs of a formula, found by evolution; certified truth judges every one of them.
+"""The search for a formula's worst inputs by evolution; genomes of rays and shapes, judged by certified truth.
 
 For an intersection a genome says where a ray is aimed on a shape, how near to its edge, how grazing, from how far and
 how fast, and where the shape stands; some of its genes snap directions to axes, points to edges and starts to

@@ -1,4 +1,4 @@
-"""A diagram as static SVG: time against error, log-log, intervals as crosses, the Pareto front as a line.
+"""Work-precision diagrams as SVG, tables and a page.
 
 The same numbers give the same bytes: no date, and ids from a fixed salt.
 """

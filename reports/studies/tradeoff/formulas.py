@@ -1,4 +1,4 @@
-"""Diagrams of one slot on one family: every variant in both precisions, and Mitsuba where it answers."""
+"""Diagrams of one slot on one family or ladder: every variant in both precisions, and Mitsuba."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass

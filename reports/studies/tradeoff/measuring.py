@@ -1,4 +1,4 @@
-"""Which diagrams there are: slots that a family's scenes exercise, and scenes with light for the samples per pixel."""
+"""The list of diagrams and `measure`, which fills it; diagrams of samples per pixel; means over diagrams."""
 
 import time
 from collections.abc import Callable, Sequence

@@ -1,4 +1,4 @@
-"""A point of a work-precision diagram, and which points nothing else beats in both directions."""
+"""`Point`: error and time with intervals; the Pareto front, interleaved timing, tails, records."""
 
 import math
 import time

@@ -1,4 +1,4 @@
-"""Diagrams of routes: the same image by stages, by numbers in memory, by literals, and by a frozen kernel of literals.
+"""Diagrams of routes: the same image by stages, by numbers in memory, by literals, by a frozen kernel.
 
 The image that is timed is the one whose error is taken: a larger image may be traced by another plan. What a route
 declares is counted (`FOLDED`): no bit beside the stages of its precision, or so many

@@ -1,4 +1,4 @@
-"""Mistakes that are planted on purpose, for `tests/harness/audit` and the studies; none is used unless it is named.
+"""Planted mistakes of the tracer's formulas and their table; none is used unless it is named.
 
 Facts of a mistake, beside those of every formula: `says` is what a renderer with it does, a verb phrase; `cases` are
 those that are sure to notice it; `also` are stages that it spoils beside its slot's.

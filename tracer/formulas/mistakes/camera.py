@@ -1,4 +1,4 @@
-"""Planted mistakes of `formulas/camera`; a run that uses one says so, and none is used unless it is named."""
+"""Planted mistakes of camera matrices, frustum corners, pixels and view rays."""
 
 import math
 from typing import Any

@@ -1,4 +1,4 @@
-"""Planted mistakes of `formulas/hits`; a run that uses one says so, and none is used unless it is named."""
+"""Planted mistakes of the interval that near and far leave, and of the ray in object space."""
 
 from collections.abc import Callable
 from typing import Any

@@ -1,4 +1,4 @@
-"""Planted mistakes of `formulas/intersections`; a run that uses one says so, and none is used unless it is named."""
+"""Planted mistakes of ray and sphere, cube, square, plane and triangle, and of the nearest hit."""
 
 from typing import Any
 

@@ -1,4 +1,4 @@
-"""Planted mistakes of `formulas/light`; a run that uses one says so, and none is used unless it is named."""
+"""Planted mistakes of falloff, cosine, albedo, exitance, radiance and sums over lights."""
 
 from typing import Any
 

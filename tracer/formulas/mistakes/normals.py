@@ -1,4 +1,4 @@
-"""Planted mistakes of `formulas/normals`; a run that uses one says so, and none is used unless it is named."""
+"""Planted mistakes of normals in object space, in world space, and of which side faces the viewer."""
 
 from typing import Any
 

@@ -1,4 +1,4 @@
-"""Planted mistakes of `formulas/shadow_rays`; a run that uses one says so, and none is used unless it is named."""
+"""Planted mistakes of where light feelers start, where they end, and what blocks them."""
 
 from typing import Any
 

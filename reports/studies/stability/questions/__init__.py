@@ -1,4 +1,4 @@
-"""Questions: how a formula is asked about a ladder's inputs, and what the truth is.
+"""`Question`, `Truth` and `Grades`: how a formula is asked about a ladder's inputs and graded.
 
 Contract of a question, registered under the name that ladders use:
 

@@ -1,4 +1,4 @@
-"""Irradiance and cosine of one light, error in ulps of the result; beyond the largest float an infinity is right.
+"""Questions of irradiance and cosine (in ulps), of feelers and blockers, and of decisions (clip, below, side).
 
 Truth is computed by balls alone, ray for ray: products of these lengths leave float64's exponents, where pairs end.
 Inputs: flux, normal, away.

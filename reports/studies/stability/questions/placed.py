@@ -1,4 +1,4 @@
-"""At which t does a ray meet a shape? Errors in the ladder's unit, and against K with the shape at the origin."""
+"""Questions of ray and shape: the t of a hit, under a matrix, baked, the order of two hits; and of placed normals."""
 
 from collections.abc import Callable
 from itertools import pairwise

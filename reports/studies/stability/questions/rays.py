@@ -1,4 +1,4 @@
-"""In which direction does the camera look through a point of its image? The angle to the exact direction.
+"""Questions of view rays (the angle to the exact direction), hit points, sphere and facing normals, and trees.
 
 Every ray has a camera of its own, so that no orientation is a special one. Inputs: eye, target, up, sx, sy, fovy
 [degrees], aspect, near, far. K = 1 + 1 / sin(F, up), what the basis multiplies its roundings by; the eye's

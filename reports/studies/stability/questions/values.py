@@ -1,4 +1,4 @@
-"""What is a formula's number, or its numbers, worth? For slots that return neither a hit nor a decision.
+"""Questions of values: matrices, projections, corners, pixels, sums of light; and of special inputs (NaN, inf).
 
 One entry of `ASKED` a slot: the exact mathematics, and how the formula is asked. K is what the very expression makes
 of one rounding of each input (`reports.studies.stability.shapes`). A ray's error is that of its worst number.

@@ -1,4 +1,4 @@
-"""How many triangles of a closed surface does a ray find that certainly pierces it? None is a leak, two a double hit.
+"""Questions of leaks: how many triangles of a fan, or faces, a ray finds that surely pierces it.
 
 Truth: the ray is kept only if float64, with a margin a million times its rounding, puts it inside every outer edge of
 the fan of triangles around the edge or vertex that it is aimed at, and all of them face it; it then pierces the fan
