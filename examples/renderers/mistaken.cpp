@@ -235,7 +235,7 @@ struct Ray {
     double low, high;
     // Of a feeler that counts blockers behind its start, not the surface that it starts on.
     bool holds(double t) const {
-        const bool own = low < 0 && is(blockers_behind) && std::abs(t) * length(direction) <= 1e-6;
+        const bool own = low < 0 && is(blockers_behind) && std::abs(t) * length(direction) <= 1e-6 * std::max(1.0, length(origin));
         return !own && t > low && t < high;
     }
 };

@@ -5,15 +5,16 @@ then there. Limits are those of the judge, for the answers at hand: of light in 
 mistake makes it, of a curve that is put over radiance by putting it over the ends of the limit.
 """
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 
 import numpy as np
 
+from rayproof.cases.placement import world_triangles
 from rayproof.cases.rounding import gamma
-from rayproof.cases.scene import Cube, Mesh, Scene, SceneError
+from rayproof.cases.scene import Cube, Mesh, Scene, SceneError, Shape, Triangle
 from rayproof.cases.stages import IMAGE_STAGES, Stage, StageImages
-from rayproof.reports.diagnosis import Answered, Given, Way
+from rayproof.reports.diagnosis import Answered, Given, Way, Wrong
 from rayproof.reports.judge.conditioning import condition
 from rayproof.reports.judge.limits import Roundoff, limits
 from rayproof.reports.judge.measurement import ratios
@@ -137,20 +138,76 @@ def _apart(one: StageImages, other: StageImages) -> np.ndarray:
     return np.any(np.concatenate([one[stage] != other[stage] for stage in stages], axis=-1), axis=-1)
 
 
+# From a shape, the eye, rays (n, 3) and the ends of their clip intervals (n,) to crossings (n,), infinite where missed,
+# and faces (n,).
+Meeting = Callable[[Shape, np.ndarray, np.ndarray, np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]
+
+
+def hits_by(
+    meet: Meeting, takes_its_place: Callable[[np.ndarray, np.ndarray], np.ndarray] = np.less
+) -> dict[Stage, Wrong]:
+    """Return objects and distances of a renderer that meets shapes so, a later one in the place of those before."""
+
+    def hits(given: Given) -> tuple[np.ndarray, np.ndarray]:
+        from rayproof.reference.analytic.stages import clip_interval
+
+        height, width, _ = given.answers[Stage.RAY].shape
+        rays, eye = given.answers[Stage.RAY].reshape(-1, 3), np.asarray(given.scene.camera.eye, dtype=np.float64)
+        ends = clip_interval(given.scene, rays)
+        distances, objects = np.full(len(rays), np.inf), np.full((len(rays), 2), -1.0)
+        for index, shape in enumerate(given.scene.shapes):
+            crossing, face = meet(shape, eye, rays, *ends)
+            taken = np.isfinite(crossing) & takes_its_place(crossing, distances)
+            distances = np.where(taken, crossing, distances)
+            objects[taken, 0], objects[taken, 1] = index, face[taken]
+        return objects.reshape(height, width, 2), distances.reshape(height, width, 1)
+
+    return {Stage.OBJECT: lambda given: hits(given)[0], Stage.DISTANCE: lambda given: hits(given)[1]}
+
+
+def above(scene: Scene, answers: StageImages) -> np.ndarray:
+    """Return which lights are above the horizon, (height, width, lights)."""
+    hit, point, normal = answers[Stage.OBJECT][..., 0] >= 0, answers[Stage.POSITION], answers[Stage.NORMAL]
+    cosines = [np.sum(normal * (np.asarray(light.position) - point), axis=-1) for light in scene.lights]
+    return np.stack([hit & (cosine > 0) for cosine in cosines], axis=-1)
+
+
 def equally_far(scene: Scene, rays: np.ndarray) -> np.ndarray:
-    """Return the pixels (height, width) whose ray meets a second shape no farther than the first, within rounding."""
+    """Return the pixels (height, width) whose ray meets two shapes equally far, or one at the eye, within rounding."""
     from rayproof.reference.analytic.stages import clip_interval
     from rayproof.reference.analytic.surfaces import surface_of
 
     flat, eye = rays.reshape(-1, 3), np.asarray(scene.camera.eye, dtype=np.float64)
     low, high = clip_interval(scene, flat)
-    crossings = [surface_of(shape).first(eye, flat, low, high)[0] for shape in scene.shapes]
-    if len(crossings) < 2:
-        return np.zeros(rays.shape[:2], dtype=bool)
+    reach = np.full(len(flat), gamma(TURNED, precision=PRECISION) * (1 + float(np.linalg.norm(eye))))
+    found = np.zeros(len(flat), dtype=bool)
+    crossings = [np.full(len(flat), np.inf)]
+    for surface in map(surface_of, scene.shapes):
+        found |= (low <= reach) & np.isfinite(surface.first(eye, flat, -reach, reach)[0])
+        crossings.append(surface.first(eye, flat, low, high)[0])
     first, second = np.sort(crossings, axis=0)[:2]
-    reach = gamma(TURNED, precision=PRECISION) * (1 + float(np.linalg.norm(eye)) + first)
     with np.errstate(invalid="ignore"):
-        return (second - first <= reach).reshape(rays.shape[:2])
+        found |= second - first <= reach + gamma(TURNED, precision=PRECISION) * first
+    return found.reshape(rays.shape[:2])
+
+
+def in_their_planes(scene: Scene, objects: np.ndarray, points: np.ndarray) -> np.ndarray:
+    """Return the pixels (height, width) whose point [m] lies within rounding in the plane of a face, of these objects.
+
+    Of two faces in one plane rounding says which a ray meets.
+    """
+    reach = gamma(TURNED, precision=PRECISION) * (
+        1 + np.linalg.norm(points, axis=-1) + np.linalg.norm(scene.camera.eye)
+    )
+    found = np.zeros(objects.shape[:2], dtype=bool)
+    for index, shape in enumerate(scene.shapes):
+        here = objects[..., 0] == index
+        if isinstance(shape, Triangle | Mesh) and here.any():
+            corners = world_triangles(shape).astype(np.float64)[objects[here][:, 1].astype(int)]
+            normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+            above = np.abs(np.sum(normals * (points[here] - corners[:, 0]), axis=-1))
+            found[here] = above <= reach[here] * np.linalg.norm(normals, axis=-1)
+    return found
 
 
 def changed(way: Way, right: Answered, oracle: FullOracle) -> dict[Stage, np.ndarray]:

@@ -142,7 +142,7 @@ def middle(found: Sequence[np.ndarray], nothing: float) -> float | None:
 
 
 def _sought_end_to_end(fit: Fit, way: Way, evidence: Sequence[Evidence]) -> float | None:
-    shown = [one for one in evidence if one.scene.lights and np.count_nonzero(one.wrong) > 0][:2]
+    shown = [one for one in evidence if one.scene.lights and np.count_nonzero(one.wrong) > 0]
 
     def off(value: float) -> float:
         total = 0

@@ -24,6 +24,7 @@ from rayproof.reports.diagnosis.answering import (
     between_faces,
     equally_far,
     follows,
+    in_their_planes,
     own_limits,
     right_answer,
     seen_from_a_surface,
@@ -159,6 +160,10 @@ def trial(evidence: Evidence, way: Way, stages: Collection[Stage] = IMAGE_STAGES
     right = {stage: evidence.right.answers[stage] for stage in seen}
     judged = ~supposed.edge & ~evidence.never
     found = _tally(evidence, supposed, ours, right, judged)
+    if not found.fits and way.asked is not None and supposed.scene.shapes != evidence.scene.shapes:
+        # Shapes that are moved may come to lie in each other or at the eye, however much of the image they fill.
+        judged &= ~seen_from_a_surface(supposed.scene, supposed.answers)
+        found = _tally(evidence, supposed, ours, right, judged)
     # Where the way answers rightly in all of these pixels, what rounding decides is undecided of the right answer, too.
     if not found.fits and found.telling and way.stored is None and found.off <= NEARLY * found.judged:
         # It has edges of its own that no neighbouring pixel shows: coinciding faces, or a border in its first row.
@@ -329,7 +334,10 @@ class Continued:
         if value is None or right is None:
             return None
         if way is not NOTHING and (value is right or np.array_equal(value, right, equal_nan=True)):
-            return self.tally(NOTHING, stage)
+            plain, scene = self.tally(NOTHING, stage), self.scene(way)
+            own = scene is not self.evidence.scene or stage in way.stages or concerned(way.formulas, scene, stage)
+            if plain is None or plain.fits or not own:
+                return plain
         return self._tally(way, stage, value, right)
 
     def changes(self, way: Way, stage: Stage) -> bool:
@@ -355,6 +363,12 @@ class Continued:
                 limit = limit * np.where(np.isfinite(factor), np.maximum(1.0, factor), 1.0)
             off = ~(ratios(stage, self.own[stage], value, limit)[0] <= 1) & judged
             telling = ~(ratios(stage, other, value, limit)[0] <= 2) & judged
+        if stage in HITS and off.any() and self.scene(way).shapes != self.evidence.scene.shapes:
+            judged &= ~self._in_one_place(way, stage)
+        if stage is Stage.OBJECT and way is not NOTHING and off.any():
+            judged &= ~self._tied(self.scene(way), value)
+            telling &= ~self._tied(self.evidence.scene, other)
+        off, telling = off & judged, telling & judged
         if stage in HITS and 0 < np.count_nonzero(off) <= NEARLY * off.size:
             judged &= ~self._by_rounding(way, stage) & ~self._apart_in_float32(way, stage, value)
             off, telling = off & judged, telling & judged
@@ -366,22 +380,43 @@ class Continued:
         )
 
     def _by_rounding(self, way: Way, stage: Stage) -> np.ndarray:
-        """Return the pixels (height, width) in which rounding decides what a ray or a feeler meets."""
-        scene = self.scene(way)
-        key = "rounding", stage is Stage.VISIBILITY, None if scene is self.evidence.scene else id(way)
+        """Return the pixels (height, width) in which rounding decides what a ray or a feeler meets, by a way."""
+        scene, what = self.scene(way), Stage.VISIBILITY if stage is Stage.VISIBILITY else Stage.OBJECT
+        formulas, spoilt = concerned(way.formulas, scene, what), way.stages.get(what)
+        plain = scene is self.evidence.scene and not formulas and spoilt is None
+        key = "rounding", what, None if plain else id(way)
         if key not in self._kept:
-            what, oracle = Stage.VISIBILITY if stage is Stage.VISIBILITY else Stage.OBJECT, self.evidence.oracle
+            found = np.array(self._in_one_place(way, stage))
             if stage is Stage.VISIBILITY:
                 # A feeler from the edge of two faces starts above or below the other one, as the point was rounded.
-                found = seen_from_a_surface(scene, self.own) | self._by_rounding(way, Stage.OBJECT)
-            else:
-                found = equally_far(scene, self.own[Stage.RAY])
-            same = scene is self.evidence.scene
-            met = self.value(NOTHING, what) if same else oracle.continue_from(scene, what, self.own)
-            for aside, along in TURNS:
-                found |= np.any(oracle.continue_from(scene, what, beside(self.own, what, aside, along)) != met, axis=-1)
+                found |= self._by_rounding(way, Stage.OBJECT)
+
+            def met(before: StageImages) -> np.ndarray:
+                right = follows(replace(way, formulas=formulas), scene, what, before, self.evidence.oracle)
+                given = Given(scene=scene, answers=before, right=right, parameter=0.0)
+                return right if spoilt is None else np.asarray(spoilt(given))
+
+            with np.errstate(all="ignore"):
+                there = met(self.own)
+                for aside, along in TURNS:
+                    found |= np.any(met(self.own | beside(self.own, what, aside, along)) != there, axis=-1)
             self._kept[key] = way, found
         return self._kept[key][1]
+
+    def _in_one_place(self, way: Way, stage: Stage) -> np.ndarray:
+        """Return the pixels (height, width) that meet two surfaces in one place, or one where the eye or a light is."""
+        scene = self.scene(way)
+        key = "in one place", stage is Stage.VISIBILITY, None if scene is self.evidence.scene else id(way)
+        if key not in self._kept:
+            of_feelers = stage is Stage.VISIBILITY
+            found = seen_from_a_surface(scene, self.own) if of_feelers else equally_far(scene, self.own[Stage.RAY])
+            self._kept[key] = way, found
+        return self._kept[key][1]
+
+    def _tied(self, scene: Scene, objects: np.ndarray) -> np.ndarray:
+        """Return the pixels (height, width) whose own object is another one in the same plane as these."""
+        tied = in_their_planes(scene, objects, self.own[Stage.POSITION])
+        return tied & np.any(objects != self.own[Stage.OBJECT], axis=-1)
 
     def _apart_in_float32(self, way: Way, stage: Stage, value: np.ndarray) -> np.ndarray:
         """Return the pixels (height, width) in which the tracer by a way's formulas has another value in float32.

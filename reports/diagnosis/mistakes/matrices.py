@@ -9,6 +9,7 @@ from collections.abc import Callable, Iterator, Mapping
 
 import numpy as np
 
+from rayproof.cases.rounding import gamma
 from rayproof.cases.scene import Shape
 from rayproof.cases.stages import Stage
 from rayproof.reports.diagnosis import MISTAKES, Given, Mistake, Way, Wrong
@@ -17,6 +18,7 @@ from rayproof.reports.diagnosis.mistakes.normals import (
     Normals,
     around,
     blocked_by_its_own_face,
+    linear_part,
     outward_normals,
     way_by,
 )
@@ -36,12 +38,12 @@ TRANSLATIONS: Mapping[str, Callable[[np.ndarray, np.ndarray, np.ndarray], np.nda
     " with the translation taken off afterwards": lambda points, matrix, offset: points @ matrix.T - offset,
     " without the translation": lambda points, matrix, offset: points @ matrix.T,
 }
-# Whether a surface is seen from behind, from the shape, its unit normals in the world and the rays there (n, 3).
+# The cosine that is positive where a surface is seen from behind, from the shape, its unit normals in the world and the
+# rays there (n, 3).
 Behind = Callable[[Shape, np.ndarray, np.ndarray], np.ndarray]
 
 
-def _linear(shape: Shape) -> np.ndarray:
-    return np.asarray(shape.to_world, dtype=np.float64)[:3, :3]
+EDGE_ON = gamma(16, precision="float32")  # rounding says on which side of a surface so small a cosine is
 
 
 def _into(of_points: str, of_translation: str, of_directions: str, *, unit: bool) -> IntoObject:
@@ -76,9 +78,9 @@ def _turned(of_normals: str) -> Wrong:
     matrix = MATRICES[of_normals]
 
     def turned(shape: Shape, points: np.ndarray, outward: np.ndarray) -> np.ndarray:
-        local = outward @ _linear(shape)
+        local = outward @ linear_part(shape)
         size = length(local)[..., np.newaxis]
-        return np.divide(local, size, out=np.zeros_like(local), where=size > 0) @ matrix(_linear(shape)).T
+        return np.divide(local, size, out=np.zeros_like(local), where=size > 0) @ matrix(linear_part(shape)).T
 
     return Normals(turned=(turned,))
 
@@ -91,18 +93,21 @@ def _normals() -> Iterator[Way]:
 
 
 def _mirrored(shape: Shape, normals: np.ndarray, rays: np.ndarray) -> np.ndarray:
-    behind = dot(normals, rays) > 0
-    return ~behind if np.linalg.det(_linear(shape)) < 0 else behind
+    return dot(normals, rays) * np.sign(np.linalg.det(linear_part(shape)))
 
 
 def _rays_of_object_space(shape: Shape, normals: np.ndarray, rays: np.ndarray) -> np.ndarray:
-    return dot(normals, rays @ np.linalg.inv(_linear(shape)).T) > 0
+    turned = rays @ np.linalg.inv(linear_part(shape)).T
+    return dot(normals, turned) / length(turned)
+
+
+def _normals_of_object_space(shape: Shape, normals: np.ndarray, rays: np.ndarray) -> np.ndarray:
+    turned = normals @ linear_part(shape)
+    return dot(turned, rays) / length(turned)
 
 
 FACING: Mapping[str, Behind] = {
-    "by the normal of object space and the ray of the world": lambda shape, normals, rays: (
-        dot(normals @ _linear(shape), rays) > 0
-    ),
+    "by the normal of object space and the ray of the world": _normals_of_object_space,
     "by the normal of the world and the ray of object space": _rays_of_object_space,
     "the other way round where the model matrix mirrors": _mirrored,
 }
@@ -116,7 +121,7 @@ def _turned_round(behind: Behind) -> Wrong:
         outward = outward_normals(given)
         for index, shape in enumerate(given.scene.shapes):
             here = given.answers[Stage.OBJECT][..., 0] == index
-            turns = behind(shape, outward[here], given.answers[Stage.RAY][here]) & shape.two_sided
+            turns = (behind(shape, outward[here], given.answers[Stage.RAY][here]) > 0) & shape.two_sided
             found[here] = np.where(turns[:, np.newaxis], -outward[here], outward[here])
         return found
 
@@ -124,7 +129,7 @@ def _turned_round(behind: Behind) -> Wrong:
 
 
 def _hidden(behind: Behind) -> Wrong:
-    """Return radiance with one-sided surfaces hidden where they are behind by another word."""
+    """Return radiance with one-sided surfaces hidden where they are behind by another word; NaN where rounding says."""
 
     def wrong(given: Given) -> np.ndarray:
         scale = 1.0 if given.scene.shading == "simplified" else 1 / np.pi
@@ -133,7 +138,8 @@ def _hidden(behind: Behind) -> Wrong:
             here = given.answers[Stage.OBJECT][..., 0] == index
             if not shape.two_sided:
                 outward, rays = given.answers[Stage.NORMAL][here], given.answers[Stage.RAY][here]
-                found[here] *= ~behind(shape, outward, rays)[:, np.newaxis]
+                away = behind(shape, outward, rays)[:, np.newaxis]
+                found[here] = np.where(np.abs(away) <= EDGE_ON, np.nan, np.where(away > 0, 0.0, found[here]))
         return found
 
     return wrong

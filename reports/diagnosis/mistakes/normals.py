@@ -15,9 +15,9 @@ from rayproof.cases.placement import world_triangles
 from rayproof.cases.scene import Cube, Mesh, Plane, Scene, Shape, Sphere, Triangle
 from rayproof.cases.stages import Stage
 from rayproof.reference.analytic import Analytic
-from rayproof.reference.analytic.stages import clip_interval
 from rayproof.reference.analytic.surfaces import surface_of
 from rayproof.reports.diagnosis import MISTAKES, Given, Mistake, Way, Wrong
+from rayproof.reports.diagnosis.answering import hits_by
 from rayproof.reports.diagnosis.trials import Evidence
 from rayproof.reports.judge.answers import dot, length
 from rayproof.reports.judge.conditioning import condition
@@ -99,27 +99,27 @@ def _meet(
 
 
 def _matrix(shape: Shape) -> tuple[np.ndarray, np.ndarray]:
-    matrix = np.asarray(shape.to_world, dtype=np.float64)
-    return matrix[:3, :3], matrix[:3, 3]
+    return linear_part(shape), np.asarray(shape.to_world, dtype=np.float64)[:3, 3]
 
 
-def _hits(given: Given, how: _Meeting) -> tuple[np.ndarray, np.ndarray]:
-    """Return object and distance of the nearest hits."""
-    rays = given.answers[Stage.RAY]
-    flat, eye = rays.reshape(-1, 3), np.asarray(given.scene.camera.eye, dtype=np.float64)
-    low, high = clip_interval(given.scene, flat)
-    best, objects = np.full(len(flat), np.inf), np.full((len(flat), 2), -1.0)
-    for index, shape in enumerate(given.scene.shapes):
+def linear_part(shape: Shape) -> np.ndarray:
+    """Return the linear part of a model matrix, (3, 3)."""
+    return np.asarray(shape.to_world, dtype=np.float64)[:3, :3]
+
+
+def _hits(how: _Meeting) -> dict[Stage, Wrong]:
+    """Return objects and distances of the nearest hits."""
+
+    def meet(
+        shape: Shape, eye: np.ndarray, rays: np.ndarray, low: np.ndarray, high: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
         if isinstance(shape, Triangle | Mesh):
-            crossing, face = surface_of(how.face(shape)).first(eye, flat, low, high)
-        else:
-            origins, directions = how.into(*_matrix(shape), np.broadcast_to(eye, flat.shape), flat)
-            crossing, face = _meet(shape, origins, directions, low, high, unit_a=how.unit_a), np.zeros(len(flat))
-        nearer = crossing < best
-        best = np.where(nearer, crossing, best)
-        count = len(_faces(shape)[1]) if isinstance(shape, Triangle | Mesh) else 1
-        objects[nearer, 0], objects[nearer, 1] = index, face[nearer] % count
-    return objects.reshape(*rays.shape[:2], 2), best.reshape(*rays.shape[:2], 1)
+            crossing, face = surface_of(how.face(shape)).first(eye, rays, low, high)
+            return crossing, face % len(_faces(shape)[1])
+        origins, directions = how.into(*_matrix(shape), np.broadcast_to(eye, rays.shape), rays)
+        return _meet(shape, origins, directions, low, high, unit_a=how.unit_a), np.zeros(len(rays))
+
+    return hits_by(meet)
 
 
 def _normals(given: Given, how: _Meeting) -> np.ndarray:
@@ -192,8 +192,7 @@ def _way_of(how: _Meeting) -> Way:
     """Return the way of a renderer whose rays and feelers meet shapes so."""
     return Way(
         stages={
-            Stage.OBJECT: lambda given: _hits(given, how)[0],
-            Stage.DISTANCE: lambda given: _hits(given, how)[1],
+            **_hits(how),
             Stage.NORMAL: lambda given: _normals(given, how),
             Stage.VISIBILITY: lambda given: _visible(given, how),
         }
@@ -234,7 +233,9 @@ Turned = Callable[[Shape, np.ndarray, np.ndarray], np.ndarray]
 
 
 LEAST_ROUNDED = 30  # pixels of a case: so many wrong normals are not those of rounded corners by chance
-IN_THE_FACE = 1e-6  # of a normal's length: so little of it stands off a face that a float's rounding turns it over
+# So little of a normal, whatever its length, stands off a face that a feeler along it starts on the face: along a unit
+# normal it starts some thousand roundings above.
+IN_THE_FACE = 1e-3
 
 
 def _unit(vectors: np.ndarray) -> np.ndarray:
@@ -242,22 +243,18 @@ def _unit(vectors: np.ndarray) -> np.ndarray:
     return np.divide(vectors, size, out=np.zeros_like(vectors), where=size > 0)
 
 
-def _linear(shape: Shape) -> np.ndarray:
-    return np.asarray(shape.to_world, dtype=np.float64)[:3, :3]
-
-
 def _local(shape: Shape, outward: np.ndarray) -> np.ndarray:
     """Return the unit normals of object space: the inverse transpose's inverse is the transpose."""
-    return _unit(outward @ _linear(shape))
+    return _unit(outward @ linear_part(shape))
 
 
 def _world(shape: Shape, local: np.ndarray) -> np.ndarray:
-    return local @ np.linalg.inv(_linear(shape))
+    return local @ np.linalg.inv(linear_part(shape))
 
 
 def _points(shape: Shape, positions: np.ndarray) -> np.ndarray:
-    offset = np.asarray(shape.to_world, dtype=np.float64)[:3, 3]
-    return (positions - offset) @ np.linalg.inv(_linear(shape)).T
+    matrix, offset = _matrix(shape)
+    return (positions - offset) @ np.linalg.inv(matrix).T
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -404,7 +401,7 @@ _register(
     "normal_by_model",
     "turns normals by the model matrix instead of its inverse transpose",
     ("NRM-3",),
-    _wrong(lambda shape, points, outward: _unit(_local(shape, outward) @ _linear(shape).T)),
+    _wrong(lambda shape, points, outward: _unit(_local(shape, outward) @ linear_part(shape).T)),
 )
 _register(
     "normal_in_object_space",
@@ -416,13 +413,13 @@ _register(
     "normal_by_inverse",
     "turns normals by the inverse of the model matrix without transposing it",
     ("NRM-3",),
-    _wrong(lambda shape, points, outward: _unit(_local(shape, outward) @ np.linalg.inv(_linear(shape)).T)),
+    _wrong(lambda shape, points, outward: _unit(_local(shape, outward) @ np.linalg.inv(linear_part(shape)).T)),
 )
 _register(
     "normal_by_transpose",
     "turns normals by the transposed model matrix",
     ("NRM-3",),
-    _wrong(lambda shape, points, outward: _unit(_local(shape, outward) @ _linear(shape))),
+    _wrong(lambda shape, points, outward: _unit(_local(shape, outward) @ linear_part(shape))),
 )
 _register(
     "normal_not_normalised",

@@ -13,6 +13,7 @@ from rayproof.cases.scene import Scene, Sphere
 from rayproof.cases.stages import IMAGE_STAGES, Stage, StageImages
 from rayproof.reference.analytic import Analytic
 from rayproof.reports.diagnosis import MISTAKES, Fit, Given, Mistake, Way
+from rayproof.reports.diagnosis.answering import above
 from rayproof.reports.diagnosis.mistakes.light import Lights, Share
 from rayproof.reports.diagnosis.trials import Evidence, deviates
 from rayproof.reports.judge.answers import dot
@@ -22,15 +23,8 @@ NOBODY = 1e6  # the number of a shape that is none: a feeler that starts in the 
 OWN = 1e-6  # of a point's coordinates: so far off its surface it may be in float32, with some roundings and a slant
 
 
-def _above(given: Given) -> np.ndarray:
-    """Return which lights are above the horizon, (height, width, lights)."""
-    hit = given.answers[Stage.OBJECT][..., 0] >= 0
-    offsets = [np.asarray(light.position) - given.answers[Stage.POSITION] for light in given.scene.lights]
-    return np.stack([hit & (dot(given.answers[Stage.NORMAL], offset) > 0) for offset in offsets], axis=-1)
-
-
 def _never_blocked(given: Given) -> np.ndarray:
-    return _above(given).astype(np.float64)
+    return above(given.scene, given.answers).astype(np.float64)
 
 
 def _beyond(given: Given) -> np.ndarray:
@@ -108,14 +102,6 @@ def lifted(scene: Scene, answers: StageImages, offset: float) -> np.ndarray:
         Stage.POSITION: answers[Stage.POSITION] + offset * answers[Stage.NORMAL],
         Stage.NORMAL: answers[Stage.NORMAL],
     }
-    hit = objects[..., :1] >= 0
-    above = np.stack(
-        [
-            dot(answers[Stage.NORMAL], np.asarray(light.position) - answers[Stage.POSITION]) > 0
-            for light in scene.lights
-        ],
-        axis=-1,
-    )
     # The light's side is asked at the surface, its blockers from the point above it.
     towards = [
         np.sign(dot(start[Stage.NORMAL], np.asarray(light.position) - start[Stage.POSITION])) for light in scene.lights
@@ -124,7 +110,7 @@ def lifted(scene: Scene, answers: StageImages, offset: float) -> np.ndarray:
     for column, side in enumerate(towards):
         facing = start | {Stage.NORMAL: answers[Stage.NORMAL] * np.where(side < 0, -1.0, 1.0)[..., np.newaxis]}
         columns.append(ORACLE.continue_from(scene, Stage.VISIBILITY, facing)[..., column])
-    return np.where(hit & above, np.stack(columns, axis=-1), 0.0)
+    return np.where(above(scene, answers), np.stack(columns, axis=-1), 0.0)
 
 
 def _lifted(given: Given) -> np.ndarray:

@@ -10,9 +10,9 @@ import numpy as np
 
 from rayproof.cases.scene import Cube, Mesh, Scene, Shape, Sphere, Square, Triangle
 from rayproof.cases.stages import Stage
-from rayproof.reference.analytic.stages import clip_interval
-from rayproof.reference.analytic.surfaces import Polygons, Surface, surface_of
+from rayproof.reference.analytic.surfaces import Polygons, surface_of
 from rayproof.reports.diagnosis import MISTAKES, Given, Mistake, Way, Wrong
+from rayproof.reports.diagnosis.answering import above, hits_by
 from rayproof.reports.diagnosis.fits import Fitting, rounded
 
 FAR = 1e12  # m: as good as no far end
@@ -79,70 +79,101 @@ def _without(end: str) -> Callable[[Scene], Scene]:
     return asked
 
 
-def _behind(given: Given) -> np.ndarray:
-    """Return the hits of the lines that the rays lie on, the farthest behind the eye first."""
-    return _along_lines(given)[0]
+RULES = ("nearest", "first", "last", "farthest")
+MOST_DISTANCES = 9  # that are tried
+LEAST_HIDDEN = 30  # pixels whose hits are missing, from which a greatest distance is estimated
 
 
-def _behind_distance(given: Given) -> np.ndarray:
-    return _along_lines(given)[1]
+@dataclass(frozen=True, kw_only=True)
+class Counting:
+    """Which hit counts."""
+
+    of_faces: str = "nearest"  # one of RULES, among the faces of one mesh
+    of_shapes: str = "nearest"
+    below: float = np.inf  # m: hits this far away or farther do not count
+
+    def met(
+        self, shape: Shape, eye: np.ndarray, rays: np.ndarray, low: np.ndarray, high: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Return the crossing (N,) of one shape that counts, inside an open interval, or inf, and its face."""
+        surface, high = surface_of(shape), np.minimum(high, self.below)
+        # A cube is six faces to the oracle; to others it is one shape.
+        if self.of_faces == "nearest" or not isinstance(surface, Polygons) or not surface.numbers.any():
+            return surface.first(eye, rays, low, high)
+        found, number = np.full(len(rays), np.inf), np.zeros(len(rays))
+        for some, faces, crossing in surface.meetings(eye, rays):
+            inside = (crossing > low[some, np.newaxis]) & (crossing < high[some, np.newaxis])
+            order = {"first": -faces, "last": faces}.get(self.of_faces, crossing)  # the greatest counts
+            best = np.argmax(np.where(inside, order, -np.inf), axis=1)
+            here = inside[np.arange(len(some)), best]
+            some, best, crossing = some[here], best[here], crossing[here]
+            value, face = crossing[np.arange(len(some)), best], surface.numbers[faces[best]]
+            # Later faces of the same ray come later.
+            taken = _goes_before(self.of_faces, value, found[some])
+            found[some[taken]], number[some[taken]] = value[taken], face[taken]
+        return found, number
+
+    @property
+    def stages(self) -> dict[Stage, Wrong]:
+        """Return the stages of a renderer for which this hit counts."""
+        return hits_by(self.met, lambda crossing, kept: _goes_before(self.of_shapes, crossing, kept))
+
+    @property
+    def way(self) -> Way:
+        """Return the way of a renderer for which this hit counts."""
+        return Way(stages=self.stages, says=self.phrase)
+
+    @property
+    def phrase(self) -> str:
+        """Return what a renderer does, as a verb phrase."""
+        if np.isfinite(self.below):
+            return f"sees nothing that is {self.below:.4g} m away or farther"
+        of_shapes = f"the {self.of_shapes} of all shapes" if self.of_shapes != "nearest" else ""
+        of_faces = f"the {self.of_faces} face that a ray meets in a mesh" if self.of_faces != "nearest" else ""
+        return f"takes {' and '.join(filter(None, (of_faces, of_shapes)))}, not the nearest"
 
 
-def _along_lines(given: Given) -> tuple[np.ndarray, np.ndarray]:
-    scene, rays = given.scene, given.answers[Stage.RAY]
-    flat = rays.reshape(-1, 3)
-    low, high = np.full(len(flat), -np.inf), np.full(len(flat), np.inf)
-    if scene.clip != "none":
-        forward = np.subtract(scene.camera.target, scene.camera.eye)
-        along = flat @ (forward / np.linalg.norm(forward)) if scene.clip == "depth" else np.ones(len(flat))
-        high = scene.camera.far / along
-    best, objects = np.full(len(flat), np.inf), np.full((len(flat), 2), -1.0)
-    for index, shape in enumerate(scene.shapes):
-        crossing, face = surface_of(shape).first(np.asarray(scene.camera.eye, dtype=np.float64), flat, low, high)
-        nearer = crossing < best
-        best = np.where(nearer, crossing, best)
-        objects[nearer, 0], objects[nearer, 1] = index, face[nearer]
-    size = rays.shape[:2]
-    return objects.reshape(*size, 2), best.reshape(*size, 1)
+def _goes_before(rule: str, new: np.ndarray, kept: np.ndarray) -> np.ndarray:
+    """Return whether a hit that is met later takes the place of one met before; an infinite one is none."""
+    if rule == "nearest":
+        return new < kept
+    if rule == "farthest":
+        return ~np.isfinite(kept) | (new > kept)
+    return np.full(new.shape, True) if rule == "last" else ~np.isfinite(kept)
 
 
-def _smaller_roots(given: Given) -> tuple[np.ndarray, np.ndarray]:
-    """Return the hits where of a sphere's two crossings the first counts or none, wherever the second lies."""
-    rays = given.answers[Stage.RAY]
-    flat, eye = rays.reshape(-1, 3), np.asarray(given.scene.camera.eye, dtype=np.float64)
-    low, high = clip_interval(given.scene, flat)
-    best, objects = np.full(len(flat), np.inf), np.full((len(flat), 2), -1.0)
-    for index, shape in enumerate(given.scene.shapes):
-        surface, start = surface_of(shape), np.full_like(low, -np.inf) if isinstance(shape, Sphere) else low
-        crossing, face = surface.first(eye, flat, start, high)
-        crossing = np.where(crossing > low, crossing, np.inf)
-        nearer = crossing < best
-        best = np.where(nearer, crossing, best)
-        objects[nearer, 0], objects[nearer, 1] = index, face[nearer]
-    return objects.reshape(*rays.shape[:2], 2), best.reshape(*rays.shape[:2], 1)
+def _on_the_line(
+    shape: Shape, eye: np.ndarray, rays: np.ndarray, low: np.ndarray, high: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return the hit of the line that a ray lies on, the farthest behind the eye first."""
+    surface, behind = surface_of(shape), np.full_like(low, np.inf)
+    crossing, face = surface.first(eye, rays, -behind, high)
+    if isinstance(shape, Mesh):  # of its many faces those before the eye alone are asked: look the other way, too
+        there, number = Counting(of_faces="farthest").met(shape, eye, -rays, np.zeros_like(low), behind)
+        crossing, face = np.where(np.isfinite(there), -there, crossing), np.where(np.isfinite(there), number, face)
+    return crossing, face
 
 
-def _larger_roots(given: Given) -> tuple[np.ndarray, np.ndarray]:
-    """Return the hits where of a sphere's crossings inside the clip interval the larger counts."""
-    rays = given.answers[Stage.RAY]
-    flat, eye = rays.reshape(-1, 3), np.asarray(given.scene.camera.eye, dtype=np.float64)
-    low, high = clip_interval(given.scene, flat)
-    best, objects = np.full(len(flat), np.inf), np.full((len(flat), 2), -1.0)
-    for index, shape in enumerate(given.scene.shapes):
-        if isinstance(shape, Sphere):  # of the same line the other way, the first
-            crossing = -surface_of(shape).first(eye, -flat, -high, -low)[0]
-            crossing, face = np.where(np.isfinite(crossing), crossing, np.inf), np.zeros(len(flat))
-        else:
-            crossing, face = surface_of(shape).first(eye, flat, low, high)
-        nearer = crossing < best
-        best = np.where(nearer, crossing, best)
-        objects[nearer, 0], objects[nearer, 1] = index, face[nearer]
-    return objects.reshape(*rays.shape[:2], 2), best.reshape(*rays.shape[:2], 1)
+def _smaller_root(
+    shape: Shape, eye: np.ndarray, rays: np.ndarray, low: np.ndarray, high: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return the hit where of a sphere's two crossings the first counts or none, wherever the second lies."""
+    start = np.full_like(low, -np.inf) if isinstance(shape, Sphere) else low
+    crossing, face = surface_of(shape).first(eye, rays, start, high)
+    return np.where(crossing > low, crossing, np.inf), face
 
 
-LARGER_ROOTS = Way(
-    stages={Stage.OBJECT: lambda given: _larger_roots(given)[0], Stage.DISTANCE: lambda given: _larger_roots(given)[1]}
-)
+def _larger_root(
+    shape: Shape, eye: np.ndarray, rays: np.ndarray, low: np.ndarray, high: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return the hit where of a sphere's crossings inside the clip interval the larger counts."""
+    if not isinstance(shape, Sphere):
+        return surface_of(shape).first(eye, rays, low, high)
+    crossing, face = surface_of(shape).first(eye, -rays, -high, -low)  # of the same line the other way, the first
+    return np.where(np.isfinite(crossing), -crossing, np.inf), face
+
+
+LARGER_ROOTS = Way(stages=hits_by(_larger_root))
 
 
 def _seen_out_of_spheres(given: Given) -> np.ndarray:
@@ -157,32 +188,7 @@ def _seen_out_of_spheres(given: Given) -> np.ndarray:
             local = (points - matrix[:3, 3]) @ np.linalg.inv(matrix[:3, :3]).T - np.asarray(shape.center)
             inside |= np.linalg.norm(local, axis=-1) < (1 + ON_IT) * shape.radius
     own = inside.reshape(positions.shape[:2])[..., np.newaxis]
-    return np.where(own & (found == 0) & _above(given), np.nan, found)
-
-
-def _above(given: Given) -> np.ndarray:
-    hit = given.answers[Stage.OBJECT][..., 0] >= 0
-    offsets = [np.asarray(light.position) - given.answers[Stage.POSITION] for light in given.scene.lights]
-    return np.stack([hit & (np.sum(given.answers[Stage.NORMAL] * one, axis=-1) > 0) for one in offsets], axis=-1)
-
-
-def _in_order(*, last: bool) -> dict[Stage, Wrong]:
-    """Return the hits of the first or the last shape that a ray meets inside the clip interval, whichever is nearer."""
-
-    def found(given: Given) -> tuple[np.ndarray, np.ndarray]:
-        rays = given.answers[Stage.RAY]
-        flat = rays.reshape(-1, 3)
-        low, high = clip_interval(given.scene, flat)
-        distances, objects = np.full(len(flat), np.inf), np.full((len(flat), 2), -1.0)
-        for index, shape in enumerate(given.scene.shapes):
-            eye = np.asarray(given.scene.camera.eye, dtype=np.float64)
-            crossing, face = surface_of(shape).first(eye, flat, low, high)
-            taken = np.isfinite(crossing) & (last | ~np.isfinite(distances))
-            distances = np.where(taken, crossing, distances)
-            objects[taken, 0], objects[taken, 1] = index, face[taken]
-        return objects.reshape(*rays.shape[:2], 2), distances.reshape(*rays.shape[:2], 1)
-
-    return {Stage.OBJECT: lambda given: found(given)[0], Stage.DISTANCE: lambda given: found(given)[1]}
+    return np.where(own & (found == 0) & above(given.scene, given.answers), np.nan, found)
 
 
 OF_MATRICES = ("transposed_matrix", "no_translation", "no_matrix")
@@ -270,7 +276,7 @@ MISTAKES.register("behind_the_eye")(
     Mistake(
         says="takes hits behind the eye",
         items=("HIT-2",),
-        ways=(Way(stages={Stage.OBJECT: _behind, Stage.DISTANCE: _behind_distance}),),
+        ways=(Way(stages=hits_by(_on_the_line)),),
     )
 )
 
@@ -278,25 +284,17 @@ MISTAKES.register("small_root_only")(
     Mistake(
         says="takes the sphere's smaller root or none, though the larger one may be inside the clip interval",
         items=("HIT-1",),
-        ways=(
-            Way(
-                stages={
-                    Stage.OBJECT: lambda given: _smaller_roots(given)[0],
-                    Stage.DISTANCE: lambda given: _smaller_roots(given)[1],
-                    Stage.VISIBILITY: _seen_out_of_spheres,
-                }
-            ),
-        ),
+        ways=(Way(stages={**hits_by(_smaller_root), Stage.VISIBILITY: _seen_out_of_spheres}),),
     )
 )
 
-for _which, _last in (("first", False), ("last", True)):
+for _which in ("first", "last"):
     MISTAKES.register(f"{_which}_hit")(
         Mistake(
             says=f"takes the {_which} shape that a ray meets, not the nearest",
             items=("HIT-9",),
             ways=(
-                Way(stages=_in_order(last=_last)),
+                Way(stages=Counting(of_shapes=_which).stages),
                 *(
                     Way(formulas={"nearest": f"fault_{_which}", "square": square})
                     for square in ("local", "half_vectors")
@@ -304,83 +302,6 @@ for _which, _last in (("first", False), ("last", True)):
             ),
         )
     )
-
-
-RULES = ("nearest", "first", "last", "farthest")
-MOST_DISTANCES = 9  # that are tried
-LEAST_HIDDEN = 30  # pixels whose hits are missing, from which a greatest distance is estimated
-
-
-@dataclass(frozen=True, kw_only=True)
-class Counting:
-    """Which hit counts."""
-
-    of_faces: str = "nearest"  # one of RULES, among the faces of one mesh
-    of_shapes: str = "nearest"
-    below: float = np.inf  # m: hits this far away or farther do not count
-
-    def hits(self, given: Given) -> tuple[np.ndarray, np.ndarray]:
-        """Return objects (height, width, 2) and distances (height, width, 1)."""
-        rays = given.answers[Stage.RAY]
-        flat, eye = rays.reshape(-1, 3), np.asarray(given.scene.camera.eye, dtype=np.float64)
-        low, high = clip_interval(given.scene, flat)
-        high = np.minimum(high, self.below)
-        distances, objects = np.full(len(flat), np.inf), np.full((len(flat), 2), -1.0)
-        for index, shape in enumerate(given.scene.shapes):
-            surface = surface_of(shape)
-            crossing, face = self._of(surface, eye, flat, low, high)
-            taken = np.isfinite(crossing) & _goes_before(self.of_shapes, crossing, distances)
-            distances = np.where(taken, crossing, distances)
-            objects[taken, 0], objects[taken, 1] = index, face[taken]
-        return objects.reshape(*rays.shape[:2], 2), distances.reshape(*rays.shape[:2], 1)
-
-    def _of(
-        self, surface: Surface, eye: np.ndarray, rays: np.ndarray, low: np.ndarray, high: np.ndarray
-    ) -> tuple[np.ndarray, np.ndarray]:
-        # A cube is six faces to the oracle; to others it is one shape.
-        if self.of_faces == "nearest" or not isinstance(surface, Polygons) or not surface.numbers.any():
-            return surface.first(eye, rays, low, high)
-        found, number = np.full(len(rays), np.inf), np.zeros(len(rays))
-        for some, faces, crossing in surface.meetings(eye, rays):
-            inside = (crossing > low[some, np.newaxis]) & (crossing < high[some, np.newaxis])
-            order = {"first": -faces, "last": faces}.get(self.of_faces, crossing)  # the greatest counts
-            best = np.argmax(np.where(inside, order, -np.inf), axis=1)
-            here = inside[np.arange(len(some)), best]
-            some, best, crossing = some[here], best[here], crossing[here]
-            value, face = crossing[np.arange(len(some)), best], surface.numbers[faces[best]]
-            # Later faces of the same ray come later.
-            taken = _goes_before(self.of_faces, value, found[some])
-            found[some[taken]], number[some[taken]] = value[taken], face[taken]
-        return found, number
-
-    @property
-    def way(self) -> Way:
-        """Return the way of a renderer for which this hit counts."""
-        return Way(
-            stages={
-                Stage.OBJECT: lambda given: self.hits(given)[0],
-                Stage.DISTANCE: lambda given: self.hits(given)[1],
-            },
-            says=self.phrase,
-        )
-
-    @property
-    def phrase(self) -> str:
-        """Return what a renderer does, as a verb phrase."""
-        if np.isfinite(self.below):
-            return f"sees nothing that is {self.below:.4g} m away or farther"
-        of_shapes = f"the {self.of_shapes} of all shapes" if self.of_shapes != "nearest" else ""
-        of_faces = f"the {self.of_faces} face that a ray meets in a mesh" if self.of_faces != "nearest" else ""
-        return f"takes {' and '.join(filter(None, (of_faces, of_shapes)))}, not the nearest"
-
-
-def _goes_before(rule: str, new: np.ndarray, kept: np.ndarray) -> np.ndarray:
-    """Return whether a hit that is met later takes the place of one met before; an infinite one is none."""
-    if rule == "nearest":
-        return new < kept
-    if rule == "farthest":
-        return ~np.isfinite(kept) | (new > kept)
-    return np.full(new.shape, True) if rule == "last" else ~np.isfinite(kept)
 
 
 def _fitted(cases: Sequence[Fitting]) -> Iterator[Way]:

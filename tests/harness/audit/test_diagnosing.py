@@ -1,5 +1,6 @@
 """Of a C++ program that shares no code with the tracer mistakes are named, and none is named wrongly."""
 
+from collections.abc import Iterable
 from dataclasses import replace
 from pathlib import Path
 
@@ -11,10 +12,10 @@ from rayproof.cases.stages import Stage
 from rayproof.reference.analytic import Analytic
 from rayproof.reports.diagnosis import MISTAKES, stage_by_stage
 from rayproof.reports.diagnosis import search as searching
-from rayproof.reports.diagnosis.hypotheses import Hypothesis
+from rayproof.reports.diagnosis.hypotheses import Hypothesis, estimated
 from rayproof.reports.diagnosis.mistakes.shadows import scattered
 from rayproof.reports.diagnosis.search import damages
-from rayproof.reports.diagnosis.trials import Evidence, trial
+from rayproof.reports.diagnosis.trials import Continued, Evidence, Tally, trial
 from tests.harness.audit import diagnosing
 
 CASES = (
@@ -167,6 +168,55 @@ def test_what_rounding_alone_decides_under_a_mistake_does_not_contradict_it(
     assert tally is not None
     assert tally.fits
     assert tally.judged > 0.7 * one.wrong.size
+
+
+# Cases in which a mistake makes surfaces coincide, or puts one to the eye or to a light, or starts feelers on a face.
+BY_ROUNDING_ALONE = {
+    "no_translation": (
+        "acne/layered", "combined/18_mesh_none", "combined/27_square_sheared", "nearest/layers", "watertight/vertices",
+    ),
+    "behind_the_eye": ("reported/nested_icosahedra", "watertight/feelers"),
+    "triangle_no_sum": (
+        "combined/31_mesh_sheared", "meshes/divided_box", "watertight/diagonal", "watertight/whole_metres",
+    ),
+    "normal_not_normalised": ("combined/18_mesh_none", "combined/20_mesh_stretched"),
+    "facing_mixed": ("combined/13_triangle_none", "combined/24_mesh_sheared"),
+    "blockers_behind": ("tolerances/hall",),
+}  # fmt: skip
+
+
+@pytest.mark.process
+@pytest.mark.parametrize("mistake", BY_ROUNDING_ALONE)
+def test_a_case_of_rounding_does_not_contradict_the_mistake_that_is_made(
+    program: Path, mistake: str, tmp_path: Path
+) -> None:
+    renderer = switched(program, mistake)
+    evidence = diagnosing.evidence_of(renderer, tmp_path, BY_ROUNDING_ALONE[mistake])
+    ((name,),) = renderer.accepted
+    fitted = MISTAKES[name].fitted
+    ways = MISTAKES[name].ways if fitted is None else tuple(fitted([]))
+    staged = [Continued(evidence=one) for one in evidence[diagnosing.STAGED]]
+
+    assert len(staged) == len(BY_ROUNDING_ALONE[mistake])
+    assert any(fits(one.trial(way) for one in staged) for way in ways)
+    assert any(fits(trial(one, way) for one in evidence[diagnosing.ALONE]) for way in ways)
+
+
+def fits(tallies: Iterable[Tally | None]) -> bool:
+    return all(tally is not None and tally.fits for tally in tallies)
+
+
+@pytest.mark.process
+def test_an_offset_of_feelers_is_estimated_from_small_and_large_scenes_together(program: Path, tmp_path: Path) -> None:
+    # In the first, a few millimetres large, every offset from 2 cm on has the same image.
+    names = ("combined/00_sphere_none", "random_scenes/seed_2", "shadows/every_blocker")
+    evidence = diagnosing.evidence_of(switched(program, "offset_5cm"), tmp_path, names)[diagnosing.ALONE]
+    offset = MISTAKES["feeler_offset"]
+    assert offset.fit is not None
+
+    estimate = estimated(offset.fit, offset.ways[0], evidence)
+
+    assert estimate == pytest.approx(0.05, abs=0.015)
 
 
 @pytest.mark.parametrize(

@@ -157,9 +157,8 @@ def test_of_the_faces_of_a_mesh_that_a_ray_meets_another_than_the_nearest_counts
     scene = Scene(camera=camera, shapes=(mesh,), lights=(PointLight(position=(0, 0, 5), flux=(1, 1, 1)),))
     rays = ORACLE.render(scene, [Stage.RAY])
 
-    objects, distances = Counting(of_faces=rule).hits(
-        Given(scene=scene, answers=rays, right=np.zeros(0), parameter=0.0)
-    )
+    given = Given(scene=scene, answers=rays, right=np.zeros(0), parameter=0.0)
+    objects, distances = (wrong(given) for wrong in Counting(of_faces=rule).stages.values())
 
     assert set(objects[..., 1].ravel()) == {{"first": 0, "last": 2, "farthest": 1}[rule]}
     assert np.all(np.isfinite(distances))
