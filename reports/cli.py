@@ -8,8 +8,8 @@ import sys
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from rayproof.reports.called import called, remember
 from rayproof.reports.processes.signals import Stopping
+from rayproof.reports.program_name import called, remember
 
 if TYPE_CHECKING:
     from cyclopts import App

@@ -23,25 +23,23 @@ LAWS: Table[Law] = Table(
     entries={
         "albedo_flux": Entry("radiometry:albedo_flux", stage=Stage.EXITANCE, implicates=("RAD-1", "RAD-3", "RAD-4")),
         "albedo_linear": Entry("radiometry:albedo_linear", stage=Stage.EXITANCE, implicates=("RAD-4",)),
-        "anchor_clip": Entry(
-            "closed_forms:anchor_clip", stage=Stage.OBJECT, implicates=("HIT-2",), anchor=True, own=True
-        ),
+        "anchor_clip": Entry("anchors:anchor_clip", stage=Stage.OBJECT, implicates=("HIT-2",), anchor=True, own=True),
         "anchor_floor": Entry(
-            "closed_forms:anchor_floor",
+            "anchors:anchor_floor",
             stage=Stage.IRRADIANCE,
             implicates=("CAM-3", "CAM-4", "RAD-1", "RAD-2", "RAD-3", "RAD-4"),
             anchor=True,
             own=True,
         ),
         "anchor_sizes": Entry(
-            "closed_forms:anchor_sizes",
+            "anchors:anchor_sizes",
             stage=Stage.DISTANCE,
             implicates=("HIT-1", "HIT-3", "HIT-7", "NRM-1", "NRM-2", "XF-1"),
             anchor=True,
             own=True,
         ),
         "anchor_sphere": Entry(
-            "closed_forms:anchor_sphere",
+            "anchors:anchor_sphere",
             stage=Stage.RADIANCE,
             implicates=("RAD-1", "RAD-4", "HIT-1", "NRM-1"),
             anchor=True,

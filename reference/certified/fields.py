@@ -1,7 +1,7 @@
 """`Field` and `Balls`: the numbers that truth is computed with, balls of Arb that contain the exact value.
 
 Source: Johansson, "Arb: efficient arbitrary-precision midpoint-radius interval arithmetic", IEEE Transactions on
-Computers 66 (2017). The geometry is written once for any field; `towers` holds the other, exact one.
+Computers 66 (2017). The geometry is written once for any field; `numbers` holds the other, exact one.
 """
 
 from collections.abc import Iterator

@@ -10,7 +10,7 @@ from rayproof.reports.commands.usage import UsageError, told_in_one_line
 from rayproof.reports.results.files import legible
 
 if TYPE_CHECKING:
-    from rayproof.reports.run.case import Source
+    from rayproof.reports.run.case_pipeline import Source
     from rayproof.reports.run.engine.cluster import Place
     from rayproof.reports.run.engine.dispatch import Dispatch
     from rayproof.reports.run.options import RunOptions
@@ -47,7 +47,7 @@ def engaged(
         UsageError: the cluster cannot be used, or has no worker.
 
     """
-    from rayproof.reports.run.case import Instructions
+    from rayproof.reports.run.case_pipeline import Instructions
     from rayproof.reports.run.engine.cluster import reached
     from rayproof.reports.run.engine.dispatch import Dispatch
     from rayproof.reports.run.engine.machine import Batch
@@ -70,7 +70,7 @@ def engaged(
 
 def _sources(configurations: tuple[str, ...]) -> tuple["Source", ...]:
     """Return the user's own formulas of configurations; raise ValueError for one that cannot be loaded."""
-    from rayproof.reports.run.case import Source
+    from rayproof.reports.run.case_pipeline import Source
     from rayproof.tracer.configuration import Configuration
     from rayproof.tracer.formulas.own_file import is_own, sources
 

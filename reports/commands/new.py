@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING, Annotated, Literal
 from cyclopts import App, Parameter
 
 from rayproof import ROOT
-from rayproof.reports.called import called
 from rayproof.reports.commands.output import say
 from rayproof.reports.commands.usage import UsageError, told_in_one_line, writable_folder
+from rayproof.reports.program_name import called
 
 if TYPE_CHECKING:
     from rayproof.tracer.formulas import Formula

@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 from cyclopts import Parameter
 
-from rayproof.reports.called import called
 from rayproof.reports.commands.lookup import Repeated, configurations, scene_named, stages_named
 from rayproof.reports.commands.output import say, shout, warning
 from rayproof.reports.commands.usage import UsageError, told_in_one_line, writable_folder
+from rayproof.reports.program_name import called
 from rayproof.reports.results.files import several
 
 if TYPE_CHECKING:

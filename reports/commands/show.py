@@ -6,9 +6,9 @@ from pathlib import Path
 
 from rayproof.cases.case import Case
 from rayproof.cases.scene import Mesh, Scene
-from rayproof.reports.called import called
 from rayproof.reports.commands.lookup import one_case
 from rayproof.reports.commands.output import say, show_table, write_json
+from rayproof.reports.program_name import called
 
 Shown = str | float | tuple["Shown", ...] | None  # a field of a case's or a scene's
 

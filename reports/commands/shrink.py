@@ -9,10 +9,10 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from rayproof.reports.called import called
 from rayproof.reports.commands.lookup import TRACER, Repeated, configurations, scene_named, subject_named
 from rayproof.reports.commands.output import say, shout, show_table, write_json
 from rayproof.reports.commands.usage import UsageError, own, told_in_one_line, writable_folder
+from rayproof.reports.program_name import called
 from rayproof.reports.results.files import several
 from rayproof.reports.terminal import console
 

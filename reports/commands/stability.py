@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from rayproof.reports.studies.stability.limit_records import LimitsRecord
     from rayproof.reports.studies.stability.records import ClimbRecord, SurveyRecord, WorstRecord
     from rayproof.reports.studies.stability.worst import Worst
-from rayproof.reports.studies.stability.document import Plan
+from rayproof.reports.studies.stability.survey import Plan
 
 CLEARED = 100  # columns of an earlier, longer line
 COLUMNS = (
@@ -124,8 +124,8 @@ def stability(
         with told_in_one_line():
             earlier = None if against is None else load_limits(against)  # read now, since it may lie in OUT
         return limits_shown(whole_renderer(subject, ladder, json, out, alone=quick), earlier, paper.table)
-    from rayproof.reports.studies.stability.document import plan, survey
     from rayproof.reports.studies.stability.figures import paper_rows
+    from rayproof.reports.studies.stability.survey import plan, survey
 
     name, patterns, values = swept(formulas, sweep)
     with told_in_one_line():
@@ -376,7 +376,7 @@ def written(folder: Path, planned: "Plan", found: "SurveyRecord") -> None:
 
 def show(records: list["ClimbRecord"], doubts: list[str], surprises: int, *, everything: bool) -> None:
     """Print the table, worst first, then what was surprising."""
-    from rayproof.reports.studies.stability.document import worst_first
+    from rayproof.reports.studies.stability.survey import worst_first
 
     ordered = worst_first(records)
     kept = ordered if everything else ordered[:SHOWN]

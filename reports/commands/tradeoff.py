@@ -46,8 +46,8 @@ def tradeoff(
     from rayproof.tracer.kernel.compiler import choose_packaged_llvm
 
     choose_packaged_llvm()
+    from rayproof.reports.studies.tradeoff.diagrams import DEFAULT, QUICK, measure, tasks
     from rayproof.reports.studies.tradeoff.drawing import cells, paper_rows, write
-    from rayproof.reports.studies.tradeoff.measuring import DEFAULT, QUICK, measure, tasks
     from rayproof.tracer.formulas import FORMULAS
 
     patterns, files = scene_files(selectors or (QUICK if quick else DEFAULT))

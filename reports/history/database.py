@@ -19,7 +19,7 @@ from typing import Any
 
 import numpy as np
 
-from rayproof.reports.called import called
+from rayproof.reports.program_name import called
 from rayproof.reports.results.case_records import CaseRecord
 from rayproof.reports.results.files import at_worst, encodable
 from rayproof.reports.results.outcomes import Outcome

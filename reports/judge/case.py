@@ -7,15 +7,6 @@ import numpy as np
 
 from rayproof.cases.case import Case
 from rayproof.cases.stages import Stage
-from rayproof.reports.judge.admissible import (
-    Excess,
-    excess,
-    held_to_epsilons,
-    mostly_edges,
-    only_at_edges,
-    with_enough_to_tell,
-    with_too_little_seen,
-)
 from rayproof.reports.judge.answers import Answers, lost, well_shaped, without
 from rayproof.reports.judge.answers import misshapen as misshapen_answers
 from rayproof.reports.judge.box_filter import mean_checks
@@ -24,6 +15,15 @@ from rayproof.reports.judge.closed_forms import closed_forms
 from rayproof.reports.judge.comparison import Comparison
 from rayproof.reports.judge.conventions import Tested, in_words, tested
 from rayproof.reports.judge.copied_answers import with_equal_answers_shared
+from rayproof.reports.judge.declared_epsilons import (
+    Excess,
+    excess,
+    held_to_epsilons,
+    mostly_edges,
+    only_at_edges,
+    with_enough_to_tell,
+    with_too_little_seen,
+)
 from rayproof.reports.judge.known_defects import explained
 from rayproof.reports.judge.oracle import ORACLE, FullOracle, stages_of
 from rayproof.reports.judge.panel import (

@@ -9,7 +9,6 @@ from rayproof.cases.scene import Scene
 from rayproof.cases.stages import Stage, StageImages, upto
 from rayproof.reports.judge.answers import Answers, any_of, largest, length, limit_near
 from rayproof.reports.judge.conditioning import Conditioning
-from rayproof.reports.judge.edge_classes import Classes
 from rayproof.reports.judge.edge_values import Lights
 from rayproof.reports.judge.limits import (
     Coarseness,
@@ -19,6 +18,7 @@ from rayproof.reports.judge.limits import (
     continued_position_limit,
     roundoff_of,
 )
+from rayproof.reports.judge.pixel_classes import Classes
 from rayproof.reports.judge.scene_truth import SceneTruth
 
 GEOMETRY = (Stage.OBJECT, Stage.DISTANCE, Stage.POSITION, Stage.NORMAL)

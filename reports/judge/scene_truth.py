@@ -12,7 +12,6 @@ from rayproof.cases.scene import Scene
 from rayproof.cases.stages import Stage, StageImages
 from rayproof.reports.judge.answers import Answers
 from rayproof.reports.judge.conditioning import Conditioning, Unrounded, condition
-from rayproof.reports.judge.edge_classes import Classes, classify, farther, unlit
 from rayproof.reports.judge.edge_values import Edges
 from rayproof.reports.judge.limits import (
     Limits,
@@ -20,6 +19,7 @@ from rayproof.reports.judge.limits import (
     limits,
 )
 from rayproof.reports.judge.oracle import FullOracle
+from rayproof.reports.judge.pixel_classes import Classes, classify, farther, unlit
 
 T = TypeVar("T")
 FARTHEST = 1e30  # m: as good as no far end, and its square is finite

@@ -19,7 +19,7 @@ from rayproof.reports.judge import case
 from rayproof.reports.judge.answers import Answers
 from rayproof.reports.judge.case import adjudication
 from rayproof.reports.judge.edge_values import Edges
-from rayproof.reports.judge.known_answers import (
+from rayproof.reports.judge.limit_sentinels import (
     CASE,
     SCENE,
     BrokenJudgeError,

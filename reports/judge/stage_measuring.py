@@ -23,8 +23,8 @@ from rayproof.reports.judge.edge_sides import (
 from rayproof.reports.judge.edge_values import Held, Seen, excused, excused_anyhow, held
 from rayproof.reports.judge.limits import HIT, POINT
 from rayproof.reports.judge.measurement import Kind, Measurement, held_to, measure, ratios
+from rayproof.reports.judge.mesh_holes import faces_near, leaking, may_be_dark
 from rayproof.reports.judge.oracle import ORACLE
-from rayproof.reports.judge.surrounded import faces_near, leaking, may_be_dark
 
 
 def _ends(pair: Comparison, where: np.ndarray) -> list[Sides]:

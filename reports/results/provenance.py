@@ -19,7 +19,7 @@ from pathlib import Path, PurePath
 from typing import Any, TypedDict
 
 from rayproof import ROOT
-from rayproof.reports.called import arguments
+from rayproof.reports.program_name import arguments
 from rayproof.reports.results.files import as_json, write_text
 
 SECONDS = 10.0  # for a question to git

@@ -14,15 +14,15 @@ from rayproof.cases.case import Case
 from rayproof.cases.scene import Scene, is_similarity
 from rayproof.cases.scene_json import NAMES, PACKED, scene_to_json
 from rayproof.cases.stages import Stage, StageImages
-from rayproof.reports.called import called
 from rayproof.reports.judge.answers import Answers
 from rayproof.reports.judge.measurement import unexamined
 from rayproof.reports.judge.oracle import stages_of
 from rayproof.reports.processes.worker import Reply
+from rayproof.reports.program_name import called
 from rayproof.reports.results.case_records import CaseRecord, CheckRecord
 from rayproof.reports.results.outcomes import Outcome
-from rayproof.reports.run.common_factors import camera_and_lights
 from rayproof.reports.run.plan import DEFAULTS, PlannedCase
+from rayproof.reports.run.pooled_factors import camera_and_lights
 from rayproof.reports.run.scenes import FAMILY, place_of
 from rayproof.reports.subjects import THE_TRACER, Subject
 

@@ -12,8 +12,8 @@ from rayproof.reports.interchange.framing import DARK
 from rayproof.reports.judge.answers import Answers, well_shaped
 from rayproof.reports.judge.case import adjudication, judge_case
 from rayproof.reports.judge.comparison import Comparison
-from rayproof.reports.judge.edge_classes import mask
 from rayproof.reports.judge.oracle import ORACLE, stages_of
+from rayproof.reports.judge.pixel_classes import mask
 from rayproof.reports.judge.repeated import repeated
 from rayproof.reports.judge.scene_truth import SceneTruth, scene_truth
 from rayproof.reports.judge.sentinels import stand_guard
@@ -24,8 +24,8 @@ from rayproof.reports.results.images import write_answers, write_pixels
 from rayproof.reports.results.outcomes import Outcome
 from rayproof.reports.run.cache_store import usual_store
 from rayproof.reports.run.case_record import kinds_of, said, write_scene
-from rayproof.reports.run.common_factors import camera_and_lights
 from rayproof.reports.run.messages import GuardTask, JudgeTask, RepeatTask
+from rayproof.reports.run.pooled_factors import camera_and_lights
 from rayproof.reports.run.reference_cache import KeepingOracle
 from rayproof.reports.run.scenes import FAMILY, place_of
 from rayproof.reports.run.verdict_memory import ask_once

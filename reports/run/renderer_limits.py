@@ -19,7 +19,7 @@ from rayproof.reports.processes.pool import Pool
 from rayproof.reports.results.case_records import CaseRecord
 from rayproof.reports.results.outcomes import Outcome
 from rayproof.reports.run.cache_store import usual_store
-from rayproof.reports.run.case import CasesUnderWay, Instructions
+from rayproof.reports.run.case_pipeline import CasesUnderWay, Instructions
 from rayproof.reports.run.options import Demands, KeptImages
 from rayproof.reports.run.plan import DEFAULTS, PlannedCase, panel, plan
 from rayproof.reports.run.workers import RELIEF, sleeping, workers

@@ -27,8 +27,8 @@ from rayproof.reports.results.records import (
     RunRecord,
 )
 from rayproof.reports.run.case_record import DECLARABLE
-from rayproof.reports.run.common_factors import CommonFactors, wrong
 from rayproof.reports.run.plan import Panel, PlannedCase, configurations_of
+from rayproof.reports.run.pooled_factors import CommonFactors, wrong
 from rayproof.reports.subjects import Subject
 
 LOW, HIGH = 0.01, 0.8  # a limit used less than this is slack, more than this is tight

@@ -17,15 +17,15 @@ from typing import TYPE_CHECKING
 
 from rich.console import Console
 
-from rayproof.reports.called import called
 from rayproof.reports.processes.pool import Pool
+from rayproof.reports.program_name import called
 from rayproof.reports.results.case_records import CaseRecord
 from rayproof.reports.results.case_table import NAME, Cases, CaseTable, DamagedTableError
 from rayproof.reports.results.document import ResultsError, load_results
 from rayproof.reports.results.files import replacing
 from rayproof.reports.results.outcomes import Outcome
 from rayproof.reports.run.cache_store import Store
-from rayproof.reports.run.case import CasesUnderWay, Instructions
+from rayproof.reports.run.case_pipeline import CasesUnderWay, Instructions
 from rayproof.reports.run.case_record import reproduce
 from rayproof.reports.run.options import RunOptions, demands
 from rayproof.reports.run.plan import PlannedCase, record_key

@@ -16,7 +16,7 @@ from rayproof.cases.ladders import Inputs, Ladder, all_ladders
 from rayproof.reports.studies.stability.questions.watertight import fans
 from rayproof.reports.vectors import Exact, Numbers, Row, shapes, values
 from rayproof.reports.vectors.check import EITHER, FILES, VERSION
-from rayproof.reports.vectors.made import ORIGIN, in_faces, made
+from rayproof.reports.vectors.handmade_rows import ORIGIN, in_faces, made
 
 CHOSEN = Path(__file__).with_name("chosen.json")
 # (file, question) -> the exact answer, the item of the specification, whether object space is meant.

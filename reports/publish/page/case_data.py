@@ -27,8 +27,8 @@ import numpy as np
 
 from rayproof.cases.scene_json import pack, unpack
 from rayproof.cases.stages import IMAGE_STAGES, Stage, exr_channels
-from rayproof.reports.called import NAME
-from rayproof.reports.judge.edge_classes import NAMES
+from rayproof.reports.judge.pixel_classes import NAMES
+from rayproof.reports.program_name import NAME
 from rayproof.reports.publish.scene3d.parts import look, thinned
 from rayproof.reports.publish.scene3d.stills import compared, picture_path
 from rayproof.reports.results.case_records import CaseRecord

@@ -24,7 +24,7 @@ from rayproof.reports.processes.scratch import Scratch, sweep
 from rayproof.reports.processes.signals import end_with_parent
 from rayproof.reports.results.case_records import CaseRecord
 from rayproof.reports.run.cache_store import usual_store
-from rayproof.reports.run.case import CasesUnderWay, Instructions
+from rayproof.reports.run.case_pipeline import CasesUnderWay, Instructions
 from rayproof.reports.run.plan import PlannedCase
 from rayproof.reports.run.reference_cache import PACKAGES, code, processor
 from rayproof.reports.run.scenes import place_of

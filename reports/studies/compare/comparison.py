@@ -22,7 +22,7 @@ from rayproof.reports.studies.compare.findings import (
     speed,
     timing,
 )
-from rayproof.reports.studies.compare.measured import Job, PairedStage, interleaved, needed, paired, shown
+from rayproof.reports.studies.compare.paired_errors import Job, PairedStage, interleaved, needed, paired, shown
 from rayproof.reports.studies.compare.records import (
     SCHEMA,
     ComparedAbout,

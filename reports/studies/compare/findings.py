@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from rayproof.cases.stages import Stage
-from rayproof.reports.studies.compare.measured import UNITS, PairedStage
+from rayproof.reports.studies.compare.paired_errors import UNITS, PairedStage
 from rayproof.reports.studies.compare.statistics import (
     Interval,
     Tail,

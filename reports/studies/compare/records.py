@@ -33,7 +33,7 @@ class WrongRecord(TypedDict):
 
 
 class TailRecord(TypedDict):
-    """How a family's pixels lean; see `compare.tails.Tail`."""
+    """How a family's pixels lean; see `compare.statistics.Tail`."""
 
     better: int
     worse: int

@@ -19,8 +19,8 @@ from matplotlib.ticker import AutoLocator, NullLocator, StrMethodFormatter
 from rayproof.cases.ladders import Ladder
 from rayproof.reports.results.files import plain
 from rayproof.reports.studies.publication import Draw
-from rayproof.reports.studies.stability.document import about
 from rayproof.reports.studies.stability.records import ClimbRecord, LadderRecord, RungRecord
+from rayproof.reports.studies.stability.survey import about
 
 MARKERS = "os^vD<>ph*Xd"
 STYLE: dict[Any, Any] = {"svg.hashsalt": "rayproof", "svg.fonttype": "none", "font.size": 8.0}

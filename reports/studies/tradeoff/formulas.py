@@ -13,7 +13,7 @@ from rayproof.cases.scene import Scene
 from rayproof.cases.stages import Stage, StageImages
 from rayproof.reference import REFERENCES
 from rayproof.reports.studies.compare.contenders import concerned
-from rayproof.reports.studies.compare.measured import (
+from rayproof.reports.studies.compare.paired_errors import (
     RAYS,
     UNITS,
     Measured,

@@ -18,7 +18,7 @@ from rayproof.cases.scene import Scene
 from rayproof.cases.stages import IMAGE_STAGES, Stage, StageImages
 from rayproof.reference.analytic import Analytic
 from rayproof.reference.double_double import DoubleDouble
-from rayproof.reports.studies.compare.measured import enlarged
+from rayproof.reports.studies.compare.paired_errors import enlarged
 from rayproof.reports.studies.compare.records import as_received
 from rayproof.reports.studies.tradeoff.formulas import pixels
 from rayproof.reports.studies.tradeoff.points import Entry, Point, kernel_seconds, quantile, tail

@@ -20,7 +20,7 @@ from rayproof.cases.stages import Stage, StageImages
 from rayproof.reports.judge.answers import Answers
 from rayproof.reports.judge.checks import Check, stage_check
 from rayproof.reports.judge.comparison import Comparison
-from rayproof.reports.judge.known_answers import rounded
+from rayproof.reports.judge.limit_sentinels import rounded
 from rayproof.reports.judge.measurement import Kind, ratios
 from rayproof.reports.judge.oracle import ORACLE, stages_of
 from rayproof.reports.judge.scene_truth import SceneTruth, scene_truth

@@ -284,7 +284,7 @@ def _in_force() -> None:
 
 def stopped_by(*, judge_first: bool = False) -> str | None:
     """Return what the first guard says that stops the run, or None; a run asks all of them, in whatever order."""
-    from rayproof.reports.judge.known_answers import BrokenJudgeError
+    from rayproof.reports.judge.limit_sentinels import BrokenJudgeError
     from rayproof.reports.judge.sentinels import stand_guard
     from tests.harness.guards import BrokenHarnessError, stand_guards
 

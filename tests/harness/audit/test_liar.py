@@ -6,7 +6,7 @@ import pytest
 from rayproof.cases.families import select
 from rayproof.cases.stages import Stage
 from rayproof.reports.judge import measurement, stage_measuring
-from rayproof.reports.judge.known_answers import CASE
+from rayproof.reports.judge.limit_sentinels import CASE
 from tests.harness.audit import liar
 from tests.harness.audit.orders import LiarOrder
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from rayproof.cases.scene import Scene
 from rayproof.cases.stages import Stage, StageImages
-from rayproof.reports.judge.known_answers import SCENE
+from rayproof.reports.judge.limit_sentinels import SCENE
 from rayproof.reports.run.cache_store import Store
 from rayproof.reports.run.reference_cache import Question, Rendered, cached
 from tests.harness.guards import BrokenHarnessError

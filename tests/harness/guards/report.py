@@ -15,7 +15,7 @@ import numpy as np
 
 from rayproof.cases.stages import Stage
 from rayproof.reports.judge.answers import Answers
-from rayproof.reports.judge.known_answers import CASE
+from rayproof.reports.judge.limit_sentinels import CASE
 from rayproof.reports.judge.oracle import ORACLE, stages_of
 from rayproof.reports.judge.scene_truth import SceneTruth, scene_truth
 from rayproof.reports.publish.page.case_data import write_case_data

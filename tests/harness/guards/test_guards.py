@@ -6,7 +6,7 @@ import pytest
 
 from rayproof.cases.scene import Camera
 from rayproof.reference.analytic import Analytic
-from rayproof.reports.judge.known_answers import BrokenJudgeError
+from rayproof.reports.judge.limit_sentinels import BrokenJudgeError
 from rayproof.reports.judge.sentinels import stand_guard
 from rayproof.reports.run.reference_cache import Key
 from tests.harness.audit.faults import FAULTS

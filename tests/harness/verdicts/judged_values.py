@@ -12,9 +12,9 @@ from rayproof.cases.scene import Cube, Mesh, Plane, Scene, Shape, Sphere, Triang
 from rayproof.cases.stages import IMAGE_STAGES, Stage, StageImages
 from rayproof.reference.certified import Certified
 from rayproof.reference.certified.stages import continued
-from rayproof.reports.judge.admissible import ALLOWED, needed_shadow
 from rayproof.reports.judge.answers import Answers, all_of, any_of, largest, widest_near
 from rayproof.reports.judge.comparison import GEOMETRY, LIGHT, Comparison
+from rayproof.reports.judge.declared_epsilons import ALLOWED, needed_shadow
 from rayproof.reports.judge.limits import HIT, Roundoff, calibration, continued_light_limit
 from rayproof.reports.judge.measurement import ratios
 from rayproof.reports.judge.scene_truth import SceneTruth

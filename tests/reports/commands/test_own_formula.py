@@ -15,7 +15,7 @@ from rayproof.reports.run.messages import TracerTask
 from rayproof.reports.run.options import RunOptions, demands
 from rayproof.reports.run.tracer_task import trace
 from rayproof.reports.run.workers import workers
-from rayproof.reports.studies.tradeoff.measuring import tasks
+from rayproof.reports.studies.tradeoff.diagrams import tasks
 from rayproof.reports.subjects import TRACER
 from rayproof.tracer.configuration import Configuration
 from rayproof.tracer.formulas import FORMULAS

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from rayproof.cases.ladders import PredictedSlope, all_ladders
-from rayproof.reports.studies.stability import document
+from rayproof.reports.studies.stability import survey
 from tests.reports.commands.conftest import Rayproof
 
 KEYS = {
@@ -43,7 +43,7 @@ def test_what_the_file_holds(rayproof: Rayproof, tmp_path: Path) -> None:
 def test_a_wrong_prediction_is_a_surprise(rayproof: Rayproof, monkeypatch: pytest.MonkeyPatch) -> None:
     far = next(ladder for ladder in all_ladders() if ladder.name == "SPH-FAR")
     wrong = replace(far, slopes=(PredictedSlope(formulas=("*",), slope=3.0, because="a test says so"),))
-    monkeypatch.setattr(document, "all_ladders", lambda: (wrong,))
+    monkeypatch.setattr(survey, "all_ladders", lambda: (wrong,))
 
     ended = rayproof("stability", "sphere/haines", *FAR)
 

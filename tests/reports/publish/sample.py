@@ -8,7 +8,7 @@ import numpy as np
 
 from rayproof.cases.case import ITEMS
 from rayproof.cases.stages import IMAGE_STAGES, Stage
-from rayproof.reports.judge.edge_classes import SHADOW, SILHOUETTE, TERMINATOR
+from rayproof.reports.judge.pixel_classes import SHADOW, SILHOUETTE, TERMINATOR
 from rayproof.reports.results.document import SCHEMA, save_results
 from rayproof.reports.results.float_codec import pack
 from rayproof.reports.results.images import write_answers

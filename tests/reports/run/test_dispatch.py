@@ -12,7 +12,7 @@ import pytest
 
 from rayproof.cases.families import select
 from rayproof.reports.results.case_records import CaseRecord
-from rayproof.reports.run.case import Instructions
+from rayproof.reports.run.case_pipeline import Instructions
 from rayproof.reports.run.engine import dispatch as module
 from rayproof.reports.run.engine.dispatch import Dispatch
 from rayproof.reports.run.engine.machine import Answer, Batch, packed

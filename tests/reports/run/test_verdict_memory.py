@@ -12,7 +12,7 @@ from rayproof.reports.cli import main
 from rayproof.reports.judge.answers import Answers
 from rayproof.reports.processes.pool import Pool
 from rayproof.reports.run import messages, verdict_memory
-from rayproof.reports.run.case import flawless
+from rayproof.reports.run.case_pipeline import flawless
 
 CASE = "inside/sphere"
 OURS = "tracer-float32"

@@ -5,7 +5,7 @@ from typing import Any
 import pytest
 
 from rayproof.reports.processes.pool import Pool
-from rayproof.reports.run.case import AT_LEAST, PIXELS, CasesUnderWay, has_room
+from rayproof.reports.run.case_pipeline import AT_LEAST, PIXELS, CasesUnderWay, has_room
 from rayproof.reports.run.workload import FirstCalls
 from rayproof.reports.subjects import PROGRAM, SERVED, Subject
 from tests.reports.run.workers import obey

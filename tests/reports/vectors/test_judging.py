@@ -7,8 +7,8 @@ from subprocess import run
 import pytest
 
 from rayproof.reports.studies.stability.climb import Drawn, climb, drawn
-from rayproof.reports.studies.stability.document import applies
 from rayproof.reports.studies.stability.questions import QUESTIONS
+from rayproof.reports.studies.stability.survey import applies
 from rayproof.reports.vectors import SLOTS_OF
 from rayproof.reports.vectors.answering import configured, formulas_of
 from rayproof.reports.vectors.check import FILES, Answers, WrongFileError, judged, read_answers, scored

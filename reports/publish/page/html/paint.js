@@ -178,7 +178,7 @@
   };
 
   // The judge's classes of pixels over an image: silhouettes, shadow edges, terminators. A colour and a letter each.
-  // By bit of the mask, as in reports/judge/edge_classes.py.
+  // By bit of the mask, as in reports/judge/pixel_classes.py.
   const KINDS = [
     [1, "silhouette", "S", [230, 159, 0]], [2, "shadow edge", "H", [86, 180, 233]],
     [4, "terminator", "T", [240, 228, 66]], [8, "light on the surface", "L", [204, 121, 167]],

@@ -6,7 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from rayproof.reports.judge.known_answers import SCENE
+from rayproof.reports.judge.limit_sentinels import SCENE
 from rayproof.reports.results import outcomes
 from rayproof.reports.results.outcomes import Outcome
 from rayproof.reports.run import cache_store, plan, reference_cache, verdict_memory

@@ -11,7 +11,7 @@ from rayproof.cases.rounding import UNIT_ROUNDOFF
 from rayproof.cases.stages import Stage
 from rayproof.reports.judge.box_filter import box_mean, finer
 from rayproof.reports.judge.case import judge_case
-from rayproof.reports.judge.known_answers import FLOOR, MIDDLE
+from rayproof.reports.judge.limit_sentinels import FLOOR, MIDDLE
 from rayproof.reports.judge.oracle import stages_of
 from rayproof.reports.judge.verdict import Judged
 from rayproof.reports.results.outcomes import Outcome

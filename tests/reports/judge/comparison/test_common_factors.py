@@ -14,7 +14,7 @@ from rayproof.reports.judge.comparison import Comparison
 from rayproof.reports.judge.oracle import stages_of
 from rayproof.reports.judge.scene_truth import scene_truth
 from rayproof.reports.results.outcomes import Outcome
-from rayproof.reports.run.common_factors import CommonFactors, wrong
+from rayproof.reports.run.pooled_factors import CommonFactors, wrong
 from tests.reports.judge.scenes import BALL, CAMERA, CASE, FLOOR, LIGHT, ORACLE, SCENE, candidate, rounded, witness
 
 F = np.float32

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from rayproof.reports.judge import scene_truth, stage_measuring
-from rayproof.reports.judge.edge_classes import classify
-from rayproof.reports.judge.known_answers import BrokenJudgeError
+from rayproof.reports.judge.limit_sentinels import BrokenJudgeError
+from rayproof.reports.judge.pixel_classes import classify
 from rayproof.reports.judge.sentinels import stand_guard
 from tests.reports.judge.scenes import ORACLE
 

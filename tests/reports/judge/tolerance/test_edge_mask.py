@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from rayproof.reports.judge.edge_classes import FLAGGED, SHADOW, SILHOUETTE, TERMINATOR, mask
+from rayproof.reports.judge.pixel_classes import FLAGGED, SHADOW, SILHOUETTE, TERMINATOR, mask
 
 
 def test_each_kind_has_its_bit_and_an_undecided_light_goes_to_the_nearer_edge():

@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from rayproof.reports.judge.known_answers import BrokenJudgeError
+from rayproof.reports.judge.limit_sentinels import BrokenJudgeError
 from rayproof.reports.processes.worker import Reply
 from rayproof.reports.results.outcomes import Outcome, exit_code
 from rayproof.reports.run import judge_task

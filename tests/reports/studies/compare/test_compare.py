@@ -25,9 +25,9 @@ from rayproof.reports.studies.compare.findings import (
     sentence,
     speed,
 )
-from rayproof.reports.studies.compare.measured import PairedStage, paired
+from rayproof.reports.studies.compare.paired_errors import PairedStage, paired
 from rayproof.reports.studies.compare.records import as_received
-from rayproof.reports.studies.tradeoff.measuring import tasks
+from rayproof.reports.studies.tradeoff.diagrams import tasks
 from rayproof.tracer.formulas import FORMULAS
 from tests.reports.commands.conftest import Rayproof
 

@@ -11,7 +11,7 @@ from rayproof.cases.families import select
 from rayproof.cases.stages import Stage
 from rayproof.reports.studies.compare.contenders import contender
 from rayproof.reports.studies.compare.findings import Signs, accuracy, finding, sentence
-from rayproof.reports.studies.compare.measured import PairedStage, paired
+from rayproof.reports.studies.compare.paired_errors import PairedStage, paired
 from rayproof.reports.studies.compare.statistics import TILE, Tail, leaning, lost
 from tests.reports.commands.conftest import Rayproof
 

@@ -17,7 +17,7 @@ pytestmark = pytest.mark.process
 CODE = """
 import json
 from rayproof.reports.studies.stability.device import broken
-from rayproof.reports.studies.stability.document import plan, survey
+from rayproof.reports.studies.stability.survey import plan, survey
 from rayproof.tracer.kernel.arrays import array_types
 both = ("float32", "float64")
 planned = plan(("sphere/textbook", "sphere/haines"), ladders=("SPH-FAR",), precisions=both, quick=True)

@@ -7,8 +7,8 @@ import pytest
 
 from rayproof.cases.ladders import Failure, Ladder, PredictedSlope, all_ladders
 from rayproof.reports.studies.stability.climb import Climb, Drawn, Rung, Slope
-from rayproof.reports.studies.stability.document import doubted, judged
 from rayproof.reports.studies.stability.questions import Truth, Witness
+from rayproof.reports.studies.stability.survey import doubted, judged
 from rayproof.tracer.formulas import FORMULAS
 
 SPH_FAR = next(ladder for ladder in all_ladders() if ladder.name == "SPH-FAR")

@@ -5,8 +5,8 @@ import json
 from pathlib import Path
 
 from rayproof.cases.ladders import all_ladders
-from rayproof.reports.studies.stability.document import plan, survey
 from rayproof.reports.studies.stability.figures import publish
+from rayproof.reports.studies.stability.survey import plan, survey
 
 
 def test_files_of_a_ladder(tmp_path: Path) -> None:

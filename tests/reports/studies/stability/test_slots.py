@@ -7,8 +7,8 @@ import pytest
 
 from rayproof.cases.ladders import Ladder, all_ladders
 from rayproof.reports.studies.stability.climb import climb, drawn
-from rayproof.reports.studies.stability.document import applies, judged
 from rayproof.reports.studies.stability.shapes import Conditioned
+from rayproof.reports.studies.stability.survey import applies, judged
 from rayproof.tracer.formulas import FORMULAS, Formula
 from rayproof.tracer.trees import beams
 

@@ -4,7 +4,7 @@ from typing import Any
 
 import pytest
 
-from rayproof.reports.studies.stability.document import plan, survey
+from rayproof.reports.studies.stability.survey import plan, survey
 
 Records = dict[tuple[str, str, str], dict[str, Any]]
 

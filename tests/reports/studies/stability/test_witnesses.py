@@ -6,8 +6,8 @@ from flint import arb
 
 from rayproof.cases.ladders import Ladder, all_ladders
 from rayproof.reports.studies.stability.climb import drawn
-from rayproof.reports.studies.stability.document import doubted
 from rayproof.reports.studies.stability.questions.values import dark, impossible
+from rayproof.reports.studies.stability.survey import doubted
 
 LADDERS = all_ladders()
 

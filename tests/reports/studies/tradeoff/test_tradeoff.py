@@ -12,9 +12,10 @@ import pytest
 
 from rayproof.cases.families import select
 from rayproof.reports.publish.page.page import diagrams
-from rayproof.reports.studies.tradeoff import measuring, routes
+from rayproof.reports.studies.tradeoff import diagrams as listed
+from rayproof.reports.studies.tradeoff import routes
+from rayproof.reports.studies.tradeoff.diagrams import DEFAULT, QUICK, Sampled, measure, tasks
 from rayproof.reports.studies.tradeoff.drawing import page, svg, write
-from rayproof.reports.studies.tradeoff.measuring import DEFAULT, QUICK, Sampled, measure, tasks
 from rayproof.tracer.frames import Frames
 from tests.reports.commands.conftest import Rayproof
 
@@ -22,10 +23,10 @@ from tests.reports.commands.conftest import Rayproof
 @pytest.fixture(scope="module")
 def result() -> dict[str, Any]:
     patch = pytest.MonkeyPatch()
-    patch.setattr(measuring, "PER_SIDE", (1, 2))
-    patch.setattr(measuring, "TRUTH_PER_SIDE", 8)
-    patch.setattr(measuring, "SAMPLES_TIMED", 2**10)
-    patch.setattr(measuring, "SAMPLES_WALL", 2**10)
+    patch.setattr(listed, "PER_SIDE", (1, 2))
+    patch.setattr(listed, "TRUTH_PER_SIDE", 8)
+    patch.setattr(listed, "SAMPLES_TIMED", 2**10)
+    patch.setattr(listed, "SAMPLES_WALL", 2**10)
     formulas, _, climbed = tasks(["grazing_plane", "far_sphere_1e3", "SPH-FAR"])
     patch.setattr(routes, "RAYS", 2**10)
     sampled = Sampled(family="antialiased", scene=select(["antialiased/sphere"])[0].scene)

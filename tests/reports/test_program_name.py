@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from rayproof.reports import called
+from rayproof.reports import program_name
 from tests.reports.commands.conftest import Rayproof, rayproof
 
 __all__ = ["rayproof"]
@@ -14,7 +14,7 @@ __all__ = ["rayproof"]
 def test_a_hint_names_the_launcher_of_a_checkout(
     rayproof: Rayproof, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setenv(called.VARIABLE, "./rayproof")
+    monkeypatch.setenv(program_name.VARIABLE, "./rayproof")
 
     ended = rayproof("new", "adapter", tmp_path / "mine.py")
 
@@ -34,10 +34,10 @@ def test_the_launcher_says_how_it_was_called(tmp_path: Path) -> None:
 def test_a_program_on_nobody_s_path_is_named_by_its_own(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("sys.argv", [".venv/bin/rayproof", "run"])
     for found, name in ((None, ".venv/bin/rayproof"), ("/usr/bin/rayproof", "rayproof")):
-        monkeypatch.delenv(called.VARIABLE, raising=False)
+        monkeypatch.delenv(program_name.VARIABLE, raising=False)
         monkeypatch.setattr("shutil.which", lambda _, found=found: found)
 
-        called.remember()
+        program_name.remember()
 
-        assert called.called() == name
-    monkeypatch.delenv(called.VARIABLE, raising=False)
+        assert program_name.called() == name
+    monkeypatch.delenv(program_name.VARIABLE, raising=False)

@@ -19,7 +19,7 @@ from rayproof.reports.judge.comparison import GEOMETRY, LIGHT, Comparison
 from rayproof.reports.judge.conditioning import Conditioning, error_at_eye
 from rayproof.reports.judge.limits import HIT, POINT, Roundoff
 from rayproof.reports.judge.measurement import Kind, ratios
-from rayproof.reports.judge.surrounded import holes
+from rayproof.reports.judge.mesh_holes import holes
 from rayproof.reports.results.outcomes import Outcome
 
 # How many times what rounding needs an epsilon may be: a bound is a few times what it bounds, taken for a whole scene

@@ -14,7 +14,7 @@ from rayproof.reports.judge.comparison import Comparison
 from rayproof.reports.judge.oracle import stages_of
 from rayproof.reports.judge.scene_truth import scene_truth
 from rayproof.reports.results.headline import headline
-from rayproof.reports.run.common_factors import common_factors, wrong
+from rayproof.reports.run.pooled_factors import common_factors, wrong
 from tests.reports.judge.comparison.test_common_factors import FOLDS, ORDERS, float32_program
 from tests.reports.judge.scenes import BALL, CAMERA, FLOOR, ORACLE, candidate, witness
 

@@ -19,7 +19,7 @@ from rayproof.reference.mitsuba3.program import radiance_image
 from rayproof.reference.mitsuba3.scene import load_scene
 from rayproof.reports.results.provenance import origin
 from rayproof.reports.studies.compare.contenders import concerned, stresses_and_cases
-from rayproof.reports.studies.compare.measured import enlarged, launch
+from rayproof.reports.studies.compare.paired_errors import enlarged, launch
 from rayproof.reports.studies.tradeoff.formulas import LADDER, Task, entries, ladder_entries, ladders, pixels, variants
 from rayproof.reports.studies.tradeoff.points import (
     SEED,
