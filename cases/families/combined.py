@@ -1,4 +1,4 @@
-"""Every pair of settings together: a covering array of strength 2 over camera, shape, placement, light and clipping.
+"""Family `combined`: every pair of settings of camera, shape, placement, light and clipping together (covering array).
 
 A mistake that needs two settings at once (an `up` that leans in an image that is wide, a mesh of centimetres under a
 mirror) shows in no case that varies one of them. So each two values of different settings occur together in a lit

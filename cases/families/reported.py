@@ -1,4 +1,4 @@
-"""Mistakes that users reported to other renderers, one public report a function, whose docstring has its address.
+"""Family `reported`: scenes of mistakes that users reported to other renderers; a function's docstring has the address.
 
 Scenes are made anew from what a report describes and are as small as it allows: boxes of a tree that share a middle, an
 epsilon that is a share of the way to the light, a ray in the plane of a face.

@@ -1,4 +1,4 @@
-"""One-sided and two-sided surfaces, seen from the front and from behind, lit from the front and from behind.
+"""Family `sidedness`: one-sided and two-sided surfaces, seen and lit from the front and from behind.
 
 Back faces are hit and block light; a one-sided surface seen from behind is black; a two-sided one turns its normal
 towards the viewer, and is dark only if the light stands on its other side.

@@ -1,4 +1,4 @@
-"""`rayproof stability`: how far up its ladders each formula, or a whole renderer, climbs."""
+"""`rayproof stability`: how far up its ladders a formula or a whole renderer climbs; a formula's worst inputs."""
 
 import os
 import sys

@@ -1,4 +1,4 @@
-"""`Mistake`, `Way` and `Fit`: how a known mistake is declared; the registry of them.
+"""Known mistakes of ray tracers (`Mistake`, `Way`, `Fit`), and the search for those that explain a renderer's failures.
 
 To add one, register a `Mistake` in a file of `reports/diagnosis/mistakes`. It says in a verb phrase what the renderer
 does ("leaves out 1/pi"), which items of the specification that concerns, and how such a renderer answers: one or more

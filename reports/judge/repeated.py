@@ -1,4 +1,4 @@
-"""The same question asked twice: whether a renderer gives the same image again, to the last bit.
+"""Whether a renderer that is asked twice gives the same image, to the last bit, and which pixels change.
 
 Pixels that change from call to call come of a race between threads, of memory that nobody has written, or of a seed
 that is drawn anew. What is judged of such images is true of one of them. A renderer may declare that its answers vary

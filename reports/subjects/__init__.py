@@ -1,4 +1,4 @@
-"""`Subject`, the renderer under test; and which variables and folders of the user a program sees (`Surroundings`).
+"""`Subject`, the renderer under test; and how a user's program is chosen, called, confined and served.
 
 The tracer is put to the test by its configurations. Every other subject is one candidate under its own name, judged by
 the references that share no code with it; what it declares that it cannot do is `unsupported`. Of this user's

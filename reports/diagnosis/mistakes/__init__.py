@@ -1,1 +1,1 @@
-"""The known mistakes, by subject; found by listing this folder."""
+"""The known mistakes by subject, each with how such a renderer answers; found by listing this folder."""
