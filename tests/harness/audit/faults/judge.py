@@ -13,7 +13,6 @@ from rayproof.cases.stages import Stage
 from rayproof.reference.analytic import Analytic
 from rayproof.reference.mitsuba3 import _Mitsuba
 from rayproof.reports.judge import (
-    admissible,
     answers,
     camera_check,
     case,
@@ -21,16 +20,17 @@ from rayproof.reports.judge import (
     closed_forms,
     comparison,
     copied_answers,
-    edge_classes,
+    declared_epsilons,
     edge_sides,
     edge_values,
     known_defects,
     limits,
     measurement,
+    mesh_holes,
     oracle,
     panel,
+    pixel_classes,
     stage_measuring,
-    surrounded,
 )
 from rayproof.reports.judge.conventions import Tested
 from rayproof.reports.judge.edge_values import Held
@@ -194,7 +194,7 @@ def edge_swallows_light() -> Iterator[None]:
 
     Every lit pixel is classed as a shadow's edge.
     """
-    right = edge_classes.classify
+    right = pixel_classes.classify
 
     def wrong(*arguments: Any, **options: Any) -> Any:
         found = right(*arguments, **options)
@@ -211,7 +211,7 @@ def edge_swallows_object() -> Iterator[None]:
 
     The edge class swallows a whole object.
     """
-    right = edge_classes.classify
+    right = pixel_classes.classify
 
     def wrong(scene: Any, truth: Any, *rest: Any, **options: Any) -> Any:
         found = right(scene, truth, *rest, **options)
@@ -244,7 +244,7 @@ def holes_excused() -> Iterator[None]:
 
     A hole between the faces of a mesh passes by radiance alone.
     """
-    with replaced(surrounded.may_be_dark, lambda _terms, _stage, where: where):
+    with replaced(mesh_holes.may_be_dark, lambda _terms, _stage, where: where):
         yield
 
 
@@ -320,7 +320,7 @@ def interior_not_demanded() -> Iterator[None]:
 
     A case with too few pixels to judge passes.
     """
-    right = admissible.too_little
+    right = declared_epsilons.too_little
 
     def wrong(*arguments: Any) -> list[str]:
         return []
