@@ -1,4 +1,4 @@
-"""The answer of a renderer with a mistake to a scene, and how far it may be off itself.
+"""`answer`: the stages of a renderer that makes a mistake, with limits; and pixels where rounding decides what is met.
 
 Stages are computed in order: those that a way spoils by its own functions, those after them by the oracle from what is
 then there. Limits are those of the judge, for the answers at hand: of light in proportion to how much brighter the
@@ -7,6 +7,7 @@ mistake makes it, of a curve that is put over radiance by putting it over the en
 
 from collections.abc import Callable, Mapping
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -19,6 +20,9 @@ from rayproof.reports.judge.conditioning import condition
 from rayproof.reports.judge.limits import Roundoff, limits
 from rayproof.reports.judge.measurement import ratios
 from rayproof.reports.judge.oracle import FullOracle, stages_of
+
+if TYPE_CHECKING:
+    from rayproof.reference.analytic.surfaces import Surface
 
 LIGHT = (Stage.IRRADIANCE, Stage.EXITANCE, Stage.RADIANCE)
 PRECISION = "float32"  # what results keep, whatever a renderer computes in
@@ -123,13 +127,13 @@ def turned_rays(rays: np.ndarray, aside: int, along: int) -> np.ndarray:
 
 
 def beside(own: StageImages, stage: Stage, aside: int, along: int) -> StageImages:
-    """Return the stages before objects or visibility with each ray, or each feeler's start, moved by a rounding."""
+    """Return what is moved before objects or visibility: each ray, or each feeler's start, by a rounding."""
     if stage is Stage.OBJECT:
         return {Stage.RAY: turned_rays(own[Stage.RAY], aside, along)}
     point, normal = own[Stage.POSITION], own[Stage.NORMAL]
     with np.errstate(invalid="ignore"):  # where nothing is met
         shift = np.nan_to_num(turned_rays(normal, aside, along) - normal)
-    return {**own, Stage.POSITION: point + shift * (1 + np.linalg.norm(point, axis=-1, keepdims=True))}
+    return {Stage.POSITION: point + shift * (1 + np.linalg.norm(point, axis=-1, keepdims=True))}
 
 
 def _apart(one: StageImages, other: StageImages) -> np.ndarray:
@@ -173,22 +177,37 @@ def above(scene: Scene, answers: StageImages) -> np.ndarray:
 
 
 def equally_far(scene: Scene, rays: np.ndarray) -> np.ndarray:
-    """Return the pixels (height, width) whose ray meets two shapes equally far, or one at the eye, within rounding."""
+    """Return the pixels (height, width) whose ray meets two faces equally far, or one at the eye, within rounding."""
     from rayproof.reference.analytic.stages import clip_interval
     from rayproof.reference.analytic.surfaces import surface_of
 
     flat, eye = rays.reshape(-1, 3), np.asarray(scene.camera.eye, dtype=np.float64)
     low, high = clip_interval(scene, flat)
     reach = np.full(len(flat), gamma(TURNED, precision=PRECISION) * (1 + float(np.linalg.norm(eye))))
-    found = np.zeros(len(flat), dtype=bool)
-    crossings = [np.full(len(flat), np.inf)]
+    found, nearest = np.zeros(len(flat), dtype=bool), np.full((2, len(flat)), np.inf)
     for surface in map(surface_of, scene.shapes):
         found |= (low <= reach) & np.isfinite(surface.first(eye, flat, -reach, reach)[0])
-        crossings.append(surface.first(eye, flat, low, high)[0])
-    first, second = np.sort(crossings, axis=0)[:2]
+        nearest = np.sort([*nearest, *_nearest_two(surface, eye, flat, low, high)], axis=0)[:2]
     with np.errstate(invalid="ignore"):
-        found |= second - first <= reach + gamma(TURNED, precision=PRECISION) * first
+        found |= nearest[1] - nearest[0] <= reach + gamma(TURNED, precision=PRECISION) * nearest[0]
     return found.reshape(rays.shape[:2])
+
+
+def _nearest_two(
+    surface: "Surface", eye: np.ndarray, rays: np.ndarray, low: np.ndarray, high: np.ndarray
+) -> np.ndarray:
+    """Return the two smallest crossings (2, n) with faces of a surface; of one without faces the first, and inf."""
+    from rayproof.reference.analytic.surfaces import Polygons
+
+    found = np.full((2, len(rays)), np.inf)
+    if not isinstance(surface, Polygons):
+        found[0] = surface.first(eye, rays, low, high)[0]
+        return found
+    for some, _, crossings in surface.meetings(eye, rays):
+        inside = (crossings > low[some, np.newaxis]) & (crossings < high[some, np.newaxis])
+        met = np.concatenate([found[:, some], np.where(inside, crossings, np.inf).T])
+        found[:, some] = np.partition(met, 1, axis=0)[:2]
+    return found
 
 
 def in_their_planes(scene: Scene, objects: np.ndarray, points: np.ndarray) -> np.ndarray:
@@ -352,17 +371,10 @@ def _by_a_light_on_a_surface(scene: Scene, answers: StageImages, right: StageIma
 def seen_from_a_surface(scene: Scene, answers: StageImages) -> np.ndarray:
     """Return the pixels (height, width) in which rounding decides what a feeler meets.
 
-    That is where another shape is at the same place, where the mesh has the same face again, and where a light that
-    lies on a surface is above the horizon.
+    That is where another face is at the same place, and where a light that lies on a surface is above the horizon.
     """
-    shape, face = np.moveaxis(answers[Stage.OBJECT], -1, 0)
     held = any(_on_a_surface(scene, np.asarray(light.position, dtype=np.float64)) for light in scene.lights)
-    found = (shape >= 0) & held | equally_far(scene, answers[Stage.RAY])
-    for index, mesh in enumerate(scene.shapes):
-        if isinstance(mesh, Mesh):
-            _, same, count = np.unique(np.sort(mesh.faces, axis=1), axis=0, return_inverse=True, return_counts=True)
-            found[shape == index] |= (count > 1)[same.ravel()][face[shape == index].astype(int)]
-    return found
+    return (answers[Stage.OBJECT][..., 0] >= 0) & held | equally_far(scene, answers[Stage.RAY])
 
 
 def _on_a_surface(scene: Scene, point: np.ndarray) -> bool:

@@ -1,4 +1,4 @@
-"""Mistakes as hypotheses about one renderer: with their parameters estimated from it, alone and two at a time."""
+"""`Hypothesis`: a mistake as one way of a renderer, its parameter estimated (`sought`, `middle`); pairs; `Clock`."""
 
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -164,16 +164,13 @@ def sought(grid: Sequence[float], off: Callable[[float], float], before: int) ->
         return None
     low, high = grid[max(best - 1, 0)], grid[min(best + 1, len(grid) - 1)]
     tried = dict(zip(grid, counts, strict=True))
-    for value in np.linspace(low, high, 13)[1:-1]:
-        tried[float(value)] = off(float(value))
-    least = min(tried.values())
-    if least > 0:
+    for parts in (12, 8):
+        tried |= {float(value): off(float(value)) for value in np.linspace(low, high, parts + 1)[1:-1]}
         centre = min(tried, key=lambda value: tried[value])
-        step = (high - low) / 12
-        for value in np.linspace(centre - step, centre + step, 9)[1:-1]:
-            tried[float(value)] = off(float(value))
-        least = min(tried.values())
-    return float(np.median([value for value, count in tried.items() if count == least]))
+        if tried[centre] == 0:
+            break
+        low, high = centre - (high - low) / parts, centre + (high - low) / parts
+    return float(np.median([value for value, count in tried.items() if count == tried[centre]]))
 
 
 def together(first: Hypothesis, second: Hypothesis) -> list[Hypothesis]:

@@ -311,7 +311,7 @@ def _end_to_end(
         restricted = [
             one
             for one in in_one_light(hypotheses, modes)
-            if first[str(one.way.shading)] and _fits(one, first[str(one.way.shading)], {}) is not None
+            if first[str(one.way.shading)] and _fits(one, first[str(one.way.shading)]) is not None
         ]
         restricted = _left(restricted, screen, rest, passing[:PASSING], clock)
         left = held(restricted or single)
@@ -359,14 +359,14 @@ def _left(
     """Return the hypotheses that no case contradicts and that enough pixels speak for."""
     left = []
     for one in hypotheses:
-        if not clock.over and _fits(one, screen, {}) is not None:
+        if not clock.over and _fits(one, screen) is not None:
             left.append(one)
         else:  # nobody asks for its answers again: those of all take gigabytes
             for case in screen:
                 case.forget(one.way)
     found = []
     for one in left:
-        tallies = _fits(one, [*screen, *failing, *passing], {})
+        tallies = _fits(one, {case.case: case for case in (*screen, *failing, *passing)}.values())
         if tallies is None or clock.over:
             continue
         candidate = Found(hypothesis=one, tallies=tallies)
@@ -389,18 +389,16 @@ def negligible(case: Evidence) -> bool:
     return bool(np.count_nonzero(case.wrong) <= ALLOWED * case.wrong.size)
 
 
-def _fits(one: Hypothesis, cases: Sequence[Evidence], known: dict[str, Tally]) -> dict[str, Tally] | None:
+def _fits(one: Hypothesis, cases: Iterable[Evidence]) -> dict[str, Tally] | None:
     """Return the tally of every case that the hypothesis has an answer to, or None at the first that contradicts it."""
+    tallies = {}
     for case in cases:
-        if case.case in known:
-            continue
         tally = trial(case, one.way)
-        if tally is None:
-            continue
-        if not tally.fits:
+        if tally is not None and not tally.fits:
             return None
-        known[case.case] = tally
-    return known
+        if tally is not None:
+            tallies[case.case] = tally
+    return tallies
 
 
 def _settled(left: list[Found], cases: Sequence[Evidence], clock: Clock) -> list[Found]:

@@ -1,4 +1,4 @@
-"""One hypothesis before one case: which pixels agree with it, and which of these tell it from the right answer.
+"""`Evidence`, `Continued` and `Tally`: one case held against one way of a mistake, by radiance or stage by stage.
 
 By radiance alone, or stage by stage: each as it follows from the renderer's own stages before it.
 """

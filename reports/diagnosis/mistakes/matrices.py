@@ -1,4 +1,4 @@
-"""The model matrix M, its inverse, transpose and inverse transpose in the place of one another: XF-1, XF-2, NRM-3.
+"""Fits of the model matrix, its inverse and transposes for points, rays, normals and sidedness: XF-1, XF-2, NRM-3.
 
 Rays go into object space by the inverse, normals come out of it by the inverse transpose. Here every other matrix is
 tried for points, directions and normals, with and without normalising, and every mixture of the two spaces in the

@@ -1,4 +1,4 @@
-"""Mistakes of normals, NRM-1 to NRM-3, and of how rays meet shapes in object space.
+"""Mistakes of normals (matrix, length, side, centre), NRM-1 to NRM-3, and of rays brought into object space.
 
 A wrong normal also decides on which side of a surface a feeler starts. The oracle never lets a flat face block itself;
 a renderer that starts its feelers along the wrong normal does, where the light is on the other side of the true face.

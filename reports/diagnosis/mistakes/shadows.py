@@ -1,4 +1,4 @@
-"""Mistakes of shadows, LIT-1 to LIT-5, shadow acne among them.
+"""Mistakes of feelers and visibility, LIT-1 to LIT-5: offsets, no horizon, blockers behind, shadow acne.
 
 Roundings decide which points of a surface shadow themselves, so acne predicts no pixel. It is recognised by its look:
 of the points that one light lights, some are dark for no other reason, scattered among right ones. A wrong shadow of
@@ -103,29 +103,21 @@ def lifted(scene: Scene, answers: StageImages, offset: float) -> np.ndarray:
         Stage.NORMAL: answers[Stage.NORMAL],
     }
     # The light's side is asked at the surface, its blockers from the point above it.
-    towards = [
-        np.sign(dot(start[Stage.NORMAL], np.asarray(light.position) - start[Stage.POSITION])) for light in scene.lights
-    ]
-    columns = []
-    for column, side in enumerate(towards):
-        facing = start | {Stage.NORMAL: answers[Stage.NORMAL] * np.where(side < 0, -1.0, 1.0)[..., np.newaxis]}
-        columns.append(ORACLE.continue_from(scene, Stage.VISIBILITY, facing)[..., column])
-    return np.where(above(scene, answers), np.stack(columns, axis=-1), 0.0)
-
-
-def _lifted(given: Given) -> np.ndarray:
-    return lifted(given.scene, given.answers, given.parameter)
+    return np.where(above(scene, answers), _from_the_lights_side(scene, start), 0.0)
 
 
 def no_horizon(given: Given) -> np.ndarray:
-    """Return visibility of lights on either side of a surface, by feelers that start on the light's side."""
+    """Return visibility of lights on either side of a surface."""
+    return _from_the_lights_side(given.scene, given.answers)
+
+
+def _from_the_lights_side(scene: Scene, answers: StageImages) -> np.ndarray:
+    """Return visibility by feelers that start on each light's side of the surface, (height, width, lights)."""
     columns = []
-    for column, light in enumerate(given.scene.lights):
-        side = np.sign(dot(given.answers[Stage.NORMAL], np.asarray(light.position) - given.answers[Stage.POSITION]))
-        facing = dict(given.answers) | {
-            Stage.NORMAL: given.answers[Stage.NORMAL] * np.where(side < 0, -1.0, 1.0)[..., np.newaxis]
-        }
-        columns.append(ORACLE.continue_from(given.scene, Stage.VISIBILITY, facing)[..., column])
+    for column, light in enumerate(scene.lights):
+        ahead = dot(answers[Stage.NORMAL], np.asarray(light.position) - answers[Stage.POSITION]) >= 0
+        facing = {**answers, Stage.NORMAL: answers[Stage.NORMAL] * np.where(ahead, 1.0, -1.0)[..., np.newaxis]}
+        columns.append(ORACLE.continue_from(scene, Stage.VISIBILITY, facing)[..., column])
     return np.stack(columns, axis=-1)
 
 
@@ -160,7 +152,7 @@ MISTAKES.register("feeler_offset")(
     Mistake(
         says="starts its shadow rays {0} m above the surface, so that nearer blockers are missed",
         items=("LIT-5", "LIT-3"),
-        ways=(Way(stages={Stage.VISIBILITY: _lifted}),),
+        ways=(Way(stages={Stage.VISIBILITY: lambda given: lifted(given.scene, given.answers, given.parameter)}),),
         fit=Fit(
             samples=lambda scene, right, ours: np.zeros(0),
             nothing=0.0,

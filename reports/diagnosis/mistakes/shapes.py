@@ -1,4 +1,4 @@
-"""Mistakes of shapes, matrices and clipping that are another question to the oracle: XF-1, HIT-1 to HIT-9.
+"""Mistakes of shapes, roots, clipping and which hit counts (`Counting`): XF-1, HIT-1 to HIT-9.
 
 For HIT-9, which hit counts: the last, first or farthest of a mesh's faces or of all shapes, or near ones alone.
 """

@@ -62,16 +62,16 @@ def test_a_renderer_is_diagnosed_by_the_rounding_by_which_it_is_judged(name: str
     assert diagnosed.key == roundoff(subject).key
 
 
-def test_what_feelers_meet_from_a_face_that_its_mesh_has_again_is_decided_by_rounding() -> None:
+def test_what_feelers_meet_from_where_two_faces_of_a_mesh_are_is_decided_by_rounding() -> None:
     corners = np.array([(-1.0, -1.0, 0.0), (1.0, -1.0, 0.0), (0.0, 1.0, 0.0), (0.0, 3.0, 0.0), (2.0, 3.0, 0.0)])
     faces = np.array([(0, 1, 2), (1, 2, 0), (2, 4, 3)])  # the first one again, from another corner
     mesh = Mesh(albedo=(0.5, 0.5, 0.5), vertices=corners, faces=faces)
     light = PointLight(position=(0.0, 0.0, 3.0), flux=(1.0, 1.0, 1.0))
     scene = Scene(camera=CAMERA, shapes=(mesh,), lights=(light,))
     objects = np.array([[(0, 0), (0, 1), (0, 2), (-1, -1)]], dtype=float)
-    down = np.broadcast_to((0.0, 0.0, -1.0), (1, 4, 3))
+    places = np.array([[(0.0, 0.0, 0.0), (0.1, -0.5, 0.0), (0.7, 2.5, 0.0), (9.0, 0.0, 0.0)]])
 
-    found = seen_from_a_surface(scene, {Stage.OBJECT: objects, Stage.RAY: down})
+    found = seen_from_a_surface(scene, {Stage.OBJECT: objects, Stage.RAY: places - (0.0, 0.0, 5.0)})
 
     assert found.tolist() == [[True, True, False, False]]
 
