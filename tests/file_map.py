@@ -1,8 +1,7 @@
-"""The table of docs/files.md, which a test compares with this: `python -m tests.file_map` prints it."""
+"""The table of docs/files.md, made of the docstrings: `python -m tests.file_map` writes it, and a test compares it."""
 
 import ast
 import re
-import sys
 from pathlib import Path
 
 CHECKOUT = Path(__file__).parents[1]
@@ -46,4 +45,6 @@ def table() -> str:
 
 
 if __name__ == "__main__":
-    sys.stdout.write(table())
+    page = CHECKOUT / "docs" / "files.md"
+    before, rest = re.split(r"(?<=tests\.file_map -->\n\n)", page.read_text(encoding="utf-8"), maxsplit=1)
+    page.write_text(before + table() + rest[rest.index("\n<!-- end -->") :], encoding="utf-8")
