@@ -286,7 +286,7 @@ def swept(formulas: Sequence[str], sweep: str | None) -> tuple[str, list[str], d
 def whole_renderer(
     subject: str, names: Sequence[str], json: Path | None, out: Path | None, *, alone: bool
 ) -> "LimitsRecord":
-    """Measure up to where a renderer is right, and the others too unless it is `alone`; write it where it is asked."""
+    """Measure a renderer on the scene ladders, and the other renderers unless it is `alone`; write the files named."""
     from rayproof.reports.commands.lookup import subject_named
     from rayproof.reports.processes.scratch import scratch
     from rayproof.reports.run.renderer_limits import columns, ladders_named, measure, scale

@@ -440,7 +440,7 @@ def _uncontradicted(left: list[Found], cases: Sequence[Evidence], clock: Clock) 
 
 
 def _seen(failing: Sequence[Evidence]) -> list[Found]:
-    """Return the mistakes that are told by how they look, where enough failing cases look so and none contradicts."""
+    """Return the mistakes that are recognised by their look, if enough failing cases look so and none contradicts."""
     found = []
     for name in MISTAKES:
         seen = MISTAKES[name].seen

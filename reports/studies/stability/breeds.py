@@ -22,7 +22,7 @@ from rayproof.tracer.formulas.own_file import is_own
 # Questions whose answers are numbers with an error over K u, and those whose clearance can be counted in roundings.
 NUMBERS = ("value", "light", "view_ray", "point", "sphere_normal", "placed_normal", "placed_distance")
 SIGNS = ("decision", "facing")
-FIXED = ("fovy", "aspect")  # of a camera: the formulas are asked for one pair of them at a time
+FIXED = ("fovy", "aspect")  # of a camera: a kernel computes many rays of one pair of these
 RAYS, BETWEEN = 48, 6  # of each value of a ladder; values between two rungs
 ULPS = 64
 UNIT = 1e-5  # by which a unit vector's length may be off in float32, roundings of its components included
