@@ -9,7 +9,7 @@ import numpy as np
 
 from rayproof.cases.scene import Scene
 from rayproof.cases.stages import Stage
-from rayproof.reports.diagnosis import MISTAKES, Fit, Given, Way, Wrong
+from rayproof.reports.diagnosis import MISTAKES, Fit, Way, Wrong
 from rayproof.reports.diagnosis.trials import Evidence, trial
 from rayproof.reports.judge.comparison import LIGHT
 
@@ -219,6 +219,3 @@ def _after(first: Wrong, second: Wrong) -> Wrong:
     combine = getattr(first, "followed_by", None)
     both = combine(second) if combine is not None else None
     return both or (lambda given: second(replace(given, right=first(given))))
-
-
-__all__ = ["Given", "Hypothesis", "bound", "estimated", "fits", "joined", "singles", "together"]

@@ -42,6 +42,8 @@ from rayproof.tracer.formulas import FORMULAS
 # a feeler that grazes a face. A wrong hypothesis differs in far more.
 ALLOWED = 0.002
 NEARLY = 0.15  # of the pixels judged: so many off are worth asking where the changed question's own edges are
+FEW = 0.02  # of the pixels judged: so many off are worth asking what a way itself meets by rays that rounding turns
+MOSTLY = 0.8  # of the pixels that tell: so many that agree are worth it, too
 AGREE = 0.95  # of the pixels that tell the hypothesis from the right answer so many must be the hypothesis's
 
 
@@ -141,7 +143,7 @@ class Tally:
     @property
     def fits(self) -> bool:
         """Say whether the case does not contradict the hypothesis."""
-        return self.off <= ALLOWED * self.judged and self.agree >= AGREE * self.telling
+        return self.off <= ALLOWED * self.judged and self.telling - self.agree <= max(1, (1 - AGREE) * self.telling)
 
     @property
     def explains(self) -> bool:
@@ -300,9 +302,8 @@ class Continued:
             return self.value(NOTHING, stage)
         key = "followed", tuple(sorted(formulas.items())), stage
         if changed or key not in self._kept:
-            before = {one: self.own[one] for one in self.stages if IMAGE_STAGES.index(one) < IMAGE_STAGES.index(stage)}
             with np.errstate(all="ignore"):
-                found = follows(replace(way, formulas=formulas), scene, stage, before, self.evidence.oracle)
+                found = follows(replace(way, formulas=formulas), scene, stage, self.own, self.evidence.oracle)
             if not changed:
                 self._kept[key] = found
         else:
@@ -370,7 +371,9 @@ class Continued:
             telling &= ~self._tied(self.evidence.scene, other)
         off, telling = off & judged, telling & judged
         if stage in HITS and 0 < np.count_nonzero(off) <= NEARLY * off.size:
-            judged &= ~self._by_rounding(way, stage) & ~self._apart_in_float32(way, stage, value)
+            mostly = np.count_nonzero(telling & ~off) > MOSTLY * np.count_nonzero(telling)
+            own = bool(mostly or np.count_nonzero(off) <= FEW * off.size)
+            judged &= ~self._by_rounding(way, stage, own=own) & ~self._apart_in_float32(way, stage, value)
             off, telling = off & judged, telling & judged
         return Tally(
             judged=int(np.count_nonzero(judged)),
@@ -379,17 +382,20 @@ class Continued:
             agree=int(np.count_nonzero(telling & ~off)),
         )
 
-    def _by_rounding(self, way: Way, stage: Stage) -> np.ndarray:
-        """Return the pixels (height, width) in which rounding decides what a ray or a feeler meets, by a way."""
+    def _by_rounding(self, way: Way, stage: Stage, *, own: bool) -> np.ndarray:
+        """Return the pixels (height, width) in which rounding decides what a ray or a feeler meets in a way's scene.
+
+        If `own`, by the way's own formulas and stages, which takes long; else rightly.
+        """
         scene, what = self.scene(way), Stage.VISIBILITY if stage is Stage.VISIBILITY else Stage.OBJECT
-        formulas, spoilt = concerned(way.formulas, scene, what), way.stages.get(what)
+        formulas, spoilt = concerned(way.formulas, scene, what) if own else {}, way.stages.get(what) if own else None
         plain = scene is self.evidence.scene and not formulas and spoilt is None
-        key = "rounding", what, None if plain else id(way)
+        key = "rounding", what, own and not plain, None if plain else id(way)
         if key not in self._kept:
             found = np.array(self._in_one_place(way, stage))
             if stage is Stage.VISIBILITY:
                 # A feeler from the edge of two faces starts above or below the other one, as the point was rounded.
-                found |= self._by_rounding(way, Stage.OBJECT)
+                found |= self._by_rounding(way, Stage.OBJECT, own=own)
 
             def met(before: StageImages) -> np.ndarray:
                 right = follows(replace(way, formulas=formulas), scene, what, before, self.evidence.oracle)
@@ -427,11 +433,10 @@ class Continued:
         formulas = concerned(way.formulas, scene, stage)
         if not formulas:
             return np.zeros(value.shape[:2], dtype=bool)
-        before = {one: self.own[one] for one in self.stages if IMAGE_STAGES.index(one) < IMAGE_STAGES.index(stage)}
         try:
             with np.errstate(all="ignore"):
                 plain = replace(way, formulas=formulas)
-                rounded = follows(plain, scene, stage, before, self.evidence.oracle, precision=PRECISION)
+                rounded = follows(plain, scene, stage, self.own, self.evidence.oracle, precision=PRECISION)
         except Unanswerable:  # beyond float32, of which then nothing can be said
             return np.zeros(value.shape[:2], dtype=bool)
         if stage is Stage.DISTANCE:

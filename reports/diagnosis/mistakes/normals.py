@@ -23,7 +23,9 @@ from rayproof.reports.judge.answers import dot, length
 from rayproof.reports.judge.conditioning import condition
 from rayproof.reports.judge.limits import limits
 
-ABOVE = 1e-6  # of a point's coordinates: so far along the normal its feelers start, more than a float's rounding
+ABOVE = (
+    1e-6  # of a point's distance from origin or eye: so far along the normal feelers start, beyond a float's rounding
+)
 
 # From linear part, translation, origins and directions (N, 3) in the world to both in object space.
 IntoObject = Callable[[np.ndarray, np.ndarray, np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]
@@ -154,12 +156,12 @@ def _local_normals(shape: Shape, points: np.ndarray) -> np.ndarray:
 
 def _visible(given: Given, how: _Meeting) -> np.ndarray:
     """Return which lights are above the horizon with a feeler that meets nothing, brought astray as well."""
-    hit = given.answers[Stage.OBJECT][..., 0] >= 0
+    hit, eye = given.answers[Stage.OBJECT][..., 0] >= 0, np.asarray(given.scene.camera.eye)
     points = given.answers[Stage.POSITION][hit]
     columns = []
     for light in given.scene.lights:
         normals, source = given.answers[Stage.NORMAL][hit], np.asarray(light.position, dtype=np.float64)
-        starts = points + ABOVE * np.maximum(1.0, length(points))[:, np.newaxis] * normals
+        starts = points + ABOVE * np.maximum(length(points), length(points - eye))[:, np.newaxis] * normals
         seen = dot(normals, source - points) > 0
         seen &= ~_blocked(given.scene, starts, source, how)
         column = np.zeros(hit.shape)

@@ -97,6 +97,6 @@ def test_a_feeler_along_the_rim_of_an_open_mesh_is_decided_by_rounding() -> None
     blank = np.zeros((1, 4), dtype=bool)
     evidence = Evidence(case="rim", scene=scene, load=lambda: own, failed=True, oracle=Analytic(), undecided=blank)
 
-    decided_by_rounding = Continued(evidence=evidence)._by_rounding(NOTHING, Stage.VISIBILITY)
+    decided_by_rounding = Continued(evidence=evidence)._by_rounding(NOTHING, Stage.VISIBILITY, own=True)
 
     assert decided_by_rounding[0].tolist() == [True, True, False, False]
