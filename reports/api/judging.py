@@ -9,7 +9,7 @@ from rayproof.cases.case import Case
 from rayproof.cases.scene import Scene
 from rayproof.cases.stages import IMAGE_STAGES, Stage
 from rayproof.reports.api.asking import answers_from, limit_of, load
-from rayproof.reports.api.outcome import Judgement, stage_name, table
+from rayproof.reports.api.outcome import CHECK_COLUMNS, Judgement, checks_table, stage_name
 from rayproof.reports.judge.oracle import ORACLE
 from rayproof.reports.run.scenes import case_of_scene
 
@@ -55,9 +55,7 @@ def judge(
         stage=stage_name(judged.stage),
         blamed_items=judged.blamed,
         reason=judged.reason,
-        checks=table(
-            ("reference", "stage", "verdict", "ratio", "reason"), [check.as_json() for check in judged.checks]
-        ),
+        checks=checks_table(CHECK_COLUMNS, [check.recorded() for check in judged.checks]),
         limits=MappingProxyType({stage.value: limit_of(case.scene, stage, precision) for stage in images}),
         references=tuple(names),
     )

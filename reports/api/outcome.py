@@ -9,12 +9,13 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
+from msgspec.structs import asdict
 
 from rayproof.cases.scene_json import load_scene
 from rayproof.cases.stages import Stage
 from rayproof.reports.api.asking import image_stages
 from rayproof.reports.publish.page.thumbnails import picture
-from rayproof.reports.results.case_records import CaseRecord
+from rayproof.reports.results.case_records import CaseRecord, Check
 from rayproof.reports.results.case_table import briefs, named
 from rayproof.reports.results.document import load_results
 from rayproof.reports.results.files import legible, several
@@ -82,6 +83,14 @@ def table(columns: Sequence[str], rows: Sequence[Mapping[str, Any]]) -> Table:
     return Table(tuple(columns), tuple(MappingProxyType({name: row.get(name) for name in columns}) for row in rows))
 
 
+CHECK_COLUMNS = ("reference", "stage", "verdict", "ratio", "reason")
+
+
+def checks_table(columns: Sequence[str], checks: Sequence[Check]) -> Table:
+    """Return checks as a table, each cut to the columns."""
+    return table(columns, [{**asdict(check), "verdict": check.outcome.value} for check in checks])
+
+
 class _NoTruth:
     def __bool__(self) -> bool:
         """Refuse: a run that measured nothing is neither true nor false."""
@@ -121,7 +130,7 @@ class CaseResult(_NoTruth):
     @property
     def checks(self) -> Table:
         """Return every check: subject, reference, stage, verdict, and error over limit."""
-        return table(("configuration", "reference", "stage", "verdict", "ratio", "reason"), self.record["checks"])
+        return checks_table(("configuration", *CHECK_COLUMNS), self.record["checks"])
 
     @property
     def renderers(self) -> tuple[str, ...]:

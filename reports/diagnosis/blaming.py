@@ -38,20 +38,16 @@ def passing(case: CaseRecord, configuration: str) -> frozenset[Stage]:
 
 
 def _verdicts(case: CaseRecord, configuration: str) -> list[tuple[str, str]]:
-    return [
-        (str(check.get("stage")), str(check.get("verdict")))
-        for check in by_references(case)
-        if check.get("configuration") == configuration
-    ]
+    return [(check.stage, check.outcome) for check in by_references(case) if check.configuration == configuration]
 
 
 def guilty(case: CaseRecord) -> str | None:
     """Return the configuration that fails at the stage blamed, or None."""
     return next(
         (
-            str(check["configuration"])
+            check.configuration
             for check in by_references(case)
-            if check.get("verdict") == Outcome.FAIL.value and check.get("stage") == case.get("stage")
+            if check.outcome is Outcome.FAIL and check.stage == case.get("stage")
         ),
         None,
     )

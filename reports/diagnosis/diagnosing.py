@@ -285,8 +285,8 @@ def _worst(results: RunRecord) -> tuple[str | None, str]:
     count: dict[str, int] = {}
     for case in results["cases"]:
         for check in by_references(case):
-            if check["verdict"] == Outcome.FAIL.value:
-                count[check["configuration"]] = count.get(check["configuration"], 0) + 1
+            if check.outcome is Outcome.FAIL:
+                count[check.configuration] = count.get(check.configuration, 0) + 1
     if not count:
         return None, ""
     configuration = max(count, key=lambda name: count[name])
@@ -299,7 +299,7 @@ def _worst(results: RunRecord) -> tuple[str | None, str]:
 
 def _verdict(case: CaseRecord, configuration: str) -> str | None:
     """Return whether a renderer fails in a case or passes; None where neither is known."""
-    verdicts = {check["verdict"] for check in by_references(case) if check.get("configuration") == configuration}
+    verdicts = {check.outcome for check in by_references(case) if check.configuration == configuration}
     if Outcome.FAIL.value in verdicts:
         return Outcome.FAIL.value
     good = verdicts & {Outcome.PASS.value, Outcome.WARN.value}

@@ -20,7 +20,7 @@ from rayproof.reports.grading.rubric import Rubric, covered_items
 from rayproof.reports.grading.submission import Place
 from rayproof.reports.judge.oracle import ORACLE
 from rayproof.reports.publish.page.thumbnails import picture
-from rayproof.reports.results.case_records import CaseRecord, MeasurementRecord
+from rayproof.reports.results.case_records import CaseRecord, Measurement
 from rayproof.reports.results.files import legible_lines, several, write_text
 from rayproof.reports.results.outcomes import TITLES
 
@@ -128,11 +128,11 @@ class Book:
             found.append(
                 f'<p>Yours, the right one, and the difference:<br><img alt="" src="data:image/png;base64,{data}">'
             )
-        checks = [check for check in case.get("checks", []) if check.get("reference") == ORACLE]
-        check = next((check for check in checks if check["stage"] == (grade.stage or case.get("stage"))), None)
+        checks = [check for check in case.get("checks", []) if check.reference == ORACLE]
+        check = next((check for check in checks if check.stage == (grade.stage or case.get("stage"))), None)
         if check is not None:
-            measured = check.get("continued") or check.get("end_to_end")
-            found += [f"<p>{check['stage']}: {escape(_pixel(measured))}</p>"] if measured else []
+            measured = check.continued or check.end_to_end
+            found += [f"<p>{check.stage}: {escape(_pixel(measured))}</p>"] if measured else []
         return found
 
     def _html(self, title: str, body: Sequence[str]) -> str:
@@ -233,9 +233,10 @@ def safe(cell: object) -> object:
     return f"'{cell}" if isinstance(cell, str) and cell[:1] in {"=", "+", "-", "@", "\t", "\r"} else cell
 
 
-def _pixel(measured: MeasurementRecord) -> str:
+def _pixel(measured: Measurement) -> str:
     """Return the worst pixel in numbers."""
-    x, y = measured.get("pixel") or (0, 0)
-    values = [", ".join(str(value) for value in measured.get(key) or ["-"]) for key in ("ours", "theirs")]
-    error, limit = measured.get("worst_error"), measured.get("limit")
-    return f"pixel ({x}, {y}) is {values[0]} instead of {values[1]}, off by {error}; the limit is {limit}."
+    x, y = measured.pixel or (0, 0)
+    ours, theirs = (", ".join(map(str, values)) or "-" for values in (measured.ours, measured.theirs))
+    return (
+        f"pixel ({x}, {y}) is {ours} instead of {theirs}, off by {measured.worst_error}; the limit is {measured.limit}."
+    )

@@ -18,8 +18,8 @@ from rayproof.reports.diagnosis.stage_by_stage import Shared
 from rayproof.reports.grading.rubric import Rubric, covered_items, graded_items
 from rayproof.reports.judge.oracle import ORACLE
 from rayproof.reports.judge.verdict import COMPUTED, possible_items
-from rayproof.reports.results.case_records import CaseRecord, CheckRecord, ratio_of
-from rayproof.reports.results.files import at_worst, number
+from rayproof.reports.results.case_records import CaseRecord, Check, ratio_of
+from rayproof.reports.results.files import at_worst
 from rayproof.reports.results.outcomes import MEASURED, Outcome
 from rayproof.reports.results.records import CauseRecord, RunRecord
 
@@ -131,28 +131,28 @@ def _proven(results: RunRecord) -> list[CauseRecord]:
     return [cause for cause in results.get("diagnosis", []) if cause["mistake"] not in (None, CHANGING)]
 
 
-def _own(case: CaseRecord) -> list[CheckRecord]:
+def _own(case: CaseRecord) -> list[Check]:
     """Return a program's checks before the oracle."""
-    return [check for check in case.get("checks", []) if check.get("reference") == ORACLE]
+    return [check for check in case.get("checks", []) if check.reference == ORACLE]
 
 
 def _staged(case: CaseRecord) -> bool:
     """Say whether anything but radiance was written and measured."""
-    return any(Outcome(check["verdict"]) in MEASURED and check["stage"] != Stage.RADIANCE for check in _own(case))
+    return any(check.outcome in MEASURED and check.stage != Stage.RADIANCE for check in _own(case))
 
 
-def _alone(check: CheckRecord) -> float:
+def _alone(check: Check) -> float:
     """Return by how much a stage is beyond its limit given the program's own earlier stages; 0 where it is within."""
-    if check["verdict"] != Outcome.FAIL:
+    if check.outcome != Outcome.FAIL:
         return 0.0
-    measured, bias = check.get("continued"), (check.get("bias") or {}).get("continued")
-    ratios = [at_worst((measured or {}).get("worst_ratio") or 0.0), at_worst((bias or {}).get("ratio") or 0.0)]
+    measured, bias = check.continued, check.bias and check.bias.continued
+    ratios = [at_worst(measured.worst_ratio if measured else 0.0), at_worst(bias.ratio if bias else 0.0)]
     return max(ratio if ratio > 1 else 0.0 for ratio in ratios)
 
 
 def _garbled(case: CaseRecord) -> bool:
     """Say whether most stages are wrong by themselves: nothing shows that images are stored as they should be."""
-    written = [check for check in _own(case) if Outcome(check["verdict"]) in MEASURED]
+    written = [check for check in _own(case) if check.outcome in MEASURED]
     return 2 * sum(_alone(check) > 0 for check in written) > len(written) > 1
 
 
@@ -166,9 +166,9 @@ def _acquit(ledger: _Ledger, name: str, case: CaseRecord, explained: set[str]) -
     if verdict in (Outcome.PASS, Outcome.WARN) or name in explained:
         found: Iterable[str] = _covers(case)
     elif verdict is Outcome.FAIL and _staged(case):
-        checks = [check for check in _own(case) if Outcome(check["verdict"]) in MEASURED]
-        wrong = {item for check in checks if _alone(check) for item in COMPUTED[Stage(check["stage"])]}
-        measured = {item for check in checks for item in COMPUTED[Stage(check["stage"])]}
+        checks = [check for check in _own(case) if check.outcome in MEASURED]
+        wrong = {item for check in checks if _alone(check) for item in COMPUTED[Stage(check.stage)]}
+        measured = {item for check in checks for item in COMPUTED[Stage(check.stage)]}
         found = [item for item in _covers(case) if item in measured and item not in graded_items([*wrong])]
         found += [] if _garbled(case) else [STORING]
     else:
@@ -180,11 +180,11 @@ def _acquit(ledger: _Ledger, name: str, case: CaseRecord, explained: set[str]) -
 def _clauses(case: CaseRecord) -> list[Clause]:
     """Return what a failing case says: at each stage that is wrong by itself, that one of some items is."""
     name, covers, checks = str(case["name"]), set(_covers(case)), _own(case)
-    written = [Stage(check["stage"]) for check in checks if Outcome(check["verdict"]) in MEASURED]
-    alone = {Stage(check["stage"]): ratio for check in checks if (ratio := _alone(check))}
+    written = [Stage(check.stage) for check in checks if check.outcome in MEASURED]
+    alone = {Stage(check.stage): ratio for check in checks if (ratio := _alone(check))}
     first = Stage(case["stage"]) if case.get("stage") else Stage.RADIANCE
     if not alone:  # by another reference's word or a closed form, or without stages
-        ratios = [number(ratio_of(check)) for check in case.get("checks", []) if check["stage"] == first]
+        ratios = [ratio_of(check) for check in case.get("checks", []) if check.stage == first]
         alone = {first: max((at_worst(ratio) for ratio in ratios if ratio is not None), default=1.0)}
     found = []
     for stage, ratio in alone.items():
@@ -250,7 +250,7 @@ def _worst_first(cases: Mapping[str, CaseRecord], names: Sequence[str]) -> list[
     """Return cases with the stage at which they fail, the largest error first."""
 
     def off(name: str) -> float:
-        ratios = (number(ratio_of(check)) for check in cases[name].get("checks", []))
+        ratios = (ratio_of(check) for check in cases[name].get("checks", []))
         return max((at_worst(ratio) for ratio in ratios if ratio is not None), default=0.0)
 
     known = [name for name in names if name in cases]

@@ -10,7 +10,7 @@ import json
 import math
 import os
 import sqlite3
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import closing, contextmanager
 from dataclasses import dataclass
 from itertools import pairwise
@@ -20,7 +20,7 @@ from typing import Any
 import numpy as np
 
 from rayproof.reports.program_name import called
-from rayproof.reports.results.case_records import CaseRecord
+from rayproof.reports.results.case_records import CaseRecord, Check, Measurement
 from rayproof.reports.results.files import at_worst, encodable
 from rayproof.reports.results.outcomes import Outcome
 from rayproof.reports.results.provenance import git
@@ -142,7 +142,7 @@ def append(path: Path, results: RunRecord, revision: str) -> int:
 
 def wrong_pixels(case: CaseRecord) -> int:
     """Return the largest number of pixels over their limit in one check of a case."""
-    return max(((check.get("examined") or {}).get("wrong", 0) for check in case.get("checks", [])), default=0)
+    return max((check.examined.wrong for check in case.get("checks", []) if check.examined), default=0)
 
 
 def storable(*values: Any) -> tuple[Any, ...]:
@@ -157,17 +157,17 @@ def _case(run: int, case: CaseRecord) -> tuple[int, str, str, float | None, floa
 
 
 def _errors(run: int, case: CaseRecord) -> Iterator[tuple[int, str, str, float, float | None, str]]:
-    worst: dict[str, tuple[float, Mapping[str, Any], Mapping[str, Any]]] = {}
+    worst: dict[str, tuple[float, Check, Measurement]] = {}
     for check in case.get("checks", []):
-        measured = check.get("continued") or check.get("end_to_end")
+        measured = check.continued or check.end_to_end
         if measured is None:
             continue
-        ratio = at_worst(check["ratio"])
-        if check["stage"] not in worst or ratio > worst[check["stage"]][0]:
-            worst[check["stage"]] = (ratio, check, measured)
+        ratio = at_worst(check.ratio)
+        if check.stage not in worst or ratio > worst[check.stage][0]:
+            worst[check.stage] = (ratio, check, measured)
     for stage, (ratio, check, measured) in worst.items():
-        error = at_worst(measured["worst_error"]) if measured.get("worst_error") is not None else None
-        place = f"{check['configuration']} {check['reference']}"
+        error = at_worst(off) if (off := measured.worst_error) is not None else None
+        place = f"{check.configuration} {check.reference}"
         yield run, case["name"], stage, ratio, error if error is None or math.isfinite(error) else None, place
 
 

@@ -10,12 +10,12 @@ from typing import Annotated, Literal, get_args
 import msgspec
 from msgspec import Meta
 
-from rayproof.reports.results.case_records import CheckRecord, Count
+from rayproof.reports.results.case_records import Check, Count
 from rayproof.reports.results.files import as_json, write_text
 from rayproof.reports.results.records import RunRecord
 
 SCHEMA = 2
-NO_CELLS = "0" * 16  # of a check without a wrong pixel
+NO_CELLS = ("0" * 16,) * 2  # of a check without a wrong pixel
 SUBJECT = "subject"  # the condition that is about who is under test; all others are about the environment
 Text = Annotated[str, Meta(pattern=r"\S")]
 Bound = Annotated[float, Meta(ge=0)] | Literal["inf"]  # JSON has no infinity
@@ -79,12 +79,12 @@ class Expectation(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
         """Say whether it is about a case."""
         return fnmatchcase(name, self.case)
 
-    def about(self, case: str, check: CheckRecord) -> str | None:
+    def about(self, case: str, check: Check) -> str | None:
         """Return the name by which it is about a check of a case, or None."""
         if not self.about_case(case):
             return None
-        words = [str(check[key]) for key in ("configuration", "reference", "stage")]
-        if (name := " ".join(map(plainly, words))) in self.checks:
+        words = check.configuration, check.reference, check.stage
+        if (name := plainly(check.name)) in self.checks:
             return name
         return next((name for name in self.checks if all(map(fnmatchcase, words, name.rsplit(" ", 2)))), None)
 

@@ -15,7 +15,7 @@ from rayproof.cases.stages import Stage
 from rayproof.reports.history.database import WORSE_ERROR, append, more_wrong, opened, read_series, revision, worse
 from rayproof.reports.history.expectations import EXPECTABLE, NO_CELLS, Bound, Expectation, Known, KnownCheck, plainly
 from rayproof.reports.history.run_difference import LEAST_RATIO, ORDER, both, paired
-from rayproof.reports.results.case_records import CaseRecord, CheckRecord
+from rayproof.reports.results.case_records import CaseRecord, Check
 from rayproof.reports.results.document import load_results
 from rayproof.reports.results.files import several
 from rayproof.reports.results.headline import blamed_items, of_the_whole
@@ -78,8 +78,8 @@ def _before_run(results: RunRecord, name: str, earlier: RunRecord) -> Standing:
                 where = " ".join(key)
                 why = _worse(earlier_check, check)
                 worsened += [f"{where}: {why}"] if why else []
-                if not why and check is not None and check["verdict"] not in GOOD:
-                    kept.append(f"{where}: {check['verdict']}, as in {name}")
+                if not why and check is not None and check.outcome not in GOOD:
+                    kept.append(f"{where}: {check.outcome}, as in {name}")
             if not worsened and not kept and ORDER.index(case["verdict"]) > ORDER.index(before["verdict"]):
                 worsened = [f"{case['verdict']}, was {before['verdict']}"]
         found += _for_a_case(case["name"], worsened)
@@ -95,14 +95,14 @@ def _for_a_case(name: str, sentences: Sequence[str]) -> list[str]:
     return [f"{name}: {sentences[0]}{more}"] if sentences else []
 
 
-def _worse(before: CheckRecord | None, after: CheckRecord | None) -> str | None:
+def _worse(before: Check | None, after: Check | None) -> str | None:
     """Return in words how a check became worse, or None."""
     if after is None:
-        return f"was {before['verdict']}, and is not made any more" if before is not None else None
-    now = after["verdict"]
+        return f"was {before.outcome}, and is not made any more" if before is not None else None
+    now = after.outcome
     if before is None:
         return f"{now}, and was not made before" if now not in GOOD else None
-    was = before["verdict"]
+    was = before.outcome
     # What shows nothing is no better than a failure.
     if ORDER.index(now) > ORDER.index(was) or (now in SHOW_NOTHING and now != was):
         return f"{now}, was {was}"
@@ -114,14 +114,14 @@ def _worse(before: CheckRecord | None, after: CheckRecord | None) -> str | None:
     ):
         if (value >= LEAST_RATIO or what != FIGURES[0]) and value > WORSE_ERROR * earlier:
             return f"{what} {value:.5g}, was {earlier:.5g}"
-    if "cells" in before and (strays := _elsewhere(after, before["cells"][1])):
+    if before.cells is not None and (strays := _elsewhere(after, before.cells[1])):
         return f"pixels are wrong in {strays}"
     return None
 
 
-def _elsewhere(check: CheckRecord, allowed: str) -> str | None:
+def _elsewhere(check: Check, allowed: str) -> str | None:
     """Return in words in how many cells a check's pixels are wrong where they may not be, or None."""
-    cells = int(check.get("cells", (NO_CELLS,))[0], 16) & ~int(allowed, 16)
+    cells = int((check.cells or NO_CELLS)[0], 16) & ~int(allowed, 16)
     return f"{cells.bit_count()} of 64 parts of the image in which they were right" if cells else None
 
 
@@ -294,12 +294,12 @@ def _hold_case(
     for check in case["checks"] if entries or case["verdict"] not in RIGHT else ():
         about = [(entry, name, place) for place, entry in entries if (name := entry.about(case["name"], check))]
         for _, name, place in about:
-            met[place, name].append(check["verdict"])
-        if check["verdict"] in GOOD:
+            met[place, name].append(check.outcome)
+        if check.outcome in GOOD:
             continue
-        where = f"{check['configuration']} {check['reference']} {check['stage']}"
+        where = check.name
         if not about:
-            wrong["regressions"].append(f"{where}: {check['verdict']}, and no entry is about it")
+            wrong["regressions"].append(f"{where}: {check.outcome}, and no entry is about it")
             continue
         # Of several entries about a check it is enough to be as one of them says.
         objections = [_objection(case, check, entry, entry.checks[name]) for entry, name, _ in about]
@@ -321,12 +321,12 @@ def _hold_case(
         result.cases.append(case["name"])
 
 
-def _objection(case: CaseRecord, check: CheckRecord, entry: Expectation, known: KnownCheck) -> tuple[str, str] | None:
+def _objection(case: CaseRecord, check: Check, entry: Expectation, known: KnownCheck) -> tuple[str, str] | None:
     """Return what a check that fails has against an entry, or None if it fails as the entry says."""
     if (why := unexpectable(check)) is not None:
         return "regressions", why
-    if check["verdict"] != known.verdict:
-        return "regressions", f"{check['verdict']}, and {known.verdict} is expected"
+    if check.outcome != known.verdict:
+        return "regressions", f"{check.outcome}, and {known.verdict} is expected"
     if entry.item is not None and entry.item not in (case.get("blamed_items") or [case.get("item")]):
         return "regressions", f"{blamed_items(case) or 'nothing'} is blamed, and {entry.item} is expected"
     for what, value, (low, high) in zip(FIGURES, figures(check), (known.ratio, known.wrong, known.error), strict=True):
@@ -338,10 +338,10 @@ def _objection(case: CaseRecord, check: CheckRecord, entry: Expectation, known: 
     return None if strays is None else ("regressions", f"pixels are wrong in {strays}")
 
 
-def unexpectable(check: CheckRecord) -> str | None:
+def unexpectable(check: Check) -> str | None:
     """Return in words why no entry can be about a check that fails, or None."""
-    if check["verdict"] not in EXPECTABLE:
-        return f"{check['verdict']}, where nothing can be expected of it: {check.get('reason') or ''}"
+    if check.outcome not in EXPECTABLE:
+        return f"{check.outcome}, where nothing can be expected of it: {check.reason}"
     count = not_finite(check)
     if count or math.isnan(figures(check)[0]):
         return f"{count} pixels without a finite number, of which nothing can be expected"
@@ -351,20 +351,17 @@ def unexpectable(check: CheckRecord) -> str | None:
 FIGURES = ("error over limit", "wrong pixels", "mean error of the wrong pixels")
 
 
-def figures(check: CheckRecord) -> tuple[float, int, float]:
+def figures(check: Check) -> tuple[float, int, float]:
     """Return a check's worst error over its limit, how many pixels are over it, and their mean error."""
-    means = [float((check.get(key) or {}).get("mean_wrong", 0.0)) for key in ("end_to_end", "continued")]
-    wrong = int((check.get("examined") or {}).get("wrong", 0))
-    return float(check.get("ratio") or 0.0), wrong, next(filter(None, means), 0.0)
+    means = [measured.mean_wrong for measured in (check.end_to_end, check.continued) if measured is not None]
+    wrong = check.examined.wrong if check.examined else 0
+    return check.ratio, wrong, next(filter(None, means), 0.0)
 
 
-def not_finite(check: CheckRecord) -> int:
+def not_finite(check: Check) -> int:
     """Return in how many pixels the renderer under test has NaN, or an infinity that is no miss."""
-    counts = []
-    for measured in (check.get("end_to_end") or {}, check.get("continued") or {}):
-        infinite = 0 if check["stage"] == Stage.DISTANCE else measured.get("inf", 0)
-        counts.append(measured.get("nan", 0) + infinite)
-    return max(counts)
+    measured = [one for one in (check.end_to_end, check.continued) if one is not None]
+    return max((one.nan + (one.inf if check.stage is not Stage.DISTANCE else 0) for one in measured), default=0)
 
 
 # Write what fails into a file of known failures, and take out of it what no longer does.
@@ -393,19 +390,19 @@ def accepted(
         about = [entry for entry in known.expected if entry.about_case(case["name"]) and entry.holds_for(results)]
         new: dict[str, KnownCheck] = {}
         for check in case["checks"]:
-            if check["verdict"] in GOOD or any(entry.about(case["name"], check) for entry in about):
+            if check.outcome in GOOD or any(entry.about(case["name"], check) for entry in about):
                 continue
-            where = f"{check['configuration']} {check['reference']} {check['stage']}"
+            where = check.name
             if (why := unexpectable(check)) is not None:
                 refused.append(f"{case['name']}: {where}: {why}")
                 continue
             ratio, wrong, error = figures(check)
-            new[" ".join(plainly(str(check[key])) for key in ("configuration", "reference", "stage"))] = KnownCheck(
-                verdict=check["verdict"],  # type: ignore[arg-type]
+            new[plainly(check.name)] = KnownCheck(
+                verdict=check.outcome,  # type: ignore[arg-type]
                 ratio=(_rounded(ratio / (1 + SLACK)), _rounded(ratio * (1 + SLACK))),
                 wrong=(math.floor(wrong / (1 + SLACK)), math.ceil(wrong * (1 + SLACK))),
                 error=(_rounded(error / (1 + SLACK)), _rounded(error * (1 + SLACK))),
-                cells=check.get("cells", (NO_CELLS, NO_CELLS))[1],
+                cells=(check.cells or NO_CELLS)[1],
             )
         if not new:
             continue
@@ -439,7 +436,7 @@ def pruned(results: RunRecord, known: Known) -> tuple[Known, list[str]]:
         if not cases or not entry.holds_for(results):
             kept.append(entry)
             continue
-        seen: dict[str, list[CheckRecord]] = {name: [] for name in entry.checks}
+        seen: dict[str, list[Check]] = {name: [] for name in entry.checks}
         for case in cases:
             for check in case["checks"]:
                 if (name := entry.about(case["name"], check)) is not None:
@@ -454,14 +451,14 @@ def pruned(results: RunRecord, known: Known) -> tuple[Known, list[str]]:
     return msgspec.structs.replace(known, expected=kept), done
 
 
-def _over(checks: Sequence[CheckRecord]) -> bool:
+def _over(checks: Sequence[Check]) -> bool:
     """Say whether what an entry says of some checks is over: they pass, or there are none."""
-    return all(check["verdict"] in RIGHT for check in checks)
+    return all(check.outcome in RIGHT for check in checks)
 
 
-def _narrowed(known: KnownCheck, checks: Sequence[CheckRecord]) -> KnownCheck:
+def _narrowed(known: KnownCheck, checks: Sequence[Check]) -> KnownCheck:
     """Return what is known of some checks with ranges that end no higher, and begin no higher than what is there."""
-    failing = [figures(check) for check in checks if check["verdict"] in EXPECTABLE]
+    failing = [figures(check) for check in checks if check.outcome in EXPECTABLE]
     if not failing:
         return known
     ratios, wrongs, errors = zip(*failing, strict=True)
@@ -469,7 +466,7 @@ def _narrowed(known: KnownCheck, checks: Sequence[CheckRecord]) -> KnownCheck:
     least, most = math.floor(min(wrongs) / (1 + SLACK)), math.ceil(max(wrongs) * (1 + SLACK))
     there = 0
     for check in checks:
-        there |= int(check.get("cells", (NO_CELLS, NO_CELLS))[1], 16)
+        there |= int((check.cells or NO_CELLS)[1], 16)
     return msgspec.structs.replace(
         known,
         ratio=_closer(known.ratio, ratios),

@@ -91,11 +91,11 @@ def called(label: str, renderer: str) -> str:
 
 def _wanted(case: CaseRecord, renders: Renders) -> set[str]:
     """Return whose images help to see what happened: under test, closed forms, and who has the case's verdict."""
-    references = {str(check.get("reference")) for check in case.get("checks", [])}
+    references = {check.reference for check in case.get("checks", [])}
     guilty = {
-        str(check.get("reference"))
+        check.reference
         for check in case.get("checks", [])
-        if check.get("verdict") == case["verdict"] and case["verdict"] != "pass"
+        if check.outcome == case["verdict"] and case["verdict"] != "pass"
     }
     return {BASE} | guilty | {name for name in renders if name not in references}
 

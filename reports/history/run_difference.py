@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from rayproof.reports.history.database import LOUD, NORMAL, WORSE_TIME
-from rayproof.reports.results.case_records import CaseRecord, CheckRecord, ComparedCheckRecord, RenderRecord, ratio_of
+from rayproof.reports.results.case_records import CaseRecord, Check, ComparedCheckRecord, RenderRecord, ratio_of
 from rayproof.reports.results.case_table import briefs, by_name
 from rayproof.reports.results.document import LISTED, load_results
 from rayproof.reports.results.files import at_worst, number
@@ -58,7 +58,7 @@ def compared(before: Case, after: Case, pairs: Mapping[str, str]) -> list[Compar
 
 def both(
     before: Case, after: Case, pairs: Mapping[str, str]
-) -> dict[tuple[str, str, str], tuple[CheckRecord | None, CheckRecord | None]]:
+) -> dict[tuple[str, str, str], tuple[Check | None, Check | None]]:
     """Return (configuration, reference, stage) -> the check before and after, of every one that either run made."""
     named = {value: key for key, value in pairs.items()}
     one = {_key(check, named): check for check in before.get("checks", [])}
@@ -94,7 +94,7 @@ def times(before: Case, after: Case, references: Sequence[Sequence[str]]) -> lis
 
 def ours(case: Case, references: Sequence[str]) -> list[str]:
     """Return the renderers of a case that were under test, in order: those that are no references."""
-    witnesses = {*references, *(str(check.get("reference")) for check in case.get("checks", []))}
+    witnesses = {*references, *(check.reference for check in case.get("checks", []))}
     names = [str(render.get("renderer")) for render in case.get("renders", [])]
     return [name for name in dict.fromkeys(names) if name not in witnesses]
 
@@ -106,15 +106,15 @@ def _seconds(case: Case, references: Sequence[str]) -> float | None:
     return total if total > 0 else None
 
 
-def _key(check: CheckRecord, named: Mapping[str, str]) -> tuple[str, str, str]:
+def _key(check: Check, named: Mapping[str, str]) -> tuple[str, str, str]:
     # A check of means over samples is that of "CONFIGURATION xSAMPLES".
-    name, mark, samples = str(check.get("configuration")).partition(" x")
-    return f"{named.get(name, name)}{mark}{samples}", str(check.get("reference")), str(check.get("stage"))
+    name, mark, samples = check.configuration.partition(" x")
+    return f"{named.get(name, name)}{mark}{samples}", check.reference, check.stage
 
 
-def _word(check: CheckRecord) -> list[Any]:
-    ratio = number(ratio_of(check))
-    return [check["verdict"], None if ratio is None else at_worst(ratio)]
+def _word(check: Check) -> list[Any]:
+    ratio = ratio_of(check)
+    return [check.outcome, None if ratio is None else at_worst(ratio)]
 
 
 def _factor(before: list[Any] | None, after: list[Any] | None) -> float | None:
@@ -287,7 +287,6 @@ SEED = 4
 # Of fewer families no interval is told: if each is as likely to gain as to lose, n of them all move the same way with
 # probability 2 / 2^n, which is below 1 - LEVEL from 6 on (sign test).
 LEAST_FAMILIES = 6
-Check = CheckRecord
 
 
 def compare_runs(base: Path, candidate: Path) -> RunComparison:
@@ -382,12 +381,12 @@ def _render_seconds(render: RenderRecord) -> float:
 
 
 def _check_key(check: Check) -> tuple[str, str, str]:
-    return str(check["configuration"]), str(check["reference"]), str(check["stage"])
+    return check.configuration, check.reference, check.stage
 
 
 def _gained(before: Check, after: Check) -> float | None:
     """Return log10 of the worst error before over that after; None where either is zero, infinite or not there."""
-    errors = [at_worst((check.get("end_to_end") or {}).get("worst_error") or math.nan) for check in (before, after)]
+    errors = [at_worst((check.end_to_end and check.end_to_end.worst_error) or math.nan) for check in (before, after)]
     if not all(0 < error < math.inf for error in errors):
         return None
     return math.log10(errors[0] / errors[1])

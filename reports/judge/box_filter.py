@@ -14,11 +14,13 @@ from rayproof.cases.case import Case
 from rayproof.cases.scene import Scene
 from rayproof.cases.stages import Stage
 from rayproof.reports.judge.answers import Answers, abstention
-from rayproof.reports.judge.checks import Check, unmeasured
+from rayproof.reports.judge.checks import unmeasured
 from rayproof.reports.judge.comparison import Comparison
-from rayproof.reports.judge.measurement import Kind, cells_of, measure
+from rayproof.reports.judge.limits import calibration
+from rayproof.reports.judge.measurement import Kind, cells_of, counted, measure
 from rayproof.reports.judge.oracle import FullOracle, stages_of
 from rayproof.reports.judge.scene_truth import scene_truth
+from rayproof.reports.results.case_records import Check
 from rayproof.reports.results.outcomes import Outcome
 
 MANY = " x"  # between a configuration and its number of samples a pixel
@@ -70,10 +72,10 @@ def supersampled_check(fine: Comparison, ours: np.ndarray, theirs: np.ndarray, s
         stage=Stage.RADIANCE,
         outcome=Outcome.PASS if good else Outcome.FAIL,
         reason="" if good else why,
-        why=BECAUSE,
+        because=f"{BECAUSE}; {fine.reference.name}: {calibration(fine.reference.name).origin}",
         end_to_end=measured,
         ratio=measured.worst_ratio,
-        examined=measured.examined,
+        examined=counted(measured.kinds),
         cells=None if good else cells_of(measured.kinds == Kind.WRONG),
     )
 

@@ -14,7 +14,8 @@ import numpy as np
 from rayproof.cases.scene import Camera
 from rayproof.reports.judge.conditioning import basis_condition
 from rayproof.reports.judge.limits import Roundoff
-from rayproof.reports.judge.measurement import WIDE, Examined, counted, kinds_of, over
+from rayproof.reports.judge.measurement import WIDE, counted, kinds_of, over
+from rayproof.reports.results.case_records import Examined
 
 COUNT = 16  # roundings on the longest path: an axis (8), a 4x4 product (7), a store
 ITEMS = {

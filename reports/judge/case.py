@@ -4,13 +4,14 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
+from msgspec import structs
 
 from rayproof.cases.case import Case
 from rayproof.cases.stages import Stage
 from rayproof.reports.judge.answers import Answers, lost, well_shaped, without
 from rayproof.reports.judge.answers import misshapen as misshapen_answers
 from rayproof.reports.judge.box_filter import mean_checks
-from rayproof.reports.judge.checks import Check, pair_checks, unmeasured
+from rayproof.reports.judge.checks import pair_checks, unmeasured
 from rayproof.reports.judge.closed_forms import closed_forms
 from rayproof.reports.judge.comparison import Comparison
 from rayproof.reports.judge.conventions import Tested, in_words, tested
@@ -38,7 +39,7 @@ from rayproof.reports.judge.panel import (
 from rayproof.reports.judge.scene_truth import SceneTruth, scene_truth
 from rayproof.reports.judge.stage_measuring import inside
 from rayproof.reports.judge.verdict import Judged, sum_up
-from rayproof.reports.results.case_records import AdjudicationRecord, ExpectationRecord
+from rayproof.reports.results.case_records import AdjudicationRecord, Check, ExpectationRecord
 from rayproof.reports.results.outcomes import Outcome
 
 
@@ -183,13 +184,15 @@ def _with_known_defect(
     known = explained(guilty, versions.get(guilty, ""), check.stage, base.scene, base.truth, pixels)
     if known is None:
         return check
-    return replace(check, outcome=Outcome.WARN, reason=f"{check.reason}; known: {known.what}", known=known.name)
+    return structs.replace(
+        check, outcome=Outcome.WARN, reason=f"{check.reason}; known: {known.what}", finding=known.name
+    )
 
 
 def _undecided_at_edges(case: Case, check: Check) -> Check:
     """Return the check; what it was to fail by could be told of no pixel, where too many are edges."""
     reason = f"{check.reason}; only at edges, and too many pixels are edges to tell their sides"
-    return replace(check, outcome=Outcome.ERROR if case.tuned else Outcome.UNDECIDED, reason=reason)
+    return structs.replace(check, outcome=Outcome.ERROR if case.tuned else Outcome.UNDECIDED, reason=reason)
 
 
 def _failing(check: Check, renderers: Mapping[str, Answers], base: SceneTruth) -> np.ndarray:

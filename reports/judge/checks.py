@@ -1,122 +1,34 @@
 """Checks: one subject, one reference, one stage, judged end to end and continued from the subject's own stages."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
-from typing import cast
+from typing import Any
 
 import numpy as np
+from msgspec import structs
 
 from rayproof.cases.scene import Scene
 from rayproof.cases.stages import Stage, upto
 from rayproof.reports.judge import camera_check
 from rayproof.reports.judge.answers import Answers, abstention
-from rayproof.reports.judge.common_factors import Bias
+from rayproof.reports.judge.common_factors import Factors
 from rayproof.reports.judge.comparison import LIGHT, Comparison
 from rayproof.reports.judge.copied_answers import copied
 from rayproof.reports.judge.limits import BECAUSE, Coarseness, Roundoff, calibration
 from rayproof.reports.judge.measurement import (
-    Examined,
     Kind,
-    Measurement,
     cells_of,
     counted,
-    jsonable,
     most_interval,
-    shortened,
     unexamined,
 )
 from rayproof.reports.judge.metrics import METRICS
 from rayproof.reports.judge.oracle import ORACLE
 from rayproof.reports.judge.stage_measuring import measure_continued, measure_end_to_end, shared_factors
-from rayproof.reports.results.case_records import BiasRecord, CheckRecord, EvidenceRecord, MeasurementRecord
+from rayproof.reports.results.case_records import Check, Measurement
 from rayproof.reports.results.outcomes import Outcome
 
 # The stage whose images people look at: its informative metrics, before the oracle, are worth their time.
 INFORMED = Stage.RADIANCE
-
-
-@dataclass(frozen=True, kw_only=True)
-class Check:
-    """The result of one check. `alone` says that the stage is wrong given the subject's own previous stages."""
-
-    configuration: str
-    reference: str
-    stage: Stage
-    outcome: Outcome
-    reason: str = ""
-    end_to_end: Measurement | None = None
-    continued: Measurement | None = None
-    bias: Bias | None = None  # of light before the oracle: the factors that many pixels share
-    continued_bias: Bias | None = None
-    informative: MeasurementRecord = field(default_factory=lambda: MeasurementRecord())
-    part: str | None = None  # camera: the item of the worst part
-    ratio: float = 0.0
-    evidence: EvidenceRecord | None = None  # of a failure: which references side with whom, and where
-    known: str | None = None  # the checked-in finding that explains it
-    suspected: str | None = None  # the reference that is under suspicion, if not the one compared with
-    steps: str = ""  # what the renderers' coarse outputs add to the limit, in words
-    abstains: bool = False  # undecided only because the reference declares not to see there, or did not answer
-    stopped: bool = False  # not measured because a renderer's time was over
-    why: str | None = None  # the derivation of the limit, where it is not the stage's usual one
-    examined: Examined | None = None  # what became of every pixel, or camera entry; None until it is accounted for
-    cells: list[str] | None = None  # where wrong pixels are, as `cells_of` says
-
-    @property
-    def alone(self) -> bool:
-        """Say whether the stage is wrong by itself; nothing comes before the camera that it could have been handed."""
-        if self.stage is Stage.CAMERA:
-            return self.outcome is Outcome.FAIL
-        by_pixels = self.continued is not None and self.continued.worst_ratio > 1
-        by_factors = self.continued_bias is not None and self.continued_bias.ratio > 1
-        return self.outcome is Outcome.FAIL and (by_pixels or by_factors)
-
-    def as_json(self) -> CheckRecord:
-        """Return plain JSON data."""
-        whole = self.end_to_end.as_json() if self.end_to_end else None
-        continued = self.continued.as_json() if self.continued else None
-        if whole is not None:
-            whole.update(self.informative)
-        for measured in (whole, continued):
-            if measured is not None and self.outcome is Outcome.PASS:
-                # The images have them; a failure's are told where it is.
-                del measured["ours"], measured["theirs"]
-        record: CheckRecord = {
-            "configuration": self.configuration,
-            "reference": self.reference,
-            "stage": self.stage.value,
-            "verdict": self.outcome.value,
-            "reason": self.reason,
-            "ratio": jsonable(shortened(self.ratio)),
-            "end_to_end": whole,
-            "continued": continued,
-            "examined": self.examined.as_json() if self.examined else None,
-            "because": f"{self.why or BECAUSE[self.stage]}; {self.reference}: {calibration(self.reference).origin}"
-            + self.steps,
-        }
-        if self.cells:
-            record["cells"] = self.cells
-        if self.evidence:
-            record["evidence"] = self.evidence
-        if self.stopped:
-            record["stopped"] = True
-        if self.known:
-            record["finding"] = self.known
-        if self.bias:
-            record["bias"] = self._bias_as_json(self.bias)
-        return record
-
-    def _bias_as_json(self, bias: Bias) -> BiasRecord:
-        """Return the factors end to end and, if it was asked, given the subject's own previous stages.
-
-        Of these the groups are told only where one is over its limit.
-        """
-        own = self.continued_bias
-        if own is None:
-            return bias.as_json()
-        told = own.as_json()
-        if own.ratio <= 1:
-            del told["groups"]
-        return {**bias.as_json(), "continued": told}
 
 
 def check_camera(pair: Comparison) -> Check:
@@ -144,7 +56,7 @@ def check_camera(pair: Comparison) -> Check:
         stage=Stage.CAMERA,
         outcome=outcome,
         reason=reason,
-        part=camera_check.ITEMS[found.part],
+        because=_because(pair.reference.name, Stage.CAMERA),
         ratio=found.ratio,
         examined=found.examined,
     )
@@ -162,10 +74,10 @@ def stage_check(pair: Comparison, stage: Stage) -> Check:
             shared_continued = shared_factors(pair, stage, continued=True)
     if by_oracle and stage in LIGHT:
         shared = shared_factors(pair, stage, continued=False)
-    informative = MeasurementRecord()
     if stage is INFORMED and (by_oracle or pair.subject.name == ORACLE):
         both = ours[stage], pair.reference.answers[stage]
         informative = pair.base.once(("informative", *pair.authors(stage)), lambda: _inform(*both))
+        end_to_end = structs.replace(end_to_end, **informative)
     outcome, ratio, reason = _conclusion(
         pair.reference.name, stage, end_to_end, continued, shared=shared, shared_continued=shared_continued
     )
@@ -180,13 +92,16 @@ def stage_check(pair: Comparison, stage: Stage) -> Check:
         ratio=ratio,
         end_to_end=end_to_end,
         continued=continued,
-        bias=shared,
-        continued_bias=shared_continued,
-        informative=informative,
-        steps=pair.because(stage),
+        bias=None if shared is None else shared.recorded(shared_continued),
+        because=_because(pair.reference.name, stage) + pair.because(stage),
         examined=examined,
         cells=cells_of(kinds == Kind.WRONG) if examined.wrong else None,
     )
+
+
+def _because(reference: str, stage: Stage) -> str:
+    """Return from what the usual limit of a stage before a reference is derived."""
+    return f"{BECAUSE[stage]}; {reference}: {calibration(reference).origin}"
 
 
 def _together(whole: Measurement, continued: Measurement | None) -> np.ndarray:
@@ -203,8 +118,8 @@ def _conclusion(
     whole: Measurement,
     continued: Measurement | None,
     *,
-    shared: Bias | None,
-    shared_continued: Bias | None,
+    shared: Factors | None,
+    shared_continued: Factors | None,
 ) -> tuple[Outcome, float, str]:
     """Return what the measurements of a stage come to: the outcome, the worst error over its limit, and why.
 
@@ -227,7 +142,7 @@ def _conclusion(
     return Outcome.PASS, worst.worst_ratio, ""
 
 
-def _inform(ours: np.ndarray, theirs: np.ndarray) -> MeasurementRecord:
+def _inform(ours: np.ndarray, theirs: np.ndarray) -> dict[str, Any]:
     """Return the informative metrics with the range that they are relative to; they never decide."""
     if not (np.isfinite(ours).all() and np.isfinite(theirs).all()):
         return {}
@@ -236,8 +151,7 @@ def _inform(ours: np.ndarray, theirs: np.ndarray) -> MeasurementRecord:
     unit = int(np.frexp(max(map(abs, value_range)))[1])
     ours, theirs = np.ldexp(ours, -unit), np.ldexp(theirs, -unit)
     scaled = (float(np.ldexp(value_range[0], -unit)), float(np.ldexp(value_range[1], -unit)))
-    measured = {name: jsonable(METRICS[name](ours, theirs, scaled)) for name in METRICS}
-    return cast("MeasurementRecord", measured | {"range": jsonable(value_range)})
+    return {name: METRICS[name](ours, theirs, scaled) for name in METRICS} | {"range": value_range}
 
 
 def accounted(checks: Sequence[Check], scene: Scene, *, tuned: bool) -> list[Check]:
@@ -250,19 +164,19 @@ def accounted(checks: Sequence[Check], scene: Scene, *, tuned: bool) -> list[Che
 
 def _accounted(check: Check, scene: Scene, *, tuned: bool) -> Check:
     left = unexamined(check.stage, scene.camera) if check.examined is None else check.examined
-    found, most = replace(check, examined=left), most_interval(left.pixels)
+    found, most = structs.replace(check, examined=left), most_interval(left.pixels)
     # A warning for a declared epsilon says that all others hold; one for a finding says that they do not.
-    if check.outcome is not Outcome.PASS and (check.outcome is not Outcome.WARN or check.known):
+    if check.outcome is not Outcome.PASS and (check.outcome is not Outcome.WARN or check.finding):
         return found
     if left.unexamined or left.wrong:
         why = f"{left.unexamined + left.wrong} of {left.pixels} pixels were held to nothing"
-        return replace(found, outcome=Outcome.ERROR, reason=why)
+        return structs.replace(found, outcome=Outcome.ERROR, reason=why)
     if left.interval > most:
         why = (
             f"{left.interval} of {left.pixels} pixels are held to an interval only, which says too little of more "
             f"than {most}"
         )
-        return replace(found, outcome=Outcome.ERROR if tuned else Outcome.UNDECIDED, reason=why)
+        return structs.replace(found, outcome=Outcome.ERROR if tuned else Outcome.UNDECIDED, reason=why)
     return found
 
 
@@ -284,6 +198,7 @@ def unmeasured(
         outcome=outcome,
         reason=reason,
         ratio=float("inf") if outcome is Outcome.FAIL else 0.0,
+        because=_because(reference.name, stage),
         abstains=abstains,
         stopped=stopped,
     )

@@ -10,13 +10,13 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
+from msgspec import structs
 
 from rayproof.cases.stages import Stage, StageImages
 from rayproof.reports.judge.answers import dot, length
 from rayproof.reports.judge.comparison import Comparison, roundoff
 from rayproof.reports.judge.limits import Coarseness, Roundoff, continued_light_limit, irradiance_moved
-from rayproof.reports.judge.measurement import jsonable
-from rayproof.reports.results.case_records import CHANCE, LEAST_DISTINCT, BiasRecord, FactorGroupRecord, least_share
+from rayproof.reports.results.case_records import CHANCE, LEAST_DISTINCT, Bias, FactorGroup, Leaning, least_share
 
 # Roundings of what all pixels under one light share: flux, 4 pi and their quotient; then albedo and its product with
 # these; then pi, the quotient by it and the product with the constants before it.
@@ -263,16 +263,7 @@ class Factor:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Leaning:
-    """To which side the pixels with wide limits are off by more than what they share, each different value once."""
-
-    pixels: int
-    above: int
-    below: int
-
-
-@dataclass(frozen=True, kw_only=True)
-class Bias:
+class Factors:
     """The factors of one image stage, group by group."""
 
     factors: tuple[Factor, ...]
@@ -295,46 +286,44 @@ class Bias:
         values = [one.value for one in self.factors if one.distinct and one.fitted is None and not one.wide]
         return float(np.median(values)) if values else None
 
-    def as_json(self) -> BiasRecord:
-        """Return plain JSON data: a row for each group, with a place for each channel.
+    def recorded(self, own: "Factors | None" = None) -> Bias:
+        """Return them by four digits, with those given the subject's `own` previous stages.
 
-        Where all groups are within their limits, the one that is nearest to its limit stands for them.
+        Where all groups are within their limits, the one that is nearest to its limit stands for them; of the own ones
+        groups are told only where one is over its limit.
         """
-        rows: dict[tuple, FactorGroupRecord] = {}
+        ratio = _short(self.ratio)
+        continued = None if own is None else own.recorded()
+        if continued is not None and continued.ratio <= 1:
+            continued = structs.replace(continued, groups=None)
+        return Bias(
+            ratio=1.001 if ratio == 1 < self.ratio else ratio,  # what is over its limit stays so
+            sees=_short(min((factor.limit for factor in self.factors), default=math.inf)),
+            common=None if self.common is None else _short(self.common - 1),
+            allowance=_short(self.allowance),
+            groups=self._groups(),
+            wide=self.wide if self.wide is not None and self.wide.pixels else None,
+            continued=continued,
+        )
+
+    def _groups(self) -> list[FactorGroup]:
+        groups: dict[tuple, FactorGroup] = {}
         nearest = None if self.worst is None or self.ratio > 1 else self.worst.group
         for factor in self.factors:
-            key = factor.group
-            if nearest not in (None, key):
+            if nearest not in (None, factor.group):
                 continue
-            row = rows.setdefault(
-                key,
-                FactorGroupRecord(
-                    shape=factor.shape,
-                    lights=list(factor.lights),
-                    pixels=factor.pixels,
-                    off=[None] * len(CHANNELS),
-                    sees=[None] * len(CHANNELS),
-                ),
+            shape, lights, fitted, wide = factor.group
+            off: list[float | None] = [None] * len(CHANNELS)
+            group = FactorGroup(
+                shape=shape, lights=lights, pixels=factor.pixels, off=off, sees=[*off], fitted=fitted, wide=wide
             )
-            if factor.fitted is not None:
-                row["fitted"] = factor.fitted
-            if factor.wide:
-                row["wide"] = True
-            row["off"][factor.channel] = jsonable(_short(factor.value - 1))
-            row["sees"][factor.channel] = jsonable(_short(factor.limit))
-        found: BiasRecord = {
-            "ratio": jsonable(_short(self.ratio)),
-            "sees": jsonable(_short(min((factor.limit for factor in self.factors), default=math.inf))),
-            "common": None if self.common is None else jsonable(_short(self.common - 1)),
-            "allowance": jsonable(_short(self.allowance)),
-            "groups": list(rows.values()),
-        }
-        if self.wide is not None and self.wide.pixels:
-            found["wide"] = {"pixels": self.wide.pixels, "above": self.wide.above, "below": self.wide.below}
-        return found
+            group = groups.setdefault(factor.group, group)
+            group.off[factor.channel] = _short(factor.value - 1)
+            group.sees[factor.channel] = _short(factor.limit)
+        return list(groups.values())
 
 
-def bias(pair: Comparison, stage: Stage, ours: np.ndarray, value: np.ndarray | None) -> Bias:
+def bias(pair: Comparison, stage: Stage, ours: np.ndarray, value: np.ndarray | None) -> Factors:
     """Return the factors of `ours` (height, width, 3) over the oracle's stage, or over `value`.
 
     `value` is what the oracle continued from the subject's own stages.
@@ -357,7 +346,7 @@ def bias(pair: Comparison, stage: Stage, ours: np.ndarray, value: np.ndarray | N
         pixels = wide_pixels(pair)
         good = (theirs[pixels] > floor(pair)) & (theirs[pixels] < top) & np.isfinite(mine[pixels])
         wide = _leaning(mine[pixels][good], theirs[pixels][good], bounds.wide[good])
-    return Bias(factors=tuple(factors), allowance=bounds.allowance, wide=wide)
+    return Factors(factors=tuple(factors), allowance=bounds.allowance, wide=wide)
 
 
 def _leaning(ours: np.ndarray, theirs: np.ndarray, shared: np.ndarray) -> Leaning:

@@ -9,17 +9,18 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from msgspec import structs
 
 from rayproof.cases.case import Case
 from rayproof.cases.scene import Scene
 from rayproof.cases.stages import IMAGE_STAGES, Stage
 from rayproof.reports.judge.answers import Answers, length
-from rayproof.reports.judge.checks import Check
 from rayproof.reports.judge.comparison import GEOMETRY, LIGHT, Comparison
 from rayproof.reports.judge.conditioning import Conditioning, error_at_eye
 from rayproof.reports.judge.limits import HIT, POINT, Roundoff
 from rayproof.reports.judge.measurement import Kind, ratios
 from rayproof.reports.judge.mesh_holes import holes
+from rayproof.reports.results.case_records import Check
 from rayproof.reports.results.outcomes import Outcome
 
 # How many times what rounding needs an epsilon may be: a bound is a few times what it bounds, taken for a whole scene
@@ -86,9 +87,9 @@ def _held(check: Check, beyond: Excess | None, most_edge: float) -> Check:
         f"declares, which is more than {ALLOWED} times what rounding needs"
     )
     if count > most_edge * pixels.size:
-        return replace(check, outcome=Outcome.FAIL, reason=f"{why}; the case allows a share of {most_edge:.3g}")
+        return structs.replace(check, outcome=Outcome.FAIL, reason=f"{why}; the case allows a share of {most_edge:.3g}")
     if count and check.outcome is Outcome.PASS:
-        return replace(check, outcome=Outcome.WARN, reason=why)
+        return structs.replace(check, outcome=Outcome.WARN, reason=why)
     return check
 
 
@@ -140,7 +141,7 @@ def with_too_little_seen(case: Case, checks: Sequence[Check], pair: Comparison) 
         return interior < max(case.least_interior, 1) or share > case.most_edge
 
     reason = f"{why[0]}; {subject.name} declares that it does not see there"
-    return [replace(one, outcome=Outcome.UNDECIDED, reason=reason) if blind(one) else one for one in checks], []
+    return [structs.replace(one, outcome=Outcome.UNDECIDED, reason=reason) if blind(one) else one for one in checks], []
 
 
 def with_enough_to_tell(case: Case, check: Check, pair: Comparison) -> Check:
@@ -166,12 +167,12 @@ def with_enough_to_tell(case: Case, check: Check, pair: Comparison) -> Check:
         )
         if _nothing_to_tell(case, replace(pair, subject=honest), check.stage) is None:
             reason = f"{why}, for {subject.name} declares that it does not see there"
-            return replace(check, outcome=Outcome.ERROR, reason=reason)
+            return structs.replace(check, outcome=Outcome.ERROR, reason=reason)
     seeing = replace(pair.reference, **SEEING)
     if _nothing_to_tell(case, replace(pair, reference=seeing), check.stage) is None:
         reason = f"{why}, for {pair.reference.name} declares that it does not see there"
-        return replace(check, outcome=Outcome.UNDECIDED, reason=reason, abstains=True)
-    return replace(check, outcome=Outcome.UNDECIDED, reason=why)
+        return structs.replace(check, outcome=Outcome.UNDECIDED, reason=reason, abstains=True)
+    return structs.replace(check, outcome=Outcome.UNDECIDED, reason=why)
 
 
 def _agreeing(pair: Comparison, stage: Stage) -> np.ndarray:

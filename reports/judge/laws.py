@@ -20,8 +20,16 @@ from rayproof.cases.rounding import UNIT_ROUNDOFF
 from rayproof.cases.scene import Camera, Mesh, Scene, Triangle
 from rayproof.cases.stages import Resolution, Stage
 from rayproof.reports.judge.conditioning import ABSOLUTE, basis_condition, image_reach
-from rayproof.reports.judge.measurement import Examined, jsonable, shortened
-from rayproof.reports.results.case_records import BY_LAWS, CaseRecord, CheckRecord, LawRecord
+from rayproof.reports.judge.measurement import jsonable
+from rayproof.reports.results.case_records import (
+    BY_LAWS,
+    CaseRecord,
+    Check,
+    Examined,
+    LawRecord,
+    Measurement,
+    shortened,
+)
 from rayproof.reports.results.outcomes import Outcome, worst
 
 # Roundings from pixel to radiance, each side of a relation: ray 16, hit 16, position 4, normal 16, light 12
@@ -270,18 +278,18 @@ class LawReport:
 
 def with_laws(record: CaseRecord, reports: Sequence[LawReport]) -> CaseRecord:
     """Return a case's record with the checks of its laws: a broken one fails the case, as a reference's does."""
-    checks: list[CheckRecord] = []
+    checks: list[Check] = []
     for configuration in dict.fromkeys(report.configuration for report in reports):
         own = [report for report in reports if report.configuration == configuration]
         checks += [check for stage in Stage if (check := _check(own, stage)) is not None]
     record["laws"] = [report.as_json() for report in reports]
     record["checks"] = [*record["checks"], *checks]
     record["planned"] += len(checks)
-    bad = [check for check in checks if check["verdict"] != Outcome.PASS]
-    outcome = worst([Outcome(record["verdict"]), *(Outcome(check["verdict"]) for check in bad)])
+    bad = [check for check in checks if check.outcome != Outcome.PASS]
+    outcome = worst([Outcome(record["verdict"]), *(check.outcome for check in bad)])
     if outcome != record["verdict"]:
-        first = next(check for check in bad if check["verdict"] == outcome)
-        record.update({"verdict": outcome.value, "stage": first["stage"], "item": None, "reason": first["reason"]})
+        first = next(check for check in bad if check.outcome == outcome)
+        record.update({"verdict": outcome.value, "stage": first.stage, "item": None, "reason": first.reason})
         if outcome is Outcome.FAIL:
             record["blamed_items"] = items = implicated([report.law for report in reports if report.alarms])
             record["item"] = items[0] if len(items) == 1 else None
@@ -295,7 +303,7 @@ def implicated(broken: Sequence[str]) -> list[str]:
     return [item for item in ITEMS if item in named]
 
 
-def _check(reports: Sequence[LawReport], stage: Stage) -> CheckRecord | None:
+def _check(reports: Sequence[LawReport], stage: Stage) -> Check | None:
     """Return what the laws of one configuration say of a stage, by the worst of their relations; None: nothing."""
     judged = [(report.law, one) for report in reports for one in report.judged if one.stage is stage and one.examined]
     lost = [report for report in reports if report.error is not None and LAWS.about(report.law)["stage"] is stage]
@@ -307,36 +315,36 @@ def _check(reports: Sequence[LawReport], stage: Stage) -> CheckRecord | None:
     more = f"; {len(reasons) - SHOWN} more" if len(reasons) > SHOWN else ""
     outcome = Outcome.FAIL if broken else Outcome.ERROR if lost else Outcome.PASS
     chosen = max((one for _, one in judged), key=lambda one: (one.alarm, one.worst), default=None)
-    check: CheckRecord = {
-        "configuration": reports[0].configuration,
-        "reference": BY_LAWS,
-        "stage": stage.value,
-        "verdict": outcome.value,
-        "reason": "; ".join(reasons[:SHOWN]) + more,
-        "ratio": 0.0,
-        "end_to_end": None,
-        "continued": None,
-        "examined": _examined([relation for _, relation in judged]).as_json(),
-        "because": BECAUSE,
-    }
+    ratio = 0.0 if chosen is None else shortened(chosen.worst)
+    measured = None
     if chosen is not None:  # its pixel is one of a changed scene, and stands in the reason alone
-        check["ratio"] = jsonable(shortened(chosen.worst))
-        check["end_to_end"] = {
-            "worst_ratio": check["ratio"],
-            "worst_error": None,
-            "limit": None,
-            "pixel": None,
-            "interior": chosen.examined - chosen.excused,
-            "over_inside": chosen.outside,
-            "edge": chosen.excused,
-        }
-    return check
+        measured = Measurement(
+            worst_ratio=ratio,
+            worst_inside=ratio,
+            worst_error=None,
+            limit=None,
+            pixel=None,
+            interior=chosen.examined - chosen.excused,
+            over_inside=chosen.outside,
+            edge=chosen.excused,
+        )
+    return Check(
+        configuration=reports[0].configuration,
+        reference=BY_LAWS,
+        stage=stage,
+        outcome=outcome,
+        reason="; ".join(reasons[:SHOWN]) + more,
+        ratio=ratio,
+        end_to_end=measured,
+        examined=_examined([relation for _, relation in judged]),
+        because=BECAUSE,
+    )
 
 
 def _examined(judged: Sequence[Judged]) -> Examined:
     """Return what became of the pixels of relations: within the limit, a neighbour's value at an edge, or wrong."""
     pixels, side, wrong = (sum(getattr(each, name) for each in judged) for name in ("examined", "excused", "outside"))
-    return Examined(pixels=pixels, strict=pixels - side - wrong, side=side, wrong=wrong)
+    return Examined(pixels=pixels, side=side, wrong=wrong)
 
 
 def _sentence(law: str, one: Judged) -> str:

@@ -13,8 +13,8 @@ from rayproof.cases.stages import Resolution, Stage, StageImages
 from rayproof.reference import REFERENCES
 from rayproof.reports.judge import case
 from rayproof.reports.judge.answers import Answers
-from rayproof.reports.judge.checks import Check
 from rayproof.reports.judge.oracle import ORACLE, FullOracle, stages_of
+from rayproof.reports.results.case_records import Check
 from rayproof.reports.results.outcomes import Outcome
 
 SCENE = Scene(

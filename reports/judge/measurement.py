@@ -2,17 +2,16 @@
 
 import math
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass, field, fields
 from enum import IntEnum
 from itertools import product
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
 
 from rayproof.cases.scene import Camera
 from rayproof.cases.stages import Stage
 from rayproof.reports.judge.answers import all_of, any_of, crossed, dot, largest, length
-from rayproof.reports.results.case_records import MeasurementRecord
+from rayproof.reports.results.case_records import Examined, Measurement
 
 # A limit above this share of the value holds a pixel to so little that it is counted apart.
 WIDE = 0.01
@@ -34,49 +33,23 @@ class Kind(IntEnum):
     UNEXAMINED = 6  # held to nothing: never measured, or the limit is not finite
 
 
-@dataclass(frozen=True, kw_only=True)
-class Examined:
-    """How many pixels of each kind a check has.
+def counted(kinds: np.ndarray) -> Examined:
+    """Return the ledger of pixels, each a `Kind`; of any shape.
 
     Raises:
-        ValueError: the kinds do not add up to the pixels; one was lost or counted twice.
+        ValueError: a pixel is of no kind.
 
     """
-
-    pixels: int
-    strict: int = 0
-    wide: int = 0
-    side: int = 0
-    interval: int = 0
-    epsilon: int = 0
-    wrong: int = 0
-    unexamined: int = 0
-
-    def __post_init__(self) -> None:
-        """Raise ValueError unless the ledger adds up."""
-        counts = [getattr(self, kind.name.lower()) for kind in Kind]
-        if sum(counts) != self.pixels or min(counts) < 0:
-            raise ValueError(f"{self.pixels} pixels, but the ledger of what was examined has {counts}")
-
-    def __add__(self, other: "Examined") -> "Examined":
-        """Return both ledgers as one."""
-        return Examined(**{each.name: getattr(self, each.name) + getattr(other, each.name) for each in fields(self)})
-
-    def as_json(self) -> dict[str, int]:
-        """Return plain JSON data."""
-        return asdict(self)
-
-
-def counted(kinds: np.ndarray) -> Examined:
-    """Return the ledger of pixels, each a `Kind`; of any shape."""
-    counts = np.bincount(kinds.ravel(), minlength=len(Kind)).tolist()
-    return Examined(pixels=kinds.size, **{kind.name.lower(): counts[kind] for kind in Kind})
+    strict, *counts = np.bincount(kinds.ravel(), minlength=len(Kind)).tolist()
+    if len(counts) != len(Kind) - 1:
+        raise ValueError(f"a pixel is of kind {len(counts)}, and there are {len(Kind)} kinds")
+    return Examined(*counts, pixels=strict + sum(counts))
 
 
 CELLS = 8  # rows, and columns, of the grid over an image by which a gate remembers where pixels are wrong
 
 
-def cells_of(wrong: np.ndarray) -> list[str]:
+def cells_of(wrong: np.ndarray) -> tuple[str, str]:
     """Return which cells of the grid hold a wrong pixel, and which hold one or lie within a pixel of one.
 
     Each is 64 bits, row by row, as 16 hexadecimal digits. Another processor's roundings move an outline by less than a
@@ -91,7 +64,7 @@ def cells_of(wrong: np.ndarray) -> list[str]:
             low, left = (rows + down).clip(0, height - 1), (columns + right).clip(0, width - 1)
             cells[low * CELLS // height, left * CELLS // width] = True
         found.append(np.packbits(cells).tobytes().hex())
-    return found
+    return found[0], found[1]
 
 
 def unexamined(stage: Stage, camera: Camera) -> Examined:
@@ -142,60 +115,6 @@ def kinds_of(
 
 DIRECTIONS = (Stage.RAY, Stage.NORMAL)
 VECTORS = (*DIRECTIONS, Stage.POSITION)
-DIGITS = 5  # of a measured number, in records: an error is known to two or three of them
-
-
-@dataclass(frozen=True, kw_only=True)
-class Measurement:
-    """One comparison. Non-finite numbers stay what they are here; `as_json` writes them as strings."""
-
-    worst_ratio: float  # error / limit, inf where the limit is 0 and the error is not
-    worst_inside: float  # the same of interior pixels alone
-    worst_error: float
-    limit: float  # at the worst pixel
-    pixel: tuple[int, int] | None  # column, row
-    ours: tuple[float, ...]
-    theirs: tuple[float, ...]
-    interior: int  # pixels judged strictly that hit something (all pixels for `ray`)
-    over_inside: int  # pixels judged strictly that are over the limit
-    edge: int
-    differ_at_edge: int
-    wrong_at_edge: int  # edge pixels whose value is neither side's
-    in_window: int  # edge pixels that are such only by a renderer's own epsilon: it says that it does not see there
-    differ_in_window: int
-    hit_miss: int  # interior pixels where one hits and the other misses or hits another object
-    nan: int
-    inf: int
-    flagged: int
-    ulp: float  # the worst pixel's error in units in the last place of the reference, in the subject's precision
-    mean_wrong: float = 0.0  # the mean error of the wrong pixels that are off by a finite one
-    kinds: np.ndarray = field(compare=False, repr=False)  # uint8 (height, width): each pixel's `Kind`
-
-    @property
-    def examined(self) -> Examined:
-        """Return the ledger of its pixels."""
-        return counted(self.kinds)
-
-    def as_json(self) -> MeasurementRecord:
-        """Return plain JSON data, numbers by `DIGITS`; inf and nan become the strings "inf" and "nan".
-
-        Of the kinds the check tells.
-        """
-        return cast(
-            "MeasurementRecord",
-            {
-                name: value if type(value) is int else jsonable(shortened(value, 3 if name == "ulp" else DIGITS))
-                for name, value in vars(self).items()
-                if name != "kinds" and (name != "mean_wrong" or value)
-            },
-        )
-
-
-def shortened(value: Any, digits: int = DIGITS) -> Any:
-    """Return a number, or each of several, by the digits that a record keeps; anything else as it is."""
-    if isinstance(value, tuple):
-        return tuple(shortened(each, digits) for each in value)
-    return float(f"{value:.{digits}g}") if isinstance(value, float) else value
 
 
 def jsonable(value: Any) -> Any:

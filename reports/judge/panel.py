@@ -1,23 +1,24 @@
 """The panel of references: matrices of who agrees with whom, who stands alone, and what the majority decides."""
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from itertools import combinations
 from typing import Any, Literal
 
 import numpy as np
+from msgspec import structs
 
 from rayproof.cases.stages import Stage, upto
 from rayproof.reference import REFERENCES
 from rayproof.reports.judge.answers import Answers
-from rayproof.reports.judge.checks import Check, check_camera
+from rayproof.reports.judge.checks import check_camera
 from rayproof.reports.judge.comparison import Comparison
 from rayproof.reports.judge.limits import WHOLE
 from rayproof.reports.judge.measurement import jsonable, ratios
 from rayproof.reports.judge.oracle import ORACLE
 from rayproof.reports.judge.scene_truth import SceneTruth
 from rayproof.reports.judge.stage_measuring import continued_value, measure_end_to_end
-from rayproof.reports.results.case_records import AdjudicationRecord
+from rayproof.reports.results.case_records import AdjudicationRecord, Check
 from rayproof.reports.results.outcomes import Outcome
 
 SUBJECT = "the one under test"
@@ -335,7 +336,7 @@ def adjudicated(
         elif mine:
             both = [", ".join(side) for side in (with_it, against_it)]
             told += f"; the panel is split: {both[0]} with {check.configuration}, {both[1]} with {check.reference}"
-        return replace(check, outcome=outcome, reason=told, evidence={"with": with_it, "against": against_it})
+        return structs.replace(check, outcome=outcome, reason=told, evidence={"with": with_it, "against": against_it})
 
     return _not_resting_on_a_suspect([heard(check) for check in checks])
 
@@ -381,7 +382,7 @@ def _not_resting_on_a_suspect(checks: Sequence[Check]) -> list[Check]:
         return check.outcome is Outcome.FAIL and first is not None and order.index(check.stage) >= first
 
     return [
-        replace(
+        structs.replace(
             check,
             outcome=Outcome.REFERENCE_SUSPECT,
             reason=f"{check.reason}; edges and limits are {ORACLE}'s, which is suspect from "

@@ -9,7 +9,7 @@ from rayproof.cases.placement import world_triangles
 from rayproof.cases.scene import Mesh, Plane, Scene, Square, Triangle
 from rayproof.cases.stages import Stage, StageImages
 from rayproof.reports.judge.answers import Answers, all_of, any_of, dot, length, widest_near
-from rayproof.reports.judge.common_factors import Bias, bias
+from rayproof.reports.judge.common_factors import Factors, bias
 from rayproof.reports.judge.comparison import GEOMETRY, LIGHT, Comparison
 from rayproof.reports.judge.edge_sides import (
     SAMPLES,
@@ -22,9 +22,10 @@ from rayproof.reports.judge.edge_sides import (
 )
 from rayproof.reports.judge.edge_values import Held, Seen, excused, excused_anyhow, held
 from rayproof.reports.judge.limits import HIT, POINT
-from rayproof.reports.judge.measurement import Kind, Measurement, held_to, measure, ratios
+from rayproof.reports.judge.measurement import Kind, held_to, measure, ratios
 from rayproof.reports.judge.mesh_holes import faces_near, leaking, may_be_dark
 from rayproof.reports.judge.oracle import ORACLE
+from rayproof.reports.results.case_records import Measurement
 
 
 def _ends(pair: Comparison, where: np.ndarray) -> list[Sides]:
@@ -311,7 +312,7 @@ def measure_continued(pair: Comparison, stage: Stage) -> Measurement:
     return pair.base.once(key, lambda: _continued(pair, stage))
 
 
-def shared_factors(pair: Comparison, stage: Stage, *, continued: bool) -> Bias:
+def shared_factors(pair: Comparison, stage: Stage, *, continued: bool) -> Factors:
     """Return the factors that many pixels share at a stage of light, against the truth or `continued_value`."""
     value = continued_value(pair, stage) if continued else None
     own = pair.authors_upto(stage) if continued else pair.authors_upto(stage)[-1:]

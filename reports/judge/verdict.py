@@ -7,10 +7,10 @@ from rayproof.cases.case import ITEMS, ITEMS_OF_OTHERS, Case
 from rayproof.cases.scene import Cube, Mesh, Plane, Shape, Sphere, Square, Triangle
 from rayproof.cases.stages import Stage
 from rayproof.reports.judge.answers import Answers
-from rayproof.reports.judge.checks import Check, accounted
+from rayproof.reports.judge.checks import accounted
 from rayproof.reports.judge.panel import Matrix
 from rayproof.reports.judge.scene_truth import SceneTruth
-from rayproof.reports.results.case_records import ExpectationRecord
+from rayproof.reports.results.case_records import Check, ExpectationRecord
 from rayproof.reports.results.outcomes import Outcome, worst
 
 

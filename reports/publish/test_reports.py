@@ -165,9 +165,8 @@ def _details(case: CaseRecord) -> list[str]:
     ratio = worst_ratio(case)
     lines = [f"worst error / limit: {ratio:.3g}"] if ratio is not None else []
     for check in case.get("checks", []):
-        if check.get("verdict") not in (Outcome.PASS, Outcome.WARN):
-            where = " ".join(str(check.get(key)) for key in ("configuration", "reference", "stage"))
-            lines.append(f"{where}: {check.get('verdict')}: {check.get('reason') or ''}")
+        if check.outcome not in (Outcome.PASS, Outcome.WARN):
+            lines.append(f"{check.name}: {check.outcome}: {check.reason}")
     return [*lines[:40], f"reproduce: {case.get('reproduce') or 'rayproof run ' + case['name']}"]
 
 

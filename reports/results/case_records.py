@@ -5,16 +5,24 @@ docs/results.md explains each key. The sign test gives what chance makes of fact
 
 import math
 from collections.abc import Iterable
-from typing import Annotated, Any, Literal, Required, TypedDict
+from operator import add
+from typing import TYPE_CHECKING, Annotated, Any, Literal, Required, TypedDict
 
-from msgspec import Meta
+from msgspec import UNSET, Meta, Struct, UnsetType, field
+from msgspec.structs import asdict, astuple, replace
 
+from rayproof.cases.stages import Stage
 from rayproof.reports.results.files import at_worst, number
 from rayproof.reports.results.outcomes import MEASURED, Outcome
 
 BY_LAWS = "laws"  # where a check's reference stands if laws made it: they render the subject again
 MOST_SECONDS = 1e12  # s that a run may have taken; thousandths of it are still numbers of 64 bits
+DIGITS = 5  # of a measured number, in records: an error is known to two or three of them
 Number = float | Literal["inf", "-inf", "nan"]  # JSON has no other numbers
+if TYPE_CHECKING:
+    Real = float  # as which `compact.expand` reads the strings
+else:
+    Real = Number
 Count = Annotated[int, Meta(ge=0)]
 Name = Annotated[str, Meta(min_length=1)]
 Seconds = Annotated[float, Meta(ge=-MOST_SECONDS, le=MOST_SECONDS)]
@@ -24,110 +32,162 @@ Verdict = Annotated[str, Meta(pattern=f"^({'|'.join(Outcome)})$")]
 EvidenceRecord = TypedDict("EvidenceRecord", {"with": dict[str, str], "against": dict[str, str]}, total=False)
 
 
-class ExaminedRecord(TypedDict):
-    """What became of the pixels that checks looked at; `pixels` is the sum of the rest."""
+class Examined(Struct, frozen=True, omit_defaults=True):
+    """How many pixels of each kind a check looked at; `judge.measurement.Kind` says what each kind is."""
 
-    pixels: Count
-    strict: Count
-    wide: Count
-    side: Count
-    interval: Count
-    epsilon: Count
-    wrong: Count
-    unexamined: Count
+    wide: Count = 0
+    side: Count = 0
+    interval: Count = 0
+    epsilon: Count = 0
+    wrong: Count = 0
+    unexamined: Count = 0
+    pixels: Count = 0  # all of them; in results.json left out where they are the image's
 
+    @property
+    def strict(self) -> int:
+        """Return how many are left."""
+        return 2 * self.pixels - sum(astuple(self))
 
-class MeasurementRecord(TypedDict, total=False):
-    """One comparison of a stage's image with another's."""
+    @property
+    def counts(self) -> dict[str, int]:
+        """Return all numbers by their names."""
+        return {"pixels": self.pixels, "strict": self.strict, **asdict(self)}
 
-    worst_ratio: Number | None
-    worst_inside: Number | None
-    worst_error: Number | None
-    limit: Number | None
-    pixel: list[int] | None
-    ours: list[Number]
-    theirs: list[Number]
-    interior: int
-    over_inside: int
-    edge: int
-    differ_at_edge: int
-    wrong_at_edge: int
-    in_window: int
-    differ_in_window: int
-    hit_miss: int
-    nan: int
-    inf: int
-    flagged: int
-    ulp: Number | None
-    mean_wrong: Number  # left out where no pixel is wrong
-    relative_mse: Number | None
-    ssim: Number | None
-    psnr: Number | None
-    nrmse: Number | None
-    range: list[Number] | None
+    def __add__(self, other: "Examined") -> "Examined":
+        """Return both ledgers as one."""
+        return Examined(*map(add, astuple(self), astuple(other)))
 
 
-class FactorGroupRecord(TypedDict, total=False):
-    """The factors of the pixels of one shape under the same lights, a number for each channel, null where not lit."""
+class Measurement(Struct, frozen=True, kw_only=True, omit_defaults=True):
+    """One comparison of a stage's image with another's.
+
+    What results.json leaves out is its default, but for what `compact.expand` puts back.
+    """
+
+    worst_ratio: Real = 0.0  # error / limit, inf where the limit is 0 and the error is not
+    worst_inside: Real = field(default_factory=float)  # the same of interior pixels alone
+    worst_error: Real | None = 0.0
+    limit: Real | None = 0.0  # at the worst pixel
+    pixel: tuple[int, int] | None = (0, 0)  # column, row
+    ours: tuple[Real, ...] = ()
+    theirs: tuple[Real, ...] = ()
+    interior: int = field(default_factory=int)  # pixels judged strictly that hit something (all pixels for `ray`)
+    over_inside: int = 0  # pixels judged strictly that are over the limit
+    edge: int = 0
+    differ_at_edge: int = 0
+    wrong_at_edge: int = 0  # edge pixels whose value is neither side's
+    in_window: int = 0  # edge pixels that are such only by a renderer's own epsilon: it says that it does not see there
+    differ_in_window: int = 0
+    hit_miss: int = 0  # interior pixels where one hits and the other misses or hits another object
+    nan: int = 0
+    inf: int = 0
+    flagged: int = 0
+    ulp: Real = 0.0  # the worst pixel's error in units in the last place of the reference, in the subject's precision
+    mean_wrong: Real = 0.0  # the mean error of the wrong pixels that are off by a finite one
+    nrmse: Real | UnsetType | None = UNSET  # this and the next inform, and never decide
+    psnr: Real | UnsetType | None = UNSET
+    relative_mse: Real | UnsetType | None = UNSET
+    ssim: Real | UnsetType | None = UNSET
+    range: tuple[Real, Real] | UnsetType = UNSET  # to which they are relative
+    kinds: Any = None  # while it is judged: uint8 (height, width), each pixel's `judge.measurement.Kind`
+
+    def recorded(self, *, values: bool) -> "Measurement":
+        """Return it by the digits that a record keeps, without its kinds and, unless `values`, both renderers' values.
+
+        The images have these; a failure's are told where it is.
+        """
+        names = ("worst_ratio", "worst_inside", "worst_error", "limit", "mean_wrong", *(("ours", "theirs") * values))
+        short: dict[str, Any] = {"ours": (), "theirs": ()} | {name: shortened(getattr(self, name)) for name in names}
+        return replace(self, **short, ulp=shortened(self.ulp, 3), kinds=None)
+
+
+class FactorGroup(Struct, frozen=True, kw_only=True, omit_defaults=True):
+    """The factors of the pixels of one shape under the same lights, a number for each channel, None where not lit."""
 
     shape: int
-    lights: list[int]
-    fitted: int
-    wide: bool
+    lights: tuple[int, ...]  # all that the group's pixels see
     pixels: int
-    off: list[Number | None]
-    sees: list[Number | None]
+    off: list[Real | None]  # ours / theirs - 1
+    sees: list[Real | None]  # the largest of these of a correct renderer, and so the smallest that can be seen
+    fitted: int | None = (
+        None  # the light whose own factor it is, out of several that overlap; None: all of them together
+    )
+    wide: bool = False  # of pixels alone whose limits are wide
 
 
-class LeaningRecord(TypedDict):
-    """How many pixels have wide limits, and how many are off to either side by more than pixels share."""
+class Leaning(Struct, frozen=True, kw_only=True):
+    """To which side the pixels with wide limits are off by more than what they share, each different value once."""
 
     pixels: Count
     above: Count
     below: Count
 
 
-class BiasRecord(TypedDict, total=False):
-    """The factors that many pixels share."""
+class Bias(Struct, frozen=True, kw_only=True, omit_defaults=True):
+    """The factors that many pixels share at a stage of light."""
 
-    ratio: Number
-    sees: Number
-    common: Number | None
-    allowance: Number
-    groups: list[FactorGroupRecord]
-    wide: LeaningRecord
-    continued: Any  # a `BiasRecord` again, given the candidate's own previous stages
-
-
-class CheckFacts(TypedDict, total=False):
-    """What one stage of one renderer under test came to before one reference."""
-
-    stopped: bool
-    configuration: str
-    reference: str
-    stage: str
-    ratio: Number
-    reason: str | None
-    evidence: EvidenceRecord | None  # witness to the stage at which it sides with, or against, who is under test
-    finding: str | None
-    end_to_end: MeasurementRecord | None
-    continued: MeasurementRecord | None
-    examined: dict[str, Count] | None
-    cells: list[str]  # of an 8 x 8 grid: which hold wrong pixels, and which do so or lie within a pixel of one
-    bias: BiasRecord | None
-    because: str | int
+    ratio: Real  # the worst factor's distance from 1 over its limit
+    sees: Real
+    common: Real | None  # the middle one of the groups' factors, less 1: this case's word on what the run shares
+    allowance: Real  # of a factor that a whole run may share: the constants' roundings and the output's step
+    groups: list[FactorGroup] | None = None
+    wide: Leaning | None = None
+    continued: "Bias | None" = None  # given the subject's own previous stages, of which groups are told over a limit
 
 
-class CheckRecord(CheckFacts, total=False):
-    """The same with its verdict."""
+class Check(Struct, frozen=True, kw_only=True, omit_defaults=True):
+    """The result of one stage of one renderer under test before one reference, as it is judged, written and read.
 
-    verdict: Required[Verdict]
+    results.json leaves out what stands in the group of a check, and what `compact.expand` puts back.
+    """
+
+    configuration: str = ""
+    reference: str = ""
+    stage: Stage = Stage.CAMERA
+    outcome: Outcome = field(default=Outcome.PASS, name="verdict")
+    reason: str = ""
+    ratio: Real = field(default_factory=float)  # by a factory, so that a 0 is written
+    end_to_end: Measurement | None = None
+    continued: Measurement | None = None
+    examined: Examined | None = None  # what became of every pixel, or camera entry; None until it is accounted for
+    because: str | int = field(default_factory=str)  # the derivation of the limit
+    cells: tuple[str, str] | None = None  # where wrong pixels are, as `cells_of` says
+    evidence: EvidenceRecord | None = None  # of a failure: which references side with whom, and where
+    stopped: bool = False  # not measured because a renderer's time was over
+    finding: str | None = None  # the checked-in finding that explains it
+    bias: Bias | None = None  # of light before the oracle
+    # While it is judged:
+    suspected: str | None = None  # the reference that is under suspicion, if not the one compared with
+    abstains: bool = False  # undecided only because the reference declares not to see there, or did not answer
+
+    @property
+    def name(self) -> str:
+        """Return by which words it is known among the checks of its case."""
+        return f"{self.configuration} {self.reference} {self.stage}"
+
+    @property
+    def alone(self) -> bool:
+        """Say whether the stage is wrong by itself; nothing comes before the camera that it could have been handed."""
+        own = self.continued, self.bias and self.bias.continued
+        ratios = [part.worst_ratio if isinstance(part, Measurement) else part.ratio for part in own if part is not None]
+        return self.outcome is Outcome.FAIL and (self.stage is Stage.CAMERA or any(ratio > 1 for ratio in ratios))
+
+    def recorded(self) -> "Check":
+        """Return it as a run keeps it: by a few digits, without what only judging asks for."""
+        failed = self.outcome is not Outcome.PASS
+        parts = (None if part is None else part.recorded(values=failed) for part in (self.end_to_end, self.continued))
+        short = dict(zip(("end_to_end", "continued"), parts, strict=True))
+        return replace(self, **short, ratio=shortened(self.ratio), suspected=None, abstains=False)
 
 
-class WrittenCheckRecord(CheckFacts, total=False):
-    """A check as results.json has it: without what `results.compact` puts back when it is read."""
+JUDGING = {"Check": ("suspected", "abstains"), "Measurement": ("kinds",)}  # fields that are never written
 
-    verdict: Verdict  # left out where it is `pass`
+
+def shortened(value: Any, digits: int = DIGITS) -> Any:
+    """Return a number, or each of several, by the digits that a record keeps; anything else as it is."""
+    if isinstance(value, tuple):
+        return tuple(shortened(each, digits) for each in value)
+    return float(f"{value:.{digits}g}") if isinstance(value, float) else value
 
 
 class RenderRecord(TypedDict, total=False):
@@ -251,7 +311,7 @@ class CheckGroupRecord(TypedDict):
 
     configuration: str
     reference: str
-    stages: dict[str, WrittenCheckRecord]
+    stages: dict[str, Check]  # without these three
 
 
 class CaseFacts(TypedDict, total=False):
@@ -310,7 +370,7 @@ class CaseFacts(TypedDict, total=False):
 class CaseRecord(CaseFacts, total=False):
     """A case with everything that was checked."""
 
-    checks: list[CheckRecord]
+    checks: list[Check]
 
 
 class WrittenCaseRecord(CaseFacts, total=False):
@@ -320,9 +380,9 @@ class WrittenCaseRecord(CaseFacts, total=False):
     because: dict[str, dict[str, int]]  # reference -> stage -> place of the limit's derivation, unless a check has one
 
 
-def by_references(case: CaseRecord) -> list[CheckRecord]:
+def by_references(case: CaseRecord) -> list[Check]:
     """Return the checks that compare the case's own images, and not the renderer with itself on other scenes."""
-    return [check for check in case.get("checks", []) if check.get("reference") != BY_LAWS]
+    return [check for check in case.get("checks", []) if check.reference != BY_LAWS]
 
 
 # Of these a check may have come to nothing; the camera's have no measurement though they were made.
@@ -341,21 +401,18 @@ def worst_ratio(case: CaseRecord) -> float | None:
     return number(case["worst_ratio"]) if "worst_ratio" in case else worst_of(case.get("checks", []))
 
 
-def worst_of(checks: Iterable[CheckRecord]) -> float | None:
+def worst_of(checks: Iterable[Check]) -> float | None:
     """Return the largest error over its limit of some checks, NaN counted as largest; None without any."""
-    known = [at_worst(ratio) for check in checks if (ratio := number(ratio_of(check))) is not None]
+    known = [at_worst(ratio) for check in checks if (ratio := ratio_of(check)) is not None]
     return max(known, default=None)
 
 
-def ratio_of(check: CheckRecord) -> Any:
-    """Return a check's error over its limit as results.json has it: the larger one where it was judged twice.
+def ratio_of(check: Check) -> float | None:
+    """Return a check's error over its limit: the larger one where it was judged twice.
 
     None where nothing was measured, for which results.json has the ratio 0.
     """
-    measured = check.get("end_to_end") or check.get("continued")
-    if not measured and check.get("verdict") in UNMEASURED:
-        return None
-    return check.get("ratio", (check.get("end_to_end") or {}).get("worst_ratio"))
+    return check.ratio if check.end_to_end or check.continued or check.outcome not in UNMEASURED else None
 
 
 def least_share(distinct: int) -> float:

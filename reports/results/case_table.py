@@ -19,10 +19,10 @@ from weakref import finalize
 import msgspec
 
 from rayproof.reports.results.case_records import CaseRecord, worst_ratio
-from rayproof.reports.results.compact import TABLE, compact_case, expand
+from rayproof.reports.results.compact import compact_case, expand_case
 from rayproof.reports.results.files import as_json
 from rayproof.reports.results.outcomes import Outcome
-from rayproof.reports.results.records import RunRecord, problem_of_case
+from rayproof.reports.results.records import problem_of_case
 
 NAME = "results.sqlite"
 APPLICATION = 0x52415952  # "RAYR" in SQLite's header: says that the file is ours
@@ -176,7 +176,7 @@ class CaseTable:
                 place, key, record, added = self._connection.execute(
                     "SELECT place, key, record, added FROM cases WHERE id = ?", (row,)
                 ).fetchone()
-                case = _expanded(_object(_inflated(record)))
+                case = expand_case(_object(_inflated(record)))
                 later = _object(added) if added else None
                 if later is not None and "picture" in later:
                     case["picture"] = later["picture"]
@@ -257,7 +257,7 @@ class CaseTable:
             if row is None:
                 raise KeyError(f"case {number} is gone")
             text = _inflated(row[0])
-            record = _expanded(_object(text))
+            record = expand_case(_object(text))
             if row[1]:
                 record.update(_object(row[1]))
             if wrong := problem_of_case(record):
@@ -408,13 +408,6 @@ def _object(text: bytes | str) -> CaseRecord:
     if not isinstance(found, dict):
         raise TypeError("is no JSON object")
     return cast(CaseRecord, found)
-
-
-def _expanded(record: CaseRecord) -> CaseRecord:
-    """Return a record as it was kept, in place: `compact_case` undone."""
-    table = cast("dict[str, Any]", record).pop(TABLE, [])
-    expand(cast("RunRecord", {"cases": [record], TABLE: table}))
-    return record
 
 
 def _laid_over(record: bytes | str, added: str | None) -> CaseRecord:

@@ -7,34 +7,26 @@ measurement is counts of what never was. `publish/page/html/records.js` undoes i
 from collections.abc import Iterator, Mapping
 from typing import Any, Literal, cast
 
+import msgspec
+
 from rayproof.reports.results.case_records import (
     AdjudicationRecord,
     CaseRecord,
-    CheckFacts,
+    Check,
     CheckGroupRecord,
-    CheckRecord,
-    MeasurementRecord,
+    Measurement,
     RenderRecord,
     WrittenCaseRecord,
-    WrittenCheckRecord,
 )
 from rayproof.reports.results.outcomes import Outcome
 from rayproof.reports.results.records import RunRecord
 
 TABLE = "derivations"
-MEASUREMENTS: tuple[Literal["end_to_end", "continued"], ...] = ("end_to_end", "continued")
-# Of a measurement: left out where it is 0.
-COUNTS = (
-    "over_inside", "edge", "differ_at_edge", "wrong_at_edge", "in_window", "differ_in_window", "hit_miss",
-    "nan", "inf", "flagged",
-)  # fmt: skip
+MEASUREMENTS = ("end_to_end", "continued")
+NUMBERS = ("worst_ratio", "worst_error", "limit", "ulp", "mean_wrong")  # of a measurement: left out where it is 0
 RENDERED = (("error", None), ("cached", False))  # usual of a render, and left out
 # Of a stage's matrix: left out where it is that of the first stage.
 SHARED: tuple[Literal["baseline", "renderers"], ...] = ("baseline", "renderers")
-NUMBERS = ("worst_ratio", "worst_error", "limit", "ulp")  # likewise
-# Of the pixels that a check examined: left out where it is 0. `strict` is what is left of `pixels`, which are those of
-# the image where they are not there.
-KINDS = ("wide", "side", "interval", "epsilon", "wrong", "unexamined")
 
 
 def compact(record: CaseRecord, places: dict[str, int]) -> WrittenCaseRecord:
@@ -44,12 +36,12 @@ def compact(record: CaseRecord, places: dict[str, int]) -> WrittenCaseRecord:
         groups: dict[tuple[str, str], CheckGroupRecord] = {}
         because: dict[str, dict[str, int]] = {}
         for check in record["checks"]:
-            of = check.get("configuration", ""), check.get("reference", "")
+            of = check.configuration, check.reference
             group = groups.setdefault(of, {"configuration": of[0], "reference": of[1], "stages": {}})
-            place = places.setdefault(str(check["because"]), len(places)) if "because" in check else None
-            stage = check.get("stage", "")
-            usual = because.setdefault(of[1], {}).setdefault(stage, place) if place is not None else None
-            group["stages"][stage] = _without_the_usual(check, _pixels(record), None if place == usual else place)
+            place = places.setdefault(str(check.because), len(places))
+            usual = because.setdefault(check.reference, {}).setdefault(check.stage, place)
+            own = None if place == usual else place
+            group["stages"][check.stage] = cast("Check", _without_the_usual(check, _pixels(record), own))
         written["checks"] = list(groups.values())
         written["because"] = because
     if "renders" in record:
@@ -89,101 +81,78 @@ def expand(results: RunRecord) -> None:
                     cast("dict[str, Any]", matrix)[name] = first[name]
 
 
-def _checks(case: CaseRecord, because: Mapping[str, Any], table: list[str]) -> Iterator[CheckRecord]:
-    for entry in case["checks"]:
-        grouped = isinstance(entry, dict) and "stages" in entry
-        for stage, check in cast("CheckGroupRecord", entry)["stages"].items() if grouped else (("", entry),):
+def expand_case(record: Mapping[str, Any]) -> CaseRecord:
+    """Return a record as it was kept, in place: `compact_case` undone."""
+    case = cast("dict[str, Any]", record)
+    expand(cast("RunRecord", {"cases": [case], TABLE: case.pop(TABLE, [])}))
+    return cast("CaseRecord", case)
+
+
+def _checks(case: CaseRecord, because: Mapping[str, Any], table: list[str]) -> Iterator[Check]:
+    for entry in cast("list[dict[str, Any]]", case["checks"]):
+        grouped = "stages" in entry
+        for stage, check in entry["stages"].items() if grouped else (("", entry),):
             if grouped:
-                of = cast("CheckGroupRecord", entry)
-                told = {"configuration": of["configuration"], "reference": of["reference"], "stage": stage}
+                of = {name: entry[name] for name in ("configuration", "reference")}
                 usual = because.get(of["reference"], {}).get(stage)
-                check = cast("WrittenCheckRecord", {**told, **({} if usual is None else {"because": usual}), **check})
-                check.setdefault("verdict", Outcome.PASS.value)
-                _examined(check, _pixels(case))
+                check = {**of, "stage": stage, **({} if usual is None else {"because": usual}), **check}
+                if (counts := check.get("examined", {})) is not None:
+                    check["examined"] = {"pixels": _pixels(case), **counts}
+            # What an earlier schema had of a check without a verdict is none that passed.
+            check.setdefault("verdict", (Outcome.PASS if grouped else Outcome.MISSING).value)
             place = check.get("because")
             if isinstance(place, int) and not isinstance(place, bool):
                 check["because"] = str(table[place]) if 0 <= place < len(table) else ""
-            check.setdefault("reason", "")
             for name in MEASUREMENTS:
-                measured = check.setdefault(name, None)
+                measured = check.get(name)
                 if name == "continued" and measured == {} and check["end_to_end"]:
                     measured = check[name] = check["end_to_end"].copy()
-                if isinstance(measured, dict):
-                    _complete(measured, _pixels(case))
-            whole = check["end_to_end"]
-            if "ratio" not in check and isinstance(whole, dict):
+                if measured is not None:
+                    measured.setdefault("interior", _pixels(case) - measured.get("edge", 0))
+                    measured.setdefault("worst_inside", measured.get("worst_ratio", 0.0))
+            if "ratio" not in check and isinstance(whole := check.get("end_to_end"), dict):
                 check["ratio"] = whole.get("worst_ratio") or 0.0
-            yield cast("CheckRecord", check)
+            yield msgspec.convert(check, Check, strict=False)  # numbers that JSON lacks are strings
 
 
-def _without_the_usual(check: CheckRecord, pixels: int, because: int | None) -> WrittenCheckRecord:
+def _without_the_usual(check: Check, pixels: int, because: int | None) -> dict[str, Any]:
     """Return a check without where it stands, and without what `expand` knows; `because` is a derivation of its own."""
-    left = cast("dict[str, Any]", dict(check))
+    left: dict[str, Any] = msgspec.to_builtins(check)
     for name in ("configuration", "reference", "stage", "because"):
         left.pop(name, None)
     if because is not None:
         left["because"] = because
-    if left.get("reason") == "":
-        del left["reason"]
-    if left.get("verdict") == Outcome.PASS:
-        del left["verdict"]
-    for name in MEASUREMENTS:
-        measured: MeasurementRecord | None = left.get(name)
-        if measured is None:
-            left.pop(name, None)
-        else:
-            if name == "continued" and measured == check.get("end_to_end"):
-                left[name] = {}
-                continue
-            if name == "end_to_end" and "ratio" in left and left["ratio"] == measured.get("worst_ratio"):
-                del left["ratio"]
-            # None at all would be that of end to end.
-            left[name] = _terse(measured, pixels) or {"interior": measured["interior"]}
-    examined = left.get("examined")
-    if examined is None:
-        left["examined"] = None
-    else:
-        left["examined"] = {name: examined[name] for name in KINDS if examined.get(name)}
-        if examined.get("pixels") != pixels:
-            left["examined"]["pixels"] = examined.get("pixels", 0)
-        if not left["examined"]:
-            del left["examined"]
-    return cast("WrittenCheckRecord", left)
-
-
-def _examined(check: CheckFacts, pixels: int) -> None:
-    counts = check.get("examined", {})
-    if counts is not None:
-        every = {"pixels": pixels, **dict.fromkeys(KINDS, 0), **counts}
-        check["examined"] = every | {"strict": every["pixels"] - sum(every[name] for name in KINDS)}
+    if (whole := check.end_to_end) is not None:
+        if repr(check.ratio) == repr(whole.worst_ratio):  # NaN is that, too
+            del left["ratio"]
+        # None at all would be that of end to end.
+        left["end_to_end"] = _terse(whole, pixels) or {"interior": whole.interior}
+    if (own := check.continued) is not None:
+        left["continued"] = {} if repr(own) == repr(whole) else _terse(own, pixels) or {"interior": own.interior}
+    examined: dict[str, int] | None = left.setdefault("examined", None)
+    if examined is not None and examined.get("pixels") == pixels:
+        del examined["pixels"]
+    if examined == {}:
+        del left["examined"]
+    return left
 
 
 def _pixels(case: Mapping[str, Any]) -> int:
     return (case.get("width") or 0) * (case.get("height") or 0)
 
 
-def _terse(measured: MeasurementRecord, pixels: int) -> MeasurementRecord:
-    left = measured.copy()
-    if left.get("interior") == pixels - left.get("edge", 0):  # of the image's `pixels`
+def _terse(measured: Measurement, pixels: int) -> dict[str, Any]:
+    left: dict[str, Any] = msgspec.to_builtins(measured)
+    if measured.interior == pixels - measured.edge:  # of the image's `pixels`
         del left["interior"]
-    if left.get("worst_inside") == left.get("worst_ratio"):
-        left.pop("worst_inside", None)
-    for name in (*COUNTS, *NUMBERS):
+    if repr(measured.worst_inside) == repr(measured.worst_ratio):
+        del left["worst_inside"]
+    for name in NUMBERS:
         if left.get(name) == 0:
             del left[name]
-    if left.get("pixel") == [0, 0]:
-        del left["pixel"]
+    if measured.pixel == (0, 0):
+        left.pop("pixel", None)
     return left
-
-
-def _complete(measured: MeasurementRecord, pixels: int) -> None:
-    measured.setdefault("interior", pixels - measured.get("edge", 0))
-    for name in COUNTS:
-        measured.setdefault(name, 0)
-    for name in NUMBERS:
-        measured.setdefault(name, 0.0)
-    measured.setdefault("pixel", [0, 0])
-    measured.setdefault("worst_inside", measured.get("worst_ratio"))
 
 
 def _unlike(first: AdjudicationRecord, matrix: AdjudicationRecord) -> AdjudicationRecord:

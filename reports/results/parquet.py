@@ -12,7 +12,7 @@ from pathlib import Path
 import pyarrow as pa
 from pyarrow import parquet
 
-from rayproof.reports.results.case_records import CaseRecord, MeasurementRecord
+from rayproof.reports.results.case_records import CaseRecord
 from rayproof.reports.results.files import encodable, replacing
 from rayproof.reports.results.records import RunRecord
 
@@ -57,26 +57,26 @@ def write_checks(path: Path, results: RunRecord) -> int:
 
 def _rows(case: CaseRecord) -> Iterator[dict[str, str | float | None]]:
     for check in case.get("checks", []):
-        measured: MeasurementRecord = check.get("end_to_end") or {}
-        column, row = measured.get("pixel") or (None, None)
+        measured = check.end_to_end
+        column, row = (measured and measured.pixel) or (None, None)
         texts = {
             "case": case["name"],
             "family": case["family"],
-            "verdict": check["verdict"],
-            "configuration": check.get("configuration"),
-            "reference": check.get("reference"),
-            "stage": check.get("stage"),
-            "reason": check.get("reason"),
+            "verdict": check.outcome,
+            "configuration": check.configuration,
+            "reference": check.reference,
+            "stage": check.stage,
+            "reason": check.reason,
         }
         yield {
             **{name: None if text is None else encodable(text) for name, text in texts.items()},
-            "ratio": _number(check.get("ratio")),
-            "worst_error": _number(measured.get("worst_error")),
-            "limit": _number(measured.get("limit")),
+            "ratio": check.ratio,
+            "worst_error": measured and measured.worst_error,
+            "limit": measured and measured.limit,
             "column": column,
             "row": row,
-            "interior": measured.get("interior"),
-            "edge": measured.get("edge"),
+            "interior": measured and measured.interior,
+            "edge": measured and measured.edge,
         }
 
 

@@ -331,17 +331,16 @@ def _within(one: tuple[str, float | None, float | None, float | None], value: fl
 def _run(folder: Path) -> Reproducible:
     from rayproof.reports.results.case_records import ratio_of
     from rayproof.reports.results.document import load_results
-    from rayproof.reports.results.files import number
 
     verdicts: Reproducible = {}
     for case in load_results(folder)["cases"]:
         verdicts[case["name"]] = (case["verdict"], None, None, None)
         for check in case.get("checks", []):
-            ratio = number(ratio_of(check))
+            ratio = ratio_of(check)
             # Within its limit an error may move, and beyond it too: the limit decides.
             low, high = (0.0, 1.0) if ratio is not None and ratio <= 1 else (1.0, math.inf)
-            name = f"{case['name']} {check['configuration']} {check['reference']} {check['stage']}"
-            verdicts[name] = (check["verdict"], ratio, low, high)
+            name = f"{case['name']} {check.name}"
+            verdicts[name] = (check.outcome, ratio, low, high)
     return verdicts
 
 

@@ -14,10 +14,10 @@ import msgspec
 from msgspec import Meta
 
 from rayproof.reports.results.case_records import (
+    JUDGING,
     CaseRecord,
     ComparedCheckRecord,
     Count,
-    LeaningRecord,
     Number,
     Seconds,
     Verdict,
@@ -116,11 +116,14 @@ class CommonFactorRecord(TypedDict, total=False):
     verdict: Verdict
 
 
-class WideLimitsRecord(LeaningRecord):
-    """The same of a whole run, for one configuration and stage of light; each camera and its lights count once."""
+class WideLimitsRecord(TypedDict):
+    """A `Leaning` of a whole run, for one configuration and stage of light; each camera and its lights count once."""
 
     configuration: str
     stage: str
+    pixels: Count
+    above: Count
+    below: Count
     verdict: Verdict
 
 
@@ -389,7 +392,7 @@ def _sentence(message: str, place: str, document: Any) -> str:
         return f"{place + '.' if place else ''}{missing[1]} is missing"
     if message.startswith("Invalid enum value") and place == "schema":
         wanted = "one of 1, 2, 3, 4"
-    elif "matching regex" in message:
+    elif "matching regex" in message or message.startswith("Invalid enum value"):
         wanted = f"one of {', '.join(Outcome)}"
     elif "length" in message:
         wanted = "a non-empty text"
@@ -423,4 +426,8 @@ def _shown(value: Any) -> str:
 @cache
 def schema() -> dict[str, Any]:
     """Return the JSON Schema (2020-12) of results.json."""
-    return msgspec.json.schema(WrittenRunRecord)
+    found = msgspec.json.schema(WrittenRunRecord)
+    for name, fields in JUDGING.items():
+        for each in fields:
+            del found["$defs"][name]["properties"][each]
+    return found

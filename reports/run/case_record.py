@@ -19,7 +19,7 @@ from rayproof.reports.judge.measurement import unexamined
 from rayproof.reports.judge.oracle import stages_of
 from rayproof.reports.processes.worker import Reply
 from rayproof.reports.program_name import called
-from rayproof.reports.results.case_records import CaseRecord, CheckRecord
+from rayproof.reports.results.case_records import CaseRecord, Check
 from rayproof.reports.results.outcomes import Outcome
 from rayproof.reports.run.plan import DEFAULTS, PlannedCase
 from rayproof.reports.run.pooled_factors import camera_and_lights
@@ -94,19 +94,17 @@ def unjudged(
 ) -> CaseRecord:
     """Return the record, as docs/results.md describes it; `reply` is what came of judging."""
     why = f"judging failed: {reply.error}"
-    checks: list[CheckRecord] = [
-        {
-            "configuration": configuration.name,
-            "reference": reference.name,
-            "stage": stage.value,
-            "verdict": Outcome.ERROR.value,
-            "reason": why,
-            "ratio": 0.0,
-            "end_to_end": None,
-            "continued": None,
-            "examined": unexamined(stage, case.scene.camera).as_json(),
-            "because": "",
-        }
+    checks = [
+        Check(
+            configuration=configuration.name,
+            reference=reference.name,
+            stage=stage,
+            outcome=Outcome.ERROR,
+            reason=why,
+            ratio=0.0,
+            examined=unexamined(stage, case.scene.camera),
+            because="",
+        )
         for configuration in subjects
         for reference in references
         for stage in stages_of(case.scene)

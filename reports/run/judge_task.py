@@ -208,7 +208,7 @@ def _record(task: JudgeTask, judged: Judged, scene: str, images: dict[str, str])
         "abstained": {reference.name: reference.error for reference in task.references if reference.error is not None},
         "stopped": [one.name for one in (*task.subjects, *task.references) if one.stopped],
         "notes": [{"reference": name, "note": note} for name, note in notes],
-        "checks": [check.as_json() for check in judged.checks],
+        "checks": [check.recorded() for check in judged.checks],
         "expectations": judged.expectations,
     }
     if dark:

@@ -12,9 +12,11 @@ from array import array
 from collections.abc import Iterable, Mapping, Sequence
 from statistics import median
 
+from msgspec.structs import astuple
+
 from rayproof.cases.scene import Scene
 from rayproof.cases.stages import Stage
-from rayproof.reports.results.case_records import LEAST_DISTINCT, CaseRecord, LeaningRecord, least_share
+from rayproof.reports.results.case_records import LEAST_DISTINCT, CaseRecord, Leaning, least_share
 from rayproof.reports.results.files import at_worst
 from rayproof.reports.results.outcomes import Outcome
 from rayproof.reports.results.records import CommonFactorRecord, WideLimitsRecord
@@ -33,22 +35,22 @@ class CommonFactors:
         self._voices: dict[str, int] = {}  # who shares a camera and lights, by number
         self._words: dict[tuple[str, str], tuple[array[int], array[float], array[float]]] = {}
         # Of who shares a camera and lights the case with the most pixels: others may show the same ones.
-        self._wide: dict[tuple[str, str], dict[str, LeaningRecord]] = {}
+        self._wide: dict[tuple[str, str], dict[str, Leaning]] = {}
 
     def add(self, record: CaseRecord) -> None:
         """Take up another case."""
         for check in record["checks"]:
-            bias, told = check.get("bias"), record.get("camera_and_lights", record["name"])
-            if bias is not None and (wide := bias.get("wide")) is not None:
-                cases = self._wide.setdefault((check["configuration"], check["stage"]), {})
-                cases[told] = max(cases.get(told, wide), wide, key=lambda one: one["pixels"])
-            if bias is not None and bias["common"] is not None:
+            bias, told = check.bias, record.get("camera_and_lights", record["name"])
+            if bias is not None and (wide := bias.wide) is not None:
+                cases = self._wide.setdefault((check.configuration, check.stage), {})
+                cases[told] = max(cases.get(told, wide), wide, key=lambda one: one.pixels)
+            if bias is not None and bias.common is not None:
                 voice = self._voices.setdefault(told, len(self._voices))
-                key = check["configuration"], check["stage"]
+                key = check.configuration, check.stage
                 words = self._words.setdefault(key, (array("l"), array("d"), array("d")))
                 words[0].append(voice)
-                words[1].append(at_worst(bias["common"]))
-                words[2].append(at_worst(bias["allowance"]))
+                words[1].append(at_worst(bias.common))
+                words[2].append(at_worst(bias.allowance))
 
     @property
     def pooled(self) -> list[CommonFactorRecord]:
@@ -74,7 +76,7 @@ class CommonFactors:
         for (configuration, stage), cases in sorted(
             self._wide.items(), key=lambda entry: (entry[0][0], list(Stage).index(Stage(entry[0][1])))
         ):
-            pixels, above, below = (sum(one[key] for one in cases.values()) for key in ("pixels", "above", "below"))
+            pixels, above, below = map(sum, zip(*map(astuple, cases.values()), strict=True))
             verdict = Outcome.PASS if max(above, below) <= (1 - least_share(pixels)) * pixels else Outcome.FAIL
             verdict = Outcome.UNDECIDED if pixels < LEAST_DISTINCT else verdict
             found.append(

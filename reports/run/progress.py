@@ -130,9 +130,5 @@ def worst_first(records: Sequence[CaseRecord], *, most: int = 12) -> Table:
 
 def highest(record: CaseRecord) -> tuple[float, str] | None:
     """Return a case's largest error over limit and the check where it was met; None where nothing was measured."""
-    ratios = [
-        (at_worst(ratio), f"{check['configuration']} {check['reference']} {check['stage']}")
-        for check in record["checks"]
-        if (ratio := ratio_of(check)) is not None
-    ]
+    ratios = [(at_worst(ratio), check.name) for check in record["checks"] if (ratio := ratio_of(check)) is not None]
     return max(ratios, default=None)

@@ -112,10 +112,10 @@ class SceneClimb:
         `ran` says that the items that the renderer's formulas cover are known.
         """
         outcome = Outcome(record["verdict"])
-        checks = [one for one in record.get("checks", []) if one.get("reference") == ORACLE]
-        lacking = {one.get("stage", ""): one.get("reason") for one in checks if one["verdict"] == Outcome.UNSUPPORTED}
+        checks = [one for one in record.get("checks", []) if one.reference == ORACLE]
+        lacking = {one.stage: one.reason for one in checks if one.outcome == Outcome.UNSUPPORTED}
         if rung == 0:
-            self.answered = frozenset(one.get("stage", "") for one in checks) - lacking.keys()
+            self.answered = frozenset(one.stage for one in checks) - lacking.keys()
         reason, stage = str(record.get("reason") or ""), str(record.get("stage") or "")
         broken = any(render.get("error") for render in record.get("renders", []))
         if outcome is Outcome.REFERENCE_SUSPECT or (outcome is Outcome.ERROR and not broken):

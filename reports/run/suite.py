@@ -365,12 +365,12 @@ def _shrinking(request: RunOptions, results: RunRecord) -> str | None:
         return None
     worst = next((case for case in worst_cases_first(results["cases"]) if case["verdict"] == Outcome.FAIL), None)
     case = None if worst is None else named(results["cases"], worst["name"])
-    failed = [check for check in by_references(case) if check["verdict"] == Outcome.FAIL] if case else []
+    failed = [check for check in by_references(case) if check.outcome == Outcome.FAIL] if case else []
     if case is None or not failed or not case.get("reproduce"):
         return None
     program, _, name = shlex.split(str(case["reproduce"]))[:3]
     subject = request.subject
-    who = ["--configuration", failed[0]["configuration"]] if subject.is_tracer else ["--subject", subject.title]
+    who = ["--configuration", failed[0].configuration] if subject.is_tracer else ["--subject", subject.title]
     return shlex.join([program, "shrink", name, *who, "--out", str(request.out / SMALL / place_of(case["name"]))])
 
 

@@ -12,8 +12,14 @@ from typing import Any, TypedDict, cast
 from rayproof.cases.case import ITEMS
 from rayproof.cases.stages import IMAGE_STAGES, Stage
 from rayproof.reports.judge.known_defects import known_findings
-from rayproof.reports.judge.measurement import Examined
-from rayproof.reports.results.case_records import BY_LAWS, CaseRecord, CheckRecord, Number, by_references
+from rayproof.reports.results.case_records import (
+    BY_LAWS,
+    CaseRecord,
+    Check,
+    Examined,
+    Number,
+    by_references,
+)
 from rayproof.reports.results.files import at_worst, legible
 from rayproof.reports.results.images import keeps_images
 from rayproof.reports.results.outcomes import MEASURED, Outcome, concerning, ledger, worst
@@ -72,7 +78,7 @@ class Totals:
         self.dark: list[str] = []  # the first scenes of which no pixel is lit
         self._changing: list[str] = []  # what was rendered twice and is not the same, in sentences
         self._growth: tuple[int, str] = (0, "")  # bytes of memory a scene by which the subject grew most, and the case
-        self._examined, self._passing = _nothing_examined(), _nothing_examined()
+        self._examined = self._passing = Examined(pixels=0)
         self._coverage = _nothing_covered()
         self._limits = Limits()
         self._answered = Answered()
@@ -104,16 +110,15 @@ class Totals:
         self._answered.add(record)
         _cover(self._coverage, record)
         for check in record["checks"]:
-            outcome = Outcome(check["verdict"])
-            self.checks[outcome] += 1
-            for ledger_of in (self._examined, *([self._passing] if outcome is Outcome.PASS else [])):
-                # Laws look at images of other scenes.
-                for name, count in ((check["reference"] != BY_LAWS and check.get("examined")) or {}).items():
-                    ledger_of[name] += count
-            if (finding := check.get("finding")) and len(met := self._met.setdefault(finding, [])) < LISTED:
+            self.checks[check.outcome] += 1
+            if check.examined is not None and check.reference != BY_LAWS:  # laws look at images of other scenes
+                self._examined += check.examined
+                if check.outcome is Outcome.PASS:
+                    self._passing += check.examined
+            if (finding := check.finding) and len(met := self._met.setdefault(finding, [])) < LISTED:
                 met.append(_name(record, check))
-            if outcome in MEASURED:
-                self._heard.add(check["reference"])
+            if check.outcome in MEASURED:
+                self._heard.add(check.reference)
 
     def case_ledger(self, *, planned: int) -> LedgerRecord:
         """Return the ledger of cases; raise ValueError if it does not add up to the plan.
@@ -151,12 +156,12 @@ class Totals:
     @property
     def examined(self) -> dict[str, int]:
         """Return what the checks of all cases examined, pixel by pixel."""
-        return Examined(**self._examined).as_json()  # raises where the sums do not add up: each ledger did
+        return self._examined.counts
 
     @property
     def examined_passing(self) -> dict[str, int]:
         """Return the same of the checks that passed."""
-        return Examined(**self._passing).as_json()
+        return self._passing.counts
 
     @property
     def coverage(self) -> dict[str, CoverageRecord]:
@@ -205,7 +210,7 @@ class Answered:
         """Take up another case. A stage is answered if a check of it measured something, or none of them lacks it."""
         outcomes: dict[tuple[str, str], list[Outcome]] = {}
         for check in by_references(record):
-            outcomes.setdefault((check["configuration"], check["stage"]), []).append(Outcome(check["verdict"]))
+            outcomes.setdefault((check.configuration, check.stage), []).append(check.outcome)
         there: dict[bool, set[str]] = {True: set(), False: set()}
         done, planned = self._families.get(record["family"], (0, 0))
         for (_, stage), found in outcomes.items():
@@ -287,10 +292,10 @@ class Limits:
         """Take up another case."""
         for check in by_references(record):
             # Integers are equal or not: their limit is 0 and cannot be slack.
-            if check["stage"] in (Stage.OBJECT, Stage.VISIBILITY) or Outcome(check["verdict"]) not in MEASURED:
+            if check.stage in (Stage.OBJECT, Stage.VISIBILITY) or check.outcome not in MEASURED:
                 continue
-            key = (check["configuration"], check["reference"], check["stage"])
-            ratio, name = at_worst(check["ratio"]), _name(record, check)
+            key = (check.configuration, check.reference, check.stage)
+            ratio, name = at_worst(check.ratio), _name(record, check)
             place, count, highest, whose = self._groups.get(key, (len(self._groups), 0, ratio, name))
             self._groups[key] = (place, count + 1, *max((highest, whose), (ratio, name)))
             if HIGH < ratio <= 1:
@@ -320,10 +325,6 @@ def of(records: Iterable[CaseRecord]) -> Totals:
     return totals
 
 
-def _nothing_examined() -> dict[str, int]:
-    return dict.fromkeys(Examined(pixels=0).as_json(), 0)
-
-
 def _nothing_covered() -> dict[str, Covered]:
     return {
         item: {"cases": 0, "failed": 0, "worst_ratio": 0.0, "worst_check": None, "references": set()} for item in ITEMS
@@ -332,9 +333,9 @@ def _nothing_covered() -> dict[str, Covered]:
 
 def _cover(found: dict[str, Covered], record: CaseRecord) -> None:
     """Add to each specification item what a case measured of it."""
-    compared = [check for check in by_references(record) if Outcome(check["verdict"]) in MEASURED]
+    compared = [check for check in by_references(record) if check.outcome in MEASURED]
     # Many items are measured by the same checks: what these come to is worked out once.
-    known: dict[tuple[tuple[str, ...], frozenset[str], bool], tuple[bool, set[str], CheckRecord] | None] = {}
+    known: dict[tuple[tuple[str, ...], frozenset[str], bool], tuple[bool, set[str], Check] | None] = {}
     for item in record["covers"]:
         stages = STAGE_ITEMS.get(item) or STAGE_ITEMS[item.split("-")[0]]
         ran = frozenset(configuration for configuration, items in record["ran"].items() if item in items)
@@ -345,8 +346,8 @@ def _cover(found: dict[str, Covered], record: CaseRecord) -> None:
                 [
                     check
                     for check in compared
-                    if check["stage"] in stages
-                    and check["configuration"] in ran
+                    if check.stage in stages
+                    and check.configuration in ran
                     and (shows_in_misses or _hits_something(check))
                 ]
             )
@@ -358,30 +359,30 @@ def _cover(found: dict[str, Covered], record: CaseRecord) -> None:
         entry["cases"] += 1
         entry["failed"] += failed
         entry["references"] |= references
-        if entry["worst_check"] is None or at_worst(worst_check["ratio"]) > at_worst(entry["worst_ratio"]):
-            entry["worst_ratio"] = worst_check["ratio"]
+        if entry["worst_check"] is None or at_worst(worst_check.ratio) > at_worst(entry["worst_ratio"]):
+            entry["worst_ratio"] = worst_check.ratio
             entry["worst_check"] = _name(record, worst_check)
 
 
-def _together(checks: list[CheckRecord]) -> tuple[bool, set[str], CheckRecord] | None:
+def _together(checks: list[Check]) -> tuple[bool, set[str], Check] | None:
     """Return whether one of the checks fails, their references, and the one nearest to its limit; None of none."""
     if not checks:
         return None
-    failed = any(check["verdict"] == Outcome.FAIL.value for check in checks)
-    return failed, {check["reference"] for check in checks}, max(checks, key=lambda check: at_worst(check["ratio"]))
+    failed = any(check.outcome is Outcome.FAIL for check in checks)
+    return failed, {check.reference for check in checks}, max(checks, key=lambda check: at_worst(check.ratio))
 
 
-def _hits_something(check: CheckRecord) -> bool:
+def _hits_something(check: Check) -> bool:
     """Say whether a check met a surface at all: where nothing is hit nothing is turned, lit or seen.
 
     A miss tells of hit tests and cameras as much as a hit does.
     """
-    measured = check.get("end_to_end")
-    return measured is None or measured["interior"] > 0
+    measured = check.end_to_end
+    return measured is None or measured.interior > 0
 
 
-def _name(record: CaseRecord, check: CheckRecord) -> str:
-    return f"{record['name']} {check['configuration']} {check['reference']} {check['stage']}"
+def _name(record: CaseRecord, check: Check) -> str:
+    return f"{record['name']} {check.name}"
 
 
 def results_document(

@@ -19,6 +19,8 @@ import numpy as np
 from rayproof.cases.case import Case
 from rayproof.reports.judge.answers import Answers
 from rayproof.reports.results.case_records import CaseRecord
+from rayproof.reports.results.compact import compact_case, expand_case
+from rayproof.reports.results.files import as_json
 from rayproof.reports.run.cache_store import About, DamagedEntryError, Entry, Store
 from rayproof.reports.run.options import Demands
 from rayproof.reports.run.reference_cache import Key, code, machine
@@ -125,7 +127,7 @@ def recall(store: Store, key: str) -> Judgement | None:
 
 def _judgement(entry: Entry) -> Judgement:
     arrays = dict(entry[1])
-    record = json.loads(zlib.decompress(arrays.pop(RECORD).tobytes()))
+    record = expand_case(json.loads(zlib.decompress(arrays.pop(RECORD).tobytes())))
     if not all(map(_belongs, arrays)):
         raise DamagedEntryError("it names files elsewhere than a record's lie")
     files = {name: zlib.decompress(array.tobytes()) for name, array in arrays.items()}
@@ -135,7 +137,7 @@ def _judgement(entry: Entry) -> Judgement:
 def keep(store: Store, key: str, folder: Path, record: CaseRecord) -> None:
     """Keep a record with its files; a store that cannot be written keeps nothing, and nothing depends on it."""
     names = [record["scene"], record.get("pixels"), *(render.get("image") for render in record["renders"])]
-    arrays = {RECORD: _packed(json.dumps(record).encode())}
+    arrays = {RECORD: _packed(as_json(compact_case(record)).encode())}
     try:
         for name in filter(None, names):
             if not _belongs(name):

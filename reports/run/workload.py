@@ -21,6 +21,7 @@ from rayproof.reports.processes.pool import Pool
 from rayproof.reports.program_name import called
 from rayproof.reports.results.case_records import CaseRecord
 from rayproof.reports.results.case_table import NAME, Cases, CaseTable, DamagedTableError
+from rayproof.reports.results.compact import expand_case
 from rayproof.reports.results.document import ResultsError, load_results
 from rayproof.reports.results.files import replacing
 from rayproof.reports.results.outcomes import Outcome
@@ -131,7 +132,7 @@ def _earlier(path: Path) -> Iterable[tuple[str, CaseRecord]]:
             with suppress(ValueError, KeyError, TypeError, zlib.error, sqlite3.Error):
                 entry = json.loads(line)
                 packed = entry.get("record")
-                known = None if packed is None else json.loads(zlib.decompress(base64.b64decode(packed)))
+                known = None if packed is None else expand_case(json.loads(zlib.decompress(base64.b64decode(packed))))
                 yield str(entry["key"]), settled[entry["key"]] if known is None else known
 
 

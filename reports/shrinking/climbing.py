@@ -21,7 +21,7 @@ from rayproof.cases.random_scenes.features import FEATURES, Step
 from rayproof.cases.scene import Scene, SceneError
 from rayproof.cases.scene_json import scene_to_json
 from rayproof.cases.stages import Stage
-from rayproof.reports.judge.checks import Check
+from rayproof.reports.results.case_records import Check
 from rayproof.reports.results.outcomes import Outcome
 from rayproof.reports.shrinking.failure import Renderer, judged
 from rayproof.reports.shrinking.numbers import groups

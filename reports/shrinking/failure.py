@@ -13,10 +13,10 @@ from rayproof.cases.stages import Stage, StageImages
 from rayproof.reference.analytic import Analytic
 from rayproof.reports.judge.answers import Answers
 from rayproof.reports.judge.case import judge_case
-from rayproof.reports.judge.checks import Check
-from rayproof.reports.judge.measurement import Kind, Measurement
+from rayproof.reports.judge.measurement import Kind
 from rayproof.reports.judge.oracle import ORACLE
 from rayproof.reports.judge.verdict import Judged, items_to_blame
+from rayproof.reports.results.case_records import Check, Measurement
 from rayproof.reports.results.outcomes import Outcome
 from rayproof.reports.run import worker_tasks
 from rayproof.reports.run.messages import TRACING, ReferenceTask, SubjectTask, TracerTask, kind_of
@@ -109,13 +109,15 @@ def failure(scene: Scene, render: Renderer, stage: Stage | None = None) -> Failu
         checks = [(one.stage.value, one.outcome.value) for one in verdict.checks]
         items = items_to_blame(guilty.stage, checks, [type(one).__name__ for one in scene.shapes], subject.items)
     measured = _measured(guilty)
+    numbers = (None, None) if measured is None else (measured.limit, measured.worst_error)
+    limit, error = (math.nan if number is None else number for number in numbers)
     return Failure(
         stage=guilty.stage,
         way=_way(guilty.stage, measured),
         items=frozenset(items),
         reason=guilty.reason,
-        limit=math.nan if measured is None else measured.limit,
-        error=math.nan if measured is None else measured.worst_error,
+        limit=limit,
+        error=error,
         pixels=() if measured is None else _pixels(measured),
         answers=subject.answers,
         truth=truth,

@@ -231,7 +231,7 @@ def test_a_run_ends_as_the_renderer_deserves(
     assert results["environment"]["exec"].startswith("lecture 1")
     assert case["reproduce"] == f"rayproof run transforms/square_sheared --subject '{title}'"
     assert (case["stage"], case["item"]) == ((None, None) if code == 0 else ("normal", "NRM-3"))
-    assert {check["stage"] for check in case["checks"] if check["verdict"] == "unsupported"} == {"camera"}
+    assert {check.stage for check in case["checks"] if check.outcome == "unsupported"} == {"camera"}
 
 
 def test_the_starter_and_the_example_share_their_header() -> None:

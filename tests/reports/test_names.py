@@ -20,6 +20,7 @@ from rayproof.reports.run.progress import CaseProgress, worst_first
 from rayproof.reports.run.scenes import cases_of_files
 from rayproof.reports.subjects.calls import call
 from rayproof.reports.terminal import console
+from tests.reports.checks import recorded
 from tests.reports.publish.sample import make_folder
 
 NAME = "ok\n::error title=a::b\r\n::add-mask::c\x1b[31m\x9b1m\u202etxt.exe\u2066 [bold]x[/bold] :warning: \u2028."
@@ -43,7 +44,7 @@ def record() -> dict[str, object]:
         "stage": NAME,
         "item": NAME,
         "seconds": 1.0,
-        "checks": [{"configuration": NAME, "reference": "r", "stage": "s", "ratio": 2.0, "end_to_end": {"a": 1}}],
+        "checks": [recorded(configuration=NAME, reference="r", stage="ray", ratio=2.0)],
     }
 
 

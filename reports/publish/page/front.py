@@ -12,7 +12,7 @@ from rayproof.cases.stages import FACTS, Stage
 from rayproof.reports.judge.known_defects import known_findings
 from rayproof.reports.publish.page.case_data import picture_of, thumbnail_of
 from rayproof.reports.publish.page.plots import Times
-from rayproof.reports.results.case_records import CaseRecord, CheckRecord, worst_of, worst_ratio
+from rayproof.reports.results.case_records import CaseRecord, Check, worst_of, worst_ratio
 from rayproof.reports.results.files import as_json, legible_json, number
 from rayproof.reports.results.float_codec import pack_text
 from rayproof.reports.results.headline import (
@@ -252,9 +252,8 @@ class Front:
         self.times.add(case)
         # The renderers that have a column: those that the run names, then those that only cases name.
         for names, key in ((self._references, "reference"), (self._configurations, "configuration")):
-            for entry in case.get("checks", []):
-                if entry.get(key) is not None:
-                    names.setdefault(str(entry.get(key)))
+            for check in case.get("checks", []):
+                names.setdefault(getattr(check, key))
         for entry in case.get("unsupported", []):
             self._references.setdefault(str(entry.get("reference")))
         entries = [(str(render.get("renderer")), number(render.get("seconds"))) for render in case.get("renders", [])]
@@ -401,9 +400,9 @@ def case_row(folder: Path, file: str, case: CaseRecord, cause: str) -> CaseRow:
         unsupported[name] = unsupported.get(name, 0) + 1
     cells: dict[str, Cell] = {}
     for key in ("reference", "configuration"):
-        of_name: dict[str, list[CheckRecord]] = {}
+        of_name: dict[str, list[Check]] = {}
         for check in checks:
-            of_name.setdefault(str(check.get(key)), []).append(check)
+            of_name.setdefault(getattr(check, key), []).append(check)
         for name, own in of_name.items():
             cells[name] = _cell(own, unsupported.get(name, 0))
     for name in unsupported:
@@ -424,7 +423,7 @@ def case_row(folder: Path, file: str, case: CaseRecord, cause: str) -> CaseRow:
         "cause": cause,
         "ratio": worst_ratio(case),
         "cells": cells,
-        "stages": sorted({str(check["stage"]) for check in checks if check.get("stage")}),
+        "stages": sorted({check.stage for check in checks if check.stage}),
         "picture": picture_of(folder, case),
     }
     if not row["excluded"]:
@@ -434,10 +433,10 @@ def case_row(folder: Path, file: str, case: CaseRecord, cause: str) -> CaseRow:
     return row
 
 
-def _cell(checks: list[CheckRecord], unsupported: int) -> Cell:
-    measured = [check["verdict"] for check in checks if check["verdict"] != Outcome.UNSUPPORTED]
+def _cell(checks: list[Check], unsupported: int) -> Cell:
+    measured = [check.outcome for check in checks if check.outcome != Outcome.UNSUPPORTED]
     refused = unsupported + len(checks) - len(measured)
-    worst = worst_outcome(map(Outcome, {*measured})).value if measured else Outcome.UNSUPPORTED.value
+    worst = worst_outcome({*measured}) if measured else Outcome.UNSUPPORTED
     largest = worst_of(checks)
     # Three digits are what is shown.
     return worst, measured.count(worst), len(checks), None if largest is None else float(f"{largest:.3g}"), refused

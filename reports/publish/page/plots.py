@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypedDict, TypeGuard
 
 from rayproof.reports.publish.page.case_data import vendored
-from rayproof.reports.results.case_records import CaseRecord, CheckRecord, ratio_of
+from rayproof.reports.results.case_records import CaseRecord, Check, ratio_of
 from rayproof.reports.results.files import at_worst, number, write_text
 from rayproof.reports.results.float_codec import pack_json
 from rayproof.reports.results.images import script
@@ -90,11 +90,11 @@ class Times:
 
     def add(self, case: CaseRecord) -> None:
         """Take up another case."""
-        worst: dict[str, dict[str, CheckRecord]] = {}
+        worst: dict[str, dict[str, Check]] = {}
         for check in case.get("checks", []):
-            if number(ratio_of(check)) is not None and check["verdict"] in MEASURED:
-                of = worst.setdefault(str(check.get("configuration")), {})
-                reference = str(check.get("reference"))
+            if ratio_of(check) is not None and check.outcome in MEASURED:
+                of = worst.setdefault(check.configuration, {})
+                reference = check.reference
                 if reference not in of or _size(of[reference]) < _size(check):
                     of[reference] = check
         renders = [render for render in case.get("renders", []) if not render.get("cached")]
@@ -108,7 +108,7 @@ class Times:
                     [
                         self._place("reference", name),
                         _three(check),
-                        self._place("stage", check["stage"]),
+                        self._place("stage", check.stage),
                         theirs.get(name),
                     ]
                     for name, check in checks.items()
@@ -132,12 +132,12 @@ class Times:
 MEASURED = (Outcome.PASS, Outcome.WARN, Outcome.FAIL, Outcome.REFERENCE_SUSPECT)
 
 
-def _size(check: CheckRecord) -> float:
-    ratio = number(ratio_of(check))
+def _size(check: Check) -> float:
+    ratio = ratio_of(check)
     return 0.0 if ratio is None else at_worst(ratio)
 
 
-def _three(check: CheckRecord) -> float | str:
+def _three(check: Check) -> float | str:
     """Return an error over its limit with the three digits that are shown."""
     size = _size(check)
     return float(f"{size:.3g}") if math.isfinite(size) else "inf"

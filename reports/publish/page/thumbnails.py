@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 
 from rayproof.cases.stages import IMAGE_STAGES, Stage
-from rayproof.reports.results.case_records import CaseRecord, CheckRecord, ratio_of
+from rayproof.reports.results.case_records import CaseRecord, Check, ratio_of
 from rayproof.reports.results.case_table import amend, briefs, named
-from rayproof.reports.results.files import at_worst, number, replacing
+from rayproof.reports.results.files import at_worst, replacing
 from rayproof.reports.results.headline import BAD, blame, cause_of, worst_first
 from rayproof.reports.results.images import kept_images
 from rayproof.reports.results.outcomes import Outcome
@@ -59,19 +59,19 @@ def _in_turns(results: RunRecord) -> Iterator[tuple[int, CaseRecord]]:
 def _panels(folder: Path, case: CaseRecord) -> list[np.ndarray] | None:
     """Return three images, (height, width, 3) in [0, 1], or None where the case kept no two to compare."""
     order = [outcome.value for outcome in Outcome]
-    checks = [check for check in case.get("checks", []) if check.get("stage") in IMAGE_STAGES]
+    checks = [check for check in case.get("checks", []) if check.stage in IMAGE_STAGES]
 
-    def rank(check: CheckRecord) -> tuple[bool, int, float]:
-        ratio = number(ratio_of(check))
+    def rank(check: Check) -> tuple[bool, int, float]:
+        ratio = ratio_of(check)
         worst = 0.0 if ratio is None else at_worst(ratio)
-        return check["stage"] != case.get("stage"), -order.index(check["verdict"]), -worst
+        return check.stage != case.get("stage"), -order.index(check.outcome), -worst
 
     checks.sort(key=rank)
     renders, _ = kept_images(folder, case) if checks else ({}, [])
     for check in checks:
-        own = str(check.get("configuration"))
-        ours, theirs = renders.get(f"tracer-{own}", renders.get(own, {})), renders.get(str(check.get("reference")), {})
-        stage = Stage(check["stage"])
+        own = check.configuration
+        ours, theirs = renders.get(f"tracer-{own}", renders.get(own, {})), renders.get(check.reference, {})
+        stage = Stage(check.stage)
         if stage in ours and stage in theirs and ours[stage].shape == theirs[stage].shape:
             return _shown(np.asarray(ours[stage], np.float64), np.asarray(theirs[stage], np.float64))
     return None

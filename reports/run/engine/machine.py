@@ -23,6 +23,8 @@ from tempfile import TemporaryDirectory
 from rayproof.reports.processes.scratch import Scratch, sweep
 from rayproof.reports.processes.signals import end_with_parent
 from rayproof.reports.results.case_records import CaseRecord
+from rayproof.reports.results.compact import compact_case, expand_case
+from rayproof.reports.results.files import as_json
 from rayproof.reports.run.cache_store import usual_store
 from rayproof.reports.run.case_pipeline import CasesUnderWay, Instructions
 from rayproof.reports.run.plan import PlannedCase
@@ -66,14 +68,13 @@ def packed(name: str, record: CaseRecord, folder: Path) -> Finished:
     paths = [folder / f"scenes/{place}.json", folder / f"images/{place}.js"]
     paths += [path for root in ("images", "calls") for path in sorted((folder / root / place).rglob("*"))]
     files = {path.relative_to(folder).as_posix(): path.read_bytes() for path in paths if path.is_file()}
-    return zlib.compress(json.dumps(record).encode()), files
+    return zlib.compress(as_json(compact_case(record)).encode()), files
 
 
 def unpacked(finished: Finished, folder: Path) -> CaseRecord:
     """Return a case's record, once its files are written below a results folder."""
     write(finished[1], folder)
-    record: CaseRecord = json.loads(zlib.decompress(finished[0]))
-    return record
+    return expand_case(json.loads(zlib.decompress(finished[0])))
 
 
 def write(files: Mapping[str, bytes], folder: Path) -> None:

@@ -14,7 +14,7 @@ pytestmark = pytest.mark.process
 def test_records_are_replayed_under_new_names_and_no_folder_has_many_entries(tmp_path: Path) -> None:
     results = make_folder(tmp_path / "run")
     for case in results["cases"]:
-        case |= {"planned": len(case["checks"]), "ran": {}, "checks": [{"ratio": 0.5} | one for one in case["checks"]]}
+        case |= {"planned": len(case["checks"]), "ran": {}}
     save_results(tmp_path / "run", results)
 
     rows = list(replaying.replayed(tmp_path / "run", [2, 600], folder=tmp_path))

@@ -18,12 +18,13 @@ from rayproof.cases.rounding import UNIT_ROUNDOFF
 from rayproof.cases.scene import Scene
 from rayproof.cases.stages import Stage, StageImages
 from rayproof.reports.judge.answers import Answers
-from rayproof.reports.judge.checks import Check, stage_check
+from rayproof.reports.judge.checks import stage_check
 from rayproof.reports.judge.comparison import Comparison
 from rayproof.reports.judge.limit_sentinels import rounded
 from rayproof.reports.judge.measurement import Kind, ratios
 from rayproof.reports.judge.oracle import ORACLE, stages_of
 from rayproof.reports.judge.scene_truth import SceneTruth, scene_truth
+from rayproof.reports.results.case_records import Check
 from rayproof.reports.results.outcomes import Outcome
 from tests.harness.audit.oracle import PatientOracle
 from tests.harness.audit.orders import LiarOrder, LiarReport

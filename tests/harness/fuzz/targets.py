@@ -370,6 +370,14 @@ def _results() -> RunRecord:
     return results
 
 
+def _run() -> RunRecord:
+    """Return the same as it is read."""
+    from rayproof.reports.results.compact import expand
+
+    expand(read := _results())
+    return read
+
+
 def results() -> Target:
     """Return a results folder, published again."""
     from rayproof.reports.publish import publish_all
@@ -383,7 +391,11 @@ def results() -> Target:
 
     places: dict[str, int] = {}
     flat = _results()
-    grouped = flat | {"schema": SCHEMA, "cases": [compact(case, places) for case in flat["cases"]], TABLE: list(places)}
+    grouped = flat | {
+        "schema": SCHEMA,
+        "cases": [compact(case, places) for case in _run()["cases"]],
+        TABLE: list(places),
+    }
     seeds = (json.dumps(flat).encode(), json.dumps(grouped).encode())
     return Target(name="results.json", seeds=seeds, read=read, refusals=(ResultsError,))
 
@@ -460,7 +472,7 @@ def _part() -> tuple[RunRecord, bytes]:
     }
     with tempfile.TemporaryDirectory() as folder:
         written = CaseTable(Path(folder, NAME))
-        for place, case in enumerate(document["cases"]):
+        for place, case in enumerate(_run()["cases"]):
             written.keep(f"key{place}", {**case, "family": "file"}, place=2 * place)
         written.put_document(json.dumps({**document, "schema": 3, "cases": []}))
         written.close()
@@ -512,7 +524,7 @@ def history() -> Target:
     from rayproof.reports.history.database import HistoryError, append, opened, read_series, worse
 
     with tempfile.TemporaryDirectory() as folder:
-        append(Path(folder, "h"), _results(), "r1")
+        append(Path(folder, "h"), _run(), "r1")
         seed = Path(folder, "h").read_bytes()
 
     def read(path: Path) -> Any:

@@ -15,6 +15,7 @@ _RECORD: CaseRecord = {
     "verdict": "fail",
     "scene": _SCENE,
     "renders": [],
+    "checks": [],
     "shapes": [],
     "lights": 0,
     "width": 4,

@@ -2,7 +2,8 @@
 
 from collections.abc import Mapping
 
-from rayproof.reports.results.case_records import CaseRecord
+from rayproof.cases.stages import Stage
+from rayproof.reports.results.case_records import CaseRecord, Check
 from rayproof.reports.results.outcomes import Outcome, exit_code, worst
 from rayproof.reports.run import totals
 from tests.harness.guards import BrokenHarnessError
@@ -44,10 +45,7 @@ def _record(verdict: Outcome, checks: tuple[Outcome, ...], *, planned: int) -> C
         "planned": planned,
         "covers": [],
         "ran": {},
-        "checks": [
-            {"configuration": "guard", "reference": "guard", "stage": "object", "verdict": check.value}
-            for check in checks
-        ],
+        "checks": [Check(configuration="guard", reference="guard", stage=Stage.OBJECT, outcome=one) for one in checks],
     }
 
 

@@ -245,8 +245,8 @@ class Site:
 
 
 def _verdict(case: CaseRecord) -> list[str | list[list[str]]]:
-    told = ("configuration", "reference", "stage", "verdict")
-    return [case["verdict"], sorted([str(check[name]) for name in told] for check in case["checks"])]
+    checks = sorted([check.configuration, check.reference, check.stage, str(check.outcome)] for check in case["checks"])
+    return [case["verdict"], checks]
 
 
 def patience(undisturbed: float) -> float:

@@ -18,15 +18,14 @@ from rayproof.reference.certified.camera import camera_answer
 from rayproof.reference.certified.stages import continued
 from rayproof.reports.judge import camera_check
 from rayproof.reports.judge.answers import Answers
-from rayproof.reports.judge.checks import Check
 from rayproof.reports.judge.common_factors import bias
 from rayproof.reports.judge.comparison import GEOMETRY
 from rayproof.reports.judge.limits import HIT, MATRICES, RAY, Roundoff
-from rayproof.reports.judge.measurement import Measurement, jsonable, ratios
+from rayproof.reports.judge.measurement import jsonable, ratios
 from rayproof.reports.judge.oracle import ORACLE, FullOracle, stages_of
 from rayproof.reports.judge.scene_truth import SceneTruth, scene_truth
 from rayproof.reports.judge.verdict import Judged
-from rayproof.reports.results.case_records import Number
+from rayproof.reports.results.case_records import Check, Measurement, Number
 from rayproof.reports.results.outcomes import Outcome, worst
 from tests.harness.verdicts.judged_values import CERTIFIED, Held, Pixel, certified_answers
 from tests.harness.verdicts.perturbed import CORNERS, perturbed
@@ -189,7 +188,7 @@ def certify(
     for candidate in candidates:
         checks = [check for check in judged.checks if check.configuration == candidate.name]
         outcome = worst([check.outcome for check in checks])
-        if any(check.outcome is Outcome.WARN and not check.known for check in checks):
+        if any(check.outcome is Outcome.WARN and not check.finding for check in checks):
             # The warning says that this epsilon alone leaves pixels undecided, and that their values are its sides.
             inquest.held[candidate.name] = replace(inquest.of(candidate), granted=np.inf)
         if candidate.error is not None:
@@ -228,7 +227,7 @@ def _blamed(check: Check) -> str | None:
     Such a warning counts the pixels that the one under test leaves undecided by its epsilon, and says that all values
     hold.
     """
-    if check.outcome is Outcome.REFERENCE_SUSPECT or (check.outcome is Outcome.WARN and check.known):
+    if check.outcome is Outcome.REFERENCE_SUSPECT or (check.outcome is Outcome.WARN and check.finding):
         return check.suspected or check.reference
     return None
 
@@ -306,7 +305,7 @@ def _biased(inquest: Inquest, party: Answers, check: Check) -> bool:
         )
         if bias(replace(held.pair, base=exact), stage, ours, None).ratio > 1:
             return True
-    if check.continued_bias is None or not check.continued_bias.ratio > 1:
+    if check.bias is None or check.bias.continued is None or not check.bias.continued.ratio > 1:
         return False
     value = CERTIFIED.continue_from(inquest.base.scene, stage, party.answers)
     return bias(held.pair, stage, ours, value).ratio > 1

@@ -13,6 +13,7 @@ from rayproof.reports.cli import main
 from rayproof.reports.commands import report as command
 from rayproof.reports.results.case_table import CaseTable
 from rayproof.reports.results.document import load_results, save_results
+from tests.reports.checks import recorded
 from tests.reports.publish.sample import make_folder
 
 
@@ -108,11 +109,11 @@ def test_checks_are_written_as_columns(run: Path, tmp_path: Path, capsys: pytest
 
     cases = load_results(run)["cases"]
     rows = arrow.read_table(tmp_path / "checks.parquet").to_pylist()
-    told = [(case["name"], check["stage"], check["verdict"]) for case in cases for check in case["checks"]]
+    told = [(case["name"], check.stage, check.outcome) for case in cases for check in case["checks"]]
     assert [(row["case"], row["stage"], row["verdict"]) for row in rows] == told
     assert f"checks: {len(told)} in " in capsys.readouterr().out
-    measured = [check.get("end_to_end") or {} for case in cases for check in case["checks"]]
-    worst = [None if one.get("worst_error") is None else float(one["worst_error"]) for one in measured]
+    measured = [check.end_to_end for case in cases for check in case["checks"]]
+    worst = [None if one is None else one.worst_error for one in measured]
     assert [row["worst_error"] for row in rows] == pytest.approx(worst, nan_ok=True, rel=0, abs=0)
     assert any(row["worst_error"] for row in rows)
 
@@ -125,9 +126,7 @@ def test_each_column_has_its_own_numbers_in_however_many_groups(
     monkeypatch.setattr(columns, "ROWS", 2)
     measured = {"worst_error": 1e-3, "limit": 2e-3, "pixel": [7, 3], "interior": 90, "edge": 6}
     words = {"configuration": "float32", "reference": "embree", "verdict": "fail", "reason": "it is off"}
-    checks = [
-        {**words, "stage": stage, "ratio": "inf", "end_to_end": measured} for stage in ("ray", "object", "normal")
-    ]
+    checks = [recorded(**words, stage=stage, ratio="inf", end_to_end=measured) for stage in ("ray", "object", "normal")]
     results = {"cases": [{"name": "walls/far", "family": "walls", "checks": checks}]}
 
     assert columns.write_checks(tmp_path / "checks.parquet", results) == 3

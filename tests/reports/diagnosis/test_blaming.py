@@ -22,6 +22,7 @@ from rayproof.reports.subjects.program import ask_program
 from rayproof.tracer.configuration import Configuration
 from tests.harness.audit import diagnosing
 from tests.harness.audit.planted import candidates, tracer_faults
+from tests.reports.checks import recorded
 
 ORACLE = Analytic()
 FAULTS_COMPARED = 40
@@ -50,7 +51,7 @@ def shown(
             "verdict": found.outcome.value,
             "stage": None if found.stage is None else found.stage.value,
             "shapes": [type(shape).__name__ for shape in case.scene.shapes],
-            "checks": [check.as_json() for check in found.checks],
+            "checks": [check.recorded() for check in found.checks],
         }
         if (blamed := by_stages(record, ran=False)) is not None:
             put(record, blamed)
@@ -131,8 +132,8 @@ def test_of_an_unknown_mistake_items_are_out_only_by_a_check_that_passes(program
 
 def failing(stage: str, *passing: str) -> dict[str, Any]:
     """Return the record of a case of spheres that fails at a stage and passes at others."""
-    checks = [{"configuration": PROGRAM, "stage": one, "verdict": "pass"} for one in passing]
-    checks.append({"configuration": PROGRAM, "stage": stage, "verdict": "fail"})
+    checks = [recorded(configuration=PROGRAM, stage=one) for one in passing]
+    checks.append(recorded(configuration=PROGRAM, stage=stage, verdict="fail"))
     return {"verdict": "fail", "stage": stage, "checks": checks, "shapes": ["Sphere"]}
 
 
@@ -180,7 +181,7 @@ def test_one_case_alone_blames_what_a_run_does_for_forty_planted_faults() -> Non
             judged = Conformance(case=case, folder=Path(), configuration=fault.configuration).judged()
             if judged.outcome is not Outcome.FAIL:
                 continue
-            checks = [check.as_json() for check in judged.checks]
+            checks = [check.recorded() for check in judged.checks]
             record: Any = {
                 "verdict": "fail",
                 "stage": judged.stage,

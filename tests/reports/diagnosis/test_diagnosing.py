@@ -17,13 +17,14 @@ from rayproof.reports.diagnosis.trials import NOTHING, Continued, Evidence
 from rayproof.reports.judge.answers import Answers
 from rayproof.reports.judge.comparison import roundoff
 from rayproof.reports.judge.limits import CALIBRATED
+from tests.reports.checks import recorded
 
 
 def case(name: str, **failing: int) -> Any:
     """Return a case's record in which each configuration fails so many checks."""
-    checks = [{"configuration": one, "verdict": "fail"} for one, count in failing.items() for _ in range(count)]
+    checks = [recorded(configuration=one, verdict="fail") for one, count in failing.items() for _ in range(count)]
     renders = [{"renderer": f"tracer-{one}", "configuration": one} for one in failing]
-    return {"name": name, "checks": [*checks, {"configuration": "float64", "verdict": "pass"}], "renders": renders}
+    return {"name": name, "checks": [*checks, recorded(configuration="float64")], "renders": renders}
 
 
 CAMERA = Camera(

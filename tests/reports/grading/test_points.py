@@ -9,6 +9,7 @@ from rayproof.reports.diagnosis.diagnosing import CHANGING
 from rayproof.reports.grading.points import State, grades, own_items
 from rayproof.reports.grading.rubric import Rubric, load_rubric
 from rayproof.reports.results.records import RunRecord
+from tests.reports.checks import recorded
 
 STAGES = ("ray", "object", "distance", "position", "normal", "visibility", "irradiance", "exitance", "radiance")
 CASES = ("primitives/sphere", "primitives/cube", "combined/01_sphere_turned", "combined/03_cube_sheared")
@@ -30,13 +31,13 @@ def record(rubric: Rubric, name: str, verdict: str, *alone: str, written: tuple[
     """Return a case's record in which some stages are wrong by themselves."""
     case = next(case for case in rubric.cases if case.name == name)
     checks = [
-        {
-            "configuration": "exec",
-            "reference": "analytic",
-            "stage": stage,
-            "verdict": "fail" if stage in alone else "pass" if stage in written else "unsupported",
-            "continued": {"worst_ratio": 9.0 if stage in alone else 0.1},
-        }
+        recorded(
+            configuration="exec",
+            reference="analytic",
+            stage=stage,
+            verdict="fail" if stage in alone else "pass" if stage in written else "unsupported",
+            continued={"worst_ratio": 9.0 if stage in alone else 0.1},
+        )
         for stage in STAGES
     ]
     facts = {"name": name, "verdict": verdict, "covers": list(case.covers), "checks": checks, "stage": None}

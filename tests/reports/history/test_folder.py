@@ -7,6 +7,7 @@ from typing import Any, cast
 
 import numpy as np
 import pytest
+from msgspec.structs import replace
 
 from rayproof.cases.stages import Stage
 from rayproof.reports.history import run_difference as difference
@@ -14,10 +15,11 @@ from rayproof.reports.history.image_difference import write_both, write_folder
 from rayproof.reports.history.run_difference import comparison, moved, names_of, sentence
 from rayproof.reports.publish import publish_all
 from rayproof.reports.publish.page.comparisons import comparison_front
-from rayproof.reports.results.case_records import CaseRecord
+from rayproof.reports.results.case_records import CaseRecord, Measurement
 from rayproof.reports.results.case_table import CaseTable
 from rayproof.reports.results.document import load_results, save_results
 from rayproof.reports.results.images import kept_images, read_answers, read_pixels, write_answers, write_pixels
+from rayproof.reports.results.outcomes import Outcome
 from tests.reports.publish.sample import answers, make_folder
 from tests.reports.publish.visits import Visit
 
@@ -29,12 +31,11 @@ def runs(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path]:
     results = [make_folder(folder) for folder in folders]
     broken, mended, slow, *_ = results[1]["cases"]
     broken |= {"verdict": "fail", "stage": "radiance"}
-    for check in broken["checks"]:
-        if check["stage"] == "radiance":
-            check["verdict"], check["ratio"], check["end_to_end"]["worst_ratio"] = "fail", 12.5, 12.5
+    worse = {"outcome": Outcome.FAIL, "ratio": 12.5, "end_to_end": Measurement(worst_ratio=12.5)}
+    broken["checks"] = [replace(check, **worse) if check.stage == "radiance" else check for check in broken["checks"]]
     mended |= {"verdict": "pass"}
-    for check in mended["checks"]:
-        check["verdict"], check["ratio"], check["end_to_end"]["worst_ratio"] = "pass", 0.21, 0.21
+    better = {"outcome": Outcome.PASS, "ratio": 0.21, "end_to_end": Measurement(worst_ratio=0.21)}
+    mended["checks"] = [replace(check, **better) for check in mended["checks"]]
     for render in slow["renders"]:
         render["seconds"] *= 3
     results[1]["cases"][-1]["name"] = "plane/other"

@@ -10,6 +10,8 @@ from msgspec.structs import replace
 from rayproof.reports.history.expectations import Expectation, Known, KnownCheck, load_known, save_known
 from rayproof.reports.history.gating import Gate, accepted, gate, pruned
 from rayproof.reports.judge.measurement import cells_of
+from rayproof.reports.results.case_records import Check
+from tests.reports.checks import recorded
 
 NAME = "float32 analytic distance"
 CHECK = KnownCheck(verdict="fail", ratio=(2.0, 4.0), wrong=(5, 20), cells="00000000000000ff")
@@ -19,14 +21,14 @@ ENTRY = Expectation(
 TODAY = date(2026, 11, 22)
 
 
-def check(**more: Any) -> dict[str, Any]:
+def check(**more: Any) -> Check:
     """Return a failing check, as a record has it."""
     known = {"configuration": "float32", "reference": "analytic", "stage": "distance", "verdict": "fail"}
     measured = {"ratio": 3.0, "examined": {"wrong": 10}, "end_to_end": {"ours": [1.0]}, "reason": "off"}
-    return {**known, **measured, **more}
+    return recorded(**{**known, **measured, **more})
 
 
-def run(*checks: dict[str, Any], name: str = "shadows/one", verdict: str = "fail", **more: Any) -> dict[str, Any]:
+def run(*checks: Check, name: str = "shadows/one", verdict: str = "fail", **more: Any) -> dict[str, Any]:
     """Return a run of one case, as a record has it."""
     case = {"name": name, "verdict": verdict, "item": "HIT-4", "reason": "off", "checks": list(checks)}
     good = {"name": "shadows/two", "verdict": "pass", "item": None, "reason": "", "checks": [check(verdict="pass")]}

@@ -7,18 +7,20 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from msgspec.structs import replace
 
 from rayproof.reports.cli import main
 from rayproof.reports.history.database import HistoryError, append, opened, read_series, worse
+from tests.reports.checks import recorded
 
 
 def results(ratio: float | str = 0.2, seconds: float = 0.1, verdict: str = "pass") -> dict[str, Any]:
     """Return a run of one case as results.json has it."""
     measurement = {"worst_error": 1e-7, "worst_ratio": ratio}
-    check = {
-        "configuration": "float32", "reference": "analytic", "stage": "normal", "verdict": verdict, "ratio": ratio,
-        "end_to_end": measurement, "continued": None,
-    }  # fmt: skip
+    check = recorded(
+        configuration="float32", reference="analytic", stage="normal", verdict=verdict, ratio=ratio,
+        end_to_end=measurement,
+    )  # fmt: skip
     renders = [
         {"renderer": "tracer-float32", "configuration": "float32", "seconds": seconds},
         {"renderer": "analytic", "configuration": None, "seconds": 9.0},
@@ -49,7 +51,7 @@ def test_a_run_comes_back_as_it_went_in(tmp_path: Path) -> None:
 def test_of_a_stages_checks_the_worst_is_kept_with_its_place(tmp_path: Path) -> None:
     run = results(0.2)
     (check,) = run["cases"][0]["checks"]
-    run["cases"][0]["checks"] += [{**check, "ratio": 0.7, "reference": "embree"}, {**check, "ratio": 0.1}]
+    run["cases"][0]["checks"] += [replace(check, ratio=0.7, reference="embree"), replace(check, ratio=0.1)]
 
     (series,) = kept(tmp_path / "h.sqlite", [run])
 

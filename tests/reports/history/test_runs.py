@@ -5,8 +5,10 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from msgspec.structs import replace
 
 from rayproof.reports.history.run_difference import compare_runs, comparison
+from rayproof.reports.results.case_records import Measurement
 from rayproof.reports.results.document import save_results
 from tests.reports.commands.conftest import Rayproof
 from tests.reports.publish.sample import make_folder
@@ -38,11 +40,10 @@ def scaled(results: Results, factor: float) -> Results:
     """Return results whose errors are `factor` times as large."""
     other = copy.deepcopy(results)
     for case in other["cases"]:
-        for check in case["checks"]:
-            if check["end_to_end"] and isinstance(check["end_to_end"]["worst_error"], float):
-                check["end_to_end"]["worst_error"] *= factor
-            if isinstance(check.get("ratio"), float):
-                check["ratio"] *= factor
+        for place, check in enumerate(case["checks"]):
+            if (measured := check.end_to_end) is not None:
+                measured = replace(measured, worst_error=measured.worst_error * factor)
+            case["checks"][place] = replace(check, end_to_end=measured, ratio=check.ratio * factor)
     return other
 
 
@@ -97,15 +98,15 @@ def test_the_largest_change_is_the_one_that_the_report_of_both_names(tmp_path: P
     case = next(case for case in after["cases"] if len(case["checks"]) > 2)
     # More digits in one stage, but a larger part of the limit in another.
     first, second = case["checks"][:2]
-    first["end_to_end"] = (first["end_to_end"] or {}) | {"worst_error": 1e-30}
-    second["ratio"] = 0.9
+    case["checks"][0] = replace(first, end_to_end=Measurement(worst_error=1e-30))
+    case["checks"][1] = replace(second, ratio=0.9)
     write(tmp_path / "after", after)
 
     told = {row["case"]: row["check"] for row in compare_runs(tmp_path / "before", tmp_path / "after")["changed"]}
     (row, *_) = comparison(before, after, ("before", "after"))["rows"]
 
     assert row["case"] == case["name"]
-    where = f"{second['configuration']} {second['reference']} {second['stage']}: error / limit x"
+    where = f"{second.name}: error / limit x"
     assert where.split(":")[0] == f"{row['worst']['configuration']} {row['worst']['reference']} {row['worst']['stage']}"
     assert told[case["name"]].startswith(where)
 
@@ -123,10 +124,11 @@ def test_an_error_that_moved_by_a_hundredth_is_no_difference(tmp_path: Path, bef
 def test_a_configuration_is_compared_with_one_other_alone(tmp_path: Path, before: Results) -> None:
     def run(name: str, *errors: tuple[str, float]) -> Path:
         case = copy.deepcopy(next(case for case in before["cases"] if case["verdict"] == "pass"))
-        (check, *_) = [one for one in case["checks"] if one["reference"] == "analytic"]
-        measured = check["end_to_end"]
+        (check, *_) = [one for one in case["checks"] if one.reference == "analytic"]
+        measured = check.end_to_end
         case["checks"] = [
-            {**check, "configuration": name, "end_to_end": {**measured, "worst_error": error}} for name, error in errors
+            replace(check, configuration=name, end_to_end=replace(measured, worst_error=error))
+            for name, error in errors
         ]
         configurations = [name for name, _ in errors]
         return write(tmp_path / name, before | {"cases": [case], "configurations": configurations})

@@ -311,4 +311,4 @@ def test_light_beyond_all_measure_is_judged_though_its_square_overflows(flux):
     judged = judge_case(replace(CASE, scene=scene), [ours], [witness(answers)], ORACLE, {})
 
     (check,) = (check for check in judged.checks if check.stage is Stage.RADIANCE)
-    assert check.informative["range"][1] == pytest.approx(answers[Stage.RADIANCE].max())
+    assert check.end_to_end.range[1] == pytest.approx(answers[Stage.RADIANCE].max())

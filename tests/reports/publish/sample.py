@@ -9,10 +9,12 @@ import numpy as np
 from rayproof.cases.case import ITEMS
 from rayproof.cases.stages import IMAGE_STAGES, Stage
 from rayproof.reports.judge.pixel_classes import SHADOW, SILHOUETTE, TERMINATOR
+from rayproof.reports.results.case_records import Check
 from rayproof.reports.results.document import SCHEMA, save_results
 from rayproof.reports.results.float_codec import pack
 from rayproof.reports.results.images import write_answers
 from rayproof.reports.results.outcomes import Outcome
+from tests.reports.checks import recorded
 
 HOSTILE = "evil/<script>alert(1)</script><img src=x onerror=alert(2)>\"'&|`*@everyone\u202e"
 EYE = np.array([0.4, -3.2, 1.6])
@@ -127,7 +129,7 @@ def results_of(cases: list[Any], *, faults: tuple[str, ...] = ()) -> Any:
             "analytic": {"version": "numpy 2", "precision": "float64", "independent": True},
             "mitsuba_scalar": {"version": "mitsuba 3.9", "precision": "float32", "independent": True},
         },
-        "summary": summary, "checks": ledger([check["verdict"] for check in checks]),
+        "summary": summary, "checks": ledger([check.outcome for check in checks]),
         "coverage": coverage, "coverage_detail": details,
         "review": [{"check": "plane/tilted float32 analytic ray", "ratio": 0.93, "why": "above 0.8"}],
         "cases": cases,
@@ -224,7 +226,7 @@ def _spoil(image: dict[Stage, np.ndarray], stage: Stage) -> None:
         image[stage][0, 0, 0] = -0.0
 
 
-def _check(configuration: str, reference: str, stage: Stage, case: dict[str, Any]) -> dict[str, Any]:
+def _check(configuration: str, reference: str, stage: Stage, case: dict[str, Any]) -> Check:
     blamed = case["stage"] == stage and case["verdict"] in ("fail", "reference_suspect")
     precise = configuration == "float64"
     beyond = "inf" if stage is Stage.RADIANCE else 1.2e5
@@ -237,15 +239,11 @@ def _check(configuration: str, reference: str, stage: Stage, case: dict[str, Any
         "differ_in_window": 0, "hit_miss": 0, "nan": 1 if blamed else 0, "inf": 0, "flagged": 0, "ulp": 3.1,
         "relative_mse": 1e-15, "ssim": 0.99999, "psnr": 141.2, "nrmse": 1e-8, "range": [0.0, 1.3],
     }  # fmt: skip
-    return {
-        "configuration": configuration, "reference": reference, "stage": stage.value,
-        "verdict": case["verdict"] if blamed or case["verdict"] == "warn" else "pass",
-        "reason": "12 interior pixels beyond the limit" if blamed else "", "ratio": ratio,
-        "examined": {
-            "pixels": 4000, "strict": 3969 - 12 * blamed, "wide": 0, "side": 31, "interval": 0, "epsilon": 0,
-            "wrong": 12 * blamed, "unexamined": 0,
-        },
-        "end_to_end": measurement,
-        "continued": {**measurement, "worst_ratio": 0.11} if reference == "analytic" else None,
-        "because": "gamma(9) of float32 times the conditioning of the normal, |J| <= 2.4, for the inverse transpose.",
-    }  # fmt: skip
+    return recorded(
+        configuration=configuration, reference=reference, stage=stage.value,
+        verdict=case["verdict"] if blamed or case["verdict"] == "warn" else "pass",
+        reason="12 interior pixels beyond the limit" if blamed else "", ratio=ratio,
+        examined={"pixels": 4000, "side": 31, "wrong": 12 * blamed}, end_to_end=measurement,
+        continued={**measurement, "worst_ratio": 0.11} if reference == "analytic" else None,
+        because="gamma(9) of float32 times the conditioning of the normal, |J| <= 2.4, for the inverse transpose.",
+    )  # fmt: skip

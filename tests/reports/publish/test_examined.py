@@ -3,9 +3,12 @@
 from typing import Any
 
 import pytest
+from msgspec import convert
+from msgspec.structs import replace
 
 from rayproof.reports.publish.page.page import publish
 from rayproof.reports.publish.summaries import publish_summary
+from rayproof.reports.results.case_records import Bias, Examined
 from rayproof.reports.results.headline import examined_line, headline, no_say
 from rayproof.reports.results.outcomes import Outcome
 from tests.reports.publish.sample import make_folder
@@ -20,21 +23,18 @@ GROUPS = [
     {"shape": 2, "lights": [0], "pixels": 812, "off": [1e-7, 2e-7, None], "sees": [3e-7, 3e-7, None]},
     {"shape": 0, "lights": [0, 1], "fitted": 1, "pixels": 90, "off": [2.9e-5, 0.0, 0.0], "sees": [1e-6, 1e-6, 1e-6]},
 ]
+FACTORS = {"common": None, "allowance": 1e-7, "sees": 3e-7}
+BIAS = convert(FACTORS | {"ratio": 29.0, "groups": GROUPS, "continued": FACTORS | {"ratio": 0.1}}, Bias)
 POOLED = {"configuration": "float32", "stage": "radiance", "cases": 90, "voices": 60, "off": 2.9e-5, "sees": 6e-7}
 
 
 def told(results: dict[str, Any]) -> dict[str, Any]:
     """Return results with a ledger, a reference lost on the way, and a factor that the whole run shares."""
     for case in results["cases"]:
-        for check in case["checks"]:
-            check["examined"] = dict.fromkeys(LEDGER, 0) | {"pixels": 1200, "strict": 1169, "side": 31}
-            if check["stage"] == "radiance" and check["reference"] == "analytic":
-                check["bias"] = {
-                    "ratio": 29.0,
-                    "sees": 3e-7,
-                    "groups": GROUPS,
-                    "continued": {"ratio": 0.1, "sees": 3e-7},
-                }
+        for place, check in enumerate(case["checks"]):
+            lit = check.stage == "radiance" and check.reference == "analytic"
+            examined = Examined(pixels=1200, side=31)
+            case["checks"][place] = replace(check, examined=examined, bias=BIAS if lit else None)
     why = "it did not end within 120 s and was stopped"
     return results | {
         "examined": LEDGER,

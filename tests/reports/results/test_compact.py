@@ -5,14 +5,15 @@ import json
 
 from jsonschema import Draft202012Validator
 
-from rayproof.reports.results.compact import COUNTS, KINDS, TABLE, compact, expand
+from rayproof.reports.results.compact import TABLE, compact, expand
 from rayproof.reports.results.document import load_results, save_results
 from rayproof.reports.results.files import plain
 from rayproof.reports.results.records import schema
+from tests.reports.checks import listed, recorded
 
 MEASURED = {"worst_ratio": 0.5, "worst_inside": 0.5, "worst_error": 1e-7, "limit": 2e-7, "ulp": 1.5, "pixel": [3, 1]}
-MEASURED |= dict.fromkeys(COUNTS, 0) | {"edge": 3, "interior": 9}
-EXAMINED = {"pixels": 12, "strict": 12} | dict.fromkeys(KINDS, 0)
+MEASURED |= {"edge": 3, "interior": 9}
+EXAMINED = {"pixels": 12}
 CHECK = {
     "configuration": "float32", "reference": "analytic", "stage": "ray", "verdict": "pass", "reason": "", "ratio": 0.5,
     "end_to_end": MEASURED, "continued": None, "examined": EXAMINED, "because": "gamma(16)",
@@ -20,7 +21,7 @@ CHECK = {
 
 
 def results_of(*checks, **facts):
-    return {"cases": [{"width": 4, "height": 3, "checks": list(checks), **facts}]}
+    return {"cases": [{"width": 4, "height": 3, "checks": [recorded(**check) for check in checks], **facts}]}
 
 
 def compacted(results):
@@ -39,11 +40,11 @@ def test_the_file_fits_its_schema_and_has_every_text_once(tmp_path, published):
     save_results(tmp_path, published.results)
 
     text = (tmp_path / "results.json").read_text()
-    because = published.results["cases"][0]["checks"][0]["because"]
+    because = published.results["cases"][0]["checks"][0].because
     Draft202012Validator(schema()).validate(json.loads(text))
     assert text.count(because) == 1
     assert json.loads(text)["cases"][0]["because"]["analytic"]["camera"] == 0
-    assert load_results(tmp_path)["cases"][0]["checks"][0]["because"] == because
+    assert load_results(tmp_path)["cases"][0]["checks"][0].because == because
 
 
 def test_what_checks_have_in_common_stands_once_and_comes_back():
@@ -59,19 +60,17 @@ def test_what_checks_have_in_common_stands_once_and_comes_back():
     (case,) = compacted(results)["cases"]
 
     usual = {
-        "end_to_end": {"worst_ratio": 0.5, "worst_error": 1e-7, "limit": 2e-7, "ulp": 1.5, "pixel": [3, 1], "edge": 3}
+        "end_to_end": {"worst_ratio": 0.5, "worst_error": 1e-7, "limit": 2e-7, "ulp": 1.5, "pixel": (3, 1), "edge": 3}
     }
     assert case["because"] == {"analytic": {"ray": 0, "object": 0}, "embree": {"ray": 0, "object": 0}}
     assert [group["stages"]["ray"] for group in case["checks"]] == [usual] * 2 + [usual | {"because": 1}] * 2
     assert results == before
     assert there_and_back(results) == results
-    expand(results)
-    assert results == before
 
 
 def test_what_is_not_usual_is_written_and_read():
     exact = MEASURED | {"worst_ratio": 0, "worst_inside": 0, "worst_error": 0, "limit": 0, "ulp": 0, "pixel": [0, 0]}
-    counts = EXAMINED | {"strict": 9, "wrong": 3}
+    counts = EXAMINED | {"wrong": 3}
     unusual = [
         CHECK | {"verdict": "fail", "reason": "it is off", "ratio": 2.0, "examined": counts},
         CHECK | {"stage": "object", "end_to_end": exact, "continued": exact, "ratio": 0},
@@ -79,11 +78,11 @@ def test_what_is_not_usual_is_written_and_read():
         CHECK | {"stage": "position", "end_to_end": MEASURED | {"interior": 0}},
         CHECK | {"stage": "irradiance", "continued": exact | {"edge": 0, "interior": 12}},
         CHECK | {"stage": "distance", "continued": MEASURED | {"worst_ratio": "inf", "worst_inside": "nan"}},
-        CHECK | {"stage": "camera", "end_to_end": None, "examined": EXAMINED | {"pixels": 78, "strict": 78}},
-        CHECK | {"stage": "exitance", "examined": EXAMINED | {"pixels": 78, "strict": 0, "unexamined": 78}},
+        CHECK | {"stage": "camera", "end_to_end": None, "examined": {"pixels": 78}},
+        CHECK | {"stage": "exitance", "examined": {"pixels": 78, "unexamined": 78}},
         CHECK | {"stage": "radiance", "end_to_end": None, "ratio": 0.0, "examined": None},
     ]
-    assert there_and_back(results_of(*unusual)) == results_of(*unusual)
+    assert repr(there_and_back(results_of(*unusual))) == repr(results_of(*unusual))  # NaN is no NaN's equal
 
 
 def test_a_matrix_is_written_by_its_half_only_where_nobody_differs_and_it_is_symmetric():
@@ -106,7 +105,7 @@ def test_a_matrix_is_written_by_its_half_only_where_nobody_differs_and_it_is_sym
 
 
 def test_results_that_leave_nothing_out_can_still_be_read(tmp_path, published):
-    written = json.dumps(published.results | {"schema": 1})
+    written = json.dumps(listed(published.results) | {"schema": 1})
 
     (tmp_path / "results.json").write_text(written.replace("Infinity", '"inf"'))
 
@@ -119,4 +118,4 @@ def test_a_place_beyond_the_table_says_nothing_rather_than_fail():
 
     expand(damaged)
 
-    assert [check["because"] for check in damaged["cases"][0]["checks"]] == ["", ""]
+    assert [check.because for check in damaged["cases"][0]["checks"]] == ["", ""]

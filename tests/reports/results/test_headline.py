@@ -8,6 +8,7 @@ import pytest
 from rayproof.reports.results.case_records import worst_ratio
 from rayproof.reports.results.headline import headline, last_line, worse_by_cause
 from rayproof.reports.results.outcomes import LEDGER
+from tests.reports.checks import recorded
 
 MEASURED = {"worst_ratio": 0.25}
 
@@ -25,7 +26,7 @@ MEASURED = {"worst_ratio": 0.25}
     ],
 )
 def test_what_was_not_measured_has_no_error(check: dict[str, Any], ratio: float | None) -> None:
-    assert worst_ratio({"checks": [check]}) == ratio
+    assert worst_ratio({"checks": [recorded(**check)]}) == ratio
 
 
 def test_what_became_worse_is_one_line_a_cause() -> None:

@@ -1,6 +1,6 @@
 """Laws in a run: what a record says of them, how a run ends, and the planted faults that only laws see."""
 
-import json
+import math
 from pathlib import Path
 from typing import Any
 
@@ -11,7 +11,9 @@ from rayproof.cases.stages import Stage
 from rayproof.reports.cli import main
 from rayproof.reports.judge.laws import Judged, LawReport, with_laws
 from rayproof.reports.results.case_records import BY_LAWS
+from rayproof.reports.results.compact import compact_case
 from rayproof.reports.results.document import load_results
+from rayproof.reports.results.files import as_json
 from rayproof.reports.run.options import laws_among
 
 
@@ -27,18 +29,18 @@ def test_a_right_tracer_keeps_the_laws(tmp_path: Path) -> None:
     code, results = judged(tmp_path, "light_split", "crop", "several_lights/inverse_square")
 
     (case,) = results["cases"]
-    checks = [check for check in case["checks"] if check["reference"] == BY_LAWS]
+    checks = [check for check in case["checks"] if check.reference == BY_LAWS]
     assert code == 0
     assert {(row["law"], row["configuration"], row["verdict"]) for row in case["laws"]} == {
         (law, name, "pass") for law in ("crop", "light_split") for name in ("float32", "float64")
     }
     assert all(row["relations"] > 0 for row in case["laws"])
-    assert {(check["configuration"], check["verdict"]) for check in checks} == {
+    assert {(check.configuration, check.outcome) for check in checks} == {
         ("float32", "pass"),
         ("float64", "pass"),
     }
-    assert {"ray", "irradiance"} <= {check["stage"] for check in checks}
-    assert all(0 <= check["ratio"] < 1 and check["end_to_end"]["pixel"] is None for check in checks)
+    assert {"ray", "irradiance"} <= {check.stage for check in checks}
+    assert all(0 <= check.ratio < 1 and check.end_to_end.pixel is None for check in checks)
     assert all(BY_LAWS not in entry["references"] for entry in results["coverage_detail"].values())
     assert case["reproduce"].endswith("run several_lights/inverse_square crop light_split --laws")
 
@@ -51,7 +53,7 @@ def test_a_fault_that_no_reference_sees_in_a_case_breaks_a_law(tmp_path: Path) -
 
     (case,) = results["cases"]
     assert code == 1
-    assert {check["reference"] for check in case["checks"] if check["verdict"] == "fail"} == {BY_LAWS}
+    assert {check.reference for check in case["checks"] if check.outcome == "fail"} == {BY_LAWS}
     assert (case["verdict"], case["stage"], case["blamed_items"]) == ("fail", "irradiance", ["LIT-1", "LIT-3", "LIT-5"])
     assert case["reason"].startswith("law light_caged is broken (")
     assert "at pixel (" in case["reason"]
@@ -124,8 +126,8 @@ def test_the_worst_law_of_a_stage_makes_its_check_and_blames_what_all_broken_one
 
     record = with_laws({"name": "a/b", "family": "a", "verdict": "pass", "checks": [], "planned": 0}, reports)
 
-    assert [(check["stage"], check["verdict"], check["ratio"]) for check in record["checks"]] == [
-        ("ray", "error", 0.5), ("visibility", "fail", "inf"),
+    assert [(check.stage, check.outcome, check.ratio) for check in record["checks"]] == [
+        ("ray", "error", 0.5), ("visibility", "fail", math.inf),
     ]  # fmt: skip
     assert (record["planned"], record["verdict"], record["blamed_items"], record["item"]) == (
         2,
@@ -133,11 +135,11 @@ def test_the_worst_law_of_a_stage_makes_its_check_and_blames_what_all_broken_one
         ["LIT-1"],
         "LIT-1",
     )
-    assert [check["examined"]["wrong"] for check in record["checks"]] == [0, 4]  # a gate holds a law to them
+    assert [check.examined.wrong for check in record["checks"]] == [0, 4]  # a gate holds a law to them
     assert "light_caged" in record["reason"]
     assert "light_hidden" in record["reason"]
     assert [row["verdict"] for row in record["laws"]] == ["pass", "fail", "fail", "error", "unsupported", "undecided"]
-    assert json.dumps(record)
+    assert as_json(compact_case(record))
 
 
 def test_a_broken_law_leaves_a_failure_before_references_as_it_is() -> None:
@@ -149,4 +151,4 @@ def test_a_broken_law_leaves_a_failure_before_references_as_it_is() -> None:
     )
 
     assert failed.items() <= record.items()
-    assert record["checks"][0]["reason"].startswith("law split is broken (a change): 9 of 9 pixels")
+    assert record["checks"][0].reason.startswith("law split is broken (a change): 9 of 9 pixels")

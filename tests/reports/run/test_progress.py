@@ -8,20 +8,20 @@ import pytest
 from rayproof.reports.run import progress
 from rayproof.reports.run.progress import CaseProgress, highest, worst_first
 from rayproof.reports.terminal import Page
+from tests.reports.checks import recorded
 
 
 def record(name: str, verdict: str, *ratios: float | str | None) -> dict[str, Any]:
     """Return a record of one check per ratio; None is a check that came to nothing, which has the ratio 0."""
     checks = [
-        {
-            "configuration": "float32",
-            "reference": "analytic",
-            "stage": "normal",
-            "verdict": "error" if ratio is None else verdict,
-            "ratio": 0.0 if ratio is None else ratio,
-            "end_to_end": None if ratio is None else {"worst_ratio": ratio},
-            "continued": None,
-        }
+        recorded(
+            configuration="float32",
+            reference="analytic",
+            stage="normal",
+            verdict="error" if ratio is None else verdict,
+            ratio=0.0 if ratio is None else ratio,
+            end_to_end=None if ratio is None else {"worst_ratio": ratio},
+        )
         for ratio in ratios
     ]
     return {"name": name, "verdict": verdict, "stage": None, "item": None, "checks": checks}

@@ -14,6 +14,7 @@ from rayproof.reports.studies.stability.climb import climb, drawn
 from rayproof.reports.studies.stability.limit_records import LimitRecord
 from rayproof.reports.subjects import THE_TRACER
 from rayproof.tracer.formulas import FORMULAS
+from tests.reports.checks import recorded
 
 BY_NAME = {ladder.name: ladder for ladder in SCENE_LADDERS}
 
@@ -55,8 +56,8 @@ def test_a_control_is_climbed_whole_and_what_the_judges_differ_about_is_undecide
 
 
 def test_a_stage_that_is_no_longer_answered_ends_the_climb() -> None:
-    check = {"reference": "analytic", "stage": "visibility", "verdict": "unsupported", "reason": "too small"}
-    given = {**check, "verdict": "pass", "reason": ""}
+    check = recorded(reference="analytic", stage="visibility", verdict="unsupported", reason="too small")
+    given = recorded(reference="analytic", stage="visibility")
     found = SceneClimb(ladder=BY_NAME["offset"])
     for rung, one in ((0, given), (16, check)):
         found.take(rung, cast(CaseRecord, {"verdict": "pass", "checks": [one]}), ran=False)

@@ -9,10 +9,12 @@ from rayproof.cases.families import select
 from rayproof.cases.scene import Cube, PointLight, Scene, Square
 from rayproof.cases.stages import Stage
 from rayproof.reports.judge.case import judge_case
-from rayproof.reports.judge.common_factors import LEAST_DISTINCT, Bias
+from rayproof.reports.judge.common_factors import LEAST_DISTINCT, Factors
 from rayproof.reports.judge.comparison import Comparison
 from rayproof.reports.judge.oracle import stages_of
 from rayproof.reports.judge.scene_truth import scene_truth
+from rayproof.reports.judge.stage_measuring import shared_factors
+from rayproof.reports.results.case_records import FactorGroup
 from rayproof.reports.results.outcomes import Outcome
 from rayproof.reports.run.pooled_factors import CommonFactors, wrong
 from tests.reports.judge.scenes import BALL, CAMERA, CASE, FLOOR, LIGHT, ORACLE, SCENE, candidate, rounded, witness
@@ -114,6 +116,20 @@ def check_of(found, stage: Stage):
     return next(check for check in found.checks if check.stage is stage)
 
 
+def factors_of(scene: Scene, answers: dict, stage: Stage) -> Factors:
+    """Return all factors of a candidate's stage, of which a check tells some."""
+    truth = ORACLE.render(scene, stages_of(scene))
+    base = scene_truth(scene, stages_of(scene), ORACLE, known=truth)
+    pair = Comparison(base=base, subject=candidate(answers), reference=witness(truth))
+    return shared_factors(pair, stage, continued=False)
+
+
+def over(group: FactorGroup) -> list[int]:
+    """Return the channels in which a group is over its limit."""
+    both = enumerate(zip(group.off, group.sees, strict=True))
+    return [channel for channel, (off, sees) in both if off is not None and sees is not None and abs(off) > sees]
+
+
 @pytest.mark.parametrize("name", SCENES)
 @pytest.mark.parametrize(("order", "fold"), list(zip(ORDERS, FOLDS, strict=True)))
 def test_a_correct_renderer_shows_no_factor_in_whatever_order_it_multiplies(name, order, fold):
@@ -124,12 +140,12 @@ def test_a_correct_renderer_shows_no_factor_in_whatever_order_it_multiplies(name
     for found in (chained, passes):
         assert found.outcome is Outcome.PASS, found.reason
         for stage in LIGHT_STAGES:
-            check = check_of(found, stage)
-            assert check.bias is not None
-            assert check.continued_bias is not None
-            assert len(check.bias.factors) >= 3 * len(SCENES[name].shapes)
-            assert check.bias.ratio < 0.5, check.bias.worst
-            assert check.continued_bias.ratio < 1
+            bias = check_of(found, stage).bias
+            assert bias is not None
+            assert bias.continued is not None
+            assert bias.ratio < 0.5, bias.groups
+            assert bias.continued.ratio < 1
+            assert len(factors_of(SCENES[name], answers, stage).factors) >= 3 * len(SCENES[name].shapes)
 
 
 def test_a_pi_that_is_off_after_four_digits_shows_in_radiance_alone():
@@ -158,8 +174,8 @@ def test_a_factor_is_blamed_on_the_stage_that_brings_it_in(stage):
 
     assert (found.outcome, found.stage) == (Outcome.FAIL, stage)
     assert [one.stage for one in found.checks if one.alone] == [stage]
-    both = [check_of(found, each).continued_bias for each in LIGHT_STAGES]
-    assert [bias is not None and bias.ratio > 1 for bias in both] == [each is stage for each in LIGHT_STAGES]
+    both = [check_of(found, each).bias.continued.ratio for each in LIGHT_STAGES]
+    assert [ratio > 1 for ratio in both] == [each is stage for each in LIGHT_STAGES]
 
 
 def test_of_two_lights_in_the_same_pixels_the_one_with_the_wrong_flux_is_named():
@@ -168,12 +184,10 @@ def test_of_two_lights_in_the_same_pixels_the_one_with_the_wrong_flux_is_named()
 
     found = judged(scene, float32_program(wrong))
 
-    bias = check_of(found, Stage.IRRADIANCE).continued_bias
-    assert bias is not None
-    guilty = {
-        (factor.fitted, factor.channel) for factor in bias.factors if factor.fitted is not None and factor.ratio > 1
+    told = check_of(found, Stage.IRRADIANCE).bias.continued.groups
+    assert {(group.fitted, channel) for group in told if group.fitted is not None for channel in over(group)} == {
+        (1, 1)
     }
-    assert guilty == {(1, 1)}
     assert found.outcome is Outcome.FAIL
 
 
@@ -184,9 +198,8 @@ def test_an_albedo_that_is_off_is_named_with_its_shape_and_channel():
 
     found = judged(scene, float32_program(wrong))
 
-    bias = check_of(found, Stage.EXITANCE).continued_bias
-    assert bias is not None
-    assert {(factor.shape, factor.channel) for factor in bias.factors if factor.ratio > 1} == {(2, 0)}
+    told = check_of(found, Stage.EXITANCE).bias.continued.groups
+    assert {(group.shape, channel) for group in told for channel in over(group)} == {(2, 0)}
     assert check_of(found, Stage.IRRADIANCE).outcome is Outcome.PASS
 
 
@@ -200,21 +213,20 @@ def test_what_is_black_clamped_or_infinite_says_nothing_of_a_factor():
     bias = check_of(judged(scene, spoilt), Stage.RADIANCE).bias
 
     assert bias is not None
-    assert bias.factors
+    assert bias.groups
     assert bias.ratio < 1
 
 
 def test_a_few_values_are_held_to_a_pixels_limit():
     scene = replace(SCENE, camera=replace(CAMERA, width=40, height=30))
-    whole = check_of(judged(scene, float32_program(scene)), Stage.RADIANCE).bias
+    whole = factors_of(scene, float32_program(scene), Stage.RADIANCE)
     stepped = float32_program(scene)
     for stage in LIGHT_STAGES:
         stepped[stage] = np.round(stepped[stage] / 3e-3) * 3e-3
-    coarse = check_of(judged(scene, stepped), Stage.RADIANCE).bias
+    coarse = factors_of(scene, stepped, Stage.RADIANCE)
 
-    def seen(bias: Bias | None) -> dict:
-        assert bias is not None
-        return {(factor.shape, factor.channel): factor for factor in bias.factors}
+    def seen(found: Factors) -> dict:
+        return {(factor.shape, factor.channel): factor for factor in found.factors}
 
     assert all(factor.pixels >= LEAST_DISTINCT for factor in seen(whole).values())
     for key, factor in seen(coarse).items():
@@ -228,19 +240,21 @@ def test_a_record_holds_the_group_that_is_nearest_to_its_limit_and_each_where_on
     for stage in LIGHT_STAGES:
         doubled[stage] = doubled[stage] * 2
 
-    right = check_of(judged(scene, float32_program(scene)), Stage.IRRADIANCE).as_json()["bias"]
-    wrong = check_of(judged(scene, doubled), Stage.IRRADIANCE).as_json()["bias"]
+    right = check_of(judged(scene, float32_program(scene)), Stage.IRRADIANCE).bias
+    wrong = check_of(judged(scene, doubled), Stage.IRRADIANCE).bias
 
-    assert len(right["groups"]) == 1
-    assert {group["shape"] for group in wrong["groups"]} == {0, 1}
-    for group in (*right["groups"], *wrong["groups"]):
-        assert group["pixels"] >= LEAST_DISTINCT
-        assert group["lights"] == [0]
-    (nearest,) = right["groups"]
-    ratios = [abs(off) / sees for off, sees in zip(nearest["off"], nearest["sees"], strict=True)]
-    assert max(ratios) == pytest.approx(right["ratio"], rel=1e-2)
-    assert right["sees"] <= min(nearest["sees"])
-    assert wrong["sees"] == min(sees for group in wrong["groups"] for sees in group["sees"])
+    assert right.groups is not None
+    assert wrong.groups is not None
+    assert len(right.groups) == 1
+    assert {group.shape for group in wrong.groups} == {0, 1}
+    for group in (*right.groups, *wrong.groups):
+        assert group.pixels >= LEAST_DISTINCT
+        assert group.lights == (0,)
+    (nearest,) = right.groups
+    ratios = [abs(off) / sees for off, sees in zip(nearest.off, nearest.sees, strict=True)]
+    assert max(ratios) == pytest.approx(right.ratio, rel=1e-2)
+    assert right.sees <= min(nearest.sees)
+    assert wrong.sees == min(sees for group in wrong.groups for sees in group.sees)
 
 
 def off_where_wide(name: str, part: float) -> dict:
@@ -281,7 +295,7 @@ def test_light_that_is_off_by_most_of_few_wide_limits_shows_in_the_whole_run():
         for name in names:
             found = judged_case(name, off_where_wide(name, part))
             assert found.outcome is Outcome.PASS, found.reason
-            factors.add({"name": name, "checks": [check.as_json() for check in found.checks]})
+            factors.add({"name": name, "checks": [check.recorded() for check in found.checks]})
         told[part] = factors.wide
 
     for entry in told[0.0]:

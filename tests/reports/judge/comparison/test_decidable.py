@@ -173,7 +173,7 @@ def test_whom_a_time_limit_stopped_is_told_apart_from_what_cannot_be_decided():
     found = judge_case(CASE, [ours, tested], [right, reference], ORACLE, {})
     named = certify(found, [ours, tested], [right, reference], ORACLE)
 
-    stopped = {(check.configuration, check.reference) for check in found.checks if check.as_json().get("stopped")}
+    stopped = {(check.configuration, check.reference) for check in found.checks if check.recorded().stopped}
     assert stopped == {("float32", "embree"), ("slow", "analytic"), ("slow", "embree")}
     assert "embree was stopped by its time limit" in "".join(check.reason for check in found.checks)
     assert (named.stopped, named.undecided, named.undecidable, named.abstained) == (("embree", "slow"), (), (), ())

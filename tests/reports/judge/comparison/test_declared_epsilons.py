@@ -8,8 +8,8 @@ import pytest
 from rayproof.cases.stages import Stage
 from rayproof.reports.judge.answers import Answers
 from rayproof.reports.judge.case import judge_case
-from rayproof.reports.judge.checks import Check
 from rayproof.reports.judge.measurement import Kind
+from rayproof.reports.results.case_records import Check
 from rayproof.reports.results.outcomes import Outcome
 from rayproof.reports.run.tracer_task import shadow_epsilons
 from rayproof.tracer.configuration import Configuration

@@ -172,7 +172,7 @@ def test_a_suspect_that_a_finding_explains_is_a_warning_and_counted_as_met(monke
     judged = verdict(rounded(truth()), witness(bright, name="second"))
 
     assert judged.outcome is Outcome.WARN
-    checks = [check.as_json() for check in judged.checks]
+    checks = [check.recorded() for check in judged.checks]
     about = {"name": "test/ball", "family": "test", "verdict": "warn", "covers": [], "ran": {}, "planned": len(checks)}
     (entry,) = totals.of([about | {"checks": checks}]).findings
     assert entry["met"] == ["test/ball float32 second radiance"]

@@ -13,12 +13,12 @@ from rayproof.cases.scene import PointLight
 from rayproof.cases.stages import Stage
 from rayproof.reports.judge.answers import Answers
 from rayproof.reports.judge.case import judge_case
-from rayproof.reports.judge.checks import Check
 from rayproof.reports.judge.comparison import Comparison
 from rayproof.reports.judge.edge_values import Lights, _met, _Ranges
-from rayproof.reports.judge.measurement import Examined, Kind, most_interval
+from rayproof.reports.judge.measurement import Kind, most_interval
 from rayproof.reports.judge.oracle import stages_of
 from rayproof.reports.judge.scene_truth import scene_truth
+from rayproof.reports.results.case_records import Check, Examined
 from rayproof.reports.results.outcomes import Outcome
 from rayproof.reports.run.scenes import case_of_file
 from tests.reports.judge.scenes import CASE, ORACLE, candidate, rounded, witness

@@ -1,13 +1,16 @@
 """Thumbnails: of what did not pass, at the blamed stage, whatever numbers are in it."""
 
+import math
 from pathlib import Path
 
 import numpy as np
 import pytest
 from matplotlib.image import imread
+from msgspec.structs import replace
 
 from rayproof.cases.stages import Stage
 from rayproof.reports.publish.page.thumbnails import BROKEN, GAP, draw_thumbnails
+from rayproof.reports.results.case_records import Measurement
 from rayproof.reports.results.images import write_answers
 from tests.reports.publish.sample import make_folder
 
@@ -51,17 +54,16 @@ def test_of_checks_alike_the_one_with_the_worst_error_is_drawn_and_nan_is_the_wo
     results = make_folder(tmp_path)
     case = next(case for case in results["cases"] if case["name"] == "lights/broken")
     stage, verdict = case["stage"], case["verdict"]
-    alike = [check for check in case["checks"] if check["stage"] == stage and check["verdict"] == verdict]
+    alike = [check for check in case["checks"] if check.stage == stage and check.outcome == verdict]
     assert len(alike) >= 2
-    for ratio, check in zip((5.0, "nan"), alike, strict=False):
-        check["ratio"] = ratio
-        check["end_to_end"] = {"worst_ratio": ratio}
+    both = zip((5.0, math.nan), alike, strict=False)
+    alike = [replace(check, ratio=ratio, end_to_end=Measurement(worst_ratio=ratio)) for ratio, check in both]
     worst = alike[1]
     marked = np.full((30, 40, 3), 0.25)
-    drawn = next(one for one in case["renders"] if one["renderer"] in (worst["reference"],))
+    drawn = next(one for one in case["renders"] if one["renderer"] in (worst.reference,))
     write_answers(tmp_path / drawn["image"], {Stage(stage): marked}, lights=2, comments="")
 
-    (path,) = draw_thumbnails(tmp_path, results | {"cases": [{**case, "checks": alike[:2]}]})
+    (path,) = draw_thumbnails(tmp_path, results | {"cases": [{**case, "checks": alike}]})
 
     theirs = imread(path)[:, 40 + GAP : 80 + GAP, :3]
     assert len(np.unique(theirs)) == 1

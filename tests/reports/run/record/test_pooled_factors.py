@@ -13,6 +13,7 @@ from rayproof.reports.judge.common_factors import LEAST_DISTINCT, bias
 from rayproof.reports.judge.comparison import Comparison
 from rayproof.reports.judge.oracle import stages_of
 from rayproof.reports.judge.scene_truth import scene_truth
+from rayproof.reports.results.case_records import Bias, Check
 from rayproof.reports.results.headline import headline
 from rayproof.reports.run.pooled_factors import common_factors, wrong
 from tests.reports.judge.comparison.test_common_factors import FOLDS, ORDERS, float32_program
@@ -54,7 +55,7 @@ def records(factor: float) -> list[dict]:
         ours = (image.astype(np.float32) * np.float64(factor)).astype(np.float32).astype(np.float64)
         measured = bias(pair, Stage.RADIANCE, ours, None)
         assert measured.ratio < 1, "no group of its own shows it"
-        check = {"configuration": "exec", "stage": "radiance", "bias": measured.as_json()}
+        check = Check(configuration="exec", stage=Stage.RADIANCE, bias=measured.recorded())
         found.append({"name": f"test/{number}", "camera_and_lights": str(number), "checks": [check]})
     return found
 
@@ -79,7 +80,8 @@ def test_correct_programs_in_any_order_share_no_factor():
 
 def said(off: float, number: int, *, stage: str = "radiance", view: str | None = None) -> dict:
     """Return a case's record that says only how far its middle factor is off."""
-    check = {"configuration": "exec", "stage": stage, "bias": {"common": off, "allowance": 5e-7}}
+    bias = Bias(common=off, allowance=5e-7, ratio=0.5, sees=1e-6)
+    check = Check(configuration="exec", stage=Stage(stage), bias=bias)
     return {"name": f"test/{number}", "camera_and_lights": view or str(number), "checks": [check]}
 
 

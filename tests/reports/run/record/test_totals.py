@@ -3,6 +3,7 @@
 from typing import Any
 
 import pytest
+from msgspec.structs import replace
 
 from rayproof.cases.families import select
 from rayproof.cases.stages import IMAGE_STAGES
@@ -11,16 +12,12 @@ from rayproof.reports.results.outcomes import Outcome, exit_code, ledger
 from rayproof.reports.run import totals
 from rayproof.reports.run.case_record import DECLARABLE, kinds_of
 from rayproof.reports.run.totals import of
+from tests.reports.checks import recorded
 
 
 def check(**changed):
-    return {
-        "configuration": "float32",
-        "reference": "analytic",
-        "stage": "distance",
-        "verdict": "pass",
-        "ratio": 0.5,
-    } | changed
+    known = {"configuration": "float32", "reference": "analytic", "stage": "distance", "verdict": "pass", "ratio": 0.5}
+    return recorded(**(known | changed))
 
 
 def record(**changed):
@@ -117,7 +114,7 @@ def answering(number: int, kinds: list[str], *, without: tuple[str, ...] = (), r
         check(configuration="exec", stage=stage, verdict="unsupported" if refused or stage in without else "pass")
         for stage in ("camera", "normal", "visibility")
     ]
-    checks[0]["verdict"] = "unsupported"  # for which the protocol has no channel
+    checks[0] = replace(checks[0], outcome=Outcome.UNSUPPORTED)  # for which the protocol has no channel
     return [record(checks=checks, kinds=kinds, refused=refused, planned=3) for _ in range(number)]
 
 
