@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from msgspec import structs
 
 from rayproof.cases.case import Case
 from rayproof.cases.families import select
@@ -118,9 +119,11 @@ def test_a_reference_is_suspected_rightly_only_if_it_is_wrong(factor: float, *, 
     for check in judged.checks:
         if check.reference == "embree" and check.stage is Stage.RADIANCE:
             assert (check.outcome is Outcome.REFERENCE_SUSPECT) == guilty or not guilty
-            checks.append(replace(check, outcome=Outcome.REFERENCE_SUSPECT))
+            checks.append(structs.replace(check, outcome=Outcome.REFERENCE_SUSPECT))
         elif check.outcome is Outcome.REFERENCE_SUSPECT:
-            checks.append(replace(check, outcome=Outcome.PASS))  # a copy of ours, to the last bit, as it was made
+            checks.append(
+                structs.replace(check, outcome=Outcome.PASS)
+            )  # a copy of ours, to the last bit, as it was made
         else:
             checks.append(check)
     judged = replace(judged, checks=checks)
@@ -136,7 +139,7 @@ def test_garbage_at_one_pixel_is_found_wherever_the_judge_does_not_look() -> Non
     radiance[INSIDE[1], INSIDE[0]] = 1e30
     ours, panel = candidate(answers | {Stage.RADIANCE: radiance}), [witness(TRUTH)]
     judged = judge(CASE, ours, panel)
-    judged = replace(judged, checks=[replace(check, outcome=Outcome.PASS) for check in judged.checks])
+    judged = replace(judged, checks=[structs.replace(check, outcome=Outcome.PASS) for check in judged.checks])
 
     found = certified(judged, ours, panel)
 
@@ -246,7 +249,7 @@ def test_a_warning_of_an_epsilon_says_that_feelers_start_as_far_above_a_hit_as_t
     judged = judge(case, ours, panel)
     assert judged.outcome is Outcome.WARN
     if not warned:
-        judged = replace(judged, checks=[replace(check, outcome=Outcome.PASS) for check in judged.checks])
+        judged = replace(judged, checks=[structs.replace(check, outcome=Outcome.PASS) for check in judged.checks])
 
     assert (certified(judged, ours, panel).wrong == ()) == right
 
