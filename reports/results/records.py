@@ -23,6 +23,7 @@ from rayproof.reports.results.case_records import (
     Verdict,
     WrittenCaseRecord,
 )
+from rayproof.reports.results.files import plain
 from rayproof.reports.results.outcomes import Outcome
 
 MOST_SHARDS = 10_000
@@ -426,7 +427,7 @@ def _shown(value: Any) -> str:
 @cache
 def schema() -> dict[str, Any]:
     """Return the JSON Schema (2020-12) of results.json."""
-    found = msgspec.json.schema(WrittenRunRecord)
+    found = plain(msgspec.json.schema(WrittenRunRecord))  # its tuples are lists
     for name, fields in JUDGING.items():
         for each in fields:
             del found["$defs"][name]["properties"][each]
