@@ -184,13 +184,13 @@ def equally_far(scene: Scene, rays: np.ndarray) -> np.ndarray:
     flat, eye = rays.reshape(-1, 3), np.asarray(scene.camera.eye, dtype=np.float64)
     low, high = clip_interval(scene, flat)
     reach = np.full(len(flat), gamma(TURNED, precision=PRECISION) * (1 + float(np.linalg.norm(eye))))
-    found, nearest = np.zeros(len(flat), dtype=bool), np.full((2, len(flat)), np.inf)
+    tied, nearest = np.zeros(len(flat), dtype=bool), np.full((2, len(flat)), np.inf)
     for surface in map(surface_of, scene.shapes):
-        found |= (low <= reach) & np.isfinite(surface.first(eye, flat, -reach, reach)[0])
+        tied |= (low <= reach) & np.isfinite(surface.first(eye, flat, -reach, reach)[0])
         nearest = np.sort([*nearest, *_nearest_two(surface, eye, flat, low, high)], axis=0)[:2]
     with np.errstate(invalid="ignore"):
-        found |= nearest[1] - nearest[0] <= reach + gamma(TURNED, precision=PRECISION) * nearest[0]
-    return found.reshape(rays.shape[:2])
+        tied |= nearest[1] - nearest[0] <= reach + gamma(TURNED, precision=PRECISION) * nearest[0]
+    return tied.reshape(rays.shape[:2])
 
 
 def _nearest_two(
@@ -199,15 +199,15 @@ def _nearest_two(
     """Return the two smallest crossings (2, n) with faces of a surface; of one without faces the first, and inf."""
     from rayproof.reference.analytic.surfaces import Polygons
 
-    found = np.full((2, len(rays)), np.inf)
+    nearest = np.full((2, len(rays)), np.inf)
     if not isinstance(surface, Polygons):
-        found[0] = surface.first(eye, rays, low, high)[0]
-        return found
+        nearest[0] = surface.first(eye, rays, low, high)[0]
+        return nearest
     for some, _, crossings in surface.meetings(eye, rays):
         inside = (crossings > low[some, np.newaxis]) & (crossings < high[some, np.newaxis])
-        met = np.concatenate([found[:, some], np.where(inside, crossings, np.inf).T])
-        found[:, some] = np.partition(met, 1, axis=0)[:2]
-    return found
+        met = np.concatenate([nearest[:, some], np.where(inside, crossings, np.inf).T])
+        nearest[:, some] = np.partition(met, 1, axis=0)[:2]
+    return nearest
 
 
 def in_their_planes(scene: Scene, objects: np.ndarray, points: np.ndarray) -> np.ndarray:
@@ -218,15 +218,15 @@ def in_their_planes(scene: Scene, objects: np.ndarray, points: np.ndarray) -> np
     reach = gamma(TURNED, precision=PRECISION) * (
         1 + np.linalg.norm(points, axis=-1) + np.linalg.norm(scene.camera.eye)
     )
-    found = np.zeros(objects.shape[:2], dtype=bool)
+    within = np.zeros(objects.shape[:2], dtype=bool)
     for index, shape in enumerate(scene.shapes):
         here = objects[..., 0] == index
         if isinstance(shape, Triangle | Mesh) and here.any():
             corners = world_triangles(shape).astype(np.float64)[objects[here][:, 1].astype(int)]
             normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-            above = np.abs(np.sum(normals * (points[here] - corners[:, 0]), axis=-1))
-            found[here] = above <= reach[here] * np.linalg.norm(normals, axis=-1)
-    return found
+            height = np.abs(np.sum(normals * (points[here] - corners[:, 0]), axis=-1))
+            within[here] = height <= reach[here] * np.linalg.norm(normals, axis=-1)
+    return within
 
 
 def changed(way: Way, right: Answered, oracle: FullOracle) -> dict[Stage, np.ndarray]:

@@ -392,10 +392,10 @@ class Continued:
         plain = scene is self.evidence.scene and not formulas and spoilt is None
         key = "rounding", what, own and not plain, None if plain else id(way)
         if key not in self._kept:
-            found = np.array(self._in_one_place(way, stage))
+            unsure = np.array(self._in_one_place(way, stage))
             if stage is Stage.VISIBILITY:
                 # A feeler from the edge of two faces starts above or below the other one, as the point was rounded.
-                found |= self._by_rounding(way, Stage.OBJECT, own=own)
+                unsure |= self._by_rounding(way, Stage.OBJECT, own=own)
 
             def met(before: StageImages) -> np.ndarray:
                 right = follows(replace(way, formulas=formulas), scene, what, before, self.evidence.oracle)
@@ -405,8 +405,8 @@ class Continued:
             with np.errstate(all="ignore"):
                 there = met(self.own)
                 for aside, along in TURNS:
-                    found |= np.any(met(self.own | beside(self.own, what, aside, along)) != there, axis=-1)
-            self._kept[key] = way, found
+                    unsure |= np.any(met(self.own | beside(self.own, what, aside, along)) != there, axis=-1)
+            self._kept[key] = way, unsure
         return self._kept[key][1]
 
     def _in_one_place(self, way: Way, stage: Stage) -> np.ndarray:
@@ -415,8 +415,8 @@ class Continued:
         key = "in one place", stage is Stage.VISIBILITY, None if scene is self.evidence.scene else id(way)
         if key not in self._kept:
             of_feelers = stage is Stage.VISIBILITY
-            found = seen_from_a_surface(scene, self.own) if of_feelers else equally_far(scene, self.own[Stage.RAY])
-            self._kept[key] = way, found
+            meeting = seen_from_a_surface(scene, self.own) if of_feelers else equally_far(scene, self.own[Stage.RAY])
+            self._kept[key] = way, meeting
         return self._kept[key][1]
 
     def _tied(self, scene: Scene, objects: np.ndarray) -> np.ndarray:
