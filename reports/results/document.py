@@ -46,7 +46,10 @@ def load_results(folder: Path) -> RunRecord:
     except ValueError as error:
         raise ResultsError(f"{path}: not JSON: {error}") from error
     results = _checked(path, text)
-    expand(results)
+    try:
+        expand(results)
+    except ValueError as error:  # a stage that there is not, which is a key in the file
+        raise ResultsError(f"{path}: a check: {error}") from error
     return results
 
 

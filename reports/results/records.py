@@ -393,10 +393,12 @@ def _sentence(message: str, place: str, document: Any) -> str:
         return f"{place + '.' if place else ''}{missing[1]} is missing"
     if message.startswith("Invalid enum value") and place == "schema":
         wanted = "one of 1, 2, 3, 4"
+    elif message.startswith("Invalid enum value") and not place.endswith("verdict"):
+        wanted = "a number"
     elif "matching regex" in message or message.startswith("Invalid enum value"):
         wanted = f"one of {', '.join(Outcome)}"
     elif "length" in message:
-        wanted = "a non-empty text"
+        wanted = "a list of another length" if "array" in message else "a non-empty text"
     elif "out of range" in message:
         wanted = "a number that fits 64 bits"
     elif limit := re.search(r"(>=|<=) (\S+)", message):
@@ -404,7 +406,8 @@ def _sentence(message: str, place: str, document: Any) -> str:
     else:
         kinds = re.search(r"`([^`]*)`", message)
         wanted = " or ".join(_WORDS.get(kind, kind) for kind in (kinds[1].split(" | ") if kinds else ["otherwise"]))
-    return f"{place or 'the document'} must be {wanted}, got {_shown(_at(document, place))}"
+    got = "" if "[...]" in place else f", got {_shown(_at(document, place))}"  # msgspec tells no key of an object
+    return f"{place or 'the document'} must be {wanted}{got}"
 
 
 def _at(document: Any, place: str) -> Any:

@@ -30,6 +30,30 @@ def test_numbers_that_json_cannot_carry_survive_as_strings(tmp_path):
 @pytest.mark.parametrize(
     ("change", "message"),
     [
+        pytest.param(lambda group: group["stages"].update(nope={}), "a check: Invalid enum value 'nope'", id="stage"),
+        pytest.param(
+            lambda group: group["stages"]["ray"].update(ratio="much"), r"\[...\].ratio must be a number$", id="ratio"
+        ),
+        pytest.param(
+            lambda group: group["stages"]["ray"].update(cells=["0"]), "cells must be a list of another", id="cells"
+        ),
+    ],
+)
+def test_a_check_that_is_written_wrongly_is_refused_with_its_file(tmp_path, published, change, message):
+    document = json.loads((published.folder / "results.json").read_text())
+    group = next(group for group in document["cases"][0]["checks"] if "ray" in group["stages"])
+    change(group)
+    (tmp_path / "results.json").write_text(json.dumps(document))
+
+    with pytest.raises(ResultsError, match=message) as refused:
+        load_results(tmp_path)
+
+    assert str(tmp_path / "results.json") in str(refused.value)
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
         pytest.param(lambda r: r.update(schema=5), "schema must be one of 1, 2, 3, 4", id="schema"),
         pytest.param(lambda r: r["summary"].pop("fail"), "summary.fail is missing", id="ledger"),
         pytest.param(lambda r: r["checks"].update(planned=-1), "checks.planned must be a number >= 0", id="negative"),
