@@ -147,10 +147,8 @@ def _apart(one: StageImages, other: StageImages) -> np.ndarray:
 Meeting = Callable[[Shape, np.ndarray, np.ndarray, np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]
 
 
-def hits_by(
-    meet: Meeting, takes_its_place: Callable[[np.ndarray, np.ndarray], np.ndarray] = np.less
-) -> dict[Stage, Wrong]:
-    """Return objects and distances of a renderer that meets shapes so, a later one in the place of those before."""
+def hits_by(meet: Meeting, counts: Callable[[np.ndarray, np.ndarray], np.ndarray] = np.less) -> dict[Stage, Wrong]:
+    """Return objects and distances by `meet`; `counts` says which crossings count instead of an earlier shape's."""
 
     def hits(given: Given) -> tuple[np.ndarray, np.ndarray]:
         from rayproof.reference.analytic.stages import clip_interval
@@ -161,7 +159,7 @@ def hits_by(
         distances, objects = np.full(len(rays), np.inf), np.full((len(rays), 2), -1.0)
         for index, shape in enumerate(given.scene.shapes):
             crossing, face = meet(shape, eye, rays, *ends)
-            taken = np.isfinite(crossing) & takes_its_place(crossing, distances)
+            taken = np.isfinite(crossing) & counts(crossing, distances)
             distances = np.where(taken, crossing, distances)
             objects[taken, 0], objects[taken, 1] = index, face[taken]
         return objects.reshape(height, width, 2), distances.reshape(height, width, 1)
@@ -213,7 +211,7 @@ def _nearest_two(
 def in_their_planes(scene: Scene, objects: np.ndarray, points: np.ndarray) -> np.ndarray:
     """Return the pixels (height, width) whose point [m] lies within rounding in the plane of a face, of these objects.
 
-    Of two faces in one plane rounding says which a ray meets.
+    Which of two faces in one plane a ray meets is decided by rounding.
     """
     reach = gamma(TURNED, precision=PRECISION) * (
         1 + np.linalg.norm(points, axis=-1) + np.linalg.norm(scene.camera.eye)

@@ -142,7 +142,7 @@ class Tally:
 
     @property
     def fits(self) -> bool:
-        """Say whether the case does not contradict the hypothesis."""
+        """Say whether the case does not contradict the hypothesis; one pixel, which rounding may decide, never does."""
         return self.off <= ALLOWED * self.judged and self.telling - self.agree <= max(1, (1 - AGREE) * self.telling)
 
     @property

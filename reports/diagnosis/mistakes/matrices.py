@@ -129,7 +129,7 @@ def _turned_round(behind: Behind) -> Wrong:
 
 
 def _hidden(behind: Behind) -> Wrong:
-    """Return radiance with one-sided surfaces hidden where they are behind by another word; NaN where rounding says."""
+    """Return radiance with one-sided surfaces hidden by another decision; NaN where rounding alone makes it."""
 
     def wrong(given: Given) -> np.ndarray:
         scale = 1.0 if given.scene.shading == "simplified" else 1 / np.pi

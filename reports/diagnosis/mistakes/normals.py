@@ -23,9 +23,7 @@ from rayproof.reports.judge.answers import dot, length
 from rayproof.reports.judge.conditioning import condition
 from rayproof.reports.judge.limits import limits
 
-ABOVE = (
-    1e-6  # of a point's distance from origin or eye: so far along the normal feelers start, beyond a float's rounding
-)
+ABOVE = 1e-6  # of a point's distance from origin or eye, beyond a float's rounding: so far above it feelers start
 
 # From linear part, translation, origins and directions (N, 3) in the world to both in object space.
 IntoObject = Callable[[np.ndarray, np.ndarray, np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]

@@ -182,6 +182,7 @@ BY_ROUNDING_ALONE = {
     "normal_not_normalised": ("combined/18_mesh_none", "combined/20_mesh_stretched"),
     "facing_mixed": ("combined/13_triangle_none", "combined/24_mesh_sheared"),
     "blockers_behind": ("tolerances/hall",),
+    "rays_by_inverse_transpose": ("acne/grazing", "combined/01_sphere_turned"),
 }  # fmt: skip
 
 
