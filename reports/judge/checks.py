@@ -38,7 +38,7 @@ def check_camera(pair: Comparison) -> Check:
     # The coarser of the two arithmetics: the other's rounding is nothing beside it, or equal and within the counts.
     g = max(Roundoff(pair.subject.precision), Roundoff(pair.reference.precision), key=lambda each: each(1))
     found = pair.base.once(
-        ("camera", g.key, *pair.authors(Stage.CAMERA)),
+        ("camera", g, *pair.authors(Stage.CAMERA)),
         lambda: camera_check.compared(mine, theirs, pair.base.scene.camera, g),
     )
     outcome, reason = Outcome.PASS, ""

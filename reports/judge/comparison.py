@@ -53,7 +53,7 @@ class Comparison:
     def rounding(self) -> tuple:
         """Return what the limits depend on beside the truth of the scene."""
         steps = tuple(tuple(renderer.resolutions.items()) for renderer in (self.subject, self.reference))
-        return tuple(each.key for each in self.roundoffs), self._by_matrices, steps
+        return tuple(self.roundoffs), self._by_matrices, steps
 
     @cached_property
     def rules(self) -> tuple:
@@ -143,7 +143,8 @@ class Comparison:
 
         `blind` says that what a renderer does not see before a light counts.
         """
-        g, light_epsilon = max(self.roundoffs, key=lambda each: each(1)), self._light_epsilon if blind else 0.0
+        g = max(self.roundoffs, key=lambda each: (each(1), each.short))
+        light_epsilon = self._light_epsilon if blind else 0.0
         found = self.base.classes(self.limits, g, shadow_epsilon, light_epsilon, key=self.rounding)
         if not any(self.blurred):
             return found

@@ -8,7 +8,7 @@ evaluation; a formula that needs more has lost digits that the scene did not ask
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import KW_ONLY, dataclass, replace
 
 import numpy as np
 
@@ -61,22 +61,17 @@ class Limits:
     lifted: np.ndarray  # m: of it, what is across the surface
 
 
+@dataclass(frozen=True)
 class Roundoff:
     """gamma(count) of one precision, times a constant (1 for what is bounded, more for a calibrated reference)."""
 
-    def __init__(
-        self, precision: str, *, scale: float = 1.0, baked: bool = False, placed: bool = False, local: bool = False
-    ) -> None:
-        self.precision = precision
-        self.scale = scale
-        self.baked = baked  # takes triangles' normals from their baked corners
-        self.placed = placed  # takes squares' and cubes' normals from corners that it placed in world space
-        self.local = local  # takes a sphere's position from its hit in object space
-
-    @property
-    def key(self) -> tuple[str, float, bool, bool, bool]:
-        """Return what tells this rounding from another."""
-        return self.precision, self.scale, self.baked, self.placed, self.local
+    precision: str
+    _: KW_ONLY
+    scale: float = 1.0
+    baked: bool = False  # takes triangles' normals from their baked corners
+    placed: bool = False  # takes squares' and cubes' normals from corners that it placed in world space
+    local: bool = False  # takes a sphere's position from its hit in object space
+    short: bool = False  # solves for it in float32, where a direction may have any length
 
     def __call__(self, count: float) -> float:
         """Return the bound on the relative error of `count` roundings."""
@@ -104,7 +99,7 @@ def limits(scene: Scene, truth: StageImages, conditioning: Conditioning, g: Roun
     sine = np.sqrt(np.clip(1 - c.cosine**2, 0, 1))
     all_distance = distance + ray * c.swing * sine
     # An object-space hit is on its own ray, which rounding has moved off the pixel's in any direction.
-    carried = g(HIT) * c.carried if g.local else 0.0
+    carried = g(HIT) * (c.carried * g.local + c.solved / c.cosine * g.short)
     all_position = all_distance + ray * c.distance + point + carried
     # Who takes a hit from object space is asked for its position, of which its distance is the length to the eye.
     distance, all_distance = distance + carried, all_distance + carried
@@ -219,13 +214,15 @@ class Calibration:
     baked_normals: bool = False  # takes triangles' normals from the float32 corners in world space
     placed_corners: bool = False  # takes squares' and cubes' normals from corners in world space, at its own precision
     local_hits: bool = False  # takes a sphere's position from its hit in object space
+    short_solving: bool = False  # solves for it in float32, where a direction may have any length
 
 
 DERIVED = Calibration(factor=1.0, origin="derived: float64 with the same counts of roundings")
 # Mitsuba makes a mesh of its cube and two triangles of its rectangle; Radiance, Tachyon and Cycles get polygons.
 # POV-Ray keeps box and polygon in their own space, and Embree's normals are the shapes' own.
 # Over the default suite no stage of Mitsuba 3.9.1 leaves the limits derived for float32: nothing to allow for.
-# An ellipsoid is an instance to Mitsuba, which puts the hit back on the sphere before it carries it to the world.
+# An ellipsoid is an instance to Mitsuba, which puts the hit back on the sphere before it carries it to the world. Its
+# LLVM variant solves for that hit in float32, the scalar one in float64.
 MITSUBA = "calibrated on Mitsuba 3.9.1: factor 1 at float32; normals from world-space corners, hits from object space"
 # Its geometry is float64 with no more roundings than are counted; what it adds up in float32 it declares itself.
 RADIANCE = "derived: float64 with the same counts of roundings; normals from world-space corners"
@@ -233,9 +230,10 @@ EMBREE = "derived: float32 decides what is hit; the values, continued in float64
 POVRAY = "derived: float64 with the same counts of roundings; triangles' normals from baked float32 corners"
 TACHYON = "derived: the scene is read as float32, what follows is float64; normals from float32 corners"
 CYCLES = "calibrated on Cycles of Blender 5.0.1: factor 1 at float32; normals from world-space corners"
+SCALAR = Calibration(factor=1.0, origin=MITSUBA, baked_normals=True, placed_corners=True, local_hits=True)
 CALIBRATED: dict[str, Calibration] = {
-    "mitsuba_scalar": Calibration(factor=1.0, origin=MITSUBA, baked_normals=True, placed_corners=True, local_hits=True),
-    "mitsuba_llvm": Calibration(factor=1.0, origin=MITSUBA, baked_normals=True, placed_corners=True, local_hits=True),
+    "mitsuba_scalar": SCALAR,
+    "mitsuba_llvm": replace(SCALAR, short_solving=True),
     "cycles": Calibration(factor=1.0, origin=CYCLES, baked_normals=True, placed_corners=True),
     "embree": Calibration(factor=1.0, origin=EMBREE),
     "povray": Calibration(factor=1.0, origin=POVRAY, baked_normals=True),
@@ -258,6 +256,7 @@ def roundoff_of(name: str, precision: str, *, world_normals: bool) -> Roundoff:
         baked=known.baked_normals or world_normals,
         placed=known.placed_corners or world_normals,
         local=known.local_hits,
+        short=known.short_solving,
     )
 
 

@@ -11,12 +11,187 @@ from functools import cached_property
 
 import numpy as np
 
-from rayproof.cases.scene import Scene
+from rayproof.cases.scene import Cube, PointLight, Scene, Sphere
 from rayproof.cases.stages import Stage, StageImages
-from rayproof.reports.judge.answers import any_of, widest_near
-from rayproof.reports.judge.conditioning import Conditioning, Unrounded
+from rayproof.reports.judge.answers import any_of, dot, length, widest_near
+from rayproof.reports.judge.conditioning import Conditioning, error_at_eye, facing, off_axis, surface_error
 from rayproof.reports.judge.edge_values import Edges
 from rayproof.reports.judge.limits import HIT, Limits, Roundoff
+
+MOST_FACES = 64  # of a mesh near the eye, whose planes are looked at one by one
+
+
+@dataclass(frozen=True, kw_only=True)
+class Lamp:
+    """One light at every pixel (height, width)."""
+
+    distance: np.ndarray  # m
+    cosine: np.ndarray  # |n.l|
+    throw: np.ndarray  # how many times as large a blocker's own error may be on the receiver
+    brim: np.ndarray  # m: how high the way to the light is above a cube's seen face where that ends; elsewhere infinite
+
+
+@dataclass(frozen=True, kw_only=True)
+class Unrounded:
+    """A scene, what the oracle answers, and what classes need that follows from them alone, whoever is judged."""
+
+    scene: Scene
+    truth: StageImages
+    edges: Edges
+    conditioning: Conditioning
+
+    def seen(self, *, short: bool) -> np.ndarray:
+        """Return the angle [rad per roundoff] (height, width) by which points may seem off from the eye.
+
+        `short` says that ellipsoids are solved for in float32. Of the surfaces that meet at an outline the worst
+        counts: what is seen within two pixels, or for something thinner the scene's middling one.
+        """
+        c = self.conditioning
+        with np.errstate(divide="ignore", invalid="ignore"):
+            seen = widest_near(np.where(c.hit, (c.point + c.solved * short) / c.distance, 0.0))
+            return np.maximum(seen, float(np.median(seen[c.hit])) if np.any(c.hit) else 0.0)
+
+    @cached_property
+    def pixel(self) -> np.ndarray:
+        """Return the length [m] (height, width) that a pixel spans across the ray, where it hits."""
+        return self.conditioning.distance * self.conditioning.pixel_angle
+
+    @cached_property
+    def behind(self) -> tuple[tuple[np.ndarray, np.ndarray], ...]:
+        """Return for each surface behind what is hit where that is (height, width), and its error [m per roundoff]."""
+        c, found = self.conditioning, []
+        eye = np.asarray(self.scene.camera.eye, dtype=np.float64)
+        for index in np.unique(self.edges.behind[c.hit & (self.edges.behind >= 0)]):
+            here = c.hit & (self.edges.behind == index)
+            other = surface_error(self.scene.shapes[int(index)], eye, self.truth[Stage.POSITION][here])
+            # Where the two come so near each other, they look along one normal, or an outline between them is near.
+            found.append((here, other / c.cosine[here] + c.distance[here]))
+        return tuple(found)
+
+    @cached_property
+    def at_clip(self) -> tuple[np.ndarray, np.ndarray]:
+        """Return how far [m] along the ray a surface is from a clip plane, and how far off it may seem there.
+
+        Both (height, width), the second [m per roundoff]. The surface faces as the plane does: one that leans more
+        against it crosses it nearby, where it has an outline. Along a coordinate axis its depth is one coordinate of
+        its points less the eye's, each carried with two roundings, then the difference, the quotient for t, that for
+        the plane, the speed of depth and the plane's own depth with one each: what is 0 rounds nothing. Along another
+        axis every coordinate has its share: the way into object space has 7 roundings, of the point and of the ray, and
+        the ray's depth 8 more (the axis 5, its product with the ray 3); three are left for quotients and the plane.
+        A shell follows a ball about the eye over the whole image; a flat face, touched in one point, is held strictly.
+        """
+        camera, edges, rays = self.scene.camera, self.edges, self.truth[Stage.RAY]
+        gap, error = np.full(edges.at_clip.shape, np.inf), np.zeros(edges.at_clip.shape)
+        eye, along = np.asarray(camera.eye, dtype=np.float64), off_axis(camera, rays)
+        forward = np.subtract(camera.target, camera.eye, dtype=np.float64)
+        axis = np.abs(forward) / np.linalg.norm(forward)
+        # Roundings of each coordinate of points, and of rays; and of what has no coordinates.
+        points_have, rays_have, rest = (2, 0, 5) if np.count_nonzero(axis) == 1 else (7, 15, 3)
+        for index in np.unique(edges.at_clip[edges.at_clip >= 0]):
+            here = edges.at_clip == index
+            t = edges.clip_depth[here]
+            moved = t[:, np.newaxis] * rays[here]
+            slope = along[here] if self.scene.clip == "depth" else 1.0
+            sizes = points_have * (np.abs(eye + moved) + np.abs(eye)) + rays_have * np.abs(moved)
+            error[here] = sizes @ axis / slope + rest * t
+            if self.scene.clip == "shell":  # as many roundings as limits of distances count
+                shape = self.scene.shapes[int(index)]
+                error[here] = 16 * (surface_error(shape, eye, eye + moved) + t) if isinstance(shape, Sphere) else -1.0
+            gap[here] = np.minimum(np.abs(t - camera.near / slope), np.abs(t - camera.far / slope))
+        return gap, error
+
+    @cached_property
+    def at_eye(self) -> tuple[float, ...]:
+        """Return how far off [m per roundoff] each shape may seem at the eye; below 0 where clipping hides that."""
+        if self.scene.clip != "none":
+            return (-1.0,) * len(self.scene.shapes)
+        eye = np.asarray(self.scene.camera.eye, dtype=np.float64)
+        return tuple(error_at_eye(shape, eye) for shape in self.scene.shapes)
+
+    @cached_property
+    def cut(self) -> tuple[tuple[float, np.ndarray, np.ndarray], ...]:
+        """Return by what angle [rad per roundoff] each surface closer to the eye than clipping begins may seem off.
+
+        Where clipping lets it begin, the eye sees it at that distance. Beside it how much [rad] (height, width) each
+        ray leans away from the surface more than one that meets it there: a ray at that angle from the surface's plane
+        has left it by then, and no part of it is seen. Last how far [m] (height, width) each ray is off the plane of
+        one of its flat faces, from the eye to where clipping begins.
+        """
+        near = self.scene.camera.near
+        if self.scene.clip == "none":
+            return ()
+        eye, rays = np.asarray(self.scene.camera.eye, dtype=np.float64), self.truth[Stage.RAY]
+        found = []
+        for shape, gap in zip(self.scene.shapes, self.edges.eye_gaps, strict=True):
+            if gap < near:
+                normals, offsets, bends = facing(shape, eye)
+                close = offsets < near
+                leaning, off = np.full(rays.shape[:2], np.inf), np.full(rays.shape[:2], np.inf)
+                for normal, offset, bend in zip(normals[close], offsets[close], bends[close], strict=True):
+                    slope = np.abs(rays @ normal)
+                    leaning = np.minimum(leaning, slope - offset / near - near * bend)
+                    off = np.minimum(off, np.maximum(offset, near * slope)) if bend == 0 else off
+                # Too many to tell apart, or none that is flat enough to have a plane: it may be seen anywhere.
+                told = 0 < np.count_nonzero(close) <= MOST_FACES
+                found.append((error_at_eye(shape, eye), leaning if told else np.zeros(rays.shape[:2]), off))
+        return tuple(found)
+
+    @cached_property
+    def blocker(self) -> float:
+        """Return the point error [m per roundoff] of the worst shape, each by the median of what is seen of it.
+
+        Not the largest: an infinite plane's error grows towards its horizon, where it blocks nothing.
+        """
+        c, objects = self.conditioning, self.truth[Stage.OBJECT][..., 0]
+        return max((float(np.median(c.point[objects == one])) for one in np.unique(objects[c.hit])), default=0.0)
+
+    @cached_property
+    def lamps(self) -> tuple[Lamp, ...]:
+        """Return every light, none where no light is asked about."""
+        if Stage.VISIBILITY not in self.truth:
+            return ()
+        return tuple(self._lamp(light) for light in self.scene.lights)
+
+    def _lamp(self, light: PointLight) -> Lamp:
+        toward = np.asarray(light.position) - self.truth[Stage.POSITION]
+        r = length(toward)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            cosine = np.abs(dot(toward, self.truth[Stage.NORMAL])) / r
+            # A blocker's own error, thrown from near the light onto the receiver, grows with the distances' ratio.
+            throw = np.maximum(1.0, r / np.min(r[self.conditioning.hit], initial=np.inf))
+        return Lamp(distance=r, cosine=cosine, throw=throw, brim=self._brim(toward, r * cosine))
+
+    def _brim(self, toward: np.ndarray, height: np.ndarray) -> np.ndarray:
+        """Return for a light [m] (height, width, 3) away, and so high above a cube's face, its way's height at the end.
+
+        A hit that rounding sinks deeper than that into the cube has the next face before the light.
+        """
+        brim, objects = np.full(height.shape, np.inf), self.truth[Stage.OBJECT][..., 0]
+        for index, shape in enumerate(self.scene.shapes):
+            here = objects == index
+            if not isinstance(shape, Cube) or not here.any():
+                continue
+            matrix = np.asarray(shape.to_world, dtype=np.float64)
+            inverse = np.linalg.inv(matrix[:3, :3])
+            local, way = (self.truth[Stage.POSITION][here] - matrix[:3, 3]) @ inverse.T, toward[here] @ inverse.T
+            with np.errstate(divide="ignore", invalid="ignore"):
+                ends = (0.5 * np.sign(way) - local) / way  # of the way to the light, along each axis
+            ends[np.arange(len(ends)), np.abs(local).argmax(axis=1)] = np.inf
+            ends = np.where(np.isfinite(ends), ends, np.inf).min(axis=1)
+            brim[here] = height[here] * np.clip(ends, 0.0, 1.0)
+        return brim
+
+    @cached_property
+    def ends(self) -> tuple[np.ndarray, ...]:
+        """Return for each light near a surface how far off [m per roundoff] (height, width) the surface may seem."""
+        if not self.lamps:
+            return ()
+        found = []
+        for end in self.edges.light_ends:
+            position = np.asarray(self.scene.lights[end.light].position, dtype=np.float64)
+            shape = self.scene.shapes[end.shape]
+            found.append(surface_error(shape, self.truth[Stage.POSITION], position, face=end.face))
+        return tuple(found)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -98,7 +273,7 @@ def unlit(about: Unrounded, limits: Limits, g: Roundoff) -> Unlit:
     c, edges = about.conditioning, about.edges
     with np.errstate(divide="ignore", invalid="ignore"):
         # An outline shifts by its rays' error and by its points' error seen from the eye; clipping's, near it alone.
-        seen = g(HIT) * about.seen
+        seen = g(HIT) * about.seen(short=g.short)
         for error, leaning, _ in about.cut:
             angle = error / about.scene.camera.near
             seen = np.maximum(seen, np.where(leaning <= 2 * g(HIT) * angle, g(HIT) * angle, 0.0))

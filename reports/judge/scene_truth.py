@@ -11,7 +11,7 @@ import numpy as np
 from rayproof.cases.scene import Scene
 from rayproof.cases.stages import Stage, StageImages
 from rayproof.reports.judge.answers import Answers
-from rayproof.reports.judge.conditioning import Conditioning, Unrounded, condition
+from rayproof.reports.judge.conditioning import Conditioning, condition
 from rayproof.reports.judge.edge_values import Edges
 from rayproof.reports.judge.limits import (
     Limits,
@@ -19,7 +19,7 @@ from rayproof.reports.judge.limits import (
     limits,
 )
 from rayproof.reports.judge.oracle import FullOracle
-from rayproof.reports.judge.pixel_classes import Classes, classify, farther, unlit
+from rayproof.reports.judge.pixel_classes import Classes, Unrounded, classify, farther, unlit
 
 T = TypeVar("T")
 FARTHEST = 1e30  # m: as good as no far end, and its square is finite
@@ -85,11 +85,11 @@ class SceneTruth:
     def limits(self, g: Roundoff, *, by_matrices: bool) -> Limits:
         """Return the limits of one kind of rounding."""
         about = self.scene, self.truth, self.conditioning, g
-        return self.once(("limits", g.key, by_matrices), lambda: limits(*about, by_matrices=by_matrices))
+        return self.once(("limits", g, by_matrices), lambda: limits(*about, by_matrices=by_matrices))
 
     def together(self, one: Roundoff, other: Roundoff, *, by_matrices: tuple[bool, bool]) -> Limits:
         """Return the limits of two kinds of rounding added: what a difference of two renderers' answers may be."""
-        key = ("limits together", one.key, other.key, by_matrices)
+        key = ("limits together", one, other, by_matrices)
         each = zip((one, other), by_matrices, strict=True)
         return self.once(key, lambda: _added(*(self.limits(g, by_matrices=own) for g, own in each)))
 

@@ -60,7 +60,7 @@ def test_a_renderer_is_diagnosed_by_the_rounding_by_which_it_is_judged(name: str
 
     diagnosed = _rounding({"subject": name, "declared": {"world_normals": world}})  # type: ignore[typeddict-item]
 
-    assert diagnosed.key == roundoff(subject).key
+    assert diagnosed == roundoff(subject)
 
 
 def test_what_feelers_meet_from_where_two_faces_of_a_mesh_are_is_decided_by_rounding() -> None:

@@ -2,7 +2,6 @@
 
 from collections.abc import Iterator
 from contextlib import AbstractContextManager, contextmanager
-from copy import copy
 from dataclasses import replace
 from typing import Any
 
@@ -285,9 +284,7 @@ def float64_by_float32() -> Iterator[None]:
     right = comparison.roundoff
 
     def wrong(party: Any) -> Roundoff:
-        rounding = copy(right(party))
-        rounding.precision = "float32"
-        return rounding
+        return replace(right(party), precision="float32")
 
     with replaced(right, wrong):
         yield

@@ -27,7 +27,7 @@ def test_classes_of_several_roundings_and_epsilons_are_those_of_each_alone(name)
     for g in (Roundoff("float32"), Roundoff("float64"), Roundoff("float32", scale=4.0)):
         limits = base.limits(g, by_matrices=False)
         for epsilon in (0.0, 1e-4):
-            kept = base.classes(limits, g, epsilon, key=(g.key,))
+            kept = base.classes(limits, g, epsilon, key=(g,))
             alone = classify(*about, limits, g, shadow_epsilon=epsilon)
 
             for field in fields(alone):
