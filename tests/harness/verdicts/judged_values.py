@@ -191,6 +191,11 @@ class Held:
                 left[stage] = mask & ~like
         undecided = {stage: np.isnan(samples).any(axis=(0, 2)) for stage, samples in near.samples.items()}
         tied = {stage: self._lost(rows, columns) for stage in self.stages}
+        if Stage.OBJECT in self.stages:
+            # Whichever of several surfaces in one place it is, who sees none of them is wrong.
+            decided = near.samples[Stage.OBJECT][..., 0]
+            always = (decided >= 0).any(axis=0) & ~(decided < 0).any(axis=0)
+            undecided[Stage.OBJECT] &= ~(always & (self.party.answers[Stage.OBJECT][rows, columns, 0] < 0))
         for stage in self.stages:
             for before in {stage, *LIT[stage]} & set(undecided):
                 tied[stage] |= undecided[before]

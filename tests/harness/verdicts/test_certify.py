@@ -287,3 +287,14 @@ def test_what_a_scene_shows_as_float32_reads_it_is_right(name: str, pixel: tuple
     assert (ours.answers[Stage.OBJECT][row, column] != found.base.truth[Stage.OBJECT][row, column]).any()
 
     assert found.of(ours).wrong([pixel], strictly=True) == {}
+
+
+@pytest.mark.parametrize(("seen", "right"), [(1.0, True), (-1.0, False)], ids=["the-other", "neither"])
+def test_of_two_squares_in_one_place_a_renderer_sees_either_but_not_neither(seen: float, *, right: bool) -> None:
+    found, (column, row) = inquest("random/73001/29"), (15, 8)
+    answers = ORACLE.render(found.case.scene, stages_of(found.case.scene))
+    answers[Stage.OBJECT][row, column] = (seen, min(seen, 0.0))
+
+    wrong = found.of(candidate(answers)).wrong([(column, row)], strictly=False)
+
+    assert (Stage.OBJECT not in wrong.get((column, row), ())) == right
