@@ -191,7 +191,7 @@ class Held:
                 left[stage] = mask & ~like
         undecided = {stage: np.isnan(samples).any(axis=(0, 2)) for stage, samples in near.samples.items()}
         tied = {stage: self._lost(rows, columns) for stage in self.stages}
-        if Stage.OBJECT in self.stages:
+        if Stage.OBJECT in near.samples:
             # Whichever of several surfaces in one place it is, who sees none of them is wrong.
             decided = near.samples[Stage.OBJECT][..., 0]
             always = (decided >= 0).any(axis=0) & ~(decided < 0).any(axis=0)
