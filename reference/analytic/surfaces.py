@@ -7,7 +7,7 @@ the map.
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from functools import cached_property, lru_cache
+from functools import cached_property, lru_cache, reduce
 
 import numpy as np
 
@@ -171,7 +171,7 @@ def _all_corners(mask: np.ndarray) -> np.ndarray:
 BLOCK = 1 << 17  # faces or edges that are looked at together: what is made of them for one apex takes 100 MB at most
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, eq=False)
 class Polygons:
     """Faces of equally many corners each; `numbers` are their indices in the scene, for none has zero area."""
 
@@ -184,32 +184,21 @@ class Polygons:
         """Return the faces' normals by winding, of any length, shape (faces, 3)."""
         return cross(self.corners[:, 1] - self.corners[:, 0], self.corners[:, -1] - self.corners[:, 0])
 
-    def edge_normals(self, apex: np.ndarray, block: slice) -> np.ndarray:
-        """Return the normals of the planes through the apex and each edge of some faces, shape (faces, corners, 3)."""
-        start, end = self.corners[block], np.roll(self.corners[block], -1, axis=1)
-        swap = later(start, end)[..., np.newaxis]
-        lesser, greater = np.where(swap, end, start), np.where(swap, start, end)
-        return cross(lesser - apex, greater - lesser) * np.where(swap, -1.0, 1.0)
-
     def meetings(self, apex: np.ndarray, directions: np.ndarray):
         """Yield (rays, faces, t (rays, faces)): t of apex + t directions on each face, NaN where it is missed.
 
         Pairs that are not yielded miss. A ray may be yielded more than once, each time with later faces.
         """
         for block in blocks(len(self.corners)):
-            corners, edges, normals = self.corners[block], self.edge_normals(apex, block), self.normals[block]
-            heights = dot(corners[:, 0] - apex, normals)
-            for rays, faces in bundles(directions, corners - apex):
+            corners, edges, heights = _seen_from(self, apex.tobytes(), block.start, block.stop)
+            for rays, faces in bundles(directions, corners):
                 # Not a matrix product: both faces of an edge must round alike, wherever they stand in memory.
                 x, y, z = (directions[rays, axis, np.newaxis] for axis in range(3))
-                least = greatest = np.zeros(0)
-                for corner, normal in enumerate(np.moveaxis(edges[faces], 1, 0)):
-                    volume = x * normal[:, 0] + y * normal[:, 1] + z * normal[:, 2]
-                    least = np.minimum(least, volume) if corner else volume
-                    greatest = np.maximum(greatest, volume) if corner else volume
+                volumes = [x * a + y * b + z * c for a, b, c in edges[..., faces]]
+                least, greatest = reduce(np.minimum, volumes), reduce(np.maximum, volumes)
                 inside = (least >= 0) | (greatest <= 0) if self.closed else (least > 0) | (greatest < 0)
                 with np.errstate(all="ignore"):
-                    crossing = heights[faces] / (directions[rays] @ normals[faces].T)
+                    crossing = heights[faces] / (directions[rays] @ self.normals[block][faces].T)
                 yield rays, faces + block.start, np.where(inside, crossing, np.nan)
 
     def first(
@@ -255,6 +244,18 @@ class Polygons:
                 between[ray, face] = ~ends[rays[ray]].lie_in(self.normals[met], self.corners[met, 0])
             blocked[rays] |= between.any(axis=1)
         return blocked
+
+
+@lru_cache(maxsize=8)
+def _seen_from(faces: Polygons, place: bytes, start: int, stop: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return faces' corners from an apex, normals (corners, 3, faces) of its planes with their edges, its heights."""
+    apex, first = np.frombuffer(place), faces.corners[start:stop]
+    following = np.roll(first, -1, axis=1)
+    swap = later(first, following)[..., np.newaxis]
+    lesser, greater = np.where(swap, following, first), np.where(swap, first, following)
+    edges = cross(lesser - apex, greater - lesser) * np.where(swap, -1.0, 1.0)
+    heights = dot(first[:, 0] - apex, faces.normals[start:stop])
+    return first - apex, np.ascontiguousarray(np.moveaxis(edges, 0, -1)), heights
 
 
 def blocks(count: int) -> Iterator[slice]:
