@@ -95,13 +95,12 @@ def with_ends(around: Sides, oracle: Oracle, scene: Scene, where: np.ndarray, re
         met = oracle.at(scene, (Stage.OBJECT,), centres + steps * middle[:, np.newaxis])[Stage.OBJECT]
         same = all_of(met == before)
         inner, outer = np.where(same, middle, inner), np.where(same, outer, middle)
-    slots = direction * len(RADII) + step
-    for end in (inner, outer):
-        found = oracle.at(scene, tuple(answers), centres + steps * end[:, np.newaxis])
-        for stage, image in answers.items():
-            more = np.repeat(image[:, :1], DIRECTIONS * len(RADII), axis=1)
-            more[pixel, slots] = found[stage]
-            answers[stage] = np.concatenate([image, more], axis=1)
+    slot, points = direction * len(RADII) + step, centres + steps * np.stack([inner, outer])[..., np.newaxis]
+    found = oracle.at(scene, tuple(answers), points.reshape(-1, 2))
+    for stage, image in answers.items():
+        more = np.repeat(image[:, :1], 2 * (SAMPLES - 1), axis=1)
+        more[pixel, np.stack([slot, slot + SAMPLES - 1])] = found[stage].reshape(2, len(pixel), -1)
+        answers[stage] = np.concatenate([image, more], axis=1)
     return replace(around, answers=answers)
 
 

@@ -187,15 +187,15 @@ def held(scene: Scene, stage: Stage, values: np.ndarray, seen: Seen, lights: Lig
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         straight, cosine = _arriving(scene, stage, seen)
         for rows, same in _objects(seen.objects):
-            ranges = _ranges(straight[rows], cosine[rows], same, lights.of(rows), seen.spare)
             value, known = values[rows], lights.of(rows)
+            ranges = _ranges(straight[rows], cosine[rows], same, known, seen.spare)
             listed = _listed(value, ranges, known) | _met(value, ranges, known)
             between = _between(value, ranges, known)
             counted = known.free | known.decided
             many = np.count_nonzero(known.free, axis=1) > MOST_LISTED
             unbounded = many | (known.close & counted).any(axis=1)
-            exactly[rows] |= listed & ~(known.close & counted).any(axis=1)
-            within[rows] |= between & unbounded
+            np.logical_or.at(exactly, rows, listed & ~(known.close & counted).any(axis=1))
+            np.logical_or.at(within, rows, between & unbounded)
     return Held(good=exactly | within, interval=within & ~exactly)
 
 
@@ -221,16 +221,16 @@ def _arriving(scene: Scene, stage: Stage, seen: Seen) -> tuple[np.ndarray, np.nd
 
 
 def _objects(objects: np.ndarray) -> Iterator[tuple[np.ndarray, np.ndarray]]:
-    """Yield pixels (n,) and which of their samples (n, samples) see one object, until each pixel had all of its."""
+    """Yield pixels (n,), each once for each object of its samples, and which of these (n, samples) see that one."""
     left = np.ones(objects.shape[:2], dtype=bool)
-    while left.any():
-        every = np.flatnonzero(left.any(axis=1))
-        for start in range(0, len(every), AT_ONCE):
-            rows = every[start : start + AT_ONCE]
-            first = left[rows].argmax(axis=1)
-            same = all_of(objects[rows] == objects[rows, first][:, np.newaxis])
-            left[rows] &= ~same
-            yield rows, same
+    pixels, each = [np.zeros(0, dtype=int)], [left[:0]]
+    while len(rows := np.flatnonzero(left.any(axis=1))):
+        same = all_of(objects[rows] == objects[rows, left[rows].argmax(axis=1)][:, np.newaxis])
+        left[rows] &= ~same
+        pixels, each = [*pixels, rows], [*each, same]
+    rows, same = np.concatenate(pixels), np.concatenate(each)
+    for start in range(0, len(rows), AT_ONCE):
+        yield rows[start : start + AT_ONCE], same[start : start + AT_ONCE]
 
 
 @dataclass(frozen=True, kw_only=True)
