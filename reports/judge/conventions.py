@@ -8,6 +8,7 @@ judged against it as strictly as against the right one. Only who passes there is
 import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import cache
 
 import numpy as np
 
@@ -17,7 +18,7 @@ from rayproof.reports.judge.answers import Answers
 from rayproof.reports.judge.comparison import Comparison
 from rayproof.reports.judge.measurement import jsonable
 from rayproof.reports.judge.oracle import FullOracle, stages_of
-from rayproof.reports.judge.scene_truth import scene_truth
+from rayproof.reports.judge.scene_truth import SceneTruth, scene_truth
 from rayproof.reports.judge.stage_measuring import inside, measure_end_to_end
 from rayproof.reports.results.case_records import ConventionRecord
 
@@ -64,7 +65,8 @@ def tested(scene: Scene, renderer: Answers, stage: Stage, oracle: FullOracle) ->
     """Return every known convention that could matter to the scene, tested at one image stage of the renderer."""
     if stage not in IMAGE_STAGES or renderer.error is not None or stage not in renderer.answers:
         return []
-    found = [_under(what, other, renderer, stage, oracle, moved) for what, other, moved in _questions(scene)]
+    truth = cache(lambda other: scene_truth(other, stages_of(other), oracle, known={}))
+    found = [_under(what, truth(other).forgetful(), renderer, stage, moved) for what, other, moved in _questions(scene)]
     if stage in LIT and len(scene.lights) > 1:
         found.append(_one_light(scene, renderer, stage, oracle))
     return found
@@ -105,9 +107,8 @@ def _placed(down: int, right: int) -> Moved:
     return moved
 
 
-def _under(what: str, other: Scene, renderer: Answers, stage: Stage, oracle: FullOracle, moved: Moved | None) -> Tested:
+def _under(what: str, base: SceneTruth, renderer: Answers, stage: Stage, moved: Moved | None) -> Tested:
     """Judge the renderer against the oracle's answer to another question."""
-    base = scene_truth(other, stages_of(other), oracle, known={})
     ours = (
         renderer
         if moved is None
