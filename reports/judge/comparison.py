@@ -52,8 +52,8 @@ class Comparison:
     @cached_property
     def rounding(self) -> tuple:
         """Return what the limits depend on beside the truth of the scene."""
-        steps = tuple(tuple(renderer.resolutions.items()) for renderer in (self.subject, self.reference))
-        return tuple(self.roundoffs), self._by_matrices, steps
+        two = [(roundoff(x), x.by_matrices, tuple(x.resolutions.items())) for x in (self.subject, self.reference)]
+        return tuple(two if self._coarse else sorted(two, key=repr))  # of errors added, whichever of them is judged
 
     @cached_property
     def rules(self) -> tuple:

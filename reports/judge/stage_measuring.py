@@ -30,16 +30,20 @@ from rayproof.reports.results.case_records import Measurement
 
 def _ends(pair: Comparison, where: np.ndarray) -> list[Sides]:
     """Return the same at some of the pixels, twins within reach, and where around them what is seen changes."""
-    base, seen = pair.base, pair.base.author(pair.subject, Stage.OBJECT)
-    reach = np.where(pair.twins, 0.0, pair.classes.reach)
+    base, seen, ours = pair.base, pair.base.author(pair.subject, Stage.OBJECT), pair.subject.answers
+    reach, key = np.where(pair.twins, 0.0, pair.classes.reach), ("ends", seen is None, pair.rounding, pair.blurred)
 
-    def found(new: np.ndarray) -> Sides:
-        ended = with_ends(_sides(pair), base.oracle, base.scene, new, reach)
-        about = base.oracle, base.scene, base.truth, pair.subject.answers, _depth(pair)
-        return ended if seen is None else with_twins(ended, *about, SAMPLES)
+    def ended(new: np.ndarray) -> list[Sides]:
+        found = base.parts(key, new, lambda some: with_ends(_behind(pair), base.oracle, base.scene, some, reach))
+        return [part for part in (each.at(new) for each in found) if len(part.rows)]
 
-    known = base.parts(("ends", pair.rounding, pair.blurred, seen), where, found)
-    return [part for part in (each.at(where) for each in known) if len(part.rows)]
+    def found(new: np.ndarray) -> list[Sides]:
+        return [
+            with_twins(each, base.oracle, base.scene, base.truth, ours, _depth(pair), SAMPLES) for each in ended(new)
+        ]
+
+    known = [ended(where)] if seen is None else base.parts((*key, seen), where, found)
+    return [part for part in (each.at(where) for parts in known for each in parts) if len(part.rows)]
 
 
 def _depth(pair: Comparison) -> np.ndarray:
@@ -50,33 +54,29 @@ def _depth(pair: Comparison) -> np.ndarray:
 
 def _sides(pair: Comparison) -> Sides:
     """Return the oracle's answers around every edge pixel."""
+    around, seen = _behind(pair), pair.base.author(pair.subject, Stage.OBJECT)
+    if seen is None:
+        return around
+    # Subjects that see the same objects, and the references that they meet, have the same.
+    about = pair.base.oracle, pair.scene, pair.truth, pair.subject.answers, pair.classes.depth, 1
+    return pair.base.once(("twins", pair.rounding, pair.blurred, seen), lambda: with_twins(around, *about))
+
+
+def _behind(pair: Comparison) -> Sides:
+    """Return the same whatever object the subject sees, and what lies behind."""
     scene, truth, oracle, classes = pair.base.scene, pair.base.truth, pair.base.oracle, pair.classes
     # Where no outline is near, what is seen is what the centre shows, or what lies where that does.
     reach = np.where(pair.twins, 0.0, classes.reach)
     # Outlines do not depend on the shadows' epsilons.
-    key = pair.rounding, pair.blurred
-    around = pair.base.once(
-        ("sides", *key),
-        lambda: sides(oracle, scene, (Stage.RAY, *GEOMETRY), classes.outline, reach),
-    )
+    key, once, stages = (pair.rounding, pair.blurred), pair.base.once, (Stage.RAY, *GEOMETRY)
+    around = once(("sides", *key), lambda: sides(oracle, scene, stages, classes.outline, reach))
     if classes.at_eye.any() and len(around.rows):
-        around = pair.base.once(
-            ("sides of the eye", *key),
-            partial(with_both_sides_of_the_eye, around, oracle, scene, truth, classes.at_eye),
-        )
+        around = once(("eye", *key), partial(with_both_sides_of_the_eye, around, oracle, scene, truth, classes.at_eye))
     named, edges = Stage.OBJECT in pair.subject.answers, pair.base.edges
     close = (edges.covered <= classes.reach) & ~(edges.silhouette <= classes.reach)
     close = close if named else close | (edges.gap <= classes.depth)
-    around = pair.base.once(
-        ("behind", named, *key),
-        partial(with_what_is_behind, around, oracle, scene, close, reach, _depth(pair)),
-    )
-    if not named:
-        return around
-    # Subjects that see the same objects, and the references that they meet, have the same.
-    seen, ours = pair.base.author(pair.subject, Stage.OBJECT), pair.subject.answers
-    return pair.base.once(
-        ("twins", *key, seen), lambda: with_twins(around, oracle, scene, truth, ours, classes.depth, 1)
+    return once(
+        ("behind", named, *key), partial(with_what_is_behind, around, oracle, scene, close, reach, _depth(pair))
     )
 
 
@@ -177,11 +177,8 @@ def measure_end_to_end(pair: Comparison, stage: Stage) -> Measurement:
 
 
 def _end_to_end(pair: Comparison, stage: Stage) -> Measurement:
-    classes = pair.classes
-    shape = classes.outline.shape
-    limit = pair.limits.end_to_end.get(stage, np.zeros(shape))
-    edge = classes.edge(stage)
-    return _against(pair, stage, _theirs(pair, stage), limit, edge, continued=False)
+    limit = pair.limits.end_to_end.get(stage, np.zeros(pair.classes.outline.shape))
+    return _against(pair, stage, _theirs(pair, stage), limit, pair.classes.edge(stage), continued=False)
 
 
 def _theirs(pair: Comparison, stage: Stage) -> np.ndarray:
