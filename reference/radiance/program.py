@@ -28,6 +28,7 @@ OPTIONS = (
     *("-h", "-w", "-n", "1", "-fdd", "-ab", "0", "-av", "0", "0", "0"),
     *("-dj", "0", "-dt", "0", "-dc", "1", "-ds", "0", "-dr", "0", "-lr", "0", "-lw", "0", "-st", "0"),
 )
+CROWD = "64"  # surfaces in a box that oconv does not part: of 6, nested meshes take megabytes
 NUMBER = 8  # bytes
 # Text amid binary: a name ends at a tab, its ten numbers follow.
 HIT = re.compile(rb"([^\t]+)\t(.{%d})" % (10 * NUMBER), re.DOTALL)
@@ -62,7 +63,7 @@ def octree(place: Path, name: str, text: str) -> None:
     The octree names the scene's file and rtrace reads both: a frozen octree would keep 31 bits of each number.
     """
     (place / f"{name}.rad").write_text(text, encoding="ascii")
-    (place / f"{name}.oct").write_bytes(_run("oconv", f"{name}.rad", place=place))
+    (place / f"{name}.oct").write_bytes(_run("oconv", "-n", CROWD, f"{name}.rad", place=place))
 
 
 def radiances(place: Path, name: str, rays: np.ndarray, limited: bool) -> np.ndarray:

@@ -237,7 +237,7 @@ def _surfaces(shape: Shape, name: str, scale: float) -> Iterator[str]:
         vertices, uses = np.unique((corners[kept] * scale).reshape(-1, 3), axis=0, return_inverse=True)
         words = [" ".join(map(repr, vertex)) for vertex in vertices.tolist()]
         faces = uses.reshape(-1, 3)
-        # A face once only: oconv parts a box with more than six surfaces again and again, 2^14 times a side.
+        # A face once only: oconv parts a box with more than 64 surfaces again and again, 2^14 times a side.
         for row in np.sort(np.unique(faces, axis=0, return_index=True)[1]).tolist():
             a, b, c = faces[row].tolist()
             yield f"polygon {name}.{kept[row]} 0 0 9 {words[a]} {words[b]} {words[c]}"
