@@ -158,8 +158,6 @@ def _settled(
 
     def only_edges(check: Check) -> bool:
         subject, reference = renderers[check.configuration], renderers[check.reference]
-        assert subject is not None
-        assert reference is not None
         return only_at_edges(check, checks, Comparison(base=base, subject=subject, reference=reference))
 
     checks = [

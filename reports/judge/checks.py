@@ -65,7 +65,6 @@ def check_camera(pair: Comparison) -> Check:
 def stage_check(pair: Comparison, stage: Stage) -> Check:
     """Judge one image stage end to end and, before the oracle, continued from the subject's own stages."""
     ours = pair.subject.answers
-    assert ours is not None
     end_to_end, continued, shared, shared_continued = measure_end_to_end(pair, stage), None, None, None
     by_oracle = pair.reference.name == ORACLE
     if by_oracle and set(upto(stage)[:-1]) <= {Stage.CAMERA, *ours}:

@@ -5,7 +5,7 @@ from functools import cached_property
 
 import numpy as np
 
-from rayproof.cases.scene import Scene
+from rayproof.cases.scene import Scene, Sphere
 from rayproof.cases.stages import Stage, StageImages, upto
 from rayproof.reports.judge.answers import Answers, any_of, largest, length, limit_near
 from rayproof.reports.judge.conditioning import Conditioning
@@ -52,7 +52,8 @@ class Comparison:
     @cached_property
     def rounding(self) -> tuple:
         """Return what the limits depend on beside the truth of the scene."""
-        two = [(roundoff(x), x.by_matrices, tuple(x.resolutions.items())) for x in (self.subject, self.reference)]
+        each = zip(self.roundoffs, (self.subject, self.reference), strict=True)
+        two = [(g, one.by_matrices, tuple(one.resolutions.items())) for g, one in each]
         return tuple(two if self._coarse else sorted(two, key=repr))  # of errors added, whichever of them is judged
 
     @cached_property
@@ -64,8 +65,10 @@ class Comparison:
 
     @cached_property
     def roundoffs(self) -> tuple[Roundoff, Roundoff]:
-        """Return how the two round."""
-        return roundoff(self.subject), roundoff(self.reference)
+        """Return how the two round, without what they do to spheres alone where there are none."""
+        two, curved = (self.subject, self.reference), any(isinstance(shape, Sphere) for shape in self.scene.shapes)
+        mine, theirs = (replace(g, local=g.local and curved, short=g.short and curved) for g in map(roundoff, two))
+        return mine, theirs
 
     def authors(self, stage: Stage) -> tuple[str | None, str | None]:
         """Return by whom the two answers to a stage are, as the memo knows them."""
@@ -256,7 +259,6 @@ class Comparison:
     def _where_it_hit(self, stage: Stage, limit: np.ndarray) -> np.ndarray:
         """Return a continued limit that holds where the subject sees another object than the oracle's own ray."""
         ours = self.subject.answers
-        assert ours is not None
         if not {Stage.RAY, Stage.OBJECT} <= set(ours) or np.array_equal(ours[Stage.OBJECT], self.truth[Stage.OBJECT]):
             return limit
         authors = tuple(self.base.author(self.subject, one) for one in (Stage.RAY, Stage.OBJECT))

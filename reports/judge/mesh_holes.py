@@ -81,7 +81,6 @@ def faces_near(pair: Comparison, where: np.ndarray) -> list[Neighbours]:
 def holes(pair: Comparison, stage: Stage, where: np.ndarray) -> np.ndarray:
     """Return which pixels of `where` (height, width) show nothing, or what lies behind, where a mesh surrounds them."""
     ours = pair.subject.answers
-    assert ours is not None
     shape = where.shape
     enclosed, met, farthest = np.zeros(shape, bool), np.zeros(shape, bool), np.zeros(shape)
     for around in faces_near(pair, where):

@@ -294,7 +294,6 @@ def inside(pair: Comparison, stage: Stage) -> np.ndarray:
 def continued_value(pair: Comparison, stage: Stage) -> np.ndarray:
     """Return the stage as the oracle computes it from the subject's own previous stages."""
     answers, scene = pair.subject.answers, pair.base.scene
-    assert answers is not None
 
     def found() -> np.ndarray:
         with np.errstate(all="ignore"):  # from whatever was handed over, infinities too
