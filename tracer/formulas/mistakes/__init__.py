@@ -59,7 +59,13 @@ MISTAKES: dict[str, Entry] = {
     ),
     "clip_depth/fault_near_ignored": mistake("hits:fault_near_ignored", "HIT-2"),
     "clip_shell/fault_planes": mistake("hits:fault_planes", "HIT-2", cases=("clipping/*_shell",)),
-    "clip_none/fault_behind": mistake("hits:fault_behind", "HIT-2", also=(Stage.DISTANCE,), cases=("behind/*",)),
+    "clip_none/fault_behind": mistake(
+        "hits:fault_behind",
+        "HIT-2",
+        also=(Stage.DISTANCE,),
+        says="takes hits behind the eye where nothing is to be clipped",
+        cases=("behind/*",),
+    ),
     "to_object/fault_forward_matrix": mistake(
         "hits:fault_forward_matrix",
         "XF-1",
@@ -83,7 +89,11 @@ MISTAKES: dict[str, Entry] = {
         "hits:fault_left_in_object_space", "XF-2", says="leaves hit points in object space"
     ),
     "sphere/fault_center_ignored": mistake(
-        "intersections:fault_center_ignored", "HIT-1", also=(Stage.DISTANCE,), space="object"
+        "intersections:fault_center_ignored",
+        "HIT-1",
+        also=(Stage.DISTANCE,),
+        space="object",
+        says="meets spheres as if they lay at the origin of their object space, and keeps the centre in their normals",
     ),
     "sphere/fault_discriminant_sign": mistake(
         "intersections:fault_discriminant_sign",
