@@ -81,7 +81,7 @@ def _plain_answer(way: Way, right: Answered, oracle: FullOracle) -> tuple[Scene,
     wanted = [stage for stage in stages_of(scene) if stage is not Stage.CAMERA]
     plain: StageImages = {}
     if way.formulas:
-        answers = _traced(scene, wanted, way.formulas)
+        answers = traced(scene, wanted, way.formulas)
         if Stage.IRRADIANCE in answers:
             plain = _continued(scene, answers, Stage.IRRADIANCE, oracle)
     else:
@@ -92,19 +92,20 @@ def _plain_answer(way: Way, right: Answered, oracle: FullOracle) -> tuple[Scene,
     return scene, answers, plain
 
 
-def unsteady(way: Way, right: Answered, oracle: FullOracle) -> np.ndarray:
-    """Return the pixels (height, width) in which rounding decides what a way meets or lights.
+def unsteady(way: Way, right: Answered, supposed: Answered, oracle: FullOracle) -> np.ndarray:
+    """Return the pixels (height, width) in which rounding decides what a way, which answers so, meets or lights.
 
     That is where a turn of the rays by a rounding changes it, and where two shapes are met equally far away. Of what
-    the tracer answers it is where its two precisions meet or light different things.
+    the tracer answers it is where its two precisions are farther apart than rounding moves the right formulas.
 
     Raises:
         Unanswerable: the way has no answer.
 
     """
-    scene, steady, _ = _plain_answer(way, right, oracle)
     if way.formulas:
-        return _apart(steady, _traced(scene, list(steady), way.formulas, precision=PRECISION))
+        alone = answer(replace(way, stages={}), right, oracle) if way.stages else supposed
+        return deviates(alone, traced(alone.scene, list(alone.answers), way.formulas, precision=PRECISION))
+    scene, steady, _ = _plain_answer(way, right, oracle)
     found = equally_far(scene, steady[Stage.RAY])
     for aside, along in TURNS:
 
@@ -115,6 +116,17 @@ def unsteady(way: Way, right: Answered, oracle: FullOracle) -> np.ndarray:
 
         answers = _plain_answer(replace(way, stages={**way.stages, Stage.RAY: turned}), right, oracle)[1]
         found |= _apart(steady, answers)
+    return found
+
+
+def deviates(supposed: Answered, ours: StageImages, *, times: float = 1) -> np.ndarray:
+    """Return the pixels (height, width) at which some stage is not the supposed one, within so many limits."""
+    found = np.zeros(supposed.edge.shape, dtype=bool)
+    for stage, image in ours.items():
+        value = np.asarray(supposed.answers[stage], dtype=np.float64)
+        with np.errstate(all="ignore"):
+            ratio, _ = ratios(stage, np.asarray(image, dtype=np.float64), value, supposed.limits[stage])
+        found |= ~(ratio <= times)
     return found
 
 
@@ -301,9 +313,10 @@ def _continued(scene: Scene, answers: StageImages, first: Stage, oracle: FullOra
     return {stage: found[stage] for stage in LIGHT}
 
 
-def _traced(
+def traced(
     scene: Scene, stages: list[Stage], formulas: Mapping[str, str], *, precision: str = "float64"
 ) -> StageImages:
+    """Return stages as the tracer has them by some formulas; raise Unanswerable where the scene is beyond it."""
     from rayproof.tracer.configuration import Configuration
     from rayproof.tracer.render import render
     from rayproof.tracer.shapes.bounds import beyond

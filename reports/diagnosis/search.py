@@ -12,6 +12,7 @@ import numpy as np
 
 from rayproof.cases.stages import Stage
 from rayproof.reports.diagnosis import MISTAKES
+from rayproof.reports.diagnosis.answering import deviates
 from rayproof.reports.diagnosis.fits import from_images
 from rayproof.reports.diagnosis.hypotheses import (
     Clock,
@@ -25,7 +26,7 @@ from rayproof.reports.diagnosis.hypotheses import (
 )
 from rayproof.reports.diagnosis.mistakes.image import InSomeStages, Undrawn
 from rayproof.reports.diagnosis.stage_by_stage import explanations
-from rayproof.reports.diagnosis.trials import ALLOWED, Continued, Evidence, Tally, deviates, differ, trial
+from rayproof.reports.diagnosis.trials import ALLOWED, Continued, Evidence, Tally, differ, trial
 
 # What the camera's formulas tell of an image in which every stage is written so: then these are named, with both items.
 FROM_ANOTHER_CORNER = ("stages_mirrored", "stages_upside_down", "stages_turned_half")

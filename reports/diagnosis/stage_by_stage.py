@@ -48,8 +48,16 @@ def explanations(failing: Sequence[Continued], modes: Sequence[str], clock: Cloc
     if left is None:
         return
     stage, shown = left
-    firsts = _all_that_explain(known, stage, shown, clock)
-    whole = [one for one in firsts if _first_unexplained(look, one.way) is None]
+    firsts: list[Hypothesis] = []
+    whole: list[Hypothesis] = []
+    for traced in (False, True):  # those that the tracer has to answer for where no other has a name
+        some = [one for one in known if bool(one.way.formulas) == traced]
+        some = [one for one in some if not clock.over and _explains(one.way, stage, shown[:MEETING])]
+        whole += [one for one in some if _first_unexplained(look, one.way) is None]
+        # A factor that was estimated may be that of a formula: it is no reason to ask no formula.
+        firsts += some if all(one.parameters for one in firsts) else []
+        if any(not one.parameters for one in whole):
+            break
     yield from whole
     if whole:
         return
@@ -160,22 +168,6 @@ def _beside(
         for pair in together(first, second):
             if _explains(pair.way, stage, shown[:MEETING]) and _first_unexplained(look, pair.way) is None:
                 yield pair
-
-
-def _all_that_explain(
-    known: Sequence[Hypothesis], stage: Stage, shown: Sequence[Continued], clock: Clock
-) -> list[Hypothesis]:
-    """Return the hypotheses that explain a stage; those that the tracer has to answer for where no other has a name.
-
-    A factor that was estimated may be that of a formula: it is no reason to ask no formula.
-    """
-    found: list[Hypothesis] = []
-    for traced in (False, True):
-        some = [one for one in known if bool(one.way.formulas) == traced]
-        found += [one for one in some if not clock.over and _explains(one.way, stage, shown[:MEETING])]
-        if any(not one.parameters for one in found):
-            break
-    return found
 
 
 def _looked_at(failing: Sequence[Continued]) -> list[Continued]:

@@ -4,6 +4,7 @@ By radiance alone, or stage by stage: each as it follows from the renderer's own
 """
 
 from collections.abc import Callable, Collection, Mapping
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
@@ -22,12 +23,14 @@ from rayproof.reports.diagnosis.answering import (
     answer,
     beside,
     between_faces,
+    deviates,
     equally_far,
     follows,
     in_their_planes,
     own_limits,
     right_answer,
     seen_from_a_surface,
+    traced,
     unsteady,
 )
 from rayproof.reports.judge.answers import Answers
@@ -103,7 +106,7 @@ class Evidence:
             supposed = self.under(way)
             try:
                 if way.asked is None:
-                    found = unsteady(way, self.right, self.oracle)
+                    found = unsteady(way, self.right, supposed, self.oracle)
                 else:
                     found = undecided(supposed.scene, self.oracle, shadow_epsilon=0.0)
             except Unanswerable:  # beyond one of the tracer's precisions, of which then nothing can be said
@@ -166,8 +169,11 @@ def trial(evidence: Evidence, way: Way, stages: Collection[Stage] = IMAGE_STAGES
         # Shapes that are moved may come to lie in each other or at the eye, however much of the image they fill.
         judged &= ~seen_from_a_surface(supposed.scene, supposed.answers)
         found = _tally(evidence, supposed, ours, right, judged)
-    # Where the way answers rightly in all of these pixels, what rounding decides is undecided of the right answer, too.
-    if not found.fits and found.telling and way.stored is None and found.off <= NEARLY * found.judged:
+    # Where the way answers rightly in all of these pixels, what rounding decides is undecided of the right answer, too;
+    # but a wrong formula of hits may lose to rounding what the right one keeps.
+    formulas = concerned(way.formulas, evidence.scene, Stage.OBJECT)
+    asked = found.telling - found.agree if formulas else found.off if found.telling else found.judged
+    if not found.fits and way.stored is None and asked <= NEARLY * found.judged:
         # It has edges of its own that no neighbouring pixel shows: coinciding faces, or a border in its first row.
         found = _tally(evidence, supposed, ours, right, judged & ~evidence.unsure(way))
     return found
@@ -194,17 +200,6 @@ def differ(evidence: Evidence, one: Way, other: Way) -> bool:
     apart = deviates(first, {stage: second.answers[stage] for stage in evidence.stages}, times=2)
     apart &= ~first.edge & ~second.edge
     return int(np.count_nonzero(apart)) > ALLOWED * apart.size
-
-
-def deviates(supposed: Answered, ours: StageImages, *, times: float = 1) -> np.ndarray:
-    """Return the pixels (height, width) at which some stage is not the supposed one, within so many limits."""
-    found = np.zeros(supposed.edge.shape, dtype=bool)
-    for stage, image in ours.items():
-        value = np.asarray(supposed.answers[stage], dtype=np.float64)
-        with np.errstate(all="ignore"):
-            ratio, _ = ratios(stage, np.asarray(image, dtype=np.float64), value, supposed.limits[stage])
-        found |= ~(ratio <= times)
-    return found
 
 
 def undecided(scene: Scene, oracle: FullOracle, *, shadow_epsilon: float) -> np.ndarray:
@@ -373,8 +368,10 @@ class Continued:
         if stage in HITS and 0 < np.count_nonzero(off) <= NEARLY * off.size:
             mostly = np.count_nonzero(telling & ~off) > MOSTLY * np.count_nonzero(telling)
             own = bool(mostly or np.count_nonzero(off) <= FEW * off.size)
-            judged &= ~self._by_rounding(way, stage, own=own) & ~self._apart_in_float32(way, stage, value)
-            off, telling = off & judged, telling & judged
+            judged &= ~self._by_rounding(way, stage, own=own)
+        if stage in HITS and off.any() and np.count_nonzero(telling & off) <= NEARLY * off.size:
+            judged &= ~self._apart_in_float32(way, stage, value)
+        off, telling = off & judged, telling & judged
         return Tally(
             judged=int(np.count_nonzero(judged)),
             off=int(np.count_nonzero(off)),
@@ -427,22 +424,25 @@ class Continued:
     def _apart_in_float32(self, way: Way, stage: Stage, value: np.ndarray) -> np.ndarray:
         """Return the pixels (height, width) in which the tracer by a way's formulas has another value in float32.
 
-        A wrong formula has borders of its own, of which the right answer knows nothing: rounding decides there.
+        A wrong formula has borders of its own, of which the right answer knows nothing: rounding decides there. Where
+        it meets a shape beyond its bounds, the rays that the tracer sends together decide: it is asked as a whole.
         """
-        scene = self.scene(way)
+        scene, whole = self.scene(way), stage is not Stage.VISIBILITY and self.agrees(NOTHING, Stage.RAY) is True
         formulas = concerned(way.formulas, scene, stage)
-        if not formulas:
-            return np.zeros(value.shape[:2], dtype=bool)
-        try:
-            with np.errstate(all="ignore"):
-                plain = replace(way, formulas=formulas)
-                rounded = follows(plain, scene, stage, self.own, self.evidence.oracle, precision=PRECISION)
-        except Unanswerable:  # beyond float32, of which then nothing can be said
-            return np.zeros(value.shape[:2], dtype=bool)
-        if stage is Stage.DISTANCE:
-            with np.errstate(all="ignore"):
-                return ~(ratios(stage, rounded, value, self._supposed.limits[stage])[0] <= 1)
-        return np.any(rounded != value, axis=-1)
+        own = None if scene is self.evidence.scene else id(way)
+        key = "rounded", own, tuple(sorted(formulas.items())), whole or stage
+        if key not in self._kept:
+            found: StageImages = {}  # beyond float32 it has no answer, and nothing can be said
+            with np.errstate(all="ignore"), suppress(Unanswerable):
+                if formulas and whole:
+                    found = traced(scene, [Stage.OBJECT, Stage.DISTANCE], formulas, precision=PRECISION)
+                elif formulas:
+                    by = replace(way, formulas=formulas)
+                    found[stage] = follows(by, scene, stage, self.own, self.evidence.oracle, precision=PRECISION)
+            self._kept[key] = way, found
+        with np.errstate(all="ignore"):
+            rounded = self._kept[key][1].get(stage, value)
+            return ~(ratios(stage, rounded, value, self._supposed.limits[stage])[0] <= 1)
 
     def agrees(self, way: Way, stage: Stage) -> bool | None:
         """Say whether the case does not contradict a way at a stage; None where the way has no answer."""

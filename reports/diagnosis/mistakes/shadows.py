@@ -13,9 +13,9 @@ from rayproof.cases.scene import Scene, Sphere
 from rayproof.cases.stages import IMAGE_STAGES, Stage, StageImages
 from rayproof.reference.analytic import Analytic
 from rayproof.reports.diagnosis import MISTAKES, Fit, Given, Mistake, Way
-from rayproof.reports.diagnosis.answering import above
+from rayproof.reports.diagnosis.answering import above, deviates
 from rayproof.reports.diagnosis.mistakes.light import Lights, Share
-from rayproof.reports.diagnosis.trials import Evidence, deviates
+from rayproof.reports.diagnosis.trials import Evidence
 from rayproof.reports.judge.answers import dot
 
 ORACLE = Analytic()
