@@ -239,7 +239,7 @@ def test_an_offset_of_feelers_is_estimated_from_small_and_large_scenes_together(
             ("primitives/sphere", "normals/offset_sphere", UNSTEADY),
         ),
         ("sphere/fault_negative_root", "negative_root", ("behind/sphere", "behind/all_lit", UNSTEADY)),
-        ("clip_none/fault_behind", "clip_none/fault_behind", ("behind/sphere", "behind/cube", "primitives/sphere")),
+        ("clip_none/fault_behind", "clip_none/fault_behind", ("behind/sphere", "behind/cube", "inside/sphere")),
     ],
 )
 def test_a_fault_of_the_tracer_is_named_by_all_stages(
