@@ -83,13 +83,15 @@ def _met(given: Given, column: int, reach: Reach, *, flat: bool = False) -> np.n
     far = np.sqrt(dot(lines, lines))
     points = given.answers[Stage.POSITION][hit]
     off = OWN * np.maximum(1.0, np.sqrt(dot(points, points)))
+    slope = np.maximum(OWN, np.abs(dot(given.answers[Stage.NORMAL][hit], lines)) / far)
     for index, shape in enumerate(given.scene.shapes):
         curved = isinstance(shape, Sphere)
         if not (flat and curved):
-            own = off
-            if curved:  # a line that grazes the point's own sphere has a chord of that height
-                size = shape.radius * np.linalg.norm(np.asarray(shape.to_world)[:3, :3], ord=2)
-                own = np.where(given.answers[Stage.OBJECT][hit][:, 0] == index, np.sqrt(2 * size * off), off)
+            # Of a line that grazes the point's own sphere a chord of that height is near, of one that grazes its own
+            # face the way up to it.
+            size = shape.radius * np.linalg.norm(np.asarray(shape.to_world)[:3, :3], ord=2) if curved else 0.0
+            grazing = np.sqrt(2 * size * off) if curved else off / slope
+            own = np.where(given.answers[Stage.OBJECT][hit][:, 0] == index, grazing, off)
             found[hit] |= np.isfinite(surface_of(shape).first(source, lines, *reach(own, far))[0])
     return found
 
