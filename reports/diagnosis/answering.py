@@ -29,7 +29,7 @@ PRECISION = "float32"  # what results keep, whatever a renderer computes in
 FLOAT32 = Roundoff(PRECISION)
 # Relative: what a renderer in float32 may lose beyond the counted roundings, and what files of other steps lose.
 LEAST = 1e-5
-TURNED = 16  # roundings of a ray's direction
+ROUNDING = gamma(16, precision=PRECISION)  # relative: of a ray's direction, and of what follows from a few stages
 TURNS = ((-1, -1), (-1, 1), (1, -1), (1, 1))
 PLAINLY = 4.0  # limits: an answer so far from the right one would not have passed for it
 
@@ -132,10 +132,9 @@ def deviates(supposed: Answered, ours: StageImages, *, times: float = 1) -> np.n
 
 def turned_rays(rays: np.ndarray, aside: int, along: int) -> np.ndarray:
     """Return rays that are turned by a rounding to either side, -1 or 1, in both directions across them."""
-    turn = gamma(TURNED, precision=PRECISION)
     one = np.cross(rays, np.eye(3)[np.argmin(np.abs(rays), axis=-1)])
     other = np.cross(one, rays) / np.linalg.norm(rays, axis=-1, keepdims=True)
-    return rays + turn * (aside * one + along * other)
+    return rays + ROUNDING * (aside * one + along * other)
 
 
 def beside(own: StageImages, stage: Stage, aside: int, along: int) -> StageImages:
@@ -193,13 +192,13 @@ def equally_far(scene: Scene, rays: np.ndarray) -> np.ndarray:
 
     flat, eye = rays.reshape(-1, 3), np.asarray(scene.camera.eye, dtype=np.float64)
     low, high = clip_interval(scene, flat)
-    reach = np.full(len(flat), gamma(TURNED, precision=PRECISION) * (1 + float(np.linalg.norm(eye))))
+    reach = np.full(len(flat), ROUNDING * (1 + float(np.linalg.norm(eye))))
     tied, nearest = np.zeros(len(flat), dtype=bool), np.full((2, len(flat)), np.inf)
     for surface in map(surface_of, scene.shapes):
         tied |= (low <= reach) & np.isfinite(surface.first(eye, flat, -reach, reach)[0])
         nearest = np.sort([*nearest, *_nearest_two(surface, eye, flat, low, high)], axis=0)[:2]
     with np.errstate(invalid="ignore"):
-        tied |= nearest[1] - nearest[0] <= reach + gamma(TURNED, precision=PRECISION) * nearest[0]
+        tied |= nearest[1] - nearest[0] <= reach + ROUNDING * nearest[0]
     return tied.reshape(rays.shape[:2])
 
 
@@ -225,9 +224,7 @@ def in_their_planes(scene: Scene, objects: np.ndarray, points: np.ndarray) -> np
 
     Which of two faces in one plane a ray meets is decided by rounding.
     """
-    reach = gamma(TURNED, precision=PRECISION) * (
-        1 + np.linalg.norm(points, axis=-1) + np.linalg.norm(scene.camera.eye)
-    )
+    reach = ROUNDING * (1 + np.linalg.norm(points, axis=-1) + np.linalg.norm(scene.camera.eye))
     within = np.zeros(objects.shape[:2], dtype=bool)
     for index, shape in enumerate(scene.shapes):
         here = objects[..., 0] == index
@@ -366,7 +363,7 @@ def between_faces(scene: Scene, answers: StageImages) -> np.ndarray:
         points = positions[here]
         lesser, greatest = np.sort(np.abs((points - matrix[:3, 3]) @ back.T), axis=-1)[:, 1:].T
         size = np.linalg.norm(points, axis=-1) + float(np.linalg.norm(scene.camera.eye)) + np.abs(matrix[:3]).sum()
-        found[here] = greatest - lesser <= gamma(TURNED, precision=PRECISION) * size * np.linalg.norm(back, ord=2)
+        found[here] = greatest - lesser <= ROUNDING * size * np.linalg.norm(back, ord=2)
     return found
 
 

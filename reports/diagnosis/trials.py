@@ -15,8 +15,10 @@ from rayproof.cases.stages import IMAGE_STAGES, Stage, StageImages
 from rayproof.reports.diagnosis import Given, Way
 from rayproof.reports.diagnosis.answering import (
     FLOAT32,
+    LEAST,
     LIGHT,
     PRECISION,
+    ROUNDING,
     TURNS,
     Answered,
     Unanswerable,
@@ -143,6 +145,12 @@ class Tally:
     telling: int  # the hypothesis and the right answer differ by more than both may be off
     agree: int  # of these: the renderer has the hypothesis's value
 
+    @classmethod
+    def of(cls, judged: np.ndarray, off: np.ndarray, telling: np.ndarray) -> "Tally":
+        """Return the tally of these pixels (height, width)."""
+        counts = [int(np.count_nonzero(some)) for some in (judged, off, telling, telling & ~off)]
+        return cls(**dict(zip(("judged", "off", "telling", "agree"), counts, strict=True)))
+
     @property
     def fits(self) -> bool:
         """Say whether the case does not contradict the hypothesis; one pixel, which rounding may decide, never does."""
@@ -183,12 +191,7 @@ def _tally(evidence: Evidence, supposed: Answered, ours: StageImages, right: Sta
     """Count what agrees with a supposed answer in the pixels that are judged."""
     off = deviates(supposed, ours) & judged
     telling = judged & ~evidence.right.edge & deviates(supposed, right, times=2)
-    return Tally(
-        judged=int(np.count_nonzero(judged)),
-        off=int(np.count_nonzero(off)),
-        telling=int(np.count_nonzero(telling)),
-        agree=int(np.count_nonzero(telling & ~off)),
-    )
+    return Tally.of(judged, off, telling)
 
 
 def differ(evidence: Evidence, one: Way, other: Way) -> bool:
@@ -296,16 +299,20 @@ class Continued:
         if not spoilt and not changed and not formulas and way is not NOTHING:
             return self.value(NOTHING, stage)
         key = "followed", tuple(sorted(formulas.items())), stage
-        if changed or key not in self._kept:
-            with np.errstate(all="ignore"):
+        with np.errstate(all="ignore"):
+            found = None if changed else self._kept.get(key)
+            if found is None:
                 found = follows(replace(way, formulas=formulas), scene, stage, self.own, self.evidence.oracle)
-            if not changed:
-                self._kept[key] = found
-        else:
-            found = self._kept[key]
-        if spoilt:
-            with np.errstate(all="ignore"):
-                found = way.stages[stage](Given(scene=scene, answers=self.own, right=found, parameter=0.0))
+                if not changed:
+                    self._kept[key] = found
+            if spoilt:
+                turns = (0.0, -ROUNDING, ROUNDING) if stage is Stage.RADIANCE else (0.0,)
+                given = [
+                    Given(scene=scene, answers=self.own, right=found * (1 + turn), parameter=0.0) for turn in turns
+                ]
+                found, *ends = (way.stages[stage](one) for one in given)
+                if ends:  # where radiance is written in steps, rounding decides which
+                    found = np.where(np.abs(ends[1] - ends[0]) > LEAST * np.abs(found), np.nan, found)
         return np.asarray(found, dtype=np.float64)
 
     def tally(self, way: Way, stage: Stage) -> Tally | None:
@@ -372,12 +379,7 @@ class Continued:
         if stage in HITS and off.any() and np.count_nonzero(telling & off) <= NEARLY * off.size:
             judged &= ~self._apart_in_float32(way, stage, value)
         off, telling = off & judged, telling & judged
-        return Tally(
-            judged=int(np.count_nonzero(judged)),
-            off=int(np.count_nonzero(off)),
-            telling=int(np.count_nonzero(telling)),
-            agree=int(np.count_nonzero(telling & ~off)),
-        )
+        return Tally.of(judged, off, telling)
 
     def _by_rounding(self, way: Way, stage: Stage, *, own: bool) -> np.ndarray:
         """Return the pixels (height, width) in which rounding decides what a ray or a feeler meets in a way's scene.

@@ -12,7 +12,7 @@ from rayproof.cases.stages import Stage
 from rayproof.reference.analytic import Analytic
 from rayproof.reports.diagnosis import MISTAKES, stage_by_stage
 from rayproof.reports.diagnosis import search as searching
-from rayproof.reports.diagnosis.hypotheses import Hypothesis, estimated
+from rayproof.reports.diagnosis.hypotheses import Hypothesis, estimated, joined
 from rayproof.reports.diagnosis.mistakes.formulas import NAME_OF
 from rayproof.reports.diagnosis.mistakes.shadows import scattered
 from rayproof.reports.diagnosis.search import damages
@@ -203,6 +203,30 @@ def test_a_case_of_rounding_does_not_contradict_the_mistake_that_is_made(
     assert len(staged) == len(BY_ROUNDING_ALONE[mistake])
     assert any(fits(one.trial(way) for one in staged) for way in ways)
     assert any(fits(trial(one, way) for one in evidence[diagnosing.ALONE]) for way in ways)
+
+
+@pytest.mark.process
+@pytest.mark.parametrize(
+    ("one", "other", "case"),
+    [
+        # The last hit lies where its own face is seen at a grazing angle, 0.5 degrees, from a light.
+        (("last_hit", "last_hit"), ("unit_feelers", "unit_feelers"), "random_scenes/seed_3"),
+        # 20 of 7680 pixels are within a rounding of the next whole number.
+        (("no_four_pi", "no_four_pi"), ("wrapped_bytes", "wrapped"), "flux_conservation/floor"),
+    ],
+)
+def test_a_case_of_rounding_does_not_contradict_two_mistakes_at_once(
+    program: Path, one: tuple[str, str], other: tuple[str, str], case: str, tmp_path: Path
+) -> None:
+    both = replace(switched(program, one[0]), mistakes=(one[0], other[0]))
+    (staged,) = diagnosing.evidence_of(both, tmp_path, (case,))[diagnosing.STAGED]
+    (way,) = joined(MISTAKES[one[1]].ways[0], MISTAKES[other[1]].ways[0])
+
+    tally = Continued(evidence=staged).trial(way)
+
+    assert tally is not None
+    assert tally.explains
+    assert tally.judged > 0.9 * staged.wrong.size
 
 
 def fits(tallies: Iterable[Tally | None]) -> bool:
