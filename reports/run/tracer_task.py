@@ -22,6 +22,7 @@ from rayproof.tracer.kernel.arrays import versions
 from rayproof.tracer.kernel.compiler import one_thread
 from rayproof.tracer.light_path.shadow_stage import shadow_epsilon
 from rayproof.tracer.render import render
+from rayproof.tracer.shapes.bounds import WIDEST, extent
 from rayproof.tracer.shapes.primitives import traced
 
 
@@ -32,11 +33,14 @@ def shadow_epsilons(scene: Scene, answers: StageImages, configuration: Configura
     worst face of its mesh.
     """
     coordinates = np.maximum(np.abs(answers[Stage.POSITION]).max(axis=-1), np.abs(scene.camera.eye).max())
-    spreads = np.ones(coordinates.shape)
+    spreads, eye = np.ones(coordinates.shape), float(np.linalg.norm(scene.camera.eye))
     objects, faces = answers[Stage.OBJECT][..., 0], answers[Stage.OBJECT][..., 1].astype(int)
     for index, shape in enumerate(scene.shapes):
         seen = objects == index
         spreads[seen] = traced(shape).spreads()[faces[seen]]
+        # Each pixel's clearance goes by the whole shape, however far beyond what is seen of it that reaches.
+        whole = (eye + answers[Stage.DISTANCE][seen][:, 0] + extent(shape)) / WIDEST
+        coordinates[seen] = np.maximum(coordinates[seen], whole)
     return shadow_epsilon(configuration, scale=coordinates, spread=spreads)
 
 

@@ -29,7 +29,7 @@ from rayproof.cases.rounding import UNIT_ROUNDOFF
 from rayproof.cases.scene import Scene, Shape
 from rayproof.tracer.shapes.primitives import traced
 
-FACTOR = 16.0
+FACTOR, WIDEST = 16.0, 5 * math.sqrt(3)
 
 
 def bound(*, scale: Any, spread: Any, precision: str) -> Any:
@@ -38,7 +38,7 @@ def bound(*, scale: Any, spread: Any, precision: str) -> Any:
     A point lies within sqrt(3) scale of the world's origin and two points within twice that of each other, so that
     abs(eye), t and extent (a distance plus a size) add up to at most 5 sqrt(3) scale.
     """
-    return clearance(5 * math.sqrt(3) * scale, spread=spread, precision=precision)
+    return clearance(WIDEST * scale, spread=spread, precision=precision)
 
 
 def clearance(scale: Any, *, spread: Any, precision: str) -> Any:

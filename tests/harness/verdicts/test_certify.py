@@ -303,3 +303,12 @@ def test_of_two_squares_in_one_place_a_renderer_sees_either_but_not_neither(seen
     wrong = found.of(candidate(answers)).wrong([(column, row)], strictly=False)
 
     assert (Stage.OBJECT not in wrong.get((column, row), ())) == right
+
+
+def test_feelers_start_no_farther_above_a_long_ellipsoid_than_the_tracer_declares() -> None:
+    # It reaches 28 m from the origin, of which the image shows 2 m, and the clearance goes by the whole.
+    found, (column, row) = inquest("random/84001/321"), (21, 4)
+    (ours,), _ = answers_of(found.case, THE_TRACER, ("float32",))
+    assert ours.answers[Stage.VISIBILITY][row, column, 0] != found.base.truth[Stage.VISIBILITY][row, column, 0]
+
+    assert found.of(ours).wrong([(column, row)], strictly=True) == {}
