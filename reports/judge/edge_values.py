@@ -253,7 +253,7 @@ def _ranges(straight: np.ndarray, cosine: np.ndarray, same: np.ndarray, lights: 
     error = most * relative[..., np.newaxis] + lights.rounding * most
     close = lights.close[..., np.newaxis]
     return _Ranges(
-        low=np.where(close, 0.0, np.maximum(low - span, 0.0) - error),
+        low=np.where(close, 0.0, np.maximum(low - span - error, 0.0)),  # no light takes any away
         high=np.where(close, np.inf, high + span + error),
         most=np.where(close, np.inf, most + error),
     )

@@ -472,3 +472,17 @@ def test_a_light_on_a_face_may_be_seen_past_the_edge_of_that_face(pixel, outcome
 
     assert truth[Stage.VISIBILITY][row, column, 0] == 0
     assert result.outcome is outcome, result.reason
+
+
+def test_a_light_in_the_plane_of_a_face_takes_nothing_away_from_the_others():
+    # It is 11 cm away: what rounding may add of it is more than the two other lights give, which are decided.
+    case, (column, row) = random_case(84002, 219), (13, 1)
+    truth = truth_of(case)
+    ours = rounded(truth)
+    for stage in (Stage.IRRADIANCE, Stage.EXITANCE, Stage.RADIANCE):
+        ours[stage][row, column] = 0.0
+    alone = replace(candidate(ours), chained=False)  # of which continued limits tell less
+
+    result = judge_case(case, [alone], [witness(truth)], ORACLE, {})
+
+    assert (result.outcome, result.stage) == (Outcome.FAIL, Stage.IRRADIANCE), result.reason
