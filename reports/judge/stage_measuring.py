@@ -6,7 +6,7 @@ from functools import partial
 import numpy as np
 
 from rayproof.cases.placement import world_triangles
-from rayproof.cases.scene import Mesh, Plane, Scene, Square, Triangle
+from rayproof.cases.scene import Cube, Mesh, Plane, Scene, Square, Triangle
 from rayproof.cases.stages import Stage, StageImages
 from rayproof.reports.judge.answers import Answers, all_of, any_of, dot, length, widest_near
 from rayproof.reports.judge.common_factors import Factors, bias
@@ -44,6 +44,32 @@ def _ends(pair: Comparison, where: np.ndarray) -> list[Sides]:
 
     known = [ended(where)] if seen is None else base.parts((*key, seen), where, found)
     return [part for part in (each.at(where) for parts in known for each in parts) if len(part.rows)]
+
+
+def _faces(pair: Comparison, where: np.ndarray) -> list[Sides]:
+    """Return what pixels of `where` see of each face of a mesh near by, and of each of a cube's that their hit is on.
+
+    Rounding says which of a cube's faces a hit is on: at its outline also one that is turned away.
+    """
+    found, truth = [around.sides for around in faces_near(pair, where)], pair.truth
+    for index, shape in enumerate(pair.scene.shapes):
+        rows, columns = np.nonzero(where & pair.classes.outline & (truth[Stage.OBJECT][..., 0] == index))
+        if not isinstance(shape, Cube) or not len(rows):
+            continue
+        matrix = np.asarray(shape.to_world, dtype=np.float64)
+        inverse = np.linalg.inv(matrix[:3, :3])
+        local = (truth[Stage.POSITION][rows, columns] - matrix[:3, 3]) @ inverse.T
+        slack = pair.limits.lifted[rows, columns]
+        for axis, normal in enumerate(inverse):
+            on = 0.5 - np.abs(local[:, axis]) <= slack * length(normal)
+            if on.any():
+                at = rows[on], columns[on]
+                answers = {stage: truth[stage][at][:, np.newaxis] for stage in (Stage.RAY, *GEOMETRY)}
+                answers[Stage.NORMAL] = (np.sign(local[on, axis])[:, np.newaxis] * normal / length(normal))[
+                    :, np.newaxis
+                ]
+                found.append(Sides(rows=at[0], columns=at[1], answers=answers))
+    return found
 
 
 def _depth(pair: Comparison) -> np.ndarray:
@@ -102,8 +128,8 @@ def _excused(
         for around in _ends(pair, left):
             good |= find(stage, pair.subject.answers, around, limit, objects, continued=continued)
         left = differ & ~good
-        for around in faces_near(pair, left):
-            good |= find(stage, pair.subject.answers, around.sides, limit, objects, continued=continued)
+        for around in _faces(pair, left):
+            good |= find(stage, pair.subject.answers, around, limit, objects, continued=continued)
         for clipped, around in _clipped_elsewhere(pair, left):
             own = clipped.limits.continued if continued else clipped.limits.end_to_end
             wider = np.maximum(limit, own.get(stage, 0.0))
@@ -152,8 +178,8 @@ def _lit(pair: Comparison, stage: Stage, where: np.ndarray) -> Held:
             judge(more)
     left = where & outline & ~good
     if left.any():
-        for around in faces_near(pair, left):
-            judge(around.sides)
+        for around in _faces(pair, left):
+            judge(around)
     black = where & outline & good & _black(pair, stage)
     if black.any():
         wrong = black & ~may_be_dark(pair, stage, black)

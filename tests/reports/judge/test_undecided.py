@@ -486,3 +486,20 @@ def test_a_light_in_the_plane_of_a_face_takes_nothing_away_from_the_others():
     result = judge_case(case, [alone], [witness(truth)], ORACLE, {})
 
     assert (result.outcome, result.stage) == (Outcome.FAIL, Stage.IRRADIANCE), result.reason
+
+
+@pytest.mark.parametrize(("turned", "outcome"), [(0.0, Outcome.PASS), (0.01, Outcome.FAIL)])
+def test_at_the_outline_of_a_flat_cube_the_face_that_is_turned_away_may_be_seen(turned, outcome):
+    # The ray ends 0.2 um from the side that looks away from the eye: which of the two the hit is on, rounding says.
+    case, (column, row) = random_case(84002, 148), (63, 26)
+    truth = truth_of(case)
+    normals = truth[Stage.NORMAL].copy()
+    away = (
+        -np.linalg.inv(np.array(case.scene.shapes[2].to_world)[:3, :3])[0] + turned * truth[Stage.NORMAL][row, column]
+    )
+    normals[row, column] = away / np.linalg.norm(away)
+
+    result = judged(case, answered(case, truth, Stage.NORMAL, normals), truth)
+
+    assert normals[row, column] @ truth[Stage.RAY][row, column] > 0.8
+    assert result.outcome is outcome, result.reason
