@@ -494,9 +494,8 @@ def test_at_the_outline_of_a_flat_cube_the_face_that_is_turned_away_may_be_seen(
     case, (column, row) = random_case(84002, 148), (63, 26)
     truth = truth_of(case)
     normals = truth[Stage.NORMAL].copy()
-    away = (
-        -np.linalg.inv(np.array(case.scene.shapes[2].to_world)[:3, :3])[0] + turned * truth[Stage.NORMAL][row, column]
-    )
+    away = -np.linalg.inv(np.array(case.scene.shapes[2].to_world)[:3, :3])[2]
+    away = away / np.linalg.norm(away) + np.array([turned, 0.0, 0.0])
     normals[row, column] = away / np.linalg.norm(away)
 
     result = judged(case, answered(case, truth, Stage.NORMAL, normals), truth)
