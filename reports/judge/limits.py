@@ -8,7 +8,7 @@ evaluation; a formula that needs more has lost digits that the scene did not ask
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import KW_ONLY, dataclass, replace
+from dataclasses import KW_ONLY, dataclass, field, replace
 
 import numpy as np
 
@@ -68,8 +68,9 @@ class Roundoff:
     precision: str
     _: KW_ONLY
     scale: float = 1.0
-    baked: bool = False  # takes triangles' normals from their baked corners
-    placed: bool = False  # takes squares' and cubes' normals from corners that it placed in world space
+    origin: str = field(default="derived: float64 with the same counts of roundings", compare=False)
+    baked: bool = False  # takes triangles' normals from their float32 corners in world space
+    placed: bool = False  # takes squares' and cubes' normals from corners in world space, at its own precision
     local: bool = False  # takes a sphere's position from its hit in object space
     short: bool = False  # solves for it in float32, where a direction may have any length
 
@@ -205,19 +206,6 @@ def _albedo(scene: Scene, truth: StageImages) -> np.ndarray:
 # are ours to count. A constant here is never widened to make a run pass; it is measured again, and the origin says how.
 
 
-@dataclass(frozen=True, kw_only=True)
-class Calibration:
-    """A reference's constant and where it comes from."""
-
-    factor: float
-    origin: str
-    baked_normals: bool = False  # takes triangles' normals from the float32 corners in world space
-    placed_corners: bool = False  # takes squares' and cubes' normals from corners in world space, at its own precision
-    local_hits: bool = False  # takes a sphere's position from its hit in object space
-    short_solving: bool = False  # solves for it in float32, where a direction may have any length
-
-
-DERIVED = Calibration(factor=1.0, origin="derived: float64 with the same counts of roundings")
 # Mitsuba makes a mesh of its cube and two triangles of its rectangle; Radiance, Tachyon and Cycles get polygons.
 # POV-Ray keeps box and polygon in their own space, and Embree's normals are the shapes' own.
 # Over the default suite no stage of Mitsuba 3.9.1 leaves the limits derived for float32: nothing to allow for.
@@ -230,34 +218,27 @@ EMBREE = "derived: float32 decides what is hit; the values, continued in float64
 POVRAY = "derived: float64 with the same counts of roundings; triangles' normals from baked float32 corners"
 TACHYON = "derived: the scene is read as float32, what follows is float64; normals from float32 corners"
 CYCLES = "calibrated on Cycles of Blender 5.0.1: factor 1 at float32; normals from world-space corners"
-SCALAR = Calibration(factor=1.0, origin=MITSUBA, baked_normals=True, placed_corners=True, local_hits=True)
-CALIBRATED: dict[str, Calibration] = {
+SCALAR = Roundoff("float32", origin=MITSUBA, baked=True, placed=True, local=True)
+CALIBRATED: dict[str, Roundoff] = {
     "mitsuba_scalar": SCALAR,
-    "mitsuba_llvm": replace(SCALAR, short_solving=True),
-    "cycles": Calibration(factor=1.0, origin=CYCLES, baked_normals=True, placed_corners=True),
-    "embree": Calibration(factor=1.0, origin=EMBREE),
-    "povray": Calibration(factor=1.0, origin=POVRAY, baked_normals=True),
-    "radiance": Calibration(factor=1.0, origin=RADIANCE, baked_normals=True, placed_corners=True),
-    "tachyon": Calibration(factor=1.0, origin=TACHYON, baked_normals=True, placed_corners=True),
+    "mitsuba_llvm": replace(SCALAR, short=True),
+    "cycles": Roundoff("float32", origin=CYCLES, baked=True, placed=True),
+    "embree": Roundoff("float64", origin=EMBREE),
+    "povray": Roundoff("float64", origin=POVRAY, baked=True),
+    "radiance": Roundoff("float64", origin=RADIANCE, baked=True, placed=True),
+    "tachyon": Roundoff("float64", origin=TACHYON, baked=True, placed=True),
 }
 
 
-def calibration(reference: str) -> Calibration:
-    """Return a reference's constant; 1 where the limits are derived."""
-    return CALIBRATED.get(reference, DERIVED)
+def calibration(name: str) -> Roundoff:
+    """Return a reference's constant, and what it rounds otherwise; 1 and nothing where the limits are derived."""
+    return CALIBRATED.get(name, Roundoff("float64"))
 
 
 def roundoff_of(name: str, precision: str, *, world_normals: bool) -> Roundoff:
     """Return how a renderer rounds: derived for the tracer and the oracle, calibrated for other references."""
-    known = calibration(name)
-    return Roundoff(
-        precision,
-        scale=known.factor,
-        baked=known.baked_normals or world_normals,
-        placed=known.placed_corners or world_normals,
-        local=known.local_hits,
-        short=known.short_solving,
-    )
+    known = replace(calibration(name), precision=precision)
+    return replace(known, baked=True, placed=True) if world_normals else known
 
 
 # What a coarse output costs: a program whose files resolve less than its arithmetic is judged by its files' steps.

@@ -178,7 +178,7 @@ class Held:
             points=pixels + 0.5,
             reach=self.pair.classes.reach[rows, columns],
             precision=self.party.precision,
-            baked=calibration(self.party.name).baked_normals,
+            baked=calibration(self.party.name).baked,
         )
         for amount, batch in amounts:
             if not any(mask.any() for mask in left.values()):

@@ -408,7 +408,7 @@ for each in STAGES:
 @contextmanager
 def calibration_times_100() -> Iterator[None]:
     """Give every reference that has a constant one of 100."""
-    wide = {name: replace(constant, factor=100.0) for name, constant in limits.CALIBRATED.items()}
+    wide = {name: replace(constant, scale=100.0) for name, constant in limits.CALIBRATED.items()}
     with altered(limits, "CALIBRATED", wide):
         yield
 
