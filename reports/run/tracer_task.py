@@ -22,15 +22,15 @@ from rayproof.tracer.kernel.arrays import versions
 from rayproof.tracer.kernel.compiler import one_thread
 from rayproof.tracer.light_path.shadow_stage import shadow_epsilon
 from rayproof.tracer.render import render
-from rayproof.tracer.shapes.bounds import WIDEST, extent
+from rayproof.tracer.shapes.bounds import WIDEST
 from rayproof.tracer.shapes.primitives import traced
 
 
 def shadow_epsilons(scene: Scene, answers: StageImages, configuration: Configuration) -> np.ndarray:
     """Return the configuration's shadow epsilon [m], (height, width).
 
-    It goes by the coordinates at hand and by how the shape hit magnifies rounding: a sliver's own face counts, not the
-    worst face of its mesh.
+    It goes by the coordinates at hand, by how far the face hit reaches beyond them, and by how that magnifies rounding:
+    a sliver's own face counts, not the worst face of its mesh.
     """
     coordinates = np.maximum(np.abs(answers[Stage.POSITION]).max(axis=-1), np.abs(scene.camera.eye).max())
     spreads, eye = np.ones(coordinates.shape), float(np.linalg.norm(scene.camera.eye))
@@ -38,8 +38,7 @@ def shadow_epsilons(scene: Scene, answers: StageImages, configuration: Configura
     for index, shape in enumerate(scene.shapes):
         seen = objects == index
         spreads[seen] = traced(shape).spreads()[faces[seen]]
-        # Each pixel's clearance goes by the whole shape, however far beyond what is seen of it that reaches.
-        whole = (eye + answers[Stage.DISTANCE][seen][:, 0] + extent(shape)) / WIDEST
+        whole = (eye + answers[Stage.DISTANCE][seen][:, 0] + traced(shape).reaches()[faces[seen]]) / WIDEST
         coordinates[seen] = np.maximum(coordinates[seen], whole)
     return shadow_epsilon(configuration, scale=coordinates, spread=spreads)
 

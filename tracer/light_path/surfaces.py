@@ -323,9 +323,10 @@ def clearance(met: HitShapes) -> Any:
     wide: Any = 1.0
     if any(spread(shape) != 1 for shape in met.shapes):
         wide = met.constant("spread", spread, types.Float)
+    size = met.constant("extent", lambda shape: bounds.extent(shape.shape) if shape.single else 0.0, types.Float)
     if forest is not None:
         kind = met.kind(TracedMesh)
         wide = dr.select(kind, forest.slenderness(met.hit.number, kind), wide)
-    size = met.constant("extent", lambda shape: bounds.extent(shape.shape), types.Float)
+        size = dr.select(kind, forest.reach(met.hit.number, kind), size)
     scale = dr.norm(met.ray.origin) + met.hit.distance + size
     return bounds.clearance(scale, spread=wide, precision=types.precision)

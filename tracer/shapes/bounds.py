@@ -49,7 +49,7 @@ def clearance(scale: Any, *, spread: Any, precision: str) -> Any:
 @lru_cache(maxsize=32)  # a scene is rendered by one configuration after another
 def extent(shape: Shape) -> float:
     """Return a bound on distance from the world's origin plus size [m]; of a plane, of its own origin only."""
-    return traced(shape).extent()
+    return float(traced(shape).reaches().max())
 
 
 # The quadratic's 4 A C takes the square of a difference of two points, at most 48 L^2 for coordinates up to L, which

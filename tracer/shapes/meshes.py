@@ -3,7 +3,6 @@
 Meshes are large: they are worked through in pieces that stay in the cache, by several threads, component by component.
 """
 
-import math
 import os
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
@@ -90,16 +89,16 @@ def layers(meshes: tuple[Mesh, ...]) -> float:
     return sum(found) / box if box > 0 else 0.0
 
 
-def reach(shape: Shape) -> float:
-    """Return the distance of the farthest corner from the world's origin [m]."""
-    found: list[float] = []
+def reaches(shape: Shape, dtype: Any = np.float64) -> np.ndarray:
+    """Return (faces,) the distance of each triangle's farthest corner from the world's origin [m]."""
+    found = np.empty(_count(shape), dtype=dtype)
 
     def work(piece: slice) -> None:
         x, y, z = np.moveaxis(_corners(baked(shape, piece)), 1, 0)
-        found.append(float((x * x + y * y + z * z).max()))
+        found[piece] = np.sqrt((x * x + y * y + z * z).max(axis=0))
 
-    in_pieces(_count(shape), work)
-    return math.sqrt(max(found))
+    in_pieces(len(found), work)
+    return found
 
 
 def _length(vectors: np.ndarray) -> np.ndarray:
@@ -165,9 +164,9 @@ class _OfTriangles(TracedShape):
         """Return how slender each triangle is."""
         return slenderness(self.shape)
 
-    def extent(self) -> float:
-        """Return the distance of the farthest corner from the world's origin [m]."""
-        return reach(self.shape)
+    def reaches(self) -> np.ndarray:
+        """Return the distance of each triangle's farthest corner from the world's origin [m]."""
+        return reaches(self.shape)
 
 
 @dataclass(frozen=True)

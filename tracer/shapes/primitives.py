@@ -79,9 +79,9 @@ class TracedSphere(TracedShape):
         linear, inverse = self.transform.linear, self.transform.inverse
         return np.array([np.linalg.norm(abs(inverse), 2) * np.linalg.norm(linear, 2)])
 
-    def extent(self) -> float:
+    def reaches(self) -> np.ndarray:
         """Return a bound on distance from the world's origin plus size [m]."""
-        return self._placed_extent(math.hypot(*self.center) + self.radius)
+        return self._placed_reaches(math.hypot(*self.center) + self.radius)
 
 
 CORNERS = np.array([[x, y, z] for x in (-HALF, HALF) for y in (-HALF, HALF) for z in (-HALF, HALF)])

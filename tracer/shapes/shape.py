@@ -236,11 +236,10 @@ class TracedShape:
         """Return what multiplies the rounding errors of each of its faces, at least 1, (faces,)."""
         return np.ones(1)
 
-    def extent(self) -> float:
-        """Return a bound on distance from the world's origin plus size [m]; of a plane, of its own origin only."""
-        return self._placed_extent(1.0)
+    def reaches(self) -> np.ndarray:
+        """Return (faces,) bounds on distance from the world's origin plus size [m]; of a plane, of its own origin."""
+        return self._placed_reaches(1.0)
 
-    def _placed_extent(self, local: float) -> float:
-        if self.transform.identity:
-            return local
-        return float(np.linalg.norm(self.transform.translation) + np.linalg.norm(self.transform.linear, 2) * local)
+    def _placed_reaches(self, local: float) -> np.ndarray:
+        placed = np.linalg.norm(self.transform.translation) + np.linalg.norm(self.transform.linear, 2) * local
+        return np.array([local if self.transform.identity else placed])

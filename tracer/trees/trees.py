@@ -19,7 +19,15 @@ from rayproof.tracer.kernel.arrays import ArrayTypes
 from rayproof.tracer.kernel.parameters import LITERALS, DeviceBuffers, KernelConstants, aligned, packets
 from rayproof.tracer.plan import Context
 from rayproof.tracer.rays import Feeler, Interval, NearestHit, Ray
-from rayproof.tracer.shapes.meshes import TriangleArrays, baked, degenerate, in_pieces, object_normals, slenderness
+from rayproof.tracer.shapes.meshes import (
+    TriangleArrays,
+    baked,
+    degenerate,
+    in_pieces,
+    object_normals,
+    reaches,
+    slenderness,
+)
 from rayproof.tracer.shapes.primitives import traced
 from rayproof.tracer.shapes.shape import GatheredTransform, TracedShape
 from rayproof.tracer.trees.beams import Beam
@@ -253,6 +261,10 @@ class TriangleHierarchy:
     def slenderness(self, number: Any, active: Any) -> Any:
         """Return the product of a triangle's edges over twice its area."""
         return dr.gather(self.types.Float, self._of_each(slenderness), self.types.UInt(number), active)
+
+    def reach(self, number: Any, active: Any) -> Any:
+        """Return how far a triangle reaches from the world's origin [m]."""
+        return dr.gather(self.types.Float, self._of_each(reaches), self.types.UInt(number), active)
 
     def _of_each(self, of: Callable[[Shape, Any], np.ndarray]) -> Any:
         name = f"forest {of.__name__}"

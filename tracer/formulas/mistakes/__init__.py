@@ -15,7 +15,7 @@ def mistake(path: str, *covers: str, **facts: Any) -> Entry:
     return Entry(f"mistakes.{path}", covers=covers, kind="fault", **facts)
 
 
-def of_hits(name: str, *covers: str, **facts: Any) -> Entry:
+def _of_hits(name: str, *covers: str, **facts: Any) -> Entry:
     """Return the entry of a mistake of an intersection in object space, which spoils objects and distances."""
     return mistake(f"intersections:{name}", *covers, also=(Stage.DISTANCE,), space="object", **facts)
 
@@ -93,12 +93,12 @@ MISTAKES: dict[str, Entry] = {
     "position/fault_left_in_object_space": mistake(
         "hits:fault_left_in_object_space", "XF-2", says="leaves hit points in object space"
     ),
-    "sphere/fault_center_ignored": of_hits(
+    "sphere/fault_center_ignored": _of_hits(
         "fault_center_ignored",
         "HIT-1",
         says="meets spheres as if they lay at the origin of their object space, and keeps the centre in their normals",
     ),
-    "sphere/fault_discriminant_sign": of_hits(
+    "sphere/fault_discriminant_sign": _of_hits(
         "fault_discriminant_sign", "HIT-1", says="has a sign wrong in the discriminant of the sphere's quadratic"
     ),
     "sphere/fault_far_root": mistake(
@@ -109,20 +109,20 @@ MISTAKES: dict[str, Entry] = {
         space="object",
         says="takes the larger root of the sphere's quadratic",
     ),
-    "sphere/fault_half_b": of_hits("fault_half_b", "HIT-1", says="mixes B and B/2 in the sphere's quadratic"),
-    "sphere/fault_negative_root": of_hits(
+    "sphere/fault_half_b": _of_hits("fault_half_b", "HIT-1", says="mixes B and B/2 in the sphere's quadratic"),
+    "sphere/fault_negative_root": _of_hits(
         "fault_negative_root",
         "HIT-1",
         says="takes the sphere's smaller root wherever it lies, behind the eye too",
         cases=("behind/sphere", "behind/all_lit"),
     ),
-    "sphere/fault_unit_a": of_hits(
+    "sphere/fault_unit_a": _of_hits(
         "fault_unit_a", "HIT-1", says="takes A = 1 in the sphere's quadratic for a direction that is no unit vector"
     ),
-    "cube/fault_behind_is_hit": of_hits(
+    "cube/fault_behind_is_hit": _of_hits(
         "fault_behind_is_hit", "HIT-3", says="hits cubes behind the eye", cases=("behind/cube", "behind/all_lit")
     ),
-    "cube/fault_entry_alone": of_hits(
+    "cube/fault_entry_alone": _of_hits(
         "fault_entry_alone", "HIT-3", says="takes a ray's entry into a cube as the hit, and never its exit"
     ),
     "cube/fault_nan_kept": mistake(
@@ -133,7 +133,7 @@ MISTAKES: dict[str, Entry] = {
         "and miss are both right, and a NaN lies in no interval; elsewhere x / 0 is an infinity of the "
         "right sign",
     ),
-    "cube/fault_negative_zero": of_hits(
+    "cube/fault_negative_zero": _of_hits(
         "fault_negative_zero",
         "HIT-3",
         says="misses cubes where a component of the direction is -0",
@@ -145,7 +145,7 @@ MISTAKES: dict[str, Entry] = {
         space="object",
         says="does not swap the slabs' ends where a ray runs the other way",
     ),
-    "cube/fault_parallel_ignored": of_hits(
+    "cube/fault_parallel_ignored": _of_hits(
         "fault_parallel_ignored",
         "HIT-3",
         says="hits cubes beside which a ray runs parallel to a face",
@@ -154,7 +154,7 @@ MISTAKES: dict[str, Entry] = {
     "plane/fault_one_sided": mistake(
         "intersections:fault_one_sided", "HIT-4", space="object", says="hits planes from the front alone"
     ),
-    "plane/fault_sign": of_hits("fault_sign", "HIT-4", says="has a sign wrong in the plane's intersection"),
+    "plane/fault_sign": _of_hits("fault_sign", "HIT-4", says="has a sign wrong in the plane's intersection"),
     "square/fault_disc_local": mistake(
         "intersections:fault_disc_local", "HIT-7", space="object", says="takes a disc for a square"
     ),
