@@ -279,7 +279,7 @@ class Held:
         if Stage.OBJECT in ours:
             same = all_of(near.samples[Stage.OBJECT] == ours[Stage.OBJECT])
         if stage is Stage.OBJECT:
-            return np.logical_or.reduce(same, axis=0)
+            return np.logical_or.reduce(same, axis=0) | self._as_deep(ours[stage], rows, columns)
         theirs, value = near.samples[stage], ours[stage]
         if stage is Stage.VISIBILITY:
             among = ((theirs == value) & same[..., np.newaxis]).any(axis=0)
@@ -292,6 +292,16 @@ class Held:
             return _among(value, theirs, alike, bound) | self._follows(stage, ours, value, bound, rows, columns)
         like = _among(value, theirs, same, bound)
         return like | self._faces(ours, bound, rows, columns) if stage is Stage.NORMAL else like
+
+    def _as_deep(self, objects: np.ndarray, rows: np.ndarray, columns: np.ndarray) -> np.ndarray:
+        """Return where (n,) what the party names is met as deep as what is seen: rounding says which of two is nearer.
+
+        Seen from afar, a scene that is moved by as much shows the one that is turned away too seldom.
+        """
+        given = {Stage.RAY: self.base.truth[Stage.RAY][rows, columns], Stage.OBJECT: objects}
+        with np.errstate(invalid="ignore"):
+            apart = continued(self.base.scene, Stage.DISTANCE, given) - self.base.truth[Stage.DISTANCE][rows, columns]
+        return np.abs(apart[:, 0]) <= self.limit(Stage.DISTANCE)[rows, columns]
 
     def _about(self, ours: dict[Stage, np.ndarray], heights: Iterable[np.ndarray]) -> Iterator[dict[Stage, np.ndarray]]:
         """Yield the answers with the hit that the party names moved by heights [m] along its normal, to either side.

@@ -281,8 +281,9 @@ def test_light_follows_from_a_position_only_as_well_as_the_way_to_the_light_is_k
 @pytest.mark.parametrize(("name", "pixel"), [
     ("random/61306/76", (14, 19)),  # 0.1 mm large and 40 m from the origin: as float32 reads it, a triangle is in front
     ("random/61305/6", (22, 13)),  # a plane beside a ray that exact arithmetic lets pass
+    ("random/84003/60", (23, 4)),  # at a mesh's outline, 0.3 um behind what is seen, the face that is turned away
 ])  # fmt: skip
-def test_what_a_scene_shows_as_float32_reads_it_is_right(name: str, pixel: tuple[int, int]) -> None:
+def test_what_float32_sees_within_rounding_is_right(name: str, pixel: tuple[int, int]) -> None:
     found, (column, row) = inquest(name), pixel
     (ours,), _ = answers_of(found.case, THE_TRACER, ("float32",))
     assert (ours.answers[Stage.OBJECT][row, column] != found.base.truth[Stage.OBJECT][row, column]).any()

@@ -161,7 +161,7 @@ def judge_scene(order: SceneOrder) -> SceneRecord:
         verdict = judged(some)
         certified.append(
             {
-                **certify(verdict, some, witnesses, oracle).as_json(),
+                **certify(verdict, some, witnesses, oracle, planted=trial.subject.is_tracer).as_json(),
                 "tried": trial.name,
                 "verdict": verdict.outcome.value,
                 "stage": verdict.stage.value if verdict.stage else None,
