@@ -2,12 +2,12 @@
 
 How far a computed hit point may lie from the true surface, along the surface's normal [m].
 
-Let S = abs(eye) + t + extent, where `extent` bounds the shape's distance from the world's origin and its size. The
-point fl(eye + t d) is off by one rounding, at most u S. The t of a formula that is as good as its inputs deserve is
-off by a small multiple of u S / abs(dot(n, d)) (the condition number of ray and surface), and multiplied by
-abs(dot(n, d)) that is again a small multiple of u S along the normal, however grazing the ray. Counting the roundings
-of plane and cube (subtract, three fused products, one division: gamma(5) of o and of t d) and adding those of the
-feeler's own intersection test gives 12 u S; the sphere's measured worst error is of the same size. FACTOR rounds up.
+Let S = abs(eye) + t + extent, where `extent` bounds the distance from the world's origin and the size of the shape, or
+of the mesh's face, that is hit. The point fl(eye + t d) is off by one rounding, at most u S. The t of a formula that is
+as good as its inputs deserve is off by a small multiple of u S / abs(dot(n, d)), and multiplied by abs(dot(n, d)) that
+is again a small multiple of u S along the normal, however grazing the ray. Counting the roundings of plane and cube
+(subtract, three fused products, one division: gamma(5) of o and of t d) and adding those of the feeler's own
+intersection test gives 12 u S; the sphere's measured worst error is of the same size. FACTOR rounds up.
 
 Two things multiply it (`TracedShape.spreads`): the transform of a curved surface, by at most norm(abs(A^-1)) norm(A),
 and a slender triangle, by the product of two edges over twice its area.
