@@ -19,7 +19,8 @@ from rayproof.reports.judge.answers import crossed, dot, largest, length
 # A hit nearer to grazing than this is an outline in all but name; the edge class takes it, not a limit.
 LEAST_COSINE = 1e-9
 SIMILAR = 1e-6  # of its condition number: a matrix that stretches no direction more than another
-CURVED = ("carried", "solved", "local", "whirl", "loss", "curvature", "bend", "give")  # what curved shapes alone have
+# What curved shapes alone have.
+CURVED = ("carried", "solved", "swollen", "local", "whirl", "loss", "curvature", "bend", "give")
 # Of the 16 roundings of a ray six make sx = 2 px / w - 1 or sy, u of 1 each, however little the difference leaves: two
 # of the quotient (1 / w, product), two of what it is multiplied by, and two of what is taken off and the difference.
 # The four that carry them to the ray are relative.
@@ -41,6 +42,7 @@ class Conditioning:
     point: np.ndarray  # m: error of the surface in any direction, per roundoff
     carried: np.ndarray  # m: the same of an ellipsoid, whose hits may be taken from object space; elsewhere 0
     solved: np.ndarray  # m: error of an ellipsoid along its normal, for who solves for its hits from afar
+    swollen: np.ndarray  # m: the same where its outline is nearest
     matrix: np.ndarray  # 1: condition number of the model matrix
     local: np.ndarray  # 1: relative error of the object-space point that a curved normal is made from
     whirl: np.ndarray  # 1: what that error turns a curved normal by, where it is, per roundoff
@@ -192,7 +194,8 @@ def _curved(shape: Sphere, eye: np.ndarray, truth: StageImages, mask: np.ndarray
 
     Mitsuba takes an object-space ray o + t d, |d| = 1 along the least stretch, to t = -(o.d) / |d|, which is next to
     the sphere only where |d| is 1, and solves from there. What is left of o is squared and r^2 taken off: a rounding of
-    |o|^2 changes r by half of |o|^2 / r, and so the surface along its normal, r / |w| for each unit, by |o|^2 / |w|.
+    |o|^2 changes r by half of |o|^2 / r, and so the surface along its normal, r / |w| for each unit, by |o|^2 / |w|. Of
+    its outline w is made of the point of the ray that is closest to the centre, as far from it as the surface.
     """
     rays, position, normal = (truth[stage][mask] for stage in (Stage.RAY, Stage.POSITION, Stage.NORMAL))
     matrix = np.asarray(shape.to_world, dtype=np.float64)
@@ -202,9 +205,11 @@ def _curved(shape: Sphere, eye: np.ndarray, truth: StageImages, mask: np.ndarray
     off = length(arrived @ (np.abs(inverse) @ np.abs(linear)).T)
     whole = length(((position - shift) @ inverse.T - center) @ inverse)
     ways, start = rays @ inverse.T * singular[2], inverse @ (eye - shift) - center
-    left = length(start - ways * ((ways @ start) / length(ways))[:, np.newaxis])
+    left, closest = (start - ways * ((ways @ start) / length(ways) ** n)[:, np.newaxis] for n in (1, 2))
+    afar = dot(left, left) * (singular[0] > (1 + SIMILAR) * singular[2])
     return {
-        "solved": left**2 / whole if singular[0] > (1 + SIMILAR) * singular[2] else 0.0,
+        "solved": afar / whole,
+        "swollen": afar * length(closest) / np.maximum(length(closest @ inverse) * shape.radius, 1e-300),
         "local": length(arrived) / shape.radius,
         "whirl": _across(normal, inverse.T) * off / whole,
         "loss": off / (singular[2] * whole),

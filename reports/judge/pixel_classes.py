@@ -43,18 +43,13 @@ class Unrounded:
     def seen(self, *, short: bool) -> np.ndarray:
         """Return the angle [rad per roundoff] (height, width) by which points may seem off from the eye.
 
-        `short` says that ellipsoids are solved for in float32. Of the surfaces that meet at an outline the worst
-        counts: what is seen within two pixels, or for something thinner the scene's middling one.
+        Of the surfaces that meet at an outline the worst counts: what is seen within two pixels, or for something
+        thinner the scene's middling one. `short` is `Roundoff.short`.
         """
         c = self.conditioning
         with np.errstate(divide="ignore", invalid="ignore"):
-            seen = widest_near(np.where(c.hit, (c.point + c.solved * short) / c.distance, 0.0))
+            seen = widest_near(np.where(c.hit, (c.point + c.swollen * short) / c.distance, 0.0))
             return np.maximum(seen, float(np.median(seen[c.hit])) if np.any(c.hit) else 0.0)
-
-    @cached_property
-    def pixel(self) -> np.ndarray:
-        """Return the length [m] (height, width) that a pixel spans across the ray, where it hits."""
-        return self.conditioning.distance * self.conditioning.pixel_angle
 
     @cached_property
     def behind(self) -> tuple[tuple[np.ndarray, np.ndarray], ...]:
@@ -296,7 +291,7 @@ def unlit(about: Unrounded, limits: Limits, g: Roundoff) -> Unlit:
                 shift=shift,
                 slide=limits.position,
                 shadow=edges.shadow[..., index],
-                pixel=about.pixel,
+                pixel=c.distance * c.pixel_angle,
                 undecided=(lamp.cosine <= limits.cosine[..., index]) | (edges.terminator[..., index] <= reach) | sunk,
             )
         lights.append(lit)

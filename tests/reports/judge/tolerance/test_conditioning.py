@@ -68,14 +68,15 @@ def test_a_hit_taken_from_the_object_space_of_an_ellipsoid_is_off_by_the_errors_
     assert limit() < measured < limit(**{how: True}) < 20 * measured
 
 
-def test_an_outline_is_as_far_off_as_its_ellipsoid_is_solved_for():
-    # Mitsuba's LLVM variant sees an ellipsoid, a thousand times as long as thick, 0.02 pixels farther out.
-    case = random_case(73001, 365)
+@pytest.mark.parametrize(("number", "pixel"), [((73001, 365), (23, 8)), ((84006, 265), (22, 25))], ids=str)
+def test_an_outline_is_as_far_off_as_its_ellipsoid_is_solved_for(number, pixel):
+    # Mitsuba's LLVM variant sees ellipsoids, a thousand times as long as thick, 0.02 and 0.07 pixels farther out.
+    case, (column, row) = random_case(*number), pixel
     truth = scene_truth(case.scene, stages_of(case.scene), REFERENCES[ORACLE](), known={})
     usual, short = Roundoff("float32"), Roundoff("float32", short=True)
 
     def outlines(g: Roundoff) -> np.ndarray:
         return truth.classes(truth.limits(g, by_matrices=False), g, 0.0, key=(g,)).outline
 
-    assert (outlines(usual)[8, 23], outlines(short)[8, 23]) == (False, True)
-    assert outlines(short).sum() == 2, "of 768 pixels"
+    assert (outlines(usual)[row, column], outlines(short)[row, column]) == (False, True)
+    assert outlines(short).mean() < 0.2
