@@ -64,6 +64,12 @@ def compose(*motions: Matrix) -> Matrix:
     return matrix(whole)
 
 
+def placed(shape: Shape) -> tuple[np.ndarray, np.ndarray]:
+    """Return the linear part (3, 3) and the translation (3,) [m] of a shape's model matrix, in float64."""
+    entries = np.asarray(shape.to_world, dtype=np.float64)
+    return entries[:3, :3], entries[:3, 3]
+
+
 def mapped(to_world: Matrix, point: Vector) -> Vector:
     """Return the world place of an object-space point [m]."""
     return vector((np.asarray(to_world) @ (*point, 1.0))[:3])

@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from rayproof.cases.placement import world_triangles
+from rayproof.cases.placement import placed, world_triangles
 from rayproof.cases.scene import (
     Camera,
     Cube,
@@ -57,8 +57,7 @@ def box(shape: Shape) -> tuple[np.ndarray, np.ndarray]:
     if isinstance(shape, Triangle | Mesh):
         corners = world_triangles(shape).reshape(-1, 3).astype(np.float64)
         return corners.min(axis=0), corners.max(axis=0)
-    matrix = np.asarray(shape.to_world, dtype=np.float64)
-    linear, translation = matrix[:3, :3], matrix[:3, 3]
+    linear, translation = placed(shape)
     if isinstance(shape, Sphere):
         center = linear @ shape.center + translation
         # A linear map turns the unit ball into one that reaches as far along an axis as that row is long.

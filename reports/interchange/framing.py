@@ -6,7 +6,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from rayproof.cases.placement import world_triangles
+from rayproof.cases.placement import placed, world_triangles
 from rayproof.cases.scene import (
     Camera,
     Cube,
@@ -114,8 +114,7 @@ def _box(shape: Shape) -> tuple[np.ndarray, np.ndarray]:
     if isinstance(shape, Triangle | Mesh):
         corners = world_triangles(shape).reshape(-1, 3).astype(np.float64)
         return corners.min(axis=0), corners.max(axis=0)
-    matrix = np.asarray(shape.to_world, dtype=np.float64)
-    linear, place = matrix[:3, :3], matrix[:3, 3]
+    linear, place = placed(shape)
     if isinstance(shape, Sphere):
         center, reach = linear @ np.asarray(shape.center) + place, shape.radius * np.linalg.norm(linear, axis=1)
     elif isinstance(shape, Cube):

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rayproof.cases.placement import world_triangles
+from rayproof.cases.placement import placed, world_triangles
 from rayproof.cases.scene import IDENTITY, Camera, Cube, Mesh, Scene, Shape, Sphere, Square, Triangle
 from rayproof.cases.stages import Stage, StageImages
 from rayproof.reports.judge.answers import crossed, dot, largest, length
@@ -20,7 +20,7 @@ from rayproof.reports.judge.answers import crossed, dot, largest, length
 LEAST_COSINE = 1e-9
 SIMILAR = 1e-6  # of its condition number: a matrix that stretches no direction more than another
 # What curved shapes alone have.
-CURVED = ("carried", "solved", "swollen", "local", "whirl", "loss", "curvature", "bend", "give")
+CURVED = ("carried", "thrown", "solved", "swollen", "local", "whirl", "loss", "curvature", "bend", "give")
 # Of the 16 roundings of a ray six make sx = 2 px / w - 1 or sy, u of 1 each, however little the difference leaves: two
 # of the quotient (1 / w, product), two of what it is multiplied by, and two of what is taken off and the difference.
 # The four that carry them to the ray are relative.
@@ -41,6 +41,7 @@ class Conditioning:
     surface: np.ndarray  # m: error of the surface along its normal, per roundoff
     point: np.ndarray  # m: error of the surface in any direction, per roundoff
     carried: np.ndarray  # m: the same of an ellipsoid, whose hits may be taken from object space; elsewhere 0
+    thrown: np.ndarray  # m: how far along the surface such a hit moves when it is put back on its sphere
     solved: np.ndarray  # m: error of an ellipsoid along its normal, for who solves for its hits from afar
     swollen: np.ndarray  # m: the same where its outline is nearest
     matrix: np.ndarray  # 1: condition number of the model matrix
@@ -161,8 +162,7 @@ def _of_shape(scene: Scene, shape: Shape, mask: np.ndarray, truth: StageImages, 
     """Return the factors of one shape's pixels."""
     eye = np.abs(np.asarray(scene.camera.eye, dtype=np.float64))
     normal, position = np.abs(truth[Stage.NORMAL][mask]), np.abs(truth[Stage.POSITION][mask])
-    matrix = np.asarray(shape.to_world, dtype=np.float64)
-    singular = np.linalg.svd(matrix[:3, :3], compute_uv=False)
+    singular = np.linalg.svd(placed(shape)[0], compute_uv=False)
     number = singular[0] / singular[2]
     if isinstance(shape, Triangle | Mesh):
         corners = world_triangles(shape).astype(np.float64)
@@ -178,13 +178,13 @@ def _of_shape(scene: Scene, shape: Shape, mask: np.ndarray, truth: StageImages, 
     if isinstance(shape, Sphere):
         factors |= _curved(shape, np.asarray(scene.camera.eye), truth, mask)
         # Who takes an ellipsoid for an instance takes a mirrored sphere for one as well.
-        factors["carried"] = factors["point"] * (number > 1 + SIMILAR or np.linalg.det(matrix) < 0)
+        factors["carried"] = factors["point"] * (number > 1 + SIMILAR or np.linalg.det(placed(shape)[0]) < 0)
     if isinstance(shape, Cube | Square):
         factors["placing"] = _placing(shape, truth[Stage.NORMAL][mask])
     return factors
 
 
-def _curved(shape: Sphere, eye: np.ndarray, truth: StageImages, mask: np.ndarray) -> dict[str, np.ndarray | float]:
+def _curved(shape: Sphere, eye: np.ndarray, truth: StageImages, mask: np.ndarray) -> dict:
     """Return how a sphere's normals turn with what they are made of, and how its hits move, both as seen (n, 3).
 
     With p the object-space point from the centre, w = M^-T p is the normal before its length is made 1, and is linear
@@ -195,19 +195,23 @@ def _curved(shape: Sphere, eye: np.ndarray, truth: StageImages, mask: np.ndarray
     Mitsuba takes an object-space ray o + t d, |d| = 1 along the least stretch, to t = -(o.d) / |d|, which is next to
     the sphere only where |d| is 1, and solves from there. What is left of o is squared and r^2 taken off: a rounding of
     |o|^2 changes r by half of |o|^2 / r, and so the surface along its normal, r / |w| for each unit, by |o|^2 / |w|. Of
-    its outline w is made of the point of the ray that is closest to the centre, as far from it as the surface.
+    its outline w is made of the point of the ray that is closest to the centre, as far from it as the surface. At last
+    the point o + t d, off by the roundings of t and its own, is put back on the sphere by a share of its way from the
+    centre, in the world longer than what it was off the surface.
     """
     rays, position, normal = (truth[stage][mask] for stage in (Stage.RAY, Stage.POSITION, Stage.NORMAL))
-    matrix = np.asarray(shape.to_world, dtype=np.float64)
-    linear, shift, center = matrix[:3, :3], matrix[:3, 3], np.asarray(shape.center)
+    (linear, shift), center = placed(shape), np.asarray(shape.center)
     inverse, singular = np.linalg.inv(linear), np.linalg.svd(linear, compute_uv=False)
     arrived = (np.abs(position) + np.abs(shift)) @ np.abs(inverse).T + np.abs(center)
     off = length(arrived @ (np.abs(inverse) @ np.abs(linear)).T)
-    whole = length(((position - shift) @ inverse.T - center) @ inverse)
+    local = (position - shift) @ inverse.T - center
+    whole, share = length(local @ inverse), dot(np.abs(local), arrived + np.abs(eye) @ np.abs(inverse).T)
     ways, start = rays @ inverse.T * singular[2], inverse @ (eye - shift) - center
     left, closest = (start - ways * ((ways @ start) / length(ways) ** n)[:, np.newaxis] for n in (1, 2))
-    afar = dot(left, left) * (singular[0] > (1 + SIMILAR) * singular[2])
+    squeezed = singular[0] > (1 + SIMILAR) * singular[2]
+    afar, share = dot(left, left) * squeezed, share + np.abs(dot(position - eye, normal)) * whole
     return {
+        "thrown": length(local @ linear.T) * squeezed * share / shape.radius**2,
         "solved": afar / whole,
         "swollen": afar * length(closest) / np.maximum(length(closest @ inverse) * shape.radius, 1e-300),
         "local": length(arrived) / shape.radius,
@@ -231,9 +235,8 @@ def _placing(shape: Cube | Square, normals: np.ndarray) -> np.ndarray:
 
     A corner is made of |M| 1/2 + |T|; a side turns by its corners' shift over the least height of its triangles.
     """
-    matrix = np.asarray(shape.to_world, dtype=np.float64)
-    linear = matrix[:3, :3]
-    corner = np.linalg.norm(np.abs(linear).sum(axis=1) / 2 + np.abs(matrix[:3, 3]))
+    linear, shift = placed(shape)
+    corner = np.linalg.norm(np.abs(linear).sum(axis=1) / 2 + np.abs(shift))
     heights = []
     for axis in range(3):
         first, second = np.delete(linear, axis, axis=1).T
@@ -246,11 +249,10 @@ def _placing(shape: Cube | Square, normals: np.ndarray) -> np.ndarray:
 
 def _carried(shape: Shape, start: np.ndarray, end: np.ndarray) -> np.ndarray:
     """Return the error per roundoff [m] (n, 3) of points `end`, found along rays from `start`, through the matrix."""
-    matrix = np.asarray(shape.to_world, dtype=np.float64)
-    linear, shift = np.abs(matrix[:3, :3]), np.abs(matrix[:3, 3])
-    moved = (np.abs(start) + shift + np.abs(end)) @ np.abs(np.linalg.inv(matrix[:3, :3])).T
+    linear, shift = placed(shape)
+    moved = (np.abs(start) + np.abs(shift) + np.abs(end)) @ np.abs(np.linalg.inv(linear)).T
     own = np.abs(np.asarray(shape.center)) + shape.radius if isinstance(shape, Sphere) else np.full(3, 0.5)
-    return (moved + own) @ linear.T + shift + np.abs(end)
+    return (moved + own) @ np.abs(linear).T + np.abs(shift) + np.abs(end)
 
 
 def surface_error(shape: Shape, start: np.ndarray, end: np.ndarray, *, face: int | None = None) -> np.ndarray:
@@ -290,12 +292,12 @@ def facing(shape: Shape, eye: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.nd
         normals = np.cross(faces[:, 1] - faces[:, 0], faces[:, 2] - faces[:, 0])
         normals = normals / length(normals)[:, np.newaxis]
         return normals, np.abs(dot(eye - faces[:, 0], normals)), np.zeros(len(faces))
-    matrix = np.asarray(shape.to_world, dtype=np.float64)
-    inverse = np.linalg.inv(matrix[:3, :3])
-    local = inverse @ (eye - matrix[:3, 3])
+    linear, shift = placed(shape)
+    inverse = np.linalg.inv(linear)
+    local = inverse @ (eye - shift)
     bend = 0.0
     if isinstance(shape, Sphere):
-        singular = np.linalg.svd(matrix[:3, :3], compute_uv=False)
+        singular = np.linalg.svd(linear, compute_uv=False)
         bend = singular[0] / (singular[2] ** 2 * shape.radius)
         away = local - np.asarray(shape.center)
         out = float(np.linalg.norm(away))

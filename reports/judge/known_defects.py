@@ -12,6 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
+from rayproof.cases.placement import placed
 from rayproof.cases.scene import Scene, Sphere
 from rayproof.cases.stages import Stage, StageImages
 from rayproof.reports.judge.answers import length
@@ -94,8 +95,8 @@ def distance_over_radius(scene: Scene, truth: StageImages) -> np.ndarray:
     objects, found = truth[Stage.OBJECT][..., 0], np.zeros(truth[Stage.OBJECT].shape[:2])
     for index, shape in enumerate(scene.shapes):
         if isinstance(shape, Sphere):
-            matrix = np.asarray(shape.to_world, dtype=np.float64)
-            eye = np.linalg.solve(matrix[:3, :3], np.asarray(scene.camera.eye) - matrix[:3, 3])
+            linear, shift = placed(shape)
+            eye = np.linalg.solve(linear, np.asarray(scene.camera.eye) - shift)
             found[objects == index] = np.linalg.norm(eye - shape.center) / shape.radius
     return found
 
@@ -123,9 +124,8 @@ def center_over_hit(scene: Scene, truth: StageImages) -> np.ndarray:
     objects, found = truth[Stage.OBJECT][..., 0], np.zeros(truth[Stage.OBJECT].shape[:2])
     for index, shape in enumerate(scene.shapes):
         if isinstance(shape, Sphere):
-            matrix = np.asarray(shape.to_world, dtype=np.float64)
-            center = matrix[:3, :3] @ shape.center + matrix[:3, 3]
-            size = np.linalg.norm(center) + shape.radius * np.linalg.norm(matrix[:3, :3], 2)
+            linear, shift = placed(shape)
+            size = np.linalg.norm(linear @ shape.center + shift) + shape.radius * np.linalg.norm(linear, 2)
             found = np.where(objects == index, size / (1 + np.abs(truth[Stage.POSITION]).max(axis=-1)), found)
     return found
 

@@ -11,6 +11,7 @@ from functools import cached_property
 
 import numpy as np
 
+from rayproof.cases.placement import placed
 from rayproof.cases.scene import Cube, PointLight, Scene, Sphere
 from rayproof.cases.stages import Stage, StageImages
 from rayproof.reports.judge.answers import any_of, dot, length, widest_near
@@ -166,9 +167,9 @@ class Unrounded:
             here = objects == index
             if not isinstance(shape, Cube) or not here.any():
                 continue
-            matrix = np.asarray(shape.to_world, dtype=np.float64)
-            inverse = np.linalg.inv(matrix[:3, :3])
-            local, way = (self.truth[Stage.POSITION][here] - matrix[:3, 3]) @ inverse.T, toward[here] @ inverse.T
+            linear, shift = placed(shape)
+            inverse = np.linalg.inv(linear)
+            local, way = (self.truth[Stage.POSITION][here] - shift) @ inverse.T, toward[here] @ inverse.T
             with np.errstate(divide="ignore", invalid="ignore"):
                 ends = (0.5 * np.sign(way) - local) / way  # of the way to the light, along each axis
             ends[np.arange(len(ends)), np.abs(local).argmax(axis=1)] = np.inf

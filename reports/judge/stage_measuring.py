@@ -5,7 +5,7 @@ from functools import partial
 
 import numpy as np
 
-from rayproof.cases.placement import world_triangles
+from rayproof.cases.placement import placed, world_triangles
 from rayproof.cases.scene import Cube, Mesh, Plane, Scene, Square, Triangle
 from rayproof.cases.stages import Stage, StageImages
 from rayproof.reports.judge.answers import Answers, all_of, any_of, dot, length, widest_near
@@ -56,9 +56,9 @@ def _faces(pair: Comparison, where: np.ndarray) -> list[Sides]:
         rows, columns = np.nonzero(where & pair.classes.outline & (truth[Stage.OBJECT][..., 0] == index))
         if not isinstance(shape, Cube) or not len(rows):
             continue
-        matrix = np.asarray(shape.to_world, dtype=np.float64)
-        inverse = np.linalg.inv(matrix[:3, :3])
-        local = (truth[Stage.POSITION][rows, columns] - matrix[:3, 3]) @ inverse.T
+        linear, shift = placed(shape)
+        inverse = np.linalg.inv(linear)
+        local = (truth[Stage.POSITION][rows, columns] - shift) @ inverse.T
         slack = pair.limits.lifted[rows, columns]
         for axis, normal in enumerate(inverse):
             on = 0.5 - np.abs(local[:, axis]) <= slack * length(normal)

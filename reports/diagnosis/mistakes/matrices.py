@@ -9,6 +9,7 @@ from collections.abc import Callable, Iterator, Mapping
 
 import numpy as np
 
+from rayproof.cases.placement import placed
 from rayproof.cases.rounding import gamma
 from rayproof.cases.scene import Shape
 from rayproof.cases.stages import Stage
@@ -18,7 +19,6 @@ from rayproof.reports.diagnosis.mistakes.normals import (
     Normals,
     around,
     blocked_by_its_own_face,
-    linear_part,
     outward_normals,
     way_by,
 )
@@ -78,9 +78,9 @@ def _turned(of_normals: str) -> Wrong:
     matrix = MATRICES[of_normals]
 
     def turned(shape: Shape, points: np.ndarray, outward: np.ndarray) -> np.ndarray:
-        local = outward @ linear_part(shape)
+        local = outward @ placed(shape)[0]
         size = length(local)[..., np.newaxis]
-        return np.divide(local, size, out=np.zeros_like(local), where=size > 0) @ matrix(linear_part(shape)).T
+        return np.divide(local, size, out=np.zeros_like(local), where=size > 0) @ matrix(placed(shape)[0]).T
 
     return Normals(turned=(turned,))
 
@@ -93,16 +93,16 @@ def _normals() -> Iterator[Way]:
 
 
 def _mirrored(shape: Shape, normals: np.ndarray, rays: np.ndarray) -> np.ndarray:
-    return dot(normals, rays) * np.sign(np.linalg.det(linear_part(shape)))
+    return dot(normals, rays) * np.sign(np.linalg.det(placed(shape)[0]))
 
 
 def _rays_of_object_space(shape: Shape, normals: np.ndarray, rays: np.ndarray) -> np.ndarray:
-    turned = rays @ np.linalg.inv(linear_part(shape)).T
+    turned = rays @ np.linalg.inv(placed(shape)[0]).T
     return dot(normals, turned) / length(turned)
 
 
 def _normals_of_object_space(shape: Shape, normals: np.ndarray, rays: np.ndarray) -> np.ndarray:
-    turned = normals @ linear_part(shape)
+    turned = normals @ placed(shape)[0]
     return dot(turned, rays) / length(turned)
 
 

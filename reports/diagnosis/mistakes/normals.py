@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from rayproof.cases.placement import world_triangles
+from rayproof.cases.placement import placed, world_triangles
 from rayproof.cases.scene import Cube, Mesh, Plane, Scene, Shape, Sphere, Triangle
 from rayproof.cases.stages import Stage
 from rayproof.reference.analytic import Analytic
@@ -98,15 +98,6 @@ def _meet(
     return np.min(found, axis=0)
 
 
-def _matrix(shape: Shape) -> tuple[np.ndarray, np.ndarray]:
-    return linear_part(shape), np.asarray(shape.to_world, dtype=np.float64)[:3, 3]
-
-
-def linear_part(shape: Shape) -> np.ndarray:
-    """Return the linear part of a model matrix, (3, 3)."""
-    return np.asarray(shape.to_world, dtype=np.float64)[:3, :3]
-
-
 def _hits(how: _Meeting) -> dict[Stage, Wrong]:
     """Return objects and distances of the nearest hits."""
 
@@ -116,7 +107,7 @@ def _hits(how: _Meeting) -> dict[Stage, Wrong]:
         if isinstance(shape, Triangle | Mesh):
             crossing, face = surface_of(how.face(shape)).first(eye, rays, low, high)
             return crossing, face % len(_faces(shape)[1])
-        origins, directions = how.into(*_matrix(shape), np.broadcast_to(eye, rays.shape), rays)
+        origins, directions = how.into(*placed(shape), np.broadcast_to(eye, rays.shape), rays)
         return _meet(shape, origins, directions, low, high, unit_a=how.unit_a), np.zeros(len(rays))
 
     return hits_by(meet)
@@ -131,7 +122,7 @@ def _normals(given: Given, how: _Meeting) -> np.ndarray:
         here = objects == index
         if isinstance(shape, Triangle | Mesh) or not here.any():
             continue
-        linear, offset = _matrix(shape)
+        linear, offset = placed(shape)
         flat = rays[here]
         origins, directions = how.into(linear, offset, np.broadcast_to(eye, flat.shape), flat)
         normals = _local_normals(shape, origins + given.answers[Stage.DISTANCE][here] * directions) @ np.linalg.inv(
@@ -177,7 +168,7 @@ def _blocked(scene: Scene, points: np.ndarray, source: np.ndarray, how: _Meeting
                 source, points - source, low, high
             )  # from the light, one for all
         else:
-            origins, directions = how.into(*_matrix(shape), points, source - points)
+            origins, directions = how.into(*placed(shape), points, source - points)
             crossing = _meet(shape, origins, directions, low, high, unit_a=how.unit_a)
         found |= np.isfinite(crossing)
     return found
@@ -245,15 +236,15 @@ def _unit(vectors: np.ndarray) -> np.ndarray:
 
 def _local(shape: Shape, outward: np.ndarray) -> np.ndarray:
     """Return the unit normals of object space: the inverse transpose's inverse is the transpose."""
-    return _unit(outward @ linear_part(shape))
+    return _unit(outward @ placed(shape)[0])
 
 
 def _world(shape: Shape, local: np.ndarray) -> np.ndarray:
-    return local @ np.linalg.inv(linear_part(shape))
+    return local @ np.linalg.inv(placed(shape)[0])
 
 
 def _points(shape: Shape, positions: np.ndarray) -> np.ndarray:
-    matrix, offset = _matrix(shape)
+    matrix, offset = placed(shape)
     return (positions - offset) @ np.linalg.inv(matrix).T
 
 
@@ -401,7 +392,7 @@ _register(
     "normal_by_model",
     "turns normals by the model matrix instead of its inverse transpose",
     ("NRM-3",),
-    _wrong(lambda shape, points, outward: _unit(_local(shape, outward) @ linear_part(shape).T)),
+    _wrong(lambda shape, points, outward: _unit(_local(shape, outward) @ placed(shape)[0].T)),
 )
 _register(
     "normal_in_object_space",
@@ -413,13 +404,13 @@ _register(
     "normal_by_inverse",
     "turns normals by the inverse of the model matrix without transposing it",
     ("NRM-3",),
-    _wrong(lambda shape, points, outward: _unit(_local(shape, outward) @ np.linalg.inv(linear_part(shape)).T)),
+    _wrong(lambda shape, points, outward: _unit(_local(shape, outward) @ np.linalg.inv(placed(shape)[0]).T)),
 )
 _register(
     "normal_by_transpose",
     "turns normals by the transposed model matrix",
     ("NRM-3",),
-    _wrong(lambda shape, points, outward: _unit(_local(shape, outward) @ linear_part(shape))),
+    _wrong(lambda shape, points, outward: _unit(_local(shape, outward) @ placed(shape)[0])),
 )
 _register(
     "normal_not_normalised",

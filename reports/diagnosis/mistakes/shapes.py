@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from rayproof.cases.placement import placed
 from rayproof.cases.scene import Cube, Mesh, Scene, Shape, Sphere, Square, Triangle
 from rayproof.cases.stages import Stage
 from rayproof.reference.analytic.surfaces import Polygons, surface_of
@@ -32,10 +33,6 @@ def _linear(shape: Shape, linear: np.ndarray, *, moved: bool = True) -> Shape:
     return replace(shape, to_world=tuple(map(tuple, matrix.tolist())))
 
 
-def _matrix(shape: Shape) -> np.ndarray:
-    return np.asarray(shape.to_world, dtype=np.float64)[:3, :3]
-
-
 def _spheres(change: Callable[[Sphere], Sphere]) -> Callable[[Scene], Scene]:
     return _each(lambda shape: change(shape) if isinstance(shape, Sphere) else shape)
 
@@ -44,7 +41,7 @@ def _doubled(kind: type[Shape]) -> Callable[[Scene], Scene]:
     def change(shape: Shape) -> Shape:
         if not isinstance(shape, kind):
             return shape
-        return _linear(shape, _matrix(shape) @ np.diag([2.0, 2.0, 2.0 if kind is Cube else 1.0]))
+        return _linear(shape, placed(shape)[0] @ np.diag([2.0, 2.0, 2.0 if kind is Cube else 1.0]))
 
     return _each(change)
 
@@ -53,7 +50,7 @@ def _halved(kind: type[Shape]) -> Callable[[Scene], Scene]:
     def change(shape: Shape) -> Shape:
         if not isinstance(shape, kind):
             return shape
-        return _linear(shape, _matrix(shape) @ np.diag([0.5, 0.5, 0.5 if kind is Cube else 1.0]))
+        return _linear(shape, placed(shape)[0] @ np.diag([0.5, 0.5, 0.5 if kind is Cube else 1.0]))
 
     return _each(change)
 
@@ -184,8 +181,8 @@ def _seen_out_of_spheres(given: Given) -> np.ndarray:
     inside = np.zeros(len(points), dtype=bool)
     for shape in given.scene.shapes:
         if isinstance(shape, Sphere):
-            matrix = np.asarray(shape.to_world, dtype=np.float64)
-            local = (points - matrix[:3, 3]) @ np.linalg.inv(matrix[:3, :3]).T - np.asarray(shape.center)
+            linear, shift = placed(shape)
+            local = (points - shift) @ np.linalg.inv(linear).T - np.asarray(shape.center)
             inside |= np.linalg.norm(local, axis=-1) < (1 + ON_IT) * shape.radius
     own = inside.reshape(positions.shape[:2])[..., np.newaxis]
     return np.where(own & (found == 0) & above(given.scene, given.answers), np.nan, found)
@@ -197,13 +194,13 @@ for _name, _says, _items, _asked in (
         "transposed_matrix",
         "transposes the model matrix, as if it acted on row vectors",
         ("XF-1", "XF-2"),
-        _each(lambda shape: _linear(shape, _matrix(shape).T)),
+        _each(lambda shape: _linear(shape, placed(shape)[0].T)),
     ),
     (
         "no_translation",
         "leaves out the translation of the model matrix",
         ("XF-1",),
-        _each(lambda shape: _linear(shape, _matrix(shape), moved=False)),
+        _each(lambda shape: _linear(shape, placed(shape)[0], moved=False)),
     ),
     (
         "no_matrix",
