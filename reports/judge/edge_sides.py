@@ -142,30 +142,31 @@ def with_twins(
 def with_both_sides_of_the_eye(
     around: Sides, oracle: Oracle, scene: Scene, truth: StageImages, at_eye: np.ndarray
 ) -> Sides:
-    """Return the sides with samples more: what an eye sees that stands to either side of the surfaces that hold it.
+    """Return the sides with rows more: what an eye sees that stands to either side of the surfaces that hold it.
 
     Without clipping such a surface is before the eye or behind it by rounding, in each ray by itself. `at_eye`
     (shapes,) [m] is by how much. Of the corners of a cube about the eye one at least lies that far off to each side.
-    They tell what is seen; where it is follows from the eye's own ray, or is the eye, where that ray misses it.
+    They tell what is seen; where follows from the eye's own ray, or is the eye, where that ray misses its near side.
     """
-    rows, columns, camera = around.rows, around.columns, scene.camera
+    rows, columns, camera, near = around.rows, around.columns, scene.camera, np.zeros((*truth[Stage.RAY].shape[:2], 1))
     centres = np.stack([columns + 0.5, rows + 0.5], axis=-1)
-    answers, seen = around.answers, np.full((*truth[Stage.RAY].shape[:2], 2), -1.0)
+    answers, seen = dict(around.answers), np.full((*truth[Stage.RAY].shape[:2], 2), -1.0)
     for corner in itertools.product((-2 * at_eye.max(), 2 * at_eye.max()), repeat=3):
         eye, target = (tuple(map(float, np.add(point, corner))) for point in (camera.eye, camera.target))
         aside = replace(scene, camera=replace(camera, eye=eye, target=target))
-        seen[rows, columns] = oracle.at(aside, (Stage.OBJECT,), centres)[Stage.OBJECT]
+        met = oracle.at(aside, (Stage.OBJECT, Stage.DISTANCE), centres)
+        seen[rows, columns], near[rows, columns] = met[Stage.OBJECT], met[Stage.DISTANCE]
         given = {Stage.RAY: truth[Stage.RAY], Stage.OBJECT: seen}
         distance = oracle.continue_from(scene, Stage.DISTANCE, given)
-        here = np.isin(seen[..., :1], np.flatnonzero(at_eye)) & ~np.isfinite(distance)
+        here = np.isin(seen[..., :1], np.flatnonzero(at_eye)) & ~(distance <= 2 * near)
         given[Stage.DISTANCE] = np.where(here, 0.0, distance)
         for stage in (Stage.POSITION, Stage.NORMAL):
             given[stage] = oracle.continue_from(scene, stage, given)
-        answers = {
-            stage: np.concatenate([samples, given[stage][rows, columns][:, np.newaxis]], axis=1)
-            for stage, samples in answers.items()
-        }
-    return replace(around, answers=answers)
+        # Each in a row of its own: between the near and the far side of one shape there is nothing.
+        for stage, samples in around.answers.items():
+            more = np.repeat(given[stage][rows, columns][:, np.newaxis], samples.shape[1], axis=1)
+            answers[stage] = np.concatenate([answers[stage], more])
+    return replace(around, rows=np.tile(rows, 9), columns=np.tile(columns, 9), answers=answers)
 
 
 def with_what_is_behind(

@@ -235,6 +235,10 @@ def _against(
         return _visibility(pair, theirs, limit, edge)
     compared = ratios(stage, _ours(pair, stage), theirs, limit)
     side = _excused(pair, stage, compared[0], limit, edge, continued=continued)
+    # Where rounding turns rays by more than the image is large, what is around a pixel tells nothing of it.
+    turned = pair.limits.end_to_end[Stage.RAY] > sum(edge.shape) * pair.conditioning.pixel_angle
+    if (lost := edge & ~(compared[0] <= 1) & turned).any():
+        side = Held(good=side.good | lost, interval=side.interval | (lost & ~side.good))
     within = _within_faces(pair)
     if stage is not Stage.RAY and within.any():
         if continued and stage is Stage.RADIANCE:

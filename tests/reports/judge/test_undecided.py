@@ -17,6 +17,8 @@ from rayproof.reports.judge.measurement import Kind
 from rayproof.reports.judge.oracle import stages_of
 from rayproof.reports.judge.verdict import Judged
 from rayproof.reports.results.outcomes import Outcome
+from rayproof.reports.run.messages import TracerTask
+from rayproof.reports.run.tracer_task import trace
 from tests.reports.judge.scenes import ORACLE, candidate, rounded, witness
 
 
@@ -502,3 +504,25 @@ def test_at_the_outline_of_a_flat_cube_the_face_that_is_turned_away_may_be_seen(
 
     assert normals[row, column] @ truth[Stage.RAY][row, column] > 0.8
     assert result.outcome is outcome, result.reason
+
+
+def test_a_ball_that_the_eye_touches_from_without_may_be_seen_at_the_eye():
+    # Exact arithmetic leaves out the hit at t = 0 and sees the far side.
+    case = random_case(84010, 308)
+    truth = truth_of(case)
+    outside = np.full_like(truth[Stage.DISTANCE], 7e-8)
+
+    for distances, outcome in ((outside, Outcome.UNDECIDED), (outside + 0.5, Outcome.FAIL)):
+        result = judged(case, answered(case, truth, Stage.DISTANCE, distances), truth)
+        assert result.outcome is outcome, result.reason
+
+
+@pytest.mark.parametrize("number", [(84009, 116), (84010, 238)], ids=str)
+def test_where_rounding_moves_outlines_beyond_the_image_nobody_is_failed(number):
+    # Of a scene of half a millimetre, 5 km from the origin, float32 hardly tells the target from the eye.
+    case = random_case(*number)
+    (ours, *_) = trace(TracerTask(scene=case.scene, configuration="float32", samples=1))
+
+    result = judge_case(case, [ours], [witness(truth_of(case))], ORACLE, {})
+
+    assert result.outcome is Outcome.UNDECIDED, result.reason
