@@ -14,6 +14,7 @@ from rayproof.reference.certified import Certified
 from rayproof.reference.certified.stages import continued
 from rayproof.reports.judge.answers import Answers, all_of, any_of, largest, widest_near
 from rayproof.reports.judge.comparison import GEOMETRY, LIGHT, Comparison
+from rayproof.reports.judge.conditioning import LEAST_COSINE
 from rayproof.reports.judge.declared_epsilons import ALLOWED, needed_shadow
 from rayproof.reports.judge.limits import HIT, Roundoff, calibration, continued_light_limit
 from rayproof.reports.judge.measurement import ratios
@@ -206,7 +207,8 @@ class Held:
 
         The eye's place and the shape's are rounded, each to either side. Of what such a shape looks like no number of
         scenes shows everything, nor is a place on it one. The same holds of a body that is thinner than its surface's
-        error across itself: which of its faces is met depends on how a matrix is inverted, and no scene shows that.
+        error across itself: which of its faces is met depends on how a matrix is inverted, and no scene shows that. A
+        ray that runs within a face meets it anywhere.
         """
         scene = self.base.scene
         farthest = max(
@@ -216,7 +218,7 @@ class Held:
         step = AMOUNTS[0] * UNIT_ROUNDOFF[self.party.precision] * farthest
         small = np.array([*(_size(shape) <= 4 * step for shape in scene.shapes), False])
         thin = np.array([*map(_thickness, scene.shapes), np.inf])
-        found = np.zeros(len(rows), dtype=bool)
+        found = self.base.conditioning.cosine[rows, columns] <= LEAST_COSINE
         for answers in (self.truth, self.party.answers):
             if Stage.OBJECT in answers:
                 index = np.nan_to_num(np.asarray(answers[Stage.OBJECT])[rows, columns, 0], nan=-1.0)
