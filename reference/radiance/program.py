@@ -28,7 +28,7 @@ OPTIONS = (
     *("-h", "-w", "-n", "1", "-fdd", "-ab", "0", "-av", "0", "0", "0"),
     *("-dj", "0", "-dt", "0", "-dc", "1", "-ds", "0", "-dr", "0", "-lr", "0", "-lw", "0", "-st", "0"),
 )
-CROWD = "64"  # surfaces in a box that oconv does not part: of 6, nested meshes take megabytes
+CROWD = "64"  # most surfaces in a box that oconv leaves whole; with its own 6, nested meshes take megabytes
 NUMBER = 8  # bytes
 # Text amid binary: a name ends at a tab, its ten numbers follow.
 HIT = re.compile(rb"([^\t]+)\t(.{%d})" % (10 * NUMBER), re.DOTALL)

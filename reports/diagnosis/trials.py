@@ -426,8 +426,8 @@ class Continued:
     def _apart_in_float32(self, way: Way, stage: Stage, value: np.ndarray) -> np.ndarray:
         """Return the pixels (height, width) in which the tracer by a way's formulas has another value in float32.
 
-        A wrong formula has borders of its own, of which the right answer knows nothing: rounding decides there. Where
-        it meets a shape beyond its bounds, the rays that the tracer sends together decide: it is asked as a whole.
+        A wrong formula has outlines that the right image lacks, and rounding decides there. Whether it meets a shape
+        beyond that shape's bounds depends on the rays that the tracer sends together, so the whole image is traced.
         """
         scene, whole = self.scene(way), stage is not Stage.VISIBILITY and self.agrees(NOTHING, Stage.RAY) is True
         formulas = concerned(way.formulas, scene, stage)

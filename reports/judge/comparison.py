@@ -54,7 +54,8 @@ class Comparison:
         """Return what the limits depend on beside the truth of the scene."""
         each = zip(self.roundoffs, (self.subject, self.reference), strict=True)
         two = [(g, one.by_matrices, tuple(one.resolutions.items())) for g, one in each]
-        return tuple(two if self._coarse else sorted(two, key=repr))  # of errors added, whichever of them is judged
+        # Both errors are added, so that their order tells nothing, but for outputs' steps, which count for the subject.
+        return tuple(two if self._coarse else sorted(two, key=repr))
 
     @cached_property
     def rules(self) -> tuple:

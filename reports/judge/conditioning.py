@@ -20,7 +20,7 @@ from rayproof.reports.judge.answers import crossed, dot, largest, length
 LEAST_COSINE = 1e-9
 SIMILAR = 1e-6  # of its condition number: a matrix that stretches no direction more than another
 # What curved shapes alone have.
-CURVED = ("carried", "thrown", "solved", "swollen", "local", "whirl", "loss", "curvature", "bend", "give")
+CURVED = ("carried", "put_back", "solved", "swollen", "local", "whirl", "loss", "curvature", "bend", "give")
 # Of the 16 roundings of a ray six make sx = 2 px / w - 1 or sy, u of 1 each, however little the difference leaves: two
 # of the quotient (1 / w, product), two of what it is multiplied by, and two of what is taken off and the difference.
 # The four that carry them to the ray are relative.
@@ -41,7 +41,7 @@ class Conditioning:
     surface: np.ndarray  # m: error of the surface along its normal, per roundoff
     point: np.ndarray  # m: error of the surface in any direction, per roundoff
     carried: np.ndarray  # m: the same of an ellipsoid, whose hits may be taken from object space; elsewhere 0
-    thrown: np.ndarray  # m: how far along the surface such a hit moves when it is put back on its sphere
+    put_back: np.ndarray  # m: how far along the surface such a hit moves when it is put back on its sphere
     solved: np.ndarray  # m: error of an ellipsoid along its normal, for who solves for its hits from afar
     swollen: np.ndarray  # m: the same where its outline is nearest
     matrix: np.ndarray  # 1: condition number of the model matrix
@@ -194,10 +194,10 @@ def _curved(shape: Sphere, eye: np.ndarray, truth: StageImages, mask: np.ndarray
 
     Mitsuba takes an object-space ray o + t d, |d| = 1 along the least stretch, to t = -(o.d) / |d|, which is next to
     the sphere only where |d| is 1, and solves from there. What is left of o is squared and r^2 taken off: a rounding of
-    |o|^2 changes r by half of |o|^2 / r, and so the surface along its normal, r / |w| for each unit, by |o|^2 / |w|. Of
-    its outline w is made of the point of the ray that is closest to the centre, as far from it as the surface. At last
-    the point o + t d, off by the roundings of t and its own, is put back on the sphere by a share of its way from the
-    centre, in the world longer than what it was off the surface.
+    |o|^2 changes r by half of |o|^2 / r, and so the surface along its normal, r / |w| for each unit, by |o|^2 / |w|.
+    For the outline, w is that of the ray's point closest to the centre, scaled to the sphere. At last o + t d is put
+    back on the sphere along its way from the centre. By the roundings of t and of the point this is a share of |p|, and
+    the same share of a flat ellipsoid's long axis, which is more than the point was off the surface.
     """
     rays, position, normal = (truth[stage][mask] for stage in (Stage.RAY, Stage.POSITION, Stage.NORMAL))
     (linear, shift), center = placed(shape), np.asarray(shape.center)
@@ -211,7 +211,7 @@ def _curved(shape: Sphere, eye: np.ndarray, truth: StageImages, mask: np.ndarray
     squeezed = singular[0] > (1 + SIMILAR) * singular[2]
     afar, share = dot(left, left) * squeezed, share + np.abs(dot(position - eye, normal)) * whole
     return {
-        "thrown": length(local @ linear.T) * squeezed * share / shape.radius**2,
+        "put_back": length(local @ linear.T) * squeezed * share / shape.radius**2,
         "solved": afar / whole,
         "swollen": afar * length(closest) / np.maximum(length(closest @ inverse) * shape.radius, 1e-300),
         "local": length(arrived) / shape.radius,

@@ -146,7 +146,7 @@ def with_both_sides_of_the_eye(
 
     Without clipping such a surface is before the eye or behind it by rounding, in each ray by itself. `at_eye`
     (shapes,) [m] is by how much. Of the corners of a cube about the eye one at least lies that far off to each side.
-    They tell what is seen; where follows from the eye's own ray, or is the eye, where that ray misses its near side.
+    They tell what is seen. Its place follows from the eye's own ray, or is the eye if that ray misses the near side.
     """
     rows, columns, camera, near = around.rows, around.columns, scene.camera, np.zeros((*truth[Stage.RAY].shape[:2], 1))
     centres = np.stack([columns + 0.5, rows + 0.5], axis=-1)
@@ -162,11 +162,12 @@ def with_both_sides_of_the_eye(
         given[Stage.DISTANCE] = np.where(here, 0.0, distance)
         for stage in (Stage.POSITION, Stage.NORMAL):
             given[stage] = oracle.continue_from(scene, stage, given)
-        # Each in a row of its own: between the near and the far side of one shape there is nothing.
+        # One row for each, or any distance between the near and the far side of one shape would pass.
         for stage, samples in around.answers.items():
             more = np.repeat(given[stage][rows, columns][:, np.newaxis], samples.shape[1], axis=1)
             answers[stage] = np.concatenate([answers[stage], more])
-    return replace(around, rows=np.tile(rows, 9), columns=np.tile(columns, 9), answers=answers)
+    rows, columns = (np.tile(pixels, 1 + 2**3) for pixels in (rows, columns))
+    return replace(around, rows=rows, columns=columns, answers=answers)
 
 
 def with_what_is_behind(

@@ -100,7 +100,7 @@ def limits(scene: Scene, truth: StageImages, conditioning: Conditioning, g: Roun
     sine = np.sqrt(np.clip(1 - c.cosine**2, 0, 1))
     all_distance = distance + ray * c.swing * sine
     # An object-space hit is on its own ray, which rounding has moved off the pixel's in any direction.
-    carried = (g(HIT) * c.carried + g(POINT) * c.thrown) * g.local + g(HIT) * c.solved / c.cosine * g.short
+    carried = (g(HIT) * c.carried + g(POINT) * c.put_back) * g.local + g(HIT) * c.solved / c.cosine * g.short
     all_position = all_distance + ray * c.distance + point + carried
     # Who takes a hit from object space is asked for its position, of which its distance is the length to the eye.
     distance, all_distance = distance + carried, all_distance + carried

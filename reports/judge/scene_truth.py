@@ -13,11 +13,7 @@ from rayproof.cases.stages import Stage, StageImages
 from rayproof.reports.judge.answers import Answers
 from rayproof.reports.judge.conditioning import Conditioning, condition
 from rayproof.reports.judge.edge_values import Edges
-from rayproof.reports.judge.limits import (
-    Limits,
-    Roundoff,
-    limits,
-)
+from rayproof.reports.judge.limits import Limits, Roundoff, limits
 from rayproof.reports.judge.oracle import FullOracle
 from rayproof.reports.judge.pixel_classes import Classes, Unrounded, classify, farther, unlit
 

@@ -65,9 +65,8 @@ def _faces(pair: Comparison, where: np.ndarray) -> list[Sides]:
             if on.any():
                 at = rows[on], columns[on]
                 answers = {stage: truth[stage][at][:, np.newaxis] for stage in (Stage.RAY, *GEOMETRY)}
-                answers[Stage.NORMAL] = (np.sign(local[on, axis])[:, np.newaxis] * normal / length(normal))[
-                    :, np.newaxis
-                ]
+                side = np.sign(local[on, axis])[:, np.newaxis] * normal / length(normal)
+                answers[Stage.NORMAL] = side[:, np.newaxis]
                 found.append(Sides(rows=at[0], columns=at[1], answers=answers))
     return found
 
@@ -89,7 +88,7 @@ def _sides(pair: Comparison) -> Sides:
 
 
 def _behind(pair: Comparison) -> Sides:
-    """Return the same whatever object the subject sees, and what lies behind."""
+    """Return the answers around every edge pixel that do not depend on the object that the subject names."""
     scene, truth, oracle, classes = pair.base.scene, pair.base.truth, pair.base.oracle, pair.classes
     # Where no outline is near, what is seen is what the centre shows, or what lies where that does.
     reach = np.where(pair.twins, 0.0, classes.reach)

@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from rayproof.cases.scene import Cube, Plane, PointLight, Shape, Sphere, Square
+from rayproof.cases.scene import Cube, Mesh, Plane, PointLight, Shape, Sphere, Square
 from rayproof.cases.stages import Stage
 from rayproof.tracer.configuration import Configuration
 from rayproof.tracer.formulas import FORMULAS
@@ -63,6 +63,22 @@ def test_a_blocker_is_noticed_from_a_hundred_clearances_above_the_surface(strate
     # Seen from below the floor, so that the lid hides nothing; the one-sided floor is lit from above.
     view = camera(eye=(1.0, -2.0, -3.0), target=(0.1, 0.2, 0.0))
     answers = render(scene(FLOOR, lid, camera=view), (Stage.OBJECT, Stage.VISIBILITY), configuration)
+
+    assert (answers[Stage.OBJECT][..., 0] == 0).all()
+    assert not answers[Stage.VISIBILITY].any()
+
+
+@pytest.mark.parametrize("strategy", STRATEGIES)
+def test_a_face_of_a_mesh_that_reaches_far_keeps_its_own_clearance(strategy: str) -> None:
+    # By the far face's reach feelers would start a metre above the floor, and the lid 1 cm above it would be missed.
+    floor = Mesh(
+        albedo=ALBEDO,
+        vertices=np.array([(-9, -9, 0), (9, -9, 0), (9, 9, 0), (-9, 9, 0), (0, 0, -1e6), (1, 0, -1e6), (0, 1, -1e6)]),
+        faces=np.array([(0, 1, 2), (0, 2, 3), (4, 5, 6)]),
+    )
+    lid = Square(albedo=ALBEDO, to_world=matrix(np.diag([9.0, 9.0, 1.0]), (0.0, 0.0, 0.01)))
+    view = camera(eye=(1.0, -2.0, -3.0), target=(0.1, 0.2, 0.0))
+    answers = render(scene(floor, lid, camera=view), (Stage.OBJECT, Stage.VISIBILITY), configured("float32", strategy))
 
     assert (answers[Stage.OBJECT][..., 0] == 0).all()
     assert not answers[Stage.VISIBILITY].any()

@@ -9,6 +9,7 @@ from collections.abc import Callable
 
 import numpy as np
 
+from rayproof.cases.placement import placed
 from rayproof.cases.scene import Scene, Sphere
 from rayproof.cases.stages import IMAGE_STAGES, Stage, StageImages
 from rayproof.reference.analytic import Analytic
@@ -89,7 +90,7 @@ def _met(given: Given, column: int, reach: Reach, *, flat: bool = False) -> np.n
         if not (flat and curved):
             # Of a line that grazes the point's own sphere a chord of that height is near, of one that grazes its own
             # face the way up to it.
-            size = shape.radius * np.linalg.norm(np.asarray(shape.to_world)[:3, :3], ord=2) if curved else 0.0
+            size = shape.radius * np.linalg.norm(placed(shape)[0], ord=2) if curved else 0.0
             grazing = np.sqrt(2 * size * off) if curved else off / slope
             own = np.where(given.answers[Stage.OBJECT][hit][:, 0] == index, grazing, off)
             found[hit] |= np.isfinite(surface_of(shape).first(source, lines, *reach(own, far))[0])

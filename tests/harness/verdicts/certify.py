@@ -179,7 +179,7 @@ def certify(
 ) -> Certified:
     """Return which of a case's verdicts are wrong, and which are missing where there is one to be had.
 
-    `planted` says that the candidates are known to be wrong: to fail them is right, wherever they do not show for sure.
+    `planted` says that the candidates are known to be wrong: to fail them is right, even if no pixel proves it.
     """
     scene, stages = judged.case.scene, stages_of(judged.case.scene)
     images = tuple(stage for stage in stages if stage is not Stage.CAMERA)
@@ -199,14 +199,10 @@ def certify(
         if any(check.outcome is Outcome.WARN and not check.finding for check in checks):
             # The warning says that this epsilon alone leaves pixels undecided, and that their values are its sides.
             inquest.held[candidate.name] = replace(inquest.of(candidate), granted=np.inf)
-        if candidate.error is not None:
+        if candidate.error is not None or (planted and outcome is Outcome.FAIL):
             pass
         elif outcome is Outcome.FAIL:
-            wrong += (
-                []
-                if planted
-                else _accused(inquest, candidate, [check for check in checks if check.outcome is Outcome.FAIL])
-            )
+            wrong += _accused(inquest, candidate, [check for check in checks if check.outcome is Outcome.FAIL])
         else:
             wrong += _passed(inquest, candidate, outcome)
         found = [check for check in checks if check.outcome in UNMEASURED]

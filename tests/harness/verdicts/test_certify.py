@@ -108,6 +108,9 @@ def test_a_right_renderer_that_an_unjust_judge_fails_is_found() -> None:
     assert found.wrong
     assert {wrong.verdict for wrong in found.wrong} == {"fail"}
     assert {wrong.reference for wrong in found.wrong} == {"analytic"}
+    assert certify(judged, [ours], panel, ORACLE, planted=True).wrong == (), (
+        "to fail what is known to be wrong is right"
+    )
 
 
 @pytest.mark.parametrize(("factor", "guilty"), [(1.001, True), (1.0, False)])
