@@ -8,9 +8,9 @@ placed by `to_world`; object normals outward, along +z, or by counter-clockwise 
 import hashlib
 import json
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Any, Literal
+from typing import Any, Literal, Self
 
 import numpy as np
 
@@ -104,6 +104,56 @@ def _direction(vector: Any) -> np.ndarray:
 
 
 @dataclass(frozen=True, kw_only=True)
+class Motion:
+    """A small motion of shapes, as rounding moves the numbers by which they are given.
+
+    The world is moved by an affine map, x + linear (x - center) + shift; shapes that share corners are moved by the
+    same one. Beyond it each number that only one shape has is moved by up to `amount` of its size.
+    """
+
+    linear: np.ndarray  # (3, 3)
+    center: np.ndarray  # (3,) m
+    shift: np.ndarray  # (3,) m
+    amount: float  # 1: the largest relative change of a number
+    size: float  # m: of the corners' coordinates, of which `amount` is the largest change
+    draw: np.random.Generator
+    seed: int  # equal places are moved alike: by what is drawn from their coordinates and this number
+
+    def number(self, value: float, size: float | None = None) -> float:
+        """Return a number moved by up to `amount` of its size."""
+        return value + self.amount * (abs(value) if size is None else size) * float(self.draw.uniform(-1, 1))
+
+    def matrix(self, to_world: Matrix) -> Matrix:
+        """Return the model matrix of what the map makes of the world."""
+        entries = np.array(to_world, dtype=np.float64)
+        offset = entries[:3, 3] - self.center
+        entries[:3, 3] += self.linear @ offset + self.shift
+        entries[:3, :3] += self.linear @ entries[:3, :3]
+        rows = entries.tolist()
+        return (tuple(rows[0]), tuple(rows[1]), tuple(rows[2]), tuple(rows[3]))
+
+    def of_places(self, places: np.ndarray) -> np.ndarray:
+        """Return by how much [m] corners at these places (n, 3) [m] move beyond the map: equal places alike."""
+        bits = np.ascontiguousarray(places + 0.0).view(np.uint64)  # 0 and -0 are one place
+        mixed = np.full(len(bits), np.uint64(self.seed))
+        moves = np.empty(places.shape)
+        with np.errstate(over="ignore"):
+            for axis in range(3):
+                mixed = _scrambled(mixed ^ bits[:, axis])
+            for axis in range(3):
+                mixed = _scrambled(mixed + np.uint64(0x9E3779B97F4A7C15))
+                moves[:, axis] = (mixed >> np.uint64(11)).astype(np.float64) * 2.0**-52 - 1
+        return self.amount * self.size * moves
+
+
+def _scrambled(bits: np.ndarray) -> np.ndarray:
+    """Return 64 bits that look like random ones (Steele, Lea and Flood, 2014: SplitMix64's finaliser)."""
+    bits = (bits ^ (bits >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
+    bits = (bits ^ (bits >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
+    return bits ^ (bits >> np.uint64(31))
+
+
+@dataclass(frozen=True, kw_only=True)
 class Shape:
     """The properties of every shape: its placement, its albedo and whether both of its sides are lit and seen.
 
@@ -134,6 +184,49 @@ class Shape:
         if not singular[2] > singular[0] * 2.0**-50:
             raise SceneError(f"to_world is singular: singular values {tuple(map(float, singular))}")
 
+    @property
+    def digest(self) -> str:
+        """Return text that equal shapes share, whatever file they came from, and no others."""
+        return repr(self)
+
+    @property
+    def corners(self) -> np.ndarray:
+        """Return the world points (n, 3) [m] at which other shapes may adjoin; of most shapes there are none."""
+        return np.zeros((0, 3))
+
+    @property
+    def extent(self) -> float:
+        """Return the length [m] of the longest vector that the shape is placed and shaped by."""
+        matrix = np.asarray(self.to_world, dtype=np.float64)
+        return float(np.linalg.norm(matrix[:3, 3]) + np.abs(matrix[:3, :3]).sum(axis=1).max())
+
+    def moved(self, motion: Motion) -> Self:
+        """Return the shape with its numbers moved."""
+        return replace(self, to_world=motion.matrix(self.to_world))
+
+    def read_in(self, precision: str) -> Self:
+        """Return the shape with its numbers rounded once to a precision, as a renderer reads them."""
+        rows = np.asarray(self.to_world, dtype=precision).tolist()
+        return replace(self, to_world=tuple(map(tuple, rows)))
+
+    def _placed(self, points: np.ndarray) -> np.ndarray:
+        """Return object-space points (n, 3) in the world [m]."""
+        if self.to_world == IDENTITY:
+            return points
+        matrix = np.asarray(self.to_world, dtype=np.float64)
+        return points @ matrix[:3, :3].T + matrix[:3, 3]
+
+    def _moved_corners(self, points: np.ndarray, motion: Motion) -> np.ndarray:
+        """Return object-space corners (n, 3) moved as their places in the world are."""
+        if self.to_world == IDENTITY:
+            return points + motion.of_places(points)
+        matrix = np.asarray(self.to_world, dtype=np.float64)[:3, :3]
+        return points + motion.of_places(self._placed(points)) @ np.linalg.inv(matrix).T
+
+
+SQUARE_CORNERS = np.array([[-0.5, -0.5, 0.0], [0.5, -0.5, 0.0], [0.5, 0.5, 0.0], [-0.5, 0.5, 0.0]])
+CUBE_CORNERS = np.array([(x, y, z) for x in (-0.5, 0.5) for y in (-0.5, 0.5) for z in (-0.5, 0.5)])
+
 
 @dataclass(frozen=True, kw_only=True)
 class Sphere(Shape):
@@ -150,15 +243,45 @@ class Sphere(Shape):
         if not self.radius > 0:
             raise SceneError(f"radius must be positive, got {self.radius} m")
 
+    @property
+    def extent(self) -> float:
+        """Return the length [m] of the longest vector that the sphere is placed and shaped by."""
+        matrix = np.asarray(self.to_world, dtype=np.float64)
+        reach = float(np.linalg.norm(self.center)) + self.radius
+        return float(np.linalg.norm(matrix[:3, 3]) + np.abs(matrix[:3, :3]).sum(axis=1).max() * reach)
+
+    def moved(self, motion: Motion) -> Self:
+        """Return the sphere with matrix, centre and radius moved."""
+        size = float(np.linalg.norm(self.center)) + self.radius
+        x, y, z = (motion.number(coordinate, size) for coordinate in self.center)
+        moved = replace(super().moved(motion), center=(x, y, z))
+        return replace(moved, radius=motion.number(self.radius))
+
+    def read_in(self, precision: str) -> Self:
+        """Return the sphere with matrix, centre and radius rounded once to a precision."""
+        x, y, z = np.asarray(self.center, dtype=precision).tolist()
+        radius = float(np.asarray(self.radius, dtype=precision))
+        return replace(super().read_in(precision), center=(x, y, z), radius=radius)
+
 
 @dataclass(frozen=True, kw_only=True)
 class Cube(Shape):
     """The cube [-0.5, 0.5]^3 in object space."""
 
+    @property
+    def corners(self) -> np.ndarray:
+        """Return the eight corners."""
+        return self._placed(CUBE_CORNERS)
+
 
 @dataclass(frozen=True, kw_only=True)
 class Square(Shape):
     """The square [-0.5, 0.5]^2 in z = 0 of object space, facing +z."""
+
+    @property
+    def corners(self) -> np.ndarray:
+        """Return the four corners."""
+        return self._placed(SQUARE_CORNERS)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -182,6 +305,25 @@ class Triangle(Shape):
             raise SceneError(f"vertices must be three points of three coordinates, got shape {rounded.shape}")
         _finite("vertices (as float32)", rounded.tolist(), "m")
         object.__setattr__(self, "vertices", tuple(tuple(map(float, vertex)) for vertex in rounded))
+
+    @property
+    def corners(self) -> np.ndarray:
+        """Return the three corners."""
+        return self._placed(np.asarray(self.vertices, dtype=np.float64))
+
+    @property
+    def extent(self) -> float:
+        """Return the greatest distance [m] of a corner from the world's origin."""
+        return float(np.linalg.norm(self.corners, axis=1).max())
+
+    def moved(self, motion: Motion) -> Self:
+        """Return the triangle with its matrix and, each by itself, its corners moved."""
+        corners = self._moved_corners(np.asarray(self.vertices, dtype=np.float64), motion)
+        return replace(super().moved(motion), vertices=tuple(map(tuple, corners.tolist())))
+
+    def read_in(self, precision: str) -> Self:
+        """Return the triangle itself: corners in the world are rounded once for every renderer."""
+        return self
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -218,6 +360,25 @@ class Mesh(Shape):
         faces.setflags(write=False)
         object.__setattr__(self, "vertices", vertices)
         object.__setattr__(self, "faces", faces)
+
+    @property
+    def corners(self) -> np.ndarray:
+        """Return all vertices in the world."""
+        return self._placed(self.vertices.astype(np.float64))
+
+    @property
+    def extent(self) -> float:
+        """Return the greatest distance [m] of a vertex from the world's origin."""
+        return float(np.linalg.norm(self.corners, axis=1).max())
+
+    def moved(self, motion: Motion) -> Self:
+        """Return the mesh with its matrix and its vertices moved; vertices at one place move as one."""
+        vertices = self._moved_corners(self.vertices.astype(np.float64), motion)
+        return replace(super().moved(motion), vertices=vertices)
+
+    def read_in(self, precision: str) -> Self:
+        """Return the mesh itself: corners in the world are rounded once for every renderer."""
+        return self
 
     @cached_property
     def digest(self) -> str:

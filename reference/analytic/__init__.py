@@ -1,16 +1,57 @@
-"""`Analytic`: the oracle in float64 NumPy, for every stage and its edges."""
+"""`Analytic`: the oracle in float64 NumPy, a method per step of the light path, from which every stage follows.
 
-from collections.abc import Collection
-from typing import TYPE_CHECKING
+A renderer's mistake is a subclass in which one step is wrong. Whatever is asked of the oracle, whole images, single
+image points of nearby problems or a stage continued from a renderer's own earlier stages, is answered by the same
+steps.
+"""
+
+import math
+from collections.abc import Callable, Collection, Mapping
+from dataclasses import dataclass, field
+from typing import NamedTuple
 
 import numpy as np
 
-from rayproof.cases.scene import Scene
+from rayproof.cases.scene import Camera, PointLight, Scene
 from rayproof.cases.stages import IMAGE_STAGES, Stage, StageImages
+from rayproof.reference.analytic.camera import camera_answer, pixel_centers, view_of
+from rayproof.reference.analytic.surfaces import Crossing, surface_of
+from rayproof.reference.analytic.vectors import dot, ends_of, length
 
-if TYPE_CHECKING:
-    from rayproof.reference.analytic.edges import Edges
-    from rayproof.reference.analytic.edges.surroundings import Near, Surroundings
+Rows = Mapping[Stage, np.ndarray]  # stage -> (N, channels)
+NOWHERE = -1.0  # shape and face on a miss
+
+
+class Hits(NamedTuple):
+    """What rays (N,) meet first: (shape, face) (N, 2), -1 on a miss; t, inf on a miss; the surface's smooth piece."""
+
+    objects: np.ndarray
+    distances: np.ndarray
+    pieces: np.ndarray
+
+
+@dataclass(frozen=True, kw_only=True)
+class Freedom:
+    """What a nearby problem leaves open beside the scene's numbers, for each image point (N,). 0 leaves nothing open."""
+
+    lift: np.ndarray | float = 0.0  # m: how far above the hit, along the normal, shadow rays start
+    tie: np.ndarray | float = 0.0  # m: one of the surfaces no farther than this behind the first is hit, at random,
+    named: np.ndarray | None = None  # or the (shape, face) named here (N, 2) if it is one of them
+    near: float = 0.0  # m: hits nearer to the eye do not count
+    blind: np.ndarray | float = 0.0  # m: blockers nearer to the start of a shadow ray do not count
+    light: float = 0.0  # of a shadow ray's length: blockers nearer to the light do not count
+    draw: np.random.Generator = field(default_factory=lambda: np.random.default_rng(0))
+
+
+@dataclass(frozen=True, kw_only=True)
+class Samples:
+    """The oracle's answers at image points (N,), with what each light would add if it were visible."""
+
+    rows: dict[Stage, np.ndarray]  # every image stage asked for, (N, channels)
+    pieces: np.ndarray  # (N,): the smooth piece of the surface that is hit
+    shares: np.ndarray | None = None  # (N, lights, 3): irradiance of each light, whether visible or not
+    factors: dict[Stage, np.ndarray] = field(default_factory=dict)  # (N, 3): by which irradiance is multiplied
+    ambient: dict[Stage, np.ndarray] = field(default_factory=dict)  # (N, 3): what a stage of light is without lights
 
 
 class Analytic:
@@ -30,6 +71,312 @@ class Analytic:
         """Return None: every valid scene and stage is answered."""
         return None
 
+    # The steps, in their order. A mistake overrides one.
+
+    def scene(self, scene: Scene) -> Scene:
+        """Return the scene that is rendered."""
+        return scene
+
+    def camera_matrices(self, camera: Camera) -> dict[str, np.ndarray]:
+        """Return the answer to the camera stage, as `cases.stages` describes it."""
+        return camera_answer(camera)
+
+    def image_points(self, scene: Scene, points: np.ndarray) -> np.ndarray:
+        """Return where rays go through the image, (N, 2) [px], for the image points asked for."""
+        return points
+
+    def rays(self, scene: Scene, points: np.ndarray) -> np.ndarray:
+        """Return unit directions (N, 3) through image points (N, 2) [px]."""
+        directions = view_of(scene.camera).directions(points)
+        return directions / length(directions)[:, np.newaxis]
+
+    def clip_interval(self, scene: Scene, directions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return the open interval (low, high) of t in which hits count, along directions (N, 3) of any length."""
+        camera = scene.camera
+        near, far = np.full(len(directions), camera.near), np.full(len(directions), camera.far)
+        if scene.clip == "shell":
+            return near, far
+        if scene.clip == "none":
+            return np.zeros(len(directions)), np.full(len(directions), np.inf)
+        with np.errstate(all="ignore"):
+            depth_speed = directions @ view_of(camera).forward
+            return near / depth_speed, far / depth_speed
+
+    def nearest(self, scene: Scene, directions: np.ndarray, freedom: Freedom | None = None) -> Hits:
+        """Return what rays from the eye meet first inside the clip interval. Equal t: the lower index."""
+        eye = np.asarray(scene.camera.eye, dtype=np.float64)
+        low, high = self.clip_interval(scene, directions)
+        if freedom is not None and freedom.near:
+            low = np.maximum(low, freedom.near)
+        hits = Hits(
+            np.full((len(directions), 2), NOWHERE), np.full(len(directions), np.inf), np.zeros(len(directions), int)
+        )
+        for index in range(len(scene.shapes)):
+            crossing = self.crossing(scene, index, eye, directions, low, high)
+            _put(hits, crossing.distance < hits.distances, index, crossing)
+        if freedom is not None and np.any(freedom.tie):
+            self._choose_among_coinciding(scene, eye, directions, low, high, hits, freedom)
+        return hits
+
+    def crossing(
+        self, scene: Scene, index: int, eye: np.ndarray, directions: np.ndarray, low: np.ndarray, high: np.ndarray
+    ) -> Crossing:
+        """Return where rays from the eye meet a shape first, between low and high (N,)."""
+        return surface_of(scene.shapes[index]).first(eye, directions, low, high)
+
+    def _choose_among_coinciding(
+        self,
+        scene: Scene,
+        eye: np.ndarray,
+        directions: np.ndarray,
+        low: np.ndarray,
+        high: np.ndarray,
+        hits: Hits,
+        freedom: Freedom,
+    ) -> None:
+        """Put one of the surfaces that coincide with the first within `freedom.tie` in its place, at random."""
+        last = np.minimum(hits.distances + freedom.tie, np.nextafter(high, -np.inf))
+        asked = np.flatnonzero(np.isfinite(hits.distances))
+        least = np.full(len(asked), np.inf)
+        for index, shape in enumerate(scene.shapes):
+            surface = surface_of(shape)
+            crossing, drawn = surface.any_of(eye, directions[asked], low[asked], last[asked], freedom.draw)
+            chosen = drawn < least
+            least[chosen] = drawn[chosen]
+            where = np.zeros(len(directions), dtype=bool)
+            where[asked[chosen]] = True
+            whole = Crossing(*(np.zeros(len(directions), dtype=part.dtype) for part in crossing))
+            for part, values in zip(whole, crossing, strict=True):
+                part[asked] = values
+            _put(hits, where, index, whole)
+        if freedom.named is not None:
+            distances = self.distances(scene, directions, freedom.named)
+            there = np.flatnonzero(distances <= last)
+            hits.objects[there], hits.distances[there] = freedom.named[there], distances[there]
+            rows = {Stage.RAY: directions[there], Stage.OBJECT: hits.objects[there]}
+            at = self.positions(scene, rows[Stage.RAY], rows[Stage.OBJECT], distances[there, np.newaxis])
+            hits.pieces[there] = self.pieces_at(scene, rows | {Stage.POSITION: at})
+
+    def distances(self, scene: Scene, directions: np.ndarray, objects: np.ndarray) -> np.ndarray:
+        """Return t (N,) of the first crossing, inside the clip interval, with the given (shape, face); inf without."""
+        eye = np.asarray(scene.camera.eye, dtype=np.float64)
+        low, high = self.clip_interval(scene, directions)
+        distances = np.full(len(directions), np.inf)
+        for index, shape in enumerate(scene.shapes):
+            asked = np.flatnonzero(objects[:, 0] == index)
+            if len(asked):
+                surface, arguments = surface_of(shape), (eye, directions[asked], low[asked], high[asked])
+                distances[asked] = surface.first(*arguments, only=objects[asked, 1]).distance
+        return distances
+
+    def positions(
+        self, scene: Scene, directions: np.ndarray, objects: np.ndarray, distances: np.ndarray
+    ) -> np.ndarray:
+        """Return hit points eye + t d (N, 3) [m], 0 on a miss."""
+        hit = (objects[:, :1] >= 0) & np.isfinite(distances)
+        with np.errstate(all="ignore"):
+            return np.where(hit, np.asarray(scene.camera.eye) + distances * directions, 0)
+
+    def normals(self, scene: Scene, directions: np.ndarray, objects: np.ndarray, positions: np.ndarray) -> np.ndarray:
+        """Return unit normals (N, 3), turned towards the viewer on two-sided shapes; 0 on a miss."""
+        normals = np.zeros((len(objects), 3))
+        for index, shape in enumerate(scene.shapes):
+            here = objects[:, 0] == index
+            if here.any():
+                outward = self.outward_normals(scene, index, positions[here], objects[here, 1])
+                away = dot(outward, directions[here]) > 0
+                normals[here] = np.where(away[:, np.newaxis] & shape.two_sided, -outward, outward)
+        return normals
+
+    def outward_normals(self, scene: Scene, index: int, positions: np.ndarray, faces: np.ndarray) -> np.ndarray:
+        """Return a shape's unit normals (N, 3), never turned towards the viewer."""
+        return surface_of(scene.shapes[index]).outward(positions, faces)
+
+    def shadow_starts(self, scene: Scene, rows: Rows, lift: np.ndarray | float) -> np.ndarray:
+        """Return where shadow rays start, (N, 3) [m]: `lift` [m] above the hit along the normal."""
+        if not np.any(lift):
+            return rows[Stage.POSITION]
+        return rows[Stage.POSITION] + np.reshape(lift, (-1, 1)) * rows[Stage.NORMAL]
+
+    def above_horizon(self, scene: Scene, light: PointLight, starts: np.ndarray, rows: Rows) -> np.ndarray:
+        """Return whether dot(N, L) > 0, (N,), at the hit or at the start of the shadow ray."""
+        source, normals = np.asarray(light.position, dtype=np.float64), rows[Stage.NORMAL]
+        above = dot(normals, source - starts) > 0
+        if starts is not rows[Stage.POSITION]:
+            above |= dot(normals, source - rows[Stage.POSITION]) > 0
+        return above
+
+    def blocked(
+        self,
+        scene: Scene,
+        index: int,
+        light: PointLight,
+        objects: np.ndarray,
+        starts: np.ndarray,
+        between: tuple[np.ndarray | float, np.ndarray | float] = (0.0, 1.0),
+    ) -> np.ndarray:
+        """Return whether shape `index` lies strictly between the light and points on the given objects, (N,).
+
+        The surface that was hit is divided out by algebra, never by an epsilon: a flat face cannot block itself, an
+        ellipsoid or a cube does so exactly where the light's side says so. So there is no acne to suppress, and a point
+        that lies a rounding off its surface is treated as lying on it. A surface that coincides with the hit one is
+        another one, which holds the point as well: the open segment does not meet it there.
+        """
+        surface, source = surface_of(scene.shapes[index]), np.asarray(light.position, dtype=np.float64)
+        own = objects[:, 0] == index
+        segments, ends = starts - source, ends_of(np.asarray(scene.camera.eye), starts)
+        low, high = (np.broadcast_to(share, len(starts)) for share in between)
+        blocked = np.zeros(len(objects), dtype=bool)
+        blocked[~own] = surface.blocks(source, segments[~own], ends[~own], (low[~own], high[~own]))
+        if own.any():
+            blocked[own] = surface.blocks_own(source, segments[own], ends[own], objects[own, 1])
+        return blocked
+
+    def visibility(self, scene: Scene, rows: Rows, freedom: Freedom | None = None) -> np.ndarray:
+        """Return 1 per light above the horizon and unobstructed, else 0, shape (N, lights); 0 on a miss."""
+        objects, freedom = rows[Stage.OBJECT], freedom or Freedom()
+        starts = self.shadow_starts(scene, rows, freedom.lift)
+        answer = np.zeros((len(objects), len(scene.lights)))
+        for column, light in enumerate(scene.lights):
+            asked = np.flatnonzero((objects[:, 0] >= 0) & self.above_horizon(scene, light, starts, rows))
+            free = np.ones(len(asked), dtype=bool)
+            end = 1.0
+            if np.any(freedom.blind):
+                away = length(starts[asked] - np.asarray(light.position))
+                with np.errstate(all="ignore"):
+                    end = 1 - np.broadcast_to(freedom.blind, len(objects))[asked] / away
+            for index in range(len(scene.shapes)):
+                left = np.flatnonzero(free)
+                between = freedom.light, end if np.ndim(end) == 0 else np.asarray(end)[left]
+                arguments = (objects[asked[left]], starts[asked[left]], between)
+                free[left] = ~self.blocked(scene, index, light, *arguments)
+            answer[asked[free], column] = 1
+        return answer
+
+    def irradiance_of(self, scene: Scene, light: PointLight, positions: np.ndarray, normals: np.ndarray) -> np.ndarray:
+        """Return E [W/m^2] (N, 3) that a light adds where it is visible (RAD-1, RAD-2, RAD-3).
+
+        Source: an isotropic source of flux Phi sends Phi / (4 pi) into a unit solid angle, and a surface element at
+        distance r whose normal is turned by theta fills cos(theta) / r^2 of it.
+        """
+        arriving = np.zeros((len(positions), 3))
+        with np.errstate(all="ignore"):
+            offset = np.asarray(light.position) - positions
+            # Scaled by its greatest component: r^2 alone could overflow, or vanish.
+            size = np.abs(offset).max(axis=1)
+            scaled = offset / size[:, np.newaxis]
+            stretch = length(scaled)
+            cosine = np.clip(dot(normals, scaled) / stretch, 0, None)
+            for channel in range(3):
+                if scene.shading == "simplified":
+                    part = light.flux[channel] * np.minimum(cosine, 1)
+                else:
+                    part = light.flux[channel] / (4 * np.pi) * cosine / stretch / stretch / size / size
+                arriving[:, channel] = np.where(cosine > 0, part, 0)
+        return arriving
+
+    def irradiance(self, scene: Scene, objects: np.ndarray, shares: np.ndarray, visible: np.ndarray) -> np.ndarray:
+        """Return E [W/m^2] (N, 3): the sum of the visible lights' shares (N, lights, 3); 0 on a miss."""
+        total = np.zeros((len(objects), 3))
+        for column in range(len(scene.lights)):
+            total += np.where(visible[:, column : column + 1] > 0, shares[:, column], 0)
+        return np.where(objects[:, :1] >= 0, total, 0)
+
+    def albedo(self, scene: Scene, objects: np.ndarray) -> np.ndarray:
+        """Return the albedo (N, 3) of each object, 0 on a miss."""
+        # A number that is no shape's comes from a renderer under test: nothing is lit there, as on a miss.
+        known = (objects[:, 0] >= 0) & (objects[:, 0] < len(scene.shapes))
+        albedos = np.array([*(shape.albedo for shape in scene.shapes), (0.0, 0.0, 0.0)])
+        return albedos[np.where(known, objects[:, 0], -1).astype(int)]
+
+    def exitance(self, scene: Scene, objects: np.ndarray, arriving: np.ndarray) -> np.ndarray:
+        """Return M = albedo E [W/m^2] (N, 3)."""
+        albedo = self.albedo(scene, objects)
+        with np.errstate(all="ignore"):
+            # A black surface under an infinite irradiance is black, not NaN.
+            return np.where(albedo == 0, 0, albedo * arriving)
+
+    def facing(self, scene: Scene, directions: np.ndarray, objects: np.ndarray, normals: np.ndarray) -> np.ndarray:
+        """Return whether each hit shows its lit side, (N,): a one-sided surface has no radiance seen from behind.
+
+        A two-sided surface needs no question of its own: its normal is turned towards the viewer already.
+        """
+        return (objects[:, 0] >= 0) & (dot(normals, directions) < 0)
+
+    def leaving(self, scene: Scene, exitance: np.ndarray) -> np.ndarray:
+        """Return L [W/(m^2 sr)] (N, 3) that leaves a lit side (RAD-4)."""
+        return exitance * (1.0 if scene.shading == "simplified" else 1 / math.pi)
+
+    def radiance(self, scene: Scene, rows: Rows) -> np.ndarray:
+        """Return L [W/(m^2 sr)] towards the camera (N, 3)."""
+        seen = self.facing(scene, rows[Stage.RAY], rows[Stage.OBJECT], rows[Stage.NORMAL])
+        return np.where(seen[:, np.newaxis], self.leaving(scene, rows[Stage.EXITANCE]), 0)
+
+    def image(self, scene: Scene, stage: Stage, values: np.ndarray, points: np.ndarray) -> np.ndarray:
+        """Return what is written of a stage's values (N, channels) at the image points (N, 2) [px]."""
+        return values
+
+    # From the steps to stages.
+
+    def continued(self, scene: Scene, stage: Stage, rows: Rows, freedom: Freedom | None = None) -> np.ndarray:
+        """Return a stage (N, channels) from the rows of the stages that it reads; `continue_from` lists them."""
+        return self._next[stage](scene, rows, freedom)
+
+    @property
+    def _next(self) -> dict[Stage, Callable[[Scene, Rows, Freedom | None], np.ndarray]]:
+        ray, thing, distance, position, normal, visible, arriving, leaving = IMAGE_STAGES[:-1]
+
+        def shares(scene: Scene, rows: Rows) -> np.ndarray:
+            each = [self.irradiance_of(scene, light, rows[position], rows[normal]) for light in scene.lights]
+            return np.stack(each, axis=1) if each else np.zeros((len(rows[position]), 0, 3))
+
+        return {
+            thing: lambda scene, rows, freedom: self.nearest(scene, rows[ray], freedom).objects,
+            distance: lambda scene, rows, _: self.distances(scene, rows[ray], rows[thing])[:, np.newaxis],
+            position: lambda scene, rows, _: self.positions(scene, rows[ray], rows[thing], rows[distance]),
+            normal: lambda scene, rows, _: self.normals(scene, rows[ray], rows[thing], rows[position]),
+            visible: self.visibility,
+            arriving: lambda scene, rows, _: self.irradiance(scene, rows[thing], shares(scene, rows), rows[visible]),
+            leaving: lambda scene, rows, _: self.exitance(scene, rows[thing], rows[arriving]),
+            Stage.RADIANCE: lambda scene, rows, _: self.radiance(scene, rows),
+        }
+
+    def samples(
+        self, scene: Scene, points: np.ndarray, last: Stage, freedom: Freedom | None = None, *, by_light: bool = False
+    ) -> Samples:
+        """Return every image stage up to `last` at image points (N, 2) [px]; `by_light` also each light's share."""
+        seen, asked = self.scene(scene), np.asarray(points, dtype=np.float64)
+        rows = {Stage.RAY: self.rays(seen, self.image_points(seen, asked))}
+        pieces, shares = np.zeros(len(asked), dtype=int), None
+        if last is not Stage.RAY:
+            # Object and distance are one search.
+            hits = self.nearest(seen, rows[Stage.RAY], freedom)
+            rows[Stage.OBJECT], rows[Stage.DISTANCE], pieces = hits.objects, hits.distances[:, np.newaxis], hits.pieces
+            following = self._next
+            order = list(following)
+            for stage in order[2 : order.index(last) + 1]:
+                rows[stage] = following[stage](seen, rows, freedom)
+        factors: dict[Stage, np.ndarray] = {}
+        ambient: dict[Stage, np.ndarray] = {}
+        if by_light and Stage.VISIBILITY in rows:
+            position, normal = rows[Stage.POSITION], rows[Stage.NORMAL]
+            each = [self.irradiance_of(seen, light, position, normal) for light in seen.lights]
+            shares = np.stack(each, axis=1) if each else np.zeros((len(asked), 0, 3))
+            factors, ambient = self._linear(seen, rows)
+        written = {stage: self.image(seen, stage, values, asked) for stage, values in rows.items()}
+        return Samples(rows=written, pieces=pieces, shares=shares, factors=factors, ambient=ambient)
+
+    def _linear(self, scene: Scene, rows: Rows) -> tuple[dict[Stage, np.ndarray], dict[Stage, np.ndarray]]:
+        """Return by what each stage of light multiplies irradiance (N, 3), and what it is without any."""
+        factors, ambient = {}, {}
+        dark, bright = np.zeros((len(rows[Stage.OBJECT]), 3)), np.ones((len(rows[Stage.OBJECT]), 3))
+        for arriving, into in ((dark, ambient), (bright, factors)):
+            given = dict(rows) | {Stage.IRRADIANCE: arriving}
+            given[Stage.EXITANCE] = self.exitance(scene, given[Stage.OBJECT], arriving)
+            into |= {stage: given[stage] for stage in (Stage.IRRADIANCE, Stage.EXITANCE)}
+            into[Stage.RADIANCE] = self.radiance(scene, given)
+        return {stage: bright - ambient[stage] for stage, bright in factors.items()}, ambient
+
     def render(self, scene: Scene, stages: Collection[Stage], *, samples: int = 1) -> StageImages:
         """Answer `stages`; with samples > 1, radiance only, the mean over samples x samples points per pixel.
 
@@ -37,15 +384,13 @@ class Analytic:
             ValueError: samples < 1, or samples > 1 for a stage other than radiance.
 
         """
-        from rayproof.reference.analytic.camera import camera_answer, pixel_centers
-
         if samples < 1 or (samples > 1 and set(stages) != {Stage.RADIANCE}):
             raise ValueError(f"samples must be 1, or more for radiance alone, got {samples} for {sorted(stages)}")
         camera = scene.camera
         centers = pixel_centers(camera)
         answers: StageImages = {}
         if Stage.CAMERA in stages:
-            answers[Stage.CAMERA] = camera_answer(camera)
+            answers[Stage.CAMERA] = self.camera_matrices(self.scene(scene).camera)
         if samples == 1:
             images = self.at(scene, [stage for stage in stages if stage is not Stage.CAMERA], centers)
         else:
@@ -53,8 +398,8 @@ class Analytic:
             total = np.zeros((len(centers), 3))
             for down in offsets:
                 points = centers + np.stack(np.broadcast_arrays(offsets, down), axis=1)[:, np.newaxis]
-                found = self.at(scene, [Stage.RADIANCE], points.reshape(-1, 2))[Stage.RADIANCE]
-                total += found.reshape(samples, -1, 3).sum(axis=0)
+                values = self.at(scene, [Stage.RADIANCE], points.reshape(-1, 2))[Stage.RADIANCE]
+                total += values.reshape(samples, -1, 3).sum(axis=0)
             images = {Stage.RADIANCE: total / samples**2}
         for stage, rows in images.items():
             answers[stage] = rows.reshape(camera.height, camera.width, rows.shape[1])
@@ -67,14 +412,12 @@ class Analytic:
             ValueError: the camera stage, which is no image.
 
         """
-        from rayproof.reference.analytic.stages import chain
-
         if Stage.CAMERA in stages:
             raise ValueError("the camera stage has no value at an image point")
         if not stages:
             return {}
-        found = chain(scene, np.asarray(points, dtype=np.float64), max(stages, key=IMAGE_STAGES.index))
-        return {stage: found[stage] for stage in IMAGE_STAGES if stage in stages}
+        rows = self.samples(scene, points, max(stages, key=IMAGE_STAGES.index)).rows
+        return {stage: rows[stage] for stage in IMAGE_STAGES if stage in stages}
 
     def continue_from(self, scene: Scene, stage: Stage, given: StageImages) -> np.ndarray:
         """Return an image stage computed from the `given` earlier ones, exact mathematics on the numbers received.
@@ -93,37 +436,41 @@ class Analytic:
             ValueError: the camera stage, which continues from nothing and is no image.
 
         """
-        from rayproof.reference.analytic.camera import pixel_centers
-        from rayproof.reference.analytic.stages import NEXT, rays
-
         camera = scene.camera
         if stage is Stage.CAMERA:
             raise ValueError("the camera stage continues from nothing; ask render")
+        seen, points = self.scene(scene), pixel_centers(camera)
         if stage is Stage.RAY:
-            rows = rays(scene, pixel_centers(camera))
+            rows = self.rays(seen, self.image_points(seen, points))
         else:
             flat = {
                 name: np.asarray(image, dtype=np.float64).reshape(camera.height * camera.width, np.shape(image)[-1])
                 for name, image in given.items()
                 if name is not Stage.CAMERA
             }
-            rows = NEXT[stage](scene, flat)
-        return rows.reshape(camera.height, camera.width, rows.shape[1])
+            rows = self.continued(seen, stage, flat)
+        return self.image(seen, stage, rows, points).reshape(camera.height, camera.width, rows.shape[1])
 
-    def edges(self, scene: Scene) -> "Edges":
-        """Return for every pixel lower bounds [px] of the distance to silhouettes, shadow edges and terminators."""
-        from rayproof.reference.analytic.edges import edges_of
+    def pieces_at(self, scene: Scene, rows: Rows) -> np.ndarray:
+        """Return the smooth piece (N,) of the object that each position lies on, 0 on a miss."""
+        objects, pieces = rows[Stage.OBJECT], np.zeros(len(rows[Stage.OBJECT]), dtype=int)
+        for index, shape in enumerate(scene.shapes):
+            here = objects[:, 0] == index
+            if here.any():
+                arguments = rows[Stage.POSITION][here], rows[Stage.RAY][here], objects[here, 1]
+                pieces[here] = np.nan_to_num(surface_of(shape).pieces_at(*arguments))
+        return pieces
 
-        return edges_of(scene)
+    def image_points_of(self, scene: Scene, objects: np.ndarray) -> np.ndarray:
+        """Return at which image point (N, 2) [px] the middle of each (shape, face) lies; NaN where it lies nowhere."""
+        places = np.full((len(objects), 3), np.nan)
+        for index, shape in enumerate(scene.shapes):
+            here = objects[:, 0] == index
+            if here.any():
+                places[here] = surface_of(shape).middle(objects[here, 1])
+        return view_of(scene.camera).image_points(places)
 
-    def surroundings(self, scene: Scene, points: np.ndarray, radius: np.ndarray) -> "Surroundings":
-        """Return which faces come within a radius (n,) [px] of image points (n, 2), and whether one mesh fills it."""
-        from rayproof.reference.analytic.edges.surroundings import surroundings
 
-        return surroundings(scene, points, radius)
-
-    def near(self, scene: Scene, points: np.ndarray) -> "Near":
-        """Return how near to image points (n, 2) shadows' edges, inner edges of blockers and other surfaces are."""
-        from rayproof.reference.analytic.edges.surroundings import near
-
-        return near(scene, points)
+def _put(hits: Hits, where: np.ndarray, index: int, crossing: Crossing) -> None:
+    hits.distances[where], hits.pieces[where] = crossing.distance[where], crossing.piece[where]
+    hits.objects[where, 0], hits.objects[where, 1] = index, crossing.face[where]

@@ -27,6 +27,14 @@ class View:
         """Return D, of depth 1 and so not of unit length, at image points (N, 2) [px]; shape (N, 3)."""
         return self.corner + points[:, :1] * self.across + points[:, 1:] * self.down
 
+    def image_points(self, positions: np.ndarray) -> np.ndarray:
+        """Return the image points (N, 2) [px] at which world points (N, 3) [m] are seen; NaN behind the eye."""
+        offset = positions - self.eye
+        depth = offset @ self.forward
+        with np.errstate(all="ignore"):
+            seen = offset / np.where(depth > 0, depth, np.nan)[:, np.newaxis] - self.corner
+        return np.stack([seen @ axis / (axis @ axis) for axis in (self.across, self.down)], axis=1)
+
 
 @lru_cache(maxsize=64)
 def view_of(camera: Camera) -> View:

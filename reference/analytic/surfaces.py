@@ -1,24 +1,184 @@
-"""Rays against ellipsoids and polygons (`Ellipsoid`, `Polygons`): half chords, bundles, windings, outward normals.
+"""Surfaces in world space (`Ellipsoid`, `Flat`, `Polygons`, `Box`): where rays meet them, what they block, normals.
 
-Source: Euclid, Elements III.3 (the perpendicular from the centre bisects the chord) and Pythagoras. Nothing is
-squared before it is subtracted: the error of a root is a few roundings of (distance + size), times the condition of
-the map.
+Every kind of surface answers one question by its own algebra, `meetings`: where rays from one point meet its pieces. A
+piece is smooth: a plane, one of a sphere's two crossings, a triangle, one of a cube's six faces. First hits, coinciding
+surfaces and blockers follow from the meetings in the same way for every kind.
+
+Sources: Euclid, Elements III.3 (the perpendicular from the centre bisects the chord) and Pythagoras. Nothing is
+squared before it is subtracted: the error of a crossing is a few roundings of (distance + size), times the condition
+of the matrix.
 """
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import cached_property, lru_cache, reduce
+from typing import NamedTuple
 
 import numpy as np
 
 from rayproof.cases.placement import world_triangles
 from rayproof.cases.scene import Cube, Mesh, Plane, Shape, Sphere, Square, Triangle
-from rayproof.reference.analytic.vectors import ON_SURFACE, Ends, Flat, cross, dot, length
+from rayproof.reference.analytic.vectors import ON_SURFACE, Ends, cross, dot, length, units
+
+
+class Crossing(NamedTuple):
+    """The meeting of each ray (N,) with a surface: t, the face's number in the scene, and the smooth piece; t inf: none."""
+
+    distance: np.ndarray
+    face: np.ndarray
+    piece: np.ndarray
+
+
+Meetings = Iterator[tuple[np.ndarray, np.ndarray, np.ndarray]]
+
+
+class Surface:
+    """What follows from the meetings of any surface with the rays of a pencil."""
+
+    def meetings(self, apex: np.ndarray, directions: np.ndarray) -> Meetings:
+        """Yield (rays (n,), pieces (k,), t (n, k)): t of apex + t directions on each piece, NaN where it is missed.
+
+        Pairs that are not yielded miss. A ray may be yielded more than once, each time with later pieces.
+        """
+        raise NotImplementedError
+
+    def number(self, pieces: np.ndarray) -> np.ndarray:
+        """Return the face's number in the scene of each piece: 0 but for triangles."""
+        return np.zeros(np.shape(pieces))
+
+    def outward(self, points: np.ndarray, faces: np.ndarray) -> np.ndarray:
+        """Return unit normals (N, 3) at points (N, 3) [m] on the given faces (N,), never turned towards a viewer."""
+        raise NotImplementedError
+
+    def middle(self, faces: np.ndarray) -> np.ndarray:
+        """Return a point (N, 3) [m] of, or inside, each of the given faces (N,)."""
+        raise NotImplementedError
+
+    def pieces_at(self, points: np.ndarray, directions: np.ndarray, faces: np.ndarray) -> np.ndarray:
+        """Return which smooth piece each point (N, 3) [m] lies on where a ray along `directions` meets a face (N,)."""
+        return np.asarray(faces)
+
+    def holds(self, piece: np.ndarray, ends: Ends) -> np.ndarray:
+        """Return whether each end lies, within rounding, on its piece (N,)."""
+        raise NotImplementedError
+
+    def blocks_own(self, apex: np.ndarray, segments: np.ndarray, ends: Ends, faces: np.ndarray) -> np.ndarray:
+        """Return which segments from the apex to points on the surface's own faces (N,) it blocks; a flat one, none."""
+        return np.zeros(len(segments), dtype=bool)
+
+    def first(
+        self,
+        apex: np.ndarray,
+        directions: np.ndarray,
+        low: np.ndarray,
+        high: np.ndarray,
+        only: np.ndarray | None = None,
+    ) -> Crossing:
+        """Return the smallest crossing in the open interval (low, high).
+
+        With `only` (N,), a face's number per ray, no other face is asked.
+        """
+        found = _nothing(len(directions))
+        for rays, pieces, crossing in self.meetings(apex, directions):
+            inside = (crossing > low[rays, np.newaxis]) & (crossing < high[rays, np.newaxis])
+            if only is not None:
+                inside &= self.number(pieces) == only[rays, np.newaxis]
+            key = np.where(inside, crossing, np.inf)
+            best = key.argmin(axis=1)
+            least = key[np.arange(len(rays)), best]
+            nearer = least < found.distance[rays]
+            self._put(found, rays[nearer], least[nearer], pieces[best[nearer]])
+        return found
+
+    def any_of(
+        self, apex: np.ndarray, directions: np.ndarray, low: np.ndarray, high: np.ndarray, draw: np.random.Generator
+    ) -> tuple[Crossing, np.ndarray]:
+        """Return one of the crossings in the half-open interval (low, high] at random, and its draw from [0, 1).
+
+        Where there is none the crossing is inf and so is the draw.
+        """
+        found, least = _nothing(len(directions)), np.full(len(directions), np.inf)
+        for rays, pieces, crossing in self.meetings(apex, directions):
+            inside = (crossing > low[rays, np.newaxis]) & (crossing <= high[rays, np.newaxis])
+            if not inside.any():
+                continue
+            key = np.where(inside, draw.random(crossing.shape), np.inf)
+            best, every = key.argmin(axis=1), np.arange(len(rays))
+            chosen = key[every, best] < least[rays]
+            least[rays[chosen]] = key[every, best][chosen]
+            self._put(found, rays[chosen], crossing[every, best][chosen], pieces[best[chosen]])
+        return found, least
+
+    def _put(self, found: Crossing, rays: np.ndarray, distance: np.ndarray, pieces: np.ndarray) -> None:
+        found.distance[rays], found.piece[rays] = distance, pieces
+        found.face[rays] = self.number(pieces)
+
+    def blocks(
+        self,
+        apex: np.ndarray,
+        segments: np.ndarray,
+        ends: Ends,
+        between: tuple[np.ndarray | float, np.ndarray | float] = (0.0, 1.0),
+        without: np.ndarray | None = None,
+    ) -> np.ndarray:
+        """Return which segments from the apex meet the surface strictly between their ends, shape (N,).
+
+        `between` are the shares of each segment, from the apex on, between which blockers count. `without` (N,) is the
+        number of a face that cannot block its segment, for the segment ends on it.
+        """
+        blocked = np.zeros(len(segments), dtype=bool)
+        low, high = (np.broadcast_to(share, len(segments)) for share in between)
+        for rays, pieces, crossing in self.meetings(apex, segments):
+            inside = (crossing > low[rays, np.newaxis]) & (crossing < high[rays, np.newaxis])
+            if without is not None:
+                inside &= self.number(pieces) != without[rays, np.newaxis]
+            # A surface that holds the segment's end, as one that coincides with the hit one does, is met there and not
+            # before, whatever float64 makes of that crossing.
+            ray, place = np.nonzero(inside & (crossing > 0.5))
+            if len(ray):
+                held = self.holds(pieces[place], ends[rays[ray]])
+                inside[ray, place] = ~held | self.crossed_before_its_end(apex, ends[rays[ray]])
+            blocked[rays] |= inside.any(axis=1)
+        return blocked
+
+    def crossed_before_its_end(self, apex: np.ndarray, ends: Ends) -> np.ndarray:
+        """Return which segments from the apex meet the surface before they end on it (N,); a flat one, none."""
+        return np.zeros(len(ends.points), dtype=bool)
+
+
+def _nothing(rays: int) -> Crossing:
+    return Crossing(np.full(rays, np.inf), np.zeros(rays), np.zeros(rays, dtype=int))
 
 
 @dataclass(frozen=True, kw_only=True)
-class Ellipsoid:
-    """World points x with |to_unit (x - center)| = 1."""
+class Flat(Surface):
+    """World points x with normal . (x - point) = 0: the signed height over the plane changes linearly along a line."""
+
+    point: np.ndarray  # (3,) m
+    normal: np.ndarray  # (3,) unit
+
+    def meetings(self, apex: np.ndarray, directions: np.ndarray) -> Meetings:
+        """Yield the one crossing of each ray; not finite if parallel."""
+        with np.errstate(all="ignore"):
+            crossing = (self.normal @ (self.point - apex)) / (directions @ self.normal)
+        yield np.arange(len(directions)), np.zeros(1, dtype=int), crossing[:, np.newaxis]
+
+    def outward(self, points: np.ndarray, faces: np.ndarray) -> np.ndarray:
+        """Return the plane's normal."""
+        return np.broadcast_to(self.normal, points.shape)
+
+    def middle(self, faces: np.ndarray) -> np.ndarray:
+        """Return the point that the plane is given by."""
+        return np.broadcast_to(self.point, (len(faces), 3))
+
+    def holds(self, piece: np.ndarray, ends: Ends) -> np.ndarray:
+        """Return whether each end lies in the plane."""
+        return ends.lie_in(np.broadcast_to(self.normal, ends.points.shape), self.point)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Ellipsoid(Surface):
+    """World points x with |to_unit (x - center)| = 1. Its pieces are the nearer and the farther crossing of a ray."""
 
     center: np.ndarray  # (3,) m
     axes: np.ndarray  # (3, 3) m: columns are the images of the unit sphere's axes
@@ -29,7 +189,7 @@ class Ellipsoid:
         return (points - self.center) @ self.to_unit.T
 
     def crossings(self, apex: np.ndarray, directions: np.ndarray) -> np.ndarray:
-        """Return both roots, ascending, of apex + t directions on the surface; NaN without; shape (N, 2)."""
+        """Return both crossings, ascending, of apex + t directions with the surface; NaN without; shape (N, 2)."""
         start = self.to_unit @ (apex - self.center)
         with np.errstate(all="ignore"):
             along = directions @ self.to_unit.T
@@ -44,41 +204,42 @@ class Ellipsoid:
             inner = np.where(outer == 0, outer, power / outer)
             return np.sort(np.stack([inner, outer], axis=1) / speed[:, np.newaxis], axis=1)
 
-    def first(
-        self, apex: np.ndarray, directions: np.ndarray, low: np.ndarray, high: np.ndarray
-    ) -> tuple[np.ndarray, np.ndarray]:
-        """Return the smallest crossing in the open interval (low, high), or inf, and the face, always 0."""
-        roots = self.crossings(apex, directions)
-        inside = (roots > low[:, np.newaxis]) & (roots < high[:, np.newaxis])
-        return np.where(inside, roots, np.inf).min(axis=1), np.zeros(len(roots))
+    def meetings(self, apex: np.ndarray, directions: np.ndarray) -> Meetings:
+        """Yield both crossings of each ray."""
+        yield np.arange(len(directions)), np.arange(2), self.crossings(apex, directions)
 
-    def blocks(self, apex: np.ndarray, segments: np.ndarray, ends: Ends) -> np.ndarray:
-        """Return which segments from the apex meet the surface strictly between their ends, shape (N,)."""
-        roots = self.crossings(apex, segments)
-        blocked = np.any((roots > 0) & (roots < 1), axis=1)
-        near = np.flatnonzero(blocked & (np.abs(roots - 1).min(axis=1) < 0.5))
-        if len(near):
-            points = ends.points[near]
-            reach = (ends.sizes[near] + np.abs(self.center)) @ np.abs(self.to_unit).T
-            held = np.abs(length(self.unit_points(points)) - 1) <= ON_SURFACE * length(reach)
-            blocked[near[held]] = self.blocks_itself(apex, points[held])
-        return blocked
+    def blocks_own(self, apex: np.ndarray, segments: np.ndarray, ends: Ends, faces: np.ndarray) -> np.ndarray:
+        """Return for points on the surface whether it lies between them and the apex as well.
 
-    def blocks_itself(self, light: np.ndarray, points: np.ndarray) -> np.ndarray:
-        """Return for points on the surface whether it lies between them and the light as well.
-
-        The root at the point itself is divided out: the other one lies ahead of the point if the light is below its
-        tangent plane, and before the light if the light is outside.
+        The crossing at the point itself is divided out: the other one lies ahead of the point if the apex is below its
+        tangent plane, and before the apex if the apex is outside.
         """
-        source = self.to_unit @ (light - self.center)
-        on_sphere = self.unit_points(points)
+        source = self.to_unit @ (apex - self.center)
+        on_sphere = self.unit_points(ends.points)
         if np.linalg.norm(source) <= 1:
-            return np.zeros(len(points), dtype=bool)
+            return np.zeros(len(on_sphere), dtype=bool)
         return dot(on_sphere, source - on_sphere) < 0
 
-    def normals(self, points: np.ndarray) -> np.ndarray:
-        """Return outward normals of any length: the gradient of |y|^2 / 2, shape (N, 3)."""
-        return self.unit_points(points) @ self.to_unit
+    def crossed_before_its_end(self, apex: np.ndarray, ends: Ends) -> np.ndarray:
+        """Return which segments that end on the surface meet it before as well."""
+        return self.blocks_own(apex, ends.points, ends, np.zeros(len(ends.points)))
+
+    def holds(self, piece: np.ndarray, ends: Ends) -> np.ndarray:
+        """Return whether each end lies on the surface."""
+        reach = (ends.sizes + np.abs(self.center)) @ np.abs(self.to_unit).T
+        return np.abs(length(self.unit_points(ends.points)) - 1) <= ON_SURFACE * length(reach)
+
+    def outward(self, points: np.ndarray, faces: np.ndarray) -> np.ndarray:
+        """Return the direction of the gradient of |y|^2 / 2."""
+        return units(self.unit_points(points) @ self.to_unit)
+
+    def middle(self, faces: np.ndarray) -> np.ndarray:
+        """Return the centre."""
+        return np.broadcast_to(self.center, (len(faces), 3))
+
+    def pieces_at(self, points: np.ndarray, directions: np.ndarray, faces: np.ndarray) -> np.ndarray:
+        """Return 0 where the ray enters the ellipsoid and 1 where it leaves."""
+        return (dot(self.outward(points, faces), directions) > 0).astype(int)
 
 
 # Which rays of a pencil may meet which of many small pieces: rays are halved, pieces outside the halves' cones drop.
@@ -93,21 +254,17 @@ FEW = 24  # pieces below which culling costs more than it saves
 SLACK = 1e-9
 
 
-def bundles(
-    directions: np.ndarray, pieces: np.ndarray, margins: np.ndarray | None = None
-) -> Iterator[tuple[np.ndarray, np.ndarray]]:
+def bundles(directions: np.ndarray, pieces: np.ndarray) -> Iterator[tuple[np.ndarray, np.ndarray]]:
     """Yield index arrays (rays, pieces) that together hold every pair which may meet.
 
     `directions` (N, 3) from the pencil's apex; `pieces` (K, corners, 3) relative to it, each the convex hull of its
-    corners; `margins` (N,) are lengths by which each direction may be off.
+    corners.
     """
-    if margins is None:
-        margins = np.zeros(len(directions))
     waiting = [(np.arange(len(directions)), np.arange(len(pieces)))]
     while waiting:
         rays, kept = waiting.pop()
         if len(kept) > FEW and len(rays):
-            kept = kept[_may_meet(directions[rays], margins[rays], pieces[kept])]
+            kept = kept[_may_meet(directions[rays], pieces[kept])]
         if not len(kept) or not len(rays):
             continue
         if len(rays) * len(kept) <= PAIRS or len(rays) == 1:
@@ -125,7 +282,7 @@ def _halves(rays: np.ndarray, directions: np.ndarray) -> tuple[np.ndarray, np.nd
     return rays[order[: len(rays) // 2]], rays[order[len(rays) // 2 :]]
 
 
-def _may_meet(directions: np.ndarray, margins: np.ndarray, pieces: np.ndarray) -> np.ndarray:
+def _may_meet(directions: np.ndarray, pieces: np.ndarray) -> np.ndarray:
     """Return which pieces are not wholly outside one of the planes that bound the bundle, shape (K,)."""
     everything = np.ones(len(pieces), dtype=bool)
     lengths = length(directions)
@@ -134,7 +291,7 @@ def _may_meet(directions: np.ndarray, margins: np.ndarray, pieces: np.ndarray) -
         return everything
     axis = axis / np.linalg.norm(axis)
     depths = directions @ axis
-    if not np.all(depths - margins > 1e-2 * lengths):
+    if not np.all(depths > 1e-2 * lengths):
         return everything
     first = cross(axis, np.eye(3)[np.argmin(np.abs(axis))])
     first /= np.linalg.norm(first)
@@ -142,10 +299,8 @@ def _may_meet(directions: np.ndarray, margins: np.ndarray, pieces: np.ndarray) -
     # One product for all corners of all pieces: as a stack of small ones it takes ten times as long.
     corner_depths, *both = (np.array([axis, *sides]) @ pieces.reshape(-1, 3).T).reshape(3, *pieces.shape[:2])
     outside = _all_corners(corner_depths < 0)
-    signs = (-1, 1) if margins.any() else (0,)
     for side, corner_offsets in zip(sides, both, strict=True):
-        offsets = directions @ side
-        slopes = np.concatenate([(offsets + a * margins) / (depths + b * margins) for a in signs for b in signs])
+        slopes = directions @ side / depths
         low, high = slopes.min(), slopes.max()
         low, high = low - SLACK * (1 + abs(low)), high + SLACK * (1 + abs(high))
         outside |= _all_corners(corner_offsets < low * corner_depths)
@@ -168,27 +323,29 @@ def _all_corners(mask: np.ndarray) -> np.ndarray:
 # of corners come first: the error is a few roundings of the distance, relative to the edge's length.
 
 
-BLOCK = 1 << 17  # faces or edges that are looked at together: what is made of them for one apex takes 100 MB at most
+BLOCK = 1 << 17  # faces that are looked at together: what is made of them for one apex takes 100 MB at most
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Polygons:
-    """Faces of equally many corners each; `numbers` are their indices in the scene, for none has zero area."""
+class Polygons(Surface):
+    """Faces of equally many corners each, without those that have no area, each a piece."""
 
-    corners: np.ndarray  # (faces, corners, 3) m
-    numbers: np.ndarray  # (faces,)
+    corners: np.ndarray  # (pieces, corners, 3) m
+    numbers: np.ndarray  # (pieces,): the faces' indices in the scene
     closed: bool  # whether a face's edges belong to it
+    face_normals: np.ndarray  # (faces in the scene, 3): unit, by the specification
 
     @cached_property
     def normals(self) -> np.ndarray:
-        """Return the faces' normals by winding, of any length, shape (faces, 3)."""
+        """Return the pieces' normals by winding, of any length, shape (pieces, 3)."""
         return cross(self.corners[:, 1] - self.corners[:, 0], self.corners[:, -1] - self.corners[:, 0])
 
-    def meetings(self, apex: np.ndarray, directions: np.ndarray):
-        """Yield (rays, faces, t (rays, faces)): t of apex + t directions on each face, NaN where it is missed.
+    def number(self, pieces: np.ndarray) -> np.ndarray:
+        """Return the indices in the scene."""
+        return self.numbers[pieces]
 
-        Pairs that are not yielded miss. A ray may be yielded more than once, each time with later faces.
-        """
+    def meetings(self, apex: np.ndarray, directions: np.ndarray) -> Meetings:
+        """Yield the crossings of rays with the faces near them."""
         for block in blocks(len(self.corners)):
             corners, edges, heights = _seen_from(self, apex.tobytes(), block.start, block.stop)
             for rays, faces in bundles(directions, corners):
@@ -201,49 +358,73 @@ class Polygons:
                     crossing = heights[faces] / (directions[rays] @ self.normals[block][faces].T)
                 yield rays, faces + block.start, np.where(inside, crossing, np.nan)
 
-    def first(
-        self,
-        apex: np.ndarray,
-        directions: np.ndarray,
-        low: np.ndarray,
-        high: np.ndarray,
-        only: np.ndarray | None = None,
-    ) -> tuple[np.ndarray, np.ndarray]:
-        """Return the smallest crossing in the open interval (low, high), or inf, and its face's number.
+    def holds(self, piece: np.ndarray, ends: Ends) -> np.ndarray:
+        """Return whether each end lies in its face's plane."""
+        return ends.lie_in(self.normals[piece], self.corners[piece, 0])
 
-        With `only` (N,), a face's number per ray, no other face is asked.
+    def blocks_own(self, apex: np.ndarray, segments: np.ndarray, ends: Ends, faces: np.ndarray) -> np.ndarray:
+        """Return which segments from the apex another face blocks."""
+        if len(self.corners) < 2:
+            return np.zeros(len(segments), dtype=bool)
+        return self.blocks(apex, segments, ends, without=faces)
+
+    def outward(self, points: np.ndarray, faces: np.ndarray) -> np.ndarray:
+        """Return the faces' normals."""
+        return self.face_normals[self._known(faces)]
+
+    def middle(self, faces: np.ndarray) -> np.ndarray:
+        """Return the mean of each face's corners."""
+        pieces = np.searchsorted(self.numbers, faces).clip(0, len(self.corners) - 1)
+        return self.corners[pieces].mean(axis=1)
+
+    def pieces_at(self, points: np.ndarray, directions: np.ndarray, faces: np.ndarray) -> np.ndarray:
+        """Return the piece of each face; of faces without area, any."""
+        return np.searchsorted(self.numbers, np.nan_to_num(faces)).clip(0, len(self.corners) - 1)
+
+    def _known(self, faces: np.ndarray) -> np.ndarray:
+        # A number that is no face's, or no number, comes from a renderer under test: any answer will show it.
+        return np.clip(np.nan_to_num(faces), 0, len(self.face_normals) - 1).astype(int)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Box(Polygons):
+    """A cube's six faces, each a piece; they are one face of the scene."""
+
+    to_object: np.ndarray  # (3, 3) 1/m: into the space where the box is [-0.5, 0.5]^3, from its centre
+    center: np.ndarray  # (3,) m
+
+    def object_points(self, points: np.ndarray) -> np.ndarray:
+        """Return world points (N, 3) [m] in object space."""
+        return (points - self.center) @ self.to_object.T
+
+    def _sides(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return the axis (N,) of the coordinate of greatest magnitude and its sign; of equal ones x before y before z."""
+        local = self.object_points(points)
+        axis = np.abs(local).argmax(axis=1)
+        return axis, np.where(np.take_along_axis(local, axis[:, np.newaxis], axis=1)[:, 0] < 0, -1.0, 1.0)
+
+    def outward(self, points: np.ndarray, faces: np.ndarray) -> np.ndarray:
+        """Return the normal of the face whose object coordinate is greatest in magnitude."""
+        axis, sign = self._sides(points)
+        return units(self.to_object[axis] * sign[:, np.newaxis])
+
+    def middle(self, faces: np.ndarray) -> np.ndarray:
+        """Return the centre."""
+        return np.broadcast_to(self.center, (len(faces), 3))
+
+    def pieces_at(self, points: np.ndarray, directions: np.ndarray, faces: np.ndarray) -> np.ndarray:
+        """Return the face in the order of `CUBE_FACES`."""
+        axis, sign = self._sides(points)
+        return 2 * axis + (sign > 0)
+
+    def blocks_own(self, apex: np.ndarray, segments: np.ndarray, ends: Ends, faces: np.ndarray) -> np.ndarray:
+        """Return whether the box lies between points on it and the apex.
+
+        Seen from a face, the rest of the box lies below it: it blocks a light that is below too, and not inside.
         """
-        nearest, number = np.full(len(directions), np.inf), np.zeros(len(directions))
-        for rays, faces, crossing in self.meetings(apex, directions):
-            inside = (crossing > low[rays, np.newaxis]) & (crossing < high[rays, np.newaxis])
-            if only is not None:
-                inside &= self.numbers[faces] == only[rays, np.newaxis]
-            crossing = np.where(inside, crossing, np.inf)
-            best = crossing.argmin(axis=1)
-            found = crossing[np.arange(len(rays)), best]
-            nearer = found < nearest[rays]
-            nearest[rays[nearer]], number[rays[nearer]] = found[nearer], self.numbers[faces[best[nearer]]]
-        return nearest, number
-
-    def blocks(
-        self, apex: np.ndarray, segments: np.ndarray, ends: Ends, without: np.ndarray | None = None
-    ) -> np.ndarray:
-        """Return which segments from the apex meet a face strictly between their ends, shape (N,).
-
-        `without` (N,) is the number of a face that cannot block its segment, for the segment ends on it.
-        """
-        blocked = np.zeros(len(segments), dtype=bool)
-        for rays, faces, crossing in self.meetings(apex, segments):
-            between = (crossing > 0) & (crossing < 1)
-            if without is not None:
-                between &= self.numbers[faces] != without[rays, np.newaxis]
-            # A face that holds the segment's end, as a twin of the hit one does, is met there and not before.
-            ray, face = np.nonzero(between & (crossing > 0.5))
-            if len(ray):
-                met = faces[face]
-                between[ray, face] = ~ends[rays[ray]].lie_in(self.normals[met], self.corners[met, 0])
-            blocked[rays] |= between.any(axis=1)
-        return blocked
+        axis, sign = self._sides(ends.points)
+        source = self.object_points(apex[np.newaxis])[0]
+        return np.logical_and(sign * source[axis] < 0.5, np.abs(source).max() > 0.5)
 
 
 @lru_cache(maxsize=8)
@@ -259,7 +440,7 @@ def _seen_from(faces: Polygons, place: bytes, start: int, stop: int) -> tuple[np
 
 
 def blocks(count: int) -> Iterator[slice]:
-    """Yield slices of at most `BLOCK` that cover `count` faces or edges."""
+    """Yield slices of at most `BLOCK` that cover `count` faces."""
     for start in range(0, count, BLOCK):
         yield slice(start, min(start + BLOCK, count))
 
@@ -274,72 +455,73 @@ def later(start: np.ndarray, end: np.ndarray) -> np.ndarray:
     return after
 
 
-# From the scene's shapes to implicit surfaces in world space, and their world normals (NRM-3).
+# From the scene's shapes to surfaces in world space, and their world normals (NRM-3).
 
 
-Surface = Ellipsoid | Flat | Polygons
-
-# Corners of the cube's faces by the bits of x, y, z (0: -0.5, 1: +0.5), going around each face.
+# Corners of the cube's faces by the bits of x, y, z (0: -0.5, 1: +0.5), going around each face: -x, +x, -y, +y, -z, +z.
 CUBE_FACES = ((0, 4, 6, 2), (1, 3, 7, 5), (0, 1, 5, 4), (2, 6, 7, 3), (0, 2, 3, 1), (4, 5, 7, 6))
+SQUARE = np.array([[-0.5, -0.5, 0], [0.5, -0.5, 0], [0.5, 0.5, 0], [-0.5, 0.5, 0]])
+
+
+def _ellipsoid(shape: Sphere, linear: np.ndarray, offset: np.ndarray) -> Surface:
+    return Ellipsoid(
+        center=linear @ np.asarray(shape.center) + offset,
+        axes=linear * shape.radius,
+        to_unit=np.linalg.inv(linear) / shape.radius,
+    )
+
+
+def _plane(shape: Plane, linear: np.ndarray, offset: np.ndarray) -> Surface:
+    return Flat(point=offset, normal=units(np.linalg.inv(linear)[2]))
+
+
+def _square(shape: Square, linear: np.ndarray, offset: np.ndarray) -> Surface:
+    normal = units(np.linalg.inv(linear)[2])
+    corners = (SQUARE @ linear.T + offset)[np.newaxis]
+    return Polygons(corners=corners, numbers=np.zeros(1), closed=False, face_normals=normal[np.newaxis])
+
+
+def _cube(shape: Cube, linear: np.ndarray, offset: np.ndarray) -> Surface:
+    bits = np.array([[(index >> axis) & 1 for axis in range(3)] for index in range(8)])
+    corners, inverse = (bits - 0.5) @ linear.T + offset, np.linalg.inv(linear)
+    return Box(
+        corners=corners[np.array(CUBE_FACES)], numbers=np.zeros(6), closed=True, face_normals=units(inverse[:1]),
+        to_object=inverse, center=offset,
+    )  # fmt: skip
+
+
+def _triangles(shape: Triangle | Mesh, linear: np.ndarray, offset: np.ndarray) -> Surface:
+    corners, winding = world_triangles(shape).astype(np.float64), _winding_normals(shape)
+    normals = cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    # A face without area is never hit, whether it had none before baking or lost it then.
+    area = normals.any(axis=1) & winding.any(axis=1)
+    return Polygons(
+        corners=corners[area], numbers=np.flatnonzero(area), closed=True,
+        face_normals=units(winding @ np.linalg.inv(linear)),
+    )  # fmt: skip
+
+
+# To add a shape: a surface, and a line here. Nothing else of the oracle or the judge knows kinds of shapes.
+SURFACES: dict[type[Shape], Callable[..., Surface]] = {
+    Sphere: _ellipsoid,
+    Plane: _plane,
+    Square: _square,
+    Cube: _cube,
+    Triangle: _triangles,
+    Mesh: _triangles,
+}
 
 
 @lru_cache(maxsize=256)
 def surface_of(shape: Shape) -> Surface:
     """Return the shape's surface in world space; raise TypeError for a kind of shape that is not known."""
+    make = SURFACES.get(type(shape))
+    if make is None:
+        raise TypeError(f"analytic knows no shape {type(shape).__name__}")
     matrix = np.asarray(shape.to_world, dtype=np.float64)
-    linear, offset = matrix[:3, :3], matrix[:3, 3]
-    if isinstance(shape, Sphere):
-        axes = linear * shape.radius
-        return Ellipsoid(
-            center=linear @ np.asarray(shape.center) + offset, axes=axes, to_unit=np.linalg.inv(linear) / shape.radius
-        )
-    if isinstance(shape, Plane):
-        return Flat(point=offset, normal=_units(np.linalg.inv(linear)[2]))
-    if isinstance(shape, Square):
-        corners = np.array([[-0.5, -0.5, 0], [0.5, -0.5, 0], [0.5, 0.5, 0], [-0.5, 0.5, 0]])
-        return Polygons(corners=(corners @ linear.T + offset)[np.newaxis], numbers=np.zeros(1), closed=False)
-    if isinstance(shape, Cube):
-        bits = np.array([[(index >> axis) & 1 for axis in range(3)] for index in range(8)])
-        corners = (bits - 0.5) @ linear.T + offset
-        return Polygons(corners=corners[np.array(CUBE_FACES)], numbers=np.zeros(6), closed=True)
-    if isinstance(shape, Triangle | Mesh):
-        corners = world_triangles(shape).astype(np.float64)
-        faces = Polygons(corners=corners, numbers=np.arange(len(corners)), closed=True)
-        # A face without area is never hit, whether it had none before baking or lost it then.
-        area = faces.normals.any(axis=1) & _winding_normals(shape).any(axis=1)
-        return Polygons(corners=corners[area], numbers=np.flatnonzero(area), closed=True)
-    raise TypeError(f"analytic knows no shape {type(shape).__name__}")
+    return make(shape, matrix[:3, :3], matrix[:3, 3])
 
 
-def outward_normals(shape: Shape, points: np.ndarray, faces: np.ndarray) -> np.ndarray:
-    """Return unit world normals (N, 3) at points (N, 3) [m] on the given faces (N,): never turned towards a viewer.
-
-    A cube's face is the one whose object coordinate is greatest in magnitude; of equal ones x comes before y before z.
-    """
-    surface = surface_of(shape)
-    if isinstance(surface, Ellipsoid):
-        return _units(surface.normals(points))
-    inverse = np.linalg.inv(np.asarray(shape.to_world, dtype=np.float64)[:3, :3])
-    if isinstance(shape, Cube):
-        local = cube_points(shape, points)
-        axis = np.abs(local).argmax(axis=1)
-        sign = np.where(np.take_along_axis(local, axis[:, np.newaxis], axis=1) < 0, -1.0, 1.0)
-        return _units(inverse[axis] * sign)
-    if isinstance(shape, Triangle | Mesh):
-        winding = _winding_normals(shape)
-        # A number that is no face's, or no number, comes from a renderer under test: any answer will show it.
-        known = np.clip(np.nan_to_num(faces), 0, len(winding) - 1)
-        return _units(winding[known.astype(int)] @ inverse)
-    return np.broadcast_to(_units(inverse[2]), points.shape)
-
-
-def cube_points(shape: Cube, points: np.ndarray) -> np.ndarray:
-    """Return world points (N, 3) [m] in the cube's object space, where it is [-0.5, 0.5]^3."""
-    matrix = np.asarray(shape.to_world, dtype=np.float64)
-    return (points - matrix[:3, 3]) @ np.linalg.inv(matrix[:3, :3]).T
-
-
-@lru_cache(maxsize=64)
 def _winding_normals(shape: Triangle | Mesh) -> np.ndarray:
     """Return object-space normals by winding, of any length, shape (faces, 3)."""
     if isinstance(shape, Triangle):
@@ -347,10 +529,3 @@ def _winding_normals(shape: Triangle | Mesh) -> np.ndarray:
     else:
         corners = shape.vertices.astype(np.float64)[shape.faces]
     return cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-
-
-def _units(vectors: np.ndarray) -> np.ndarray:
-    """Return vectors scaled to unit length, along the last axis."""
-    with np.errstate(all="ignore"):
-        scaled = vectors / np.abs(vectors).max(axis=-1, keepdims=True)
-        return scaled / length(scaled)[..., np.newaxis]

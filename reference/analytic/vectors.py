@@ -1,4 +1,4 @@
-"""Vectors (..., 3) in NumPy: cross, dot, length; `Ends` and `Flat`, points and planes with the size of their roundings.
+"""Vectors (..., 3) in NumPy: cross, dot, length, units; `Ends`, points with the size of their roundings.
 
 Sums run from the first component to the last, as NumPy's do: the same bits. The judge has its own
 (`reports.judge.answers`): a bug that both shared would hide itself.
@@ -36,7 +36,14 @@ def length(vectors: np.ndarray) -> np.ndarray:
     return np.sqrt(dot(vectors, vectors))
 
 
-# Where feelers end: points that lie on the surface that was hit, and perhaps on others that coincide with it.
+def units(vectors: np.ndarray) -> np.ndarray:
+    """Return vectors (..., 3) scaled to unit length; scaled by a component first, so that no square overflows."""
+    with np.errstate(all="ignore"):
+        scaled = vectors / np.abs(vectors).max(axis=-1, keepdims=True)
+        return scaled / length(scaled)[..., np.newaxis]
+
+
+# Where shadow rays end: points that lie on the surface that was hit, and perhaps on others that coincide with it.
 #
 # The open segment from a point to a light meets no surface that holds the point (LIT-1): its root is 1, an end. Float64
 # makes that root a rounding more or less, so that such surfaces are told by the point's height over them.
@@ -62,32 +69,3 @@ class Ends:
 def ends_of(eye: np.ndarray, positions: np.ndarray) -> Ends:
     """Return hit points (N, 3) [m] seen from the eye."""
     return Ends(points=positions, sizes=np.abs(eye) + np.abs(positions))
-
-
-# Infinite planes: the signed height over the plane changes linearly along a line.
-
-
-@dataclass(frozen=True, kw_only=True)
-class Flat:
-    """World points x with normal . (x - point) = 0."""
-
-    point: np.ndarray  # (3,) m
-    normal: np.ndarray  # (3,) unit
-
-    def crossing(self, apex: np.ndarray, directions: np.ndarray) -> np.ndarray:
-        """Return t of apex + t directions on the plane; not finite if parallel; shape (N,)."""
-        with np.errstate(all="ignore"):
-            return (self.normal @ (self.point - apex)) / (directions @ self.normal)
-
-    def first(
-        self, apex: np.ndarray, directions: np.ndarray, low: np.ndarray, high: np.ndarray
-    ) -> tuple[np.ndarray, np.ndarray]:
-        """Return the crossing if it lies in the open interval (low, high), else inf, and the face, always 0."""
-        root = self.crossing(apex, directions)
-        return np.where((root > low) & (root < high), root, np.inf), np.zeros(len(root))
-
-    def blocks(self, apex: np.ndarray, segments: np.ndarray, ends: Ends) -> np.ndarray:
-        """Return which segments from the apex meet the plane strictly between their ends, shape (N,)."""
-        root = self.crossing(apex, segments)
-        lies_in_it = ends.lie_in(np.broadcast_to(self.normal, segments.shape), self.point)
-        return (root > 0) & (root < 1) & ~lies_in_it

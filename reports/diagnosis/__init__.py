@@ -21,7 +21,7 @@ import numpy as np
 from rayproof.cases.registry import Registry
 from rayproof.cases.scene import Scene
 from rayproof.cases.stages import Stage, StageImages
-from rayproof.reports.judge.limits import Roundoff
+from rayproof.reports.judge.forward.limits import Roundoff
 
 if TYPE_CHECKING:
     from rayproof.reports.diagnosis.fits import Fitting

@@ -16,8 +16,8 @@ from rayproof.cases.rounding import gamma
 from rayproof.cases.scene import Cube, Mesh, Scene, SceneError, Shape, Triangle
 from rayproof.cases.stages import IMAGE_STAGES, Stage, StageImages
 from rayproof.reports.diagnosis import Answered, Given, Way, Wrong
-from rayproof.reports.judge.conditioning import condition
-from rayproof.reports.judge.limits import Roundoff, limits
+from rayproof.reports.judge.forward.conditioning import condition
+from rayproof.reports.judge.forward.limits import Roundoff, limits
 from rayproof.reports.judge.measurement import ratios
 from rayproof.reports.judge.oracle import FullOracle, stages_of
 

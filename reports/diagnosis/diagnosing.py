@@ -19,7 +19,7 @@ from rayproof.reports.diagnosis.hypotheses import Clock
 from rayproof.reports.diagnosis.search import Found, Searched, search, spread
 from rayproof.reports.diagnosis.stage_by_stage import Shared, shares
 from rayproof.reports.diagnosis.trials import Continued, Evidence, differ, trial, undecided
-from rayproof.reports.judge.limits import Roundoff, roundoff_of
+from rayproof.reports.judge.forward.limits import Roundoff, roundoff_of
 from rayproof.reports.results.case_records import CaseRecord, RepeatedRecord, by_references
 from rayproof.reports.results.files import at_worst, several
 from rayproof.reports.results.float_codec import inflated

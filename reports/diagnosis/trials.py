@@ -37,7 +37,7 @@ from rayproof.reports.diagnosis.answering import (
 )
 from rayproof.reports.judge.answers import Answers
 from rayproof.reports.judge.comparison import Comparison
-from rayproof.reports.judge.limits import Roundoff
+from rayproof.reports.judge.forward.limits import Roundoff
 from rayproof.reports.judge.measurement import ratios
 from rayproof.reports.judge.oracle import ORACLE, FullOracle, stages_of
 from rayproof.reports.judge.scene_truth import scene_truth

@@ -16,7 +16,7 @@ from rayproof.cases.stages import Stage
 from rayproof.reports.judge.answers import Answers, abstention
 from rayproof.reports.judge.checks import unmeasured
 from rayproof.reports.judge.comparison import Comparison
-from rayproof.reports.judge.limits import calibration
+from rayproof.reports.judge.forward.limits import calibration
 from rayproof.reports.judge.measurement import Kind, cells_of, counted, measure
 from rayproof.reports.judge.oracle import FullOracle, stages_of
 from rayproof.reports.judge.scene_truth import scene_truth

@@ -12,8 +12,8 @@ from functools import lru_cache
 import numpy as np
 
 from rayproof.cases.scene import Camera
-from rayproof.reports.judge.conditioning import basis_condition
-from rayproof.reports.judge.limits import Roundoff
+from rayproof.reports.judge.forward.conditioning import basis_condition
+from rayproof.reports.judge.forward.limits import Roundoff
 from rayproof.reports.judge.measurement import WIDE, counted, kinds_of, over
 from rayproof.reports.results.case_records import Examined
 

@@ -10,10 +10,10 @@ from rayproof.cases.scene import Scene
 from rayproof.cases.stages import Stage, upto
 from rayproof.reports.judge import camera_check
 from rayproof.reports.judge.answers import Answers, abstention
-from rayproof.reports.judge.common_factors import Factors
+from rayproof.reports.judge.forward.common_factors import Factors
 from rayproof.reports.judge.comparison import LIGHT, Comparison
 from rayproof.reports.judge.copied_answers import copied
-from rayproof.reports.judge.limits import BECAUSE, Coarseness, Roundoff, calibration
+from rayproof.reports.judge.forward.limits import BECAUSE, Coarseness, Roundoff, calibration
 from rayproof.reports.judge.measurement import (
     Kind,
     cells_of,

@@ -17,7 +17,7 @@ from rayproof.cases.scene import Scene
 from rayproof.cases.stages import Stage, StageImages
 from rayproof.reports.judge.answers import Answers, largest
 from rayproof.reports.judge.comparison import Comparison
-from rayproof.reports.judge.limits import Roundoff
+from rayproof.reports.judge.forward.limits import Roundoff
 from rayproof.reports.judge.measurement import jsonable
 from rayproof.reports.results.case_records import ExpectationRecord
 from rayproof.reports.results.outcomes import Outcome

@@ -15,8 +15,6 @@ from rayproof.reports.results.case_records import Examined, Measurement
 
 # A limit above this share of the value holds a pixel to so little that it is counted apart.
 WIDE = 0.01
-# Of a case's pixels this share, and at least one pixel, may be held to an interval.
-INTERVALS = 0.001
 # The camera's answer: four matrices, eight corners, and two numbers a pixel each for pixel and NDC.
 MATRIX_ENTRIES, CORNER_ENTRIES, ENTRIES_PER_PIXEL = 4 * 16, 8 * 3, 2 * 2
 
@@ -24,13 +22,12 @@ MATRIX_ENTRIES, CORNER_ENTRIES, ENTRIES_PER_PIXEL = 4 * 16, 8 * 3, 2 * 2
 class Kind(IntEnum):
     """The result of one pixel."""
 
-    STRICT = 0  # away from edges, held to a limit of at most 1 % of the value
+    STRICT = 0  # within a limit of at most 1 % of the value
     WIDE = 1  # likewise, but the limit is more than 1 % of the value
-    SIDE = 2  # at an edge, and equal to one of its sides
-    INTERVAL = 3  # at an edge whose sides are too many to list or have no bound: within what they span
-    EPSILON = 4  # excused by nothing but a renderer's own epsilon, and equal to a side
-    WRONG = 5  # over its limit
-    UNEXAMINED = 6  # held to nothing: never measured, or the limit is not finite
+    ROUNDING = 2  # over its limit, and the exact answer to a problem within rounding
+    EPSILON = 3  # likewise, of a problem that also overlooks what the renderer declares
+    WRONG = 4  # over its limit, and no nearby problem's answer
+    UNEXAMINED = 5  # held to nothing: never measured, not asked, or the limit is not finite
 
 
 def counted(kinds: np.ndarray) -> Examined:
@@ -73,41 +70,6 @@ def unexamined(stage: Stage, camera: Camera) -> Examined:
     if stage is Stage.CAMERA:
         pixels = MATRIX_ENTRIES + CORNER_ENTRIES + ENTRIES_PER_PIXEL * pixels
     return Examined(pixels=pixels, unexamined=pixels)
-
-
-def most_interval(pixels: int) -> int:
-    """Return how many of a check's pixels may be held to an interval only."""
-    return max(1, int(INTERVALS * pixels))
-
-
-def kinds_of(
-    ratio: np.ndarray,
-    forgiven: np.ndarray,
-    *,
-    wide: np.ndarray,
-    bounded: np.ndarray,
-    edge: np.ndarray,
-    interval: np.ndarray | None,
-    window: np.ndarray | None,
-) -> np.ndarray:
-    """Return each pixel's kind, uint8 (height, width).
-
-    `ratio` is error over limit, `forgiven` the edge pixels that have a side's value; `wide` and `bounded` say of the
-    limit that it is above 1 % of the value and that it is finite; `interval` are the edge pixels of which the sides
-    only span an interval, `window` those that only a renderer's epsilon leaves undecided.
-    """
-    kinds = np.where(edge, np.uint8(Kind.SIDE), wide.astype(np.uint8))
-    over = ~(ratio <= 1)
-    if over.any():
-        excused = over & forgiven
-        if window is not None:
-            kinds[excused & window] = Kind.EPSILON
-        if interval is not None:
-            kinds[excused & interval] = Kind.INTERVAL
-        kinds[over & ~forgiven] = Kind.WRONG
-    if not bounded.all():
-        kinds[~bounded & ~over] = Kind.UNEXAMINED
-    return kinds
 
 
 # Measuring one image against another: error over limit, pixel by pixel, worst pixel first, nothing dropped.
@@ -197,69 +159,47 @@ def measure(
     ours: np.ndarray,
     theirs: np.ndarray,
     limit: np.ndarray,
+    kinds: np.ndarray,
     *,
-    edge: np.ndarray,
     hit: np.ndarray,
-    flagged: np.ndarray,
-    excused: np.ndarray,
     precision: str,
-    window: np.ndarray | None = None,
-    interval: np.ndarray | None = None,
-    held: tuple[np.ndarray, np.ndarray] | None = None,
-    finite: bool | None = None,
     compared: tuple[np.ndarray, np.ndarray] | None = None,
 ) -> Measurement:
-    """Measure `ours` against `theirs`: interior pixels strictly, edge pixels excused only where `excused` says so.
+    """Return the numbers of one comparison, of which each pixel's `kinds` (height, width) are known.
 
-    `hit` is where the reference hits something; `excused` are the edge pixels whose value is one of the two sides;
-    `window` are those that only a renderer's own epsilon leaves undecided, `interval` those whose sides span no more
-    than an interval. `held` is what `held_to` says, `finite` whether all of `ours` is, and `compared` what `ratios`
-    says, if that is known.
+    `hit` is where the oracle hits something, and `compared` what `ratios` returns, if that is known.
     """
     ratio, wrong = compared or ratios(stage, ours, theirs, limit)
-    forgiven, inside = edge & excused, ~edge
-    judged = np.where(forgiven, 0.0, ratio) if forgiven.any() else ratio
+    excused = (kinds == Kind.ROUNDING) | (kinds == Kind.EPSILON)
+    judged = np.where(excused, 0.0, ratio) if excused.any() else ratio
     row, column = divmod(int(judged.argmax()), judged.shape[1])
     there = judged[row, column]
-    # The worst of all is the worst inside, unless it lies at an edge.
-    worst_inside = float(np.where(edge, 0.0, ratio).max() if edge[row, column] else there)
-    differ = ratio > 1
-    at_edge = differ & edge
-    some = bool(at_edge.any())
+    is_wrong = kinds == Kind.WRONG
     misses = None
     if stage is Stage.OBJECT:
         misses = (ours[..., 0] != theirs[..., 0]) | (ours[..., 1] != theirs[..., 1])
     elif stage is Stage.DISTANCE:
         misses = np.isinf(ours[..., 0]) != np.isinf(theirs[..., 0])
-    everywhere = np.ones_like(hit) if stage is Stage.RAY else hit
-    finite = bool(np.isfinite(ours).all()) if finite is None else finite
-    within = None if window is None or stage is Stage.RAY else window & edge
+    finite = bool(np.isfinite(ours).all())
     own, others = (tuple(map(float, image[row, column])) for image in (ours, theirs))
     errors, bounds = (np.atleast_1d(image[row, column]).tolist() for image in (wrong, limit))
     worst_error = _worst_channel(errors, bounds if len(bounds) == len(errors) else bounds * len(errors))
-    wide, bounded = held or held_to(stage, limit, theirs)
-    kinds = kinds_of(ratio, forgiven, wide=wide, bounded=bounded, edge=edge, interval=interval, window=within)
+    everywhere = np.ones_like(hit) if stage is Stage.RAY else hit
     return Measurement(
         worst_ratio=float(there),
-        worst_inside=worst_inside,
         worst_error=worst_error,
         limit=float(worst_error / there) if 0 < there < np.inf else float(np.max(limit[row, column])),
         pixel=(column, row),
         ours=own,
         theirs=others,
-        interior=int(np.count_nonzero(everywhere & inside)),
-        over_inside=int(np.count_nonzero(differ & inside)) if worst_inside > 1 else 0,
-        edge=int(np.count_nonzero(edge)),
-        differ_at_edge=int(np.count_nonzero(at_edge)) if some else 0,
-        wrong_at_edge=int(np.count_nonzero(at_edge & ~excused)) if some else 0,
-        in_window=int(np.count_nonzero(within)) if within is not None else 0,
-        differ_in_window=int(np.count_nonzero(within & differ)) if within is not None and some else 0,
-        hit_miss=int(np.count_nonzero(misses & inside)) if misses is not None else 0,
+        interior=int(np.count_nonzero(everywhere & (ratio <= 1))),
+        wrong=int(np.count_nonzero(is_wrong)),
+        explained=int(np.count_nonzero(excused)),
+        hit_miss=int(np.count_nonzero(misses & is_wrong)) if misses is not None else 0,
         nan=0 if finite else int(np.count_nonzero(any_of(np.isnan(ours)))),
-        inf=0 if finite else _new_infinities(ours, theirs, forgiven),
-        flagged=int(np.count_nonzero(flagged)),
+        inf=0 if finite else _new_infinities(ours, theirs, excused),
         ulp=_ulp(own, others, precision),
-        mean_wrong=_mean_finite(wrong[kinds == Kind.WRONG]) if there > 1 else 0.0,
+        mean_wrong=_mean_finite(wrong[is_wrong]) if there > 1 else 0.0,
         kinds=kinds,
     )
 
@@ -294,9 +234,9 @@ def _wide(stage: Stage, limit: np.ndarray, theirs: np.ndarray, size: np.ndarray 
     return any_of((limit if limit.ndim == theirs.ndim else limit[..., np.newaxis]) > WIDE * values)
 
 
-def _new_infinities(ours: np.ndarray, theirs: np.ndarray, forgiven: np.ndarray) -> int:
-    """Return how many pixels are infinite where the reference is finite."""
-    return int(np.count_nonzero(any_of(np.isinf(ours) & ~np.isinf(theirs)) & ~forgiven))
+def _new_infinities(ours: np.ndarray, theirs: np.ndarray, explained: np.ndarray) -> int:
+    """Return how many pixels are infinite where the reference is finite, and unexplained."""
+    return int(np.count_nonzero(any_of(np.isinf(ours) & ~np.isinf(theirs)) & ~explained))
 
 
 def _ulp(ours: Sequence[float], theirs: Sequence[float], precision: str) -> float:

@@ -13,7 +13,7 @@ from rayproof.reference import REFERENCES
 from rayproof.reports.judge.answers import Answers
 from rayproof.reports.judge.checks import check_camera
 from rayproof.reports.judge.comparison import Comparison
-from rayproof.reports.judge.limits import WHOLE
+from rayproof.reports.judge.forward.limits import WHOLE
 from rayproof.reports.judge.measurement import jsonable, ratios
 from rayproof.reports.judge.oracle import ORACLE
 from rayproof.reports.judge.scene_truth import SceneTruth

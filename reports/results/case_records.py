@@ -36,8 +36,7 @@ class Examined(Struct, frozen=True, omit_defaults=True):
     """How many pixels of each kind a check looked at; `judge.measurement.Kind` says what each kind is."""
 
     wide: Count = 0
-    side: Count = 0
-    interval: Count = 0
+    rounding: Count = 0
     epsilon: Count = 0
     wrong: Count = 0
     unexamined: Count = 0
@@ -65,23 +64,17 @@ class Measurement(Struct, frozen=True, kw_only=True, omit_defaults=True):
     """
 
     worst_ratio: Real = 0.0  # error / limit, inf where the limit is 0 and the error is not
-    worst_inside: Real = field(default_factory=float)  # the same of interior pixels alone
     worst_error: Real | None = 0.0
     limit: Real | None = 0.0  # at the worst pixel
     pixel: tuple[int, int] | None = (0, 0)  # column, row
     ours: tuple[Real, ...] = ()
     theirs: tuple[Real, ...] = ()
-    interior: int = field(default_factory=int)  # pixels judged strictly that hit something (all pixels for `ray`)
-    over_inside: int = 0  # pixels judged strictly that are over the limit
-    edge: int = 0
-    differ_at_edge: int = 0
-    wrong_at_edge: int = 0  # edge pixels whose value is neither side's
-    in_window: int = 0  # edge pixels that are such only by a renderer's own epsilon: it says that it does not see there
-    differ_in_window: int = 0
-    hit_miss: int = 0  # interior pixels where one hits and the other misses or hits another object
+    interior: int = field(default_factory=int)  # pixels within their limits that hit something (for `ray`, all such)
+    wrong: int = 0  # pixels over their limits that no nearby problem explains
+    explained: int = 0  # pixels over their limits that one does
+    hit_miss: int = 0  # wrong pixels where one hits and the other misses or hits another object
     nan: int = 0
     inf: int = 0
-    flagged: int = 0
     ulp: Real = 0.0  # the worst pixel's error in units in the last place of the reference, in the subject's precision
     mean_wrong: Real = 0.0  # the mean error of the wrong pixels that are off by a finite one
     nrmse: Real | UnsetType | None = UNSET  # this and the next inform, and never decide
@@ -96,7 +89,7 @@ class Measurement(Struct, frozen=True, kw_only=True, omit_defaults=True):
 
         The images have these; a failure's are told where it is.
         """
-        names = ("worst_ratio", "worst_inside", "worst_error", "limit", "mean_wrong", *(("ours", "theirs") * values))
+        names = ("worst_ratio", "worst_error", "limit", "mean_wrong", *(("ours", "theirs") * values))
         short: dict[str, Any] = {"ours": (), "theirs": ()} | {name: shortened(getattr(self, name)) for name in names}
         return replace(self, **short, ulp=shortened(self.ulp, 3), kinds=None)
 

@@ -20,8 +20,8 @@ from rayproof.reports.diagnosis import MISTAKES, Given, Mistake, Way, Wrong
 from rayproof.reports.diagnosis.answering import hits_by
 from rayproof.reports.diagnosis.trials import Evidence
 from rayproof.reports.judge.answers import dot, length
-from rayproof.reports.judge.conditioning import condition
-from rayproof.reports.judge.limits import limits
+from rayproof.reports.judge.forward.conditioning import condition
+from rayproof.reports.judge.forward.limits import limits
 
 ABOVE = 1e-6  # of a point's distance from origin or eye, beyond a float's rounding: so far above it feelers start
 

@@ -12,8 +12,8 @@ from rayproof.cases.scene import Scene
 from rayproof.cases.stages import IMAGE_STAGES, Stage, StageImages
 from rayproof.reference.analytic import Analytic
 from rayproof.reference.double_double import DoubleDouble
-from rayproof.reports.judge.conditioning import condition, off_axis, ray_condition
-from rayproof.reports.judge.limits import LIGHT, Roundoff, continued_light_limit
+from rayproof.reports.judge.forward.conditioning import condition, off_axis, ray_condition
+from rayproof.reports.judge.forward.limits import LIGHT, Roundoff, continued_light_limit
 from rayproof.reports.judge.measurement import DIRECTIONS, error
 from rayproof.reports.studies.compare.contenders import Contender, concerned
 from rayproof.reports.studies.compare.records import as_received

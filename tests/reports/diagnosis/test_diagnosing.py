@@ -16,7 +16,7 @@ from rayproof.reports.diagnosis.diagnosing import _mask, _rounding, _worst
 from rayproof.reports.diagnosis.trials import NOTHING, Continued, Evidence
 from rayproof.reports.judge.answers import Answers
 from rayproof.reports.judge.comparison import roundoff
-from rayproof.reports.judge.limits import CALIBRATED
+from rayproof.reports.judge.forward.limits import CALIBRATED
 from tests.reports.checks import recorded
 
 

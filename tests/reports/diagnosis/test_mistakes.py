@@ -18,7 +18,7 @@ from rayproof.reports.diagnosis.answering import FLOAT32
 from rayproof.reports.diagnosis.hypotheses import LEAST_SAMPLES, Hypothesis, bound, estimated, middle
 from rayproof.reports.diagnosis.search import search
 from rayproof.reports.diagnosis.trials import Evidence, trial
-from rayproof.reports.judge.limits import Roundoff
+from rayproof.reports.judge.forward.limits import Roundoff
 
 ORACLE = Analytic()
 CASES = {

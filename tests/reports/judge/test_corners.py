@@ -12,7 +12,7 @@ from rayproof.cases.scene import Camera, Cube, PointLight, Scene, Square, Triang
 from rayproof.cases.stages import Stage
 from rayproof.reports.judge.answers import Answers
 from rayproof.reports.judge.case import judge_case
-from rayproof.reports.judge.limits import WHOLE
+from rayproof.reports.judge.forward.limits import WHOLE
 from rayproof.reports.judge.oracle import stages_of
 from rayproof.reports.results.outcomes import Outcome
 from tests.reports.judge.scenes import ITEMS, ORACLE, witness

@@ -33,7 +33,7 @@ from rayproof.reports.judge import (
 )
 from rayproof.reports.judge.conventions import Tested
 from rayproof.reports.judge.edge_values import Held
-from rayproof.reports.judge.limits import Coarseness, Roundoff
+from rayproof.reports.judge.forward.limits import Coarseness, Roundoff
 from rayproof.reports.judge.panel import Matrix
 from rayproof.reports.results.outcomes import Outcome
 from tests.harness.audit.faults import FAULTS, altered, replaced

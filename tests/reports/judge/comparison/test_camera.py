@@ -6,7 +6,7 @@ import pytest
 from rayproof.cases.scene import Camera
 from rayproof.reference.analytic.camera import camera_answer
 from rayproof.reports.judge import camera_check
-from rayproof.reports.judge.limits import Roundoff
+from rayproof.reports.judge.forward.limits import Roundoff
 
 # At the origin the eye's own error is 0 and so is the limit of what it moves.
 AT_ORIGIN = Camera(

@@ -12,7 +12,7 @@ from rayproof.cases.random_scenes import random_case
 from rayproof.cases.scene import Camera, PointLight, Scene, Square
 from rayproof.cases.stages import Stage
 from rayproof.reports.judge.case import judge_case
-from rayproof.reports.judge.limits import WHOLE
+from rayproof.reports.judge.forward.limits import WHOLE
 from rayproof.reports.judge.oracle import stages_of
 from rayproof.reports.judge.sentinels import EDGE_CASE
 from rayproof.reports.judge.verdict import Judged

@@ -10,8 +10,8 @@ from rayproof.cases.random_scenes import random_case
 from rayproof.cases.scene import Camera, Plane, Scene
 from rayproof.cases.stages import Stage
 from rayproof.reference import REFERENCES
-from rayproof.reports.judge.conditioning import condition
-from rayproof.reports.judge.limits import Roundoff, limits
+from rayproof.reports.judge.forward.conditioning import condition
+from rayproof.reports.judge.forward.limits import Roundoff, limits
 from rayproof.reports.judge.measurement import error
 from rayproof.reports.judge.oracle import ORACLE, stages_of
 from rayproof.reports.judge.scene_truth import scene_truth

@@ -7,7 +7,7 @@ import pytest
 
 from rayproof.cases.stages import Resolution, Stage
 from rayproof.reports.judge.case import judge_case
-from rayproof.reports.judge.limits import Coarseness
+from rayproof.reports.judge.forward.limits import Coarseness
 from rayproof.reports.judge.measurement import held_to
 from rayproof.reports.results.outcomes import Outcome
 from tests.reports.judge.scenes import CASE, ORACLE, SCENE, candidate, rounded, truth, witness

@@ -13,7 +13,7 @@ from rayproof.cases.stages import IMAGE_STAGES, Stage
 from rayproof.reports.diagnosis import Given
 from rayproof.reports.diagnosis.mistakes.normals import MISTAKES
 from rayproof.reports.judge.case import judge_case
-from rayproof.reports.judge.limits import BAKING
+from rayproof.reports.judge.forward.limits import BAKING
 from rayproof.reports.judge.oracle import stages_of
 from rayproof.reports.judge.verdict import Judged, of_what_is_supported
 from rayproof.reports.results.outcomes import Outcome

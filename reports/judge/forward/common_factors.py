@@ -15,7 +15,7 @@ from msgspec import structs
 from rayproof.cases.stages import Stage, StageImages
 from rayproof.reports.judge.answers import dot, length
 from rayproof.reports.judge.comparison import Comparison, roundoff
-from rayproof.reports.judge.limits import Coarseness, Roundoff, continued_light_limit, irradiance_moved
+from rayproof.reports.judge.forward.limits import Coarseness, Roundoff, continued_light_limit, irradiance_moved
 from rayproof.reports.results.case_records import CHANCE, LEAST_DISTINCT, Bias, FactorGroup, Leaning, least_share
 
 # Roundings of what all pixels under one light share: flux, 4 pi and their quotient; then albedo and its product with

@@ -16,7 +16,7 @@ from rayproof.cases.rounding import gamma
 from rayproof.cases.scene import Scene
 from rayproof.cases.stages import Resolution, Stage, StageImages
 from rayproof.reports.judge.answers import dot, length
-from rayproof.reports.judge.conditioning import Conditioning
+from rayproof.reports.judge.forward.conditioning import Conditioning
 
 RAY = 16  # axes 8 (difference, two normalisations, cross product), combination 4, normalisation 4
 AIM = 2  # eye and target, each rounded as it is read, and once more in the precision of who computes with it
@@ -56,9 +56,19 @@ class Limits:
     end_to_end: dict[Stage, np.ndarray]
     cosine: np.ndarray  # (height, width, lights): error of dot(N, L); below it a light's side is undecided
     relative: np.ndarray  # (height, width, lights): error of cos / r^2, of a light straight above
+    lights: np.ndarray  # (height, width, lights, 3): error of each light's irradiance, if it is visible
     position: np.ndarray  # m, end to end
     aimed: np.ndarray  # m: of it, what the eye's and the target's own rounding adds in every pixel alike
     lifted: np.ndarray  # m: of it, what is across the surface
+
+    def plus(self, other: "Limits") -> "Limits":
+        """Return the limits of a difference of two answers, each off by its own."""
+        images = ("cosine", "relative", "lights", "position", "aimed", "lifted")
+        return Limits(
+            continued={stage: self.continued[stage] + other.continued[stage] for stage in self.continued},
+            end_to_end={stage: self.end_to_end[stage] + other.end_to_end[stage] for stage in self.end_to_end},
+            **{name: getattr(self, name) + getattr(other, name) for name in images},
+        )
 
 
 @dataclass(frozen=True)
@@ -114,8 +124,10 @@ def limits(scene: Scene, truth: StageImages, conditioning: Conditioning, g: Roun
     # away from a light, and what it turns a curved one is in the normal's error.
     lifted = np.where(c.hit, g(HIT) * (c.surface + c.distance * c.cosine) + point, 0.0)
     cosine = relative = np.zeros((*c.hit.shape, len(scene.lights)))
+    lights = np.zeros((*c.hit.shape, len(scene.lights), 3))
     if Stage.IRRADIANCE in truth:
-        irradiance, relative = _light(scene, truth, g, all_position, all_normal)
+        lights, relative = _light(scene, truth, g, all_position, all_normal)
+        irradiance = _visible(lights, truth)
         cosine = _turned(scene, truth, g, lifted, all_position, all_normal)
         # A triangle's normal is that of object space, and its plane that of the baked corners: between the horizons of
         # the two a feeler that leaves along the normal meets the triangle itself, whoever traces it.
@@ -124,13 +136,16 @@ def limits(scene: Scene, truth: StageImages, conditioning: Conditioning, g: Roun
         albedo = _albedo(scene, truth)
         per_radiance = albedo if scene.shading == "simplified" else albedo / math.pi
         whole[Stage.IRRADIANCE] = irradiance
-        whole[Stage.EXITANCE] = albedo * irradiance + g(3) * truth[Stage.EXITANCE]
-        whole[Stage.RADIANCE] = per_radiance * irradiance + g(7) * truth[Stage.RADIANCE]
+        if Stage.EXITANCE in truth:
+            whole[Stage.EXITANCE] = albedo * irradiance + g(3) * truth[Stage.EXITANCE]
+        if Stage.RADIANCE in truth:
+            whole[Stage.RADIANCE] = per_radiance * irradiance + g(7) * truth[Stage.RADIANCE]
     return Limits(
         continued=own,
         end_to_end=whole,
         cosine=cosine,
         relative=relative,
+        lights=lights,
         position=np.where(c.hit, all_position, 0.0),
         aimed=np.where(c.hit, g(AIM) * c.aim * (c.swing * sine + c.distance), 0.0),
         lifted=lifted,
@@ -147,16 +162,17 @@ def continued_position_limit(scene: Scene, given: StageImages, roundoffs: Sequen
 def continued_light_limit(scene: Scene, stage: Stage, given: StageImages, value: np.ndarray, g: Roundoff) -> np.ndarray:
     """Return the limit of irradiance, exitance or radiance continued from `given`, where the oracle says `value`."""
     if stage is Stage.IRRADIANCE:
-        return _light(scene, given, g, np.float64(0.0), np.float64(0.0))[0]
+        return _visible(_light(scene, given, g, np.float64(0.0), np.float64(0.0))[0], given)
     return g(3 if stage is Stage.EXITANCE else 4) * np.abs(value)
 
 
 def _light(
     scene: Scene, answers: StageImages, g: Roundoff, position_error, normal_error
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return the limit of irradiance (height, width, 3) and of each light's cos / r^2 (height, width, lights)."""
+    """Return the limits of each light's irradiance if visible (height, width, lights, 3) and of its cos / r^2 (..., lights)."""
     position = answers[Stage.POSITION]
-    limit, each_relative = np.zeros((*position.shape[:2], 3)), np.zeros((*position.shape[:2], len(scene.lights)))
+    lights = np.zeros((*position.shape[:2], len(scene.lights), 3))
+    each_relative = np.zeros((*position.shape[:2], len(scene.lights)))
     # cos / r^2 changes three times as fast with position as cos does.
     power = 3 if scene.shading == "inverse_square" else 1
     for index, light in enumerate(scene.lights):
@@ -165,12 +181,21 @@ def _light(
         with np.errstate(divide="ignore", over="ignore", invalid="ignore"):
             relative = g(LIGHT) + g(2) * power * (np.linalg.norm(place) + r) / r
             relative = relative + power * position_error / r + normal_error
-            each = np.asarray(light.flux) * answers[Stage.VISIBILITY][..., index : index + 1]
+            each = np.asarray(light.flux)
             if scene.shading == "inverse_square":
                 each = each / (4 * math.pi * r[..., np.newaxis] ** 2)
             each_relative[..., index] = relative
-            limit += np.nan_to_num(each * relative[..., np.newaxis], nan=0.0, posinf=0.0)
-    return limit, each_relative
+            lights[..., index, :] = np.nan_to_num(each * relative[..., np.newaxis], nan=0.0, posinf=0.0)
+    return lights, each_relative
+
+
+def _visible(lights: np.ndarray, answers: StageImages) -> np.ndarray:
+    """Return the sum (height, width, 3) of what the visible lights' irradiance (height, width, lights, 3) may be off by."""
+    seen = answers[Stage.VISIBILITY]
+    limit = np.zeros((*lights.shape[:2], 3))
+    for index in range(lights.shape[2]):
+        limit += lights[..., index, :] * seen[..., index : index + 1]
+    return limit
 
 
 def _turned(

@@ -1,0 +1,321 @@
+"""`AgainstOracle`: one renderer's answers to a scene, each pixel of each stage judged against the oracle, once.
+
+What is said of two renderers follows from what is said of each (`reports.judge.pairs`).
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from rayproof.cases.rounding import UNIT_ROUNDOFF
+from rayproof.cases.stages import IMAGE_STAGES, Stage, StageImages, upto
+from rayproof.reference.analytic import Analytic
+from rayproof.reports.judge.answers import Answers, largest, length
+from rayproof.reports.judge.forward.conditioning import condition
+from rayproof.reports.judge.forward.limits import (
+    HIT,
+    POINT,
+    Coarseness,
+    Limits,
+    Roundoff,
+    continued_light_limit,
+    continued_position_limit,
+    limits,
+    roundoff_of,
+)
+from rayproof.reports.judge.measurement import Kind, held_to, ratios
+from rayproof.reports.judge.nearby.clouds import LIGHT, SURFACE, Allowed
+from rayproof.reports.judge.nearby.continued import Continuing
+from rayproof.reports.judge.nearby.exact import ExactOracle
+from rayproof.reports.judge.nearby.explaining import FEW, Asking, Declared, Explained, Reach
+from rayproof.reports.judge.nearby.problems import Problems
+from rayproof.reports.judge.scene_truth import SceneTruth
+
+AFTER_IRRADIANCE = 7  # roundings from irradiance to radiance, as the end-to-end limits count them
+ORACLES = Roundoff("float64")
+
+
+@dataclass(frozen=True, kw_only=True)
+class StagePixels:
+    """One stage of a renderer against a value, pixel by pixel."""
+
+    stage: Stage
+    value: np.ndarray  # (height, width, channels) that it is compared with
+    limit: np.ndarray  # (height, width) or (height, width, channels)
+    ratio: np.ndarray  # (height, width): error over limit
+    error: np.ndarray  # (height, width) or (height, width, channels)
+    kinds: np.ndarray  # uint8 (height, width): each pixel's `Kind`
+
+    @cached_property
+    def wrong(self) -> np.ndarray:
+        """Return the pixels (height, width) that nothing explains."""
+        return self.kinds == Kind.WRONG
+
+    @cached_property
+    def explained(self) -> np.ndarray:
+        """Return the pixels (height, width) over their limits that rounding or a declared epsilon explains."""
+        return (self.kinds == Kind.ROUNDING) | (self.kinds == Kind.EPSILON)
+
+
+@dataclass(frozen=True, eq=False)
+class AgainstOracle:
+    """A renderer's answers against the oracle's, end to end and continued from its own stages."""
+
+    base: SceneTruth
+    renderer: Answers
+
+    @cached_property
+    def roundoff(self) -> Roundoff:
+        """Return how the renderer rounds: derived for the tracer and the oracle, calibrated for other references."""
+        known = roundoff_of(self.renderer.name, self.renderer.precision, world_normals=self.renderer.world_normals)
+        return known
+
+    @cached_property
+    def coarseness(self) -> Coarseness:
+        """Return the steps of its output."""
+        return Coarseness(resolutions=self.renderer.resolutions)
+
+    @cached_property
+    def own_limits(self) -> Limits:
+        """Return the limits of its rounding and of its output's steps, without the oracle's own rounding."""
+        found = self.base.limits(self.roundoff, by_matrices=self.renderer.by_matrices)
+        if not self.renderer.resolutions:
+            return found
+        truth, whole = self.base.truth, dict(found.end_to_end)
+        for stage in whole:
+            whole[stage] = whole[stage] + self.coarseness.step(stage, truth[stage])
+        return replace(found, end_to_end=whole)
+
+    @cached_property
+    def limits(self) -> Limits:
+        """Return the limits of its difference from the oracle."""
+        return self.own_limits.plus(self.base.limits(ORACLES, by_matrices=False))
+
+    @cached_property
+    def problems(self) -> Problems:
+        """Return the problems within its rounding."""
+        return self.base.problems(self.renderer.precision, baked=self.roundoff.baked)
+
+    @cached_property
+    def declared(self) -> Declared:
+        """Return what it declares to overlook, as movements of nearby problems."""
+        one = self.renderer
+        edge = np.zeros(self.base.conditioning.hit.shape)
+        if one.edge_epsilon:
+            edge = edge + one.edge_epsilon * self.base.pixels_per_length
+        return Declared(
+            shadow=one.shadow_epsilon,
+            ray=one.ray_epsilon,
+            light=one.light_epsilon,
+            edge=edge,
+            edge_length=one.edge_epsilon,
+            tie=one.tie_epsilon,
+        )
+
+    @cached_property
+    def reach(self) -> Reach:
+        """Return how far rounding moves what decides about single pixels."""
+        c, limits = self.base.conditioning, self.limits
+        return Reach(
+            image=limits.end_to_end[Stage.RAY] / c.pixel_angle,
+            lift=limits.lifted,
+            tie=limits.end_to_end[Stage.DISTANCE],
+        )
+
+    def answers(self, stage: Stage) -> bool:
+        """Return whether it answers a stage in the scene's size."""
+        image, truth = self.renderer.answers.get(stage), self.base.truth.get(stage)
+        return image is not None and truth is not None and np.shape(image) == np.shape(truth)
+
+    @cached_property
+    def _compared(self) -> dict[Stage, tuple[np.ndarray, np.ndarray, np.ndarray]]:
+        """Return limit, ratio and error of every image stage that it answers."""
+        found = {}
+        for stage in IMAGE_STAGES:
+            if self.answers(stage):
+                limit = self.limits.end_to_end.get(stage, self.base.no_limit)
+                found[stage] = (limit, *ratios(stage, self.renderer.answers[stage], self.base.truth[stage], limit))
+        return found
+
+    @cached_property
+    def explained(self) -> Mapping[Stage, Explained]:
+        """Return what nearby problems say of the pixels that are over their limits end to end."""
+        over = {stage: ~(ratio <= 1) for stage, (_, ratio, _) in self._compared.items()}
+        over = {stage: mask for stage, mask in over.items() if mask.any()}
+        if not over:
+            return {}
+        return self.asking(over).explain()
+
+    def asking(self, over: Mapping[Stage, np.ndarray], *, keep: bool = False) -> Asking:
+        """Return the questions about pixels that are over their limits."""
+        return Asking(
+            oracle=self.base.oracle,
+            problems=self.problems,
+            stages=tuple(self.base.truth),
+            answers=self.renderer.answers,
+            over=over,
+            reach=self.reach,
+            declared=self.declared,
+            allowed=self.allowed,
+            chained=self.renderer.chained,
+            keep=keep,
+        )
+
+    @cached_property
+    def end_to_end(self) -> Mapping[Stage, StagePixels]:
+        """Return every image stage that it answers against the oracle's."""
+        return {
+            stage: self._pixels(stage, self.base.truth[stage], *compared, self.explained.get(stage))
+            for stage, compared in self._compared.items()
+        }
+
+    def _pixels(
+        self,
+        stage: Stage,
+        value: np.ndarray,
+        limit: np.ndarray,
+        ratio: np.ndarray,
+        error: np.ndarray,
+        explained: Explained | None,
+    ) -> StagePixels:
+        # A position's error is a share of how far away it is, wherever the world's origin lies.
+        size = self.base.conditioning.distance if stage is Stage.POSITION else None
+        kinds = kinds_of(ratio, *held_to(stage, limit, value, size), explained)
+        return StagePixels(stage=stage, value=value, limit=limit, ratio=ratio, error=error, kinds=kinds)
+
+    def continued(self, stage: Stage) -> StagePixels | None:
+        """Return a stage against what the oracle makes of the renderer's own previous stages; None without these."""
+        return self._continued.get(stage)
+
+    @cached_property
+    def _continued(self) -> Mapping[Stage, StagePixels]:
+        found = {}
+        for stage in IMAGE_STAGES:
+            before = set(upto(stage)[:-1]) - {Stage.CAMERA}
+            if self.answers(stage) and all(self.answers(one) for one in before):
+                found[stage] = self._continue(stage)
+        return found
+
+    def continued_value(self, stage: Stage) -> np.ndarray:
+        """Return a stage as the oracle computes it from the renderer's own previous stages, (height, width, channels)."""
+        pixels = self._continued.get(stage)
+        if pixels is not None:
+            return pixels.value
+        with np.errstate(all="ignore"):
+            return self.base.oracle.continue_from(self.base.scene, stage, self.renderer.answers)
+
+    def _continue(self, stage: Stage) -> StagePixels:
+        answers, scene = self.renderer.answers, self.base.scene
+        with np.errstate(all="ignore"):  # from whatever was handed over, infinities too
+            value = self.base.oracle.continue_from(scene, stage, answers)
+        limit = self.continued_limit(stage, value)
+        ratio, error = ratios(stage, answers[stage], value, limit)
+        over = ~(ratio <= 1)
+        explained = None
+        if over.any() and stage is not Stage.RAY:
+            explained = Continuing(
+                oracle=self.base.oracle,
+                problems=self.problems,
+                stage=stage,
+                answers=answers,
+                limit=limit,
+                reach=self.reach,
+                declared=self.declared,
+                unit=UNIT_ROUNDOFF[self.renderer.precision],
+                whole=self._moved_whole,
+            ).explain(over)
+        return self._pixels(stage, value, limit, ratio, error, explained)
+
+    @cached_property
+    def _moved_whole(self) -> Mapping[Stage, np.ndarray | float]:
+        """Return by what the numbers of its stages may be off beyond their rounding: output steps, passes of their own."""
+        answers, found = self.renderer.answers, {}
+        for stage in IMAGE_STAGES[:-1]:
+            if stage not in answers or stage in (Stage.OBJECT, Stage.VISIBILITY):
+                continue
+            off = self.coarseness.step(stage, answers[stage])
+            if not self.renderer.chained:
+                off = off + self.own_limits.end_to_end[stage]
+            if np.any(off):
+                found[stage] = off
+        return found
+
+    def continued_limit(self, stage: Stage, value: np.ndarray) -> np.ndarray:
+        """Return the limit of a stage against `value`, continued from the renderer's own stages."""
+        answers, g = self.renderer.answers, self.roundoff
+        limit = self.limits.continued.get(stage, self.base.no_limit)
+        if stage is Stage.POSITION:
+            # By the renderer's own distance: at an outline it may have hit where the oracle's ray misses.
+            limit = continued_position_limit(self.base.scene, answers, (g, ORACLES))
+        if stage in LIGHT:
+            mine, other = (continued_light_limit(self.base.scene, stage, answers, value, one) for one in (g, ORACLES))
+            limit = mine + other
+        if self.renderer.resolutions:
+            limit = limit + self.coarseness.step(stage, value)
+            limit = limit + self.coarseness.handed_down(self.base.scene, stage, answers, self.base.conditioning)
+        if not self.renderer.chained and stage in self.limits.end_to_end:
+            # Stages by passes of their own: each is off by its own end-to-end error, and so is what it goes on from.
+            limit = limit + 2 * self.own_limits.end_to_end[stage]
+        return limit
+
+    def allowed(self, rows: np.ndarray, columns: np.ndarray, answer: Mapping[Stage, np.ndarray]) -> Allowed:
+        """Return how far values may be from a nearby problem's answer at pixels: by the limits of that answer itself.
+
+        An answer whose object is another than the oracle's has another condition.
+        """
+        image: StageImages = {stage: values[:, np.newaxis] for stage, values in answer.items()}
+        if Stage.VISIBILITY in image:
+            image[Stage.VISIBILITY] = np.ones_like(image[Stage.VISIBILITY])
+        scene, c = self.base.scene, condition(self.base.scene, image)
+        own = limits(scene, image, c, self.roundoff, by_matrices=self.renderer.by_matrices)
+        found = own.plus(limits(scene, image, c, ORACLES, by_matrices=False))
+        steps = {}
+        if self.renderer.resolutions:
+            for stage in (*SURFACE, *LIGHT):
+                if stage in self.renderer.resolutions:
+                    value = np.asarray(self.renderer.answers[stage][rows, columns], dtype=np.float64)
+                    steps[stage] = np.asarray(self.coarseness.step(stage, value[:, np.newaxis]))[:, 0]
+        return Allowed(
+            limits={stage: found.end_to_end[stage][:, 0] for stage in SURFACE},
+            lights=found.lights[:, 0] if Stage.IRRADIANCE in image else None,
+            roundings=self.roundoff(AFTER_IRRADIANCE) + ORACLES(AFTER_IRRADIANCE),
+            steps=steps,
+        )
+
+    @property
+    def because(self) -> Mapping[Stage, str]:
+        """Return what its output's steps add to each stage's limit, in words that follow its derivation, or nothing."""
+        found = {stage: self.coarseness.because(stage, self.renderer.name) for stage in IMAGE_STAGES}
+        if self.renderer.world_normals:
+            found[Stage.NORMAL] += f"; {self.renderer.name} declares that it takes normals from float32 corners in world space"
+        return found
+
+
+def kinds_of(ratio: np.ndarray, wide: np.ndarray, bounded: np.ndarray, explained: Explained | None) -> np.ndarray:
+    """Return each pixel's kind, uint8 (height, width).
+
+    `ratio` is error over limit; `wide` and `bounded` say of the limit that it is above 1 % of the value and that it is
+    finite.
+    """
+    kinds = wide.astype(np.uint8)
+    over = ~(ratio <= 1)
+    if over.any():
+        kinds[over] = Kind.WRONG
+        if explained is not None:
+            kinds[over & explained.unexamined] = Kind.UNEXAMINED
+            kinds[over & explained.epsilon] = Kind.EPSILON
+            kinds[over & explained.rounding] = Kind.ROUNDING
+    if not bounded.all():
+        kinds[~bounded & ~over] = Kind.UNEXAMINED
+    return kinds
+
+
+def needed_shadow(against: AgainstOracle) -> np.ndarray:
+    """Return how far [m] (height, width) rounding makes a hit seem off its own surface, to itself and to a shadow ray."""
+    base, g = against.base, Roundoff(against.renderer.precision)
+    c, eye = base.conditioning, float(np.linalg.norm(base.scene.camera.eye))
+    return g(HIT) * (c.surface + c.point) + g(POINT) * (eye + c.distance + length(base.truth[Stage.POSITION]))
+
+

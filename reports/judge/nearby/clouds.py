@@ -1,0 +1,203 @@
+"""`Cloud`: the oracle's answers to problems within rounding at some pixels, from which a value is told apart.
+
+A value is compared with the answers of nearby problems as this table says. A piece is smooth: one face, one of a
+cube's six, one of a sphere's two crossings, seen from its lit or its unlit side. Between pieces a value must be one
+problem's own.
+
+    ray                              never: the forward limit is all
+    object                           one of them hits it
+    distance, position               among those that hit the renderer's object, of one piece: between the least and the
+                                     greatest, or within the limit of one
+    normal                           likewise by component, and of unit length
+    visibility                       among those that hit the renderer's object: for each light one of them agrees
+    irradiance, exitance, radiance   of one piece: a sum over lights, each between its least and its greatest share;
+                                     lights whose visibility varies count wholly or not at all
+
+By radiance alone any object that a nearby problem hits may be meant.
+"""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from rayproof.cases.stages import Stage
+from rayproof.reference.analytic import Samples
+from rayproof.reports.judge.answers import all_of, dot, length
+
+SURFACE = (Stage.DISTANCE, Stage.POSITION, Stage.NORMAL)
+LIGHT = (Stage.IRRADIANCE, Stage.EXITANCE, Stage.RADIANCE)
+MOST_LISTED = 12  # undecided lights of which every choice is listed; up to twice as many by two halves
+FACES, PIECES = 1 << 21, 1 << 21  # more than a shape has
+
+
+@dataclass(frozen=True, kw_only=True)
+class Cloud:
+    """The oracle's answers at pixels (n,), once for each of several problems (K)."""
+
+    rows: Mapping[Stage, np.ndarray]  # (K, n, channels)
+    codes: np.ndarray  # (K, n) int: of what is hit, and of which piece from which side; -1 on a miss
+    shares: np.ndarray | None  # (K, n, lights, 3): irradiance of each light where it is visible
+    factors: Mapping[Stage, np.ndarray]  # (K, n, 3)
+    ambient: Mapping[Stage, np.ndarray]  # (K, n, 3)
+
+    def at(self, pixels: np.ndarray) -> "Cloud":
+        """Return the answers at some of the pixels."""
+        return Cloud(
+            rows={stage: image[:, pixels] for stage, image in self.rows.items()},
+            codes=self.codes[:, pixels],
+            shares=None if self.shares is None else self.shares[:, pixels],
+            factors={stage: image[:, pixels] for stage, image in self.factors.items()},
+            ambient={stage: image[:, pixels] for stage, image in self.ambient.items()},
+        )
+
+    def named(self, objects: np.ndarray | None) -> np.ndarray:
+        """Return which answers (K, n) hit the objects (n, 2) that a renderer names; all where it names none."""
+        if objects is None:
+            return np.ones(self.codes.shape, dtype=bool)
+        return all_of(self.rows[Stage.OBJECT] == objects)
+
+    def pieces(self, counting: np.ndarray, wanted: np.ndarray) -> Iterator[tuple[np.ndarray, np.ndarray]]:
+        """Yield (pixels (m,), answers (K, m) of one piece in each of them) until all pieces of all pixels were there.
+
+        `counting` (K, n) are the answers that count; `wanted` (n,), which a caller may change between two pieces, the
+        pixels that are still of interest.
+        """
+        left = counting & wanted
+        while True:
+            left &= wanted
+            pixels = np.flatnonzero(left.any(axis=0))
+            if not len(pixels):
+                return
+            first = left[:, pixels].argmax(axis=0)
+            answers = left[:, pixels] & (self.codes[:, pixels] == self.codes[first, pixels])
+            left[:, pixels] &= ~answers
+            yield pixels, answers
+
+
+def split(samples: Samples, times: int) -> Cloud:
+    """Return the answers of one call, which asked `times` points of each pixel, problem by problem."""
+
+    def parted(image: np.ndarray) -> np.ndarray:
+        return image.reshape(times, -1, *image.shape[1:])
+
+    rows = {stage: parted(image) for stage, image in samples.rows.items()}
+    return Cloud(
+        rows=rows,
+        codes=codes_of(rows, parted(samples.pieces)),
+        shares=None if samples.shares is None else parted(samples.shares),
+        factors={stage: parted(image) for stage, image in samples.factors.items()},
+        ambient={stage: parted(image) for stage, image in samples.ambient.items()},
+    )
+
+
+def joined(clouds: Sequence[Cloud]) -> Cloud:
+    """Return several clouds at the same pixels as one."""
+    first = clouds[0]
+    return Cloud(
+        rows={stage: np.concatenate([one.rows[stage] for one in clouds]) for stage in first.rows},
+        codes=np.concatenate([one.codes for one in clouds]),
+        shares=None if first.shares is None else np.concatenate([one.shares for one in clouds if one.shares is not None]),
+        factors={stage: np.concatenate([one.factors[stage] for one in clouds]) for stage in first.factors},
+        ambient={stage: np.concatenate([one.ambient[stage] for one in clouds]) for stage in first.ambient},
+    )
+
+
+def codes_of(rows: Mapping[Stage, np.ndarray], pieces: np.ndarray) -> np.ndarray:
+    """Return a number (...) for what is hit: shape, face, piece and whether it is seen from its lit side; -1: nothing."""
+    shape, face = (rows[Stage.OBJECT][..., place].astype(np.int64) for place in range(2))
+    lit = np.zeros(shape.shape, dtype=np.int64)
+    if Stage.NORMAL in rows:
+        lit = (dot(rows[Stage.NORMAL], rows[Stage.RAY]) < 0).astype(np.int64)
+    return np.where(shape < 0, -1, 2 * ((shape * FACES + face) * PIECES + pieces) + lit)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Allowed:
+    """How far from a nearby problem's answer a value may be, at pixels (n,): that problem's forward limits."""
+
+    limits: Mapping[Stage, np.ndarray]  # (n,) or (n, 3), of distance, position and normal
+    lights: np.ndarray | None  # (n, lights, 3): of each light's irradiance where it is visible
+    roundings: float  # relative to a sum of lights: those from irradiance to radiance
+    steps: Mapping[Stage, np.ndarray]  # (n,) or (n, channels): of an output that is coarser than its arithmetic
+
+    def at(self, stage: Stage) -> np.ndarray:
+        """Return the limit of a stage up to the normal, (n, 1)."""
+        limit = np.asarray(self.limits[stage] + self.steps.get(stage, 0.0))
+        return limit[:, np.newaxis]
+
+
+def is_of_surface(stage: Stage, values: np.ndarray, cloud: Cloud, answers: np.ndarray, allowed: Allowed) -> np.ndarray:
+    """Return which values (n, channels) of distance, position or normal lie within a piece's, (n,)."""
+    samples, limit = cloud.rows[stage], allowed.at(stage)
+    here = answers[..., np.newaxis]
+    with np.errstate(invalid="ignore"):
+        low = np.where(here, samples, np.inf).min(axis=0)
+        high = np.where(here, samples, -np.inf).max(axis=0)
+        within = all_of(((values >= low - limit) & (values <= high + limit)) | ((values == low) & (values == high)))
+        if stage is Stage.NORMAL:
+            # A hit's normal is of unit length to within its own error, and a miss has none.
+            within &= np.abs(length(values) - length(one_of(samples, answers))) <= limit[:, 0]
+    return within
+
+
+def one_of(samples: np.ndarray, answers: np.ndarray) -> np.ndarray:
+    """Return the first answer (n, channels) of each pixel's piece."""
+    return samples[answers.argmax(axis=0), np.arange(answers.shape[1])]
+
+
+def is_of_lights(
+    stage: Stage, values: np.ndarray, cloud: Cloud, answers: np.ndarray, allowed: Allowed
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return which values (n, 3) are a sum of lights that a piece receives, and of which too many lights are undecided.
+
+    Of the latter (n,) nothing is known but that the value lies within what all choices of lights span.
+    """
+    assert cloud.shares is not None and allowed.lights is not None
+    factor, here = cloud.factors[stage], answers[..., np.newaxis]
+    with np.errstate(invalid="ignore"):
+        shares = np.where(cloud.shares != 0, cloud.shares * factor[:, :, np.newaxis], 0.0)
+        slack = np.where(here, np.abs(factor), 0.0).max(axis=0)[:, np.newaxis] * allowed.lights
+        each = answers[..., np.newaxis, np.newaxis]
+        low = np.where(each, shares, np.inf).min(axis=0) - slack
+        high = np.where(each, shares, -np.inf).max(axis=0) + slack
+        base = cloud.ambient[stage]
+        least = np.where(here, base, np.inf).min(axis=0)
+        greatest = np.where(here, base, -np.inf).max(axis=0)
+    visible = cloud.rows[Stage.VISIBILITY] > 0
+    lit, dark = (np.any(here & state, axis=0) for state in (visible, ~visible))  # (n, lights)
+    tolerance = allowed.roundings * np.abs(values) + allowed.steps.get(stage, np.zeros_like(values))
+    good, spanned = np.zeros(len(values), dtype=bool), np.zeros(len(values), dtype=bool)
+    for pixel, value in enumerate(values):
+        always, free = lit[pixel] & ~dark[pixel], np.flatnonzero(lit[pixel] & dark[pixel])
+        below = least[pixel] + low[pixel, always].sum(axis=0) - tolerance[pixel]
+        above = greatest[pixel] + high[pixel, always].sum(axis=0) + tolerance[pixel]
+        room = value - above, value - below  # the free lights' sums must reach from the first to the second
+        good[pixel], spanned[pixel] = _some_choice(low[pixel, free], high[pixel, free], *room)
+    return good, spanned
+
+
+def _some_choice(low: np.ndarray, high: np.ndarray, least: np.ndarray, greatest: np.ndarray) -> tuple[bool, bool]:
+    """Return whether some of the lights (k, 3) add up to `least` (3,) or more and `greatest` or less.
+
+    A choice adds up to something between the sums of `low` and of `high`. Of more than twice `MOST_LISTED` lights the
+    choices are not listed; then the second number says whether the value is within what they span.
+    """
+    count = len(low)
+    if count > 2 * MOST_LISTED:
+        spans = np.minimum(low, 0).sum(axis=0) <= greatest, np.maximum(high, 0).sum(axis=0) >= least
+        return False, bool(np.all(spans))
+    half = count // 2 if count > MOST_LISTED else count
+    sums = [_sums(low[:half], high[:half]), _sums(low[half:], high[half:])]
+    (first_low, first_high), (second_low, second_high) = sums
+    for more_low, more_high in zip(second_low, second_high, strict=True):
+        reached = (first_low + more_low <= greatest) & (first_high + more_high >= least)
+        if reached.all(axis=1).any():
+            return True, False
+    return False, False
+
+
+def _sums(low: np.ndarray, high: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the sums (2^k, 3) of every choice of lights (k, 3)."""
+    choices = (np.arange(1 << len(low))[:, np.newaxis] >> np.arange(len(low))) & 1
+    return choices @ low, choices @ high

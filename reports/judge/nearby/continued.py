@@ -1,0 +1,187 @@
+"""Which pixels of a continued stage are explained: the oracle continues from the renderer's own stages, moved by rounding.
+
+What a renderer handed over is moved as this table says, by up to 2, 8 and 16 times the size given; u is the unit
+roundoff of its precision.
+
+    ray, normal                        u, each component
+    distance                           u times itself
+    position                           u (|eye| + distance), but never below its own surface
+    irradiance, exitance               u times themselves
+    object, visibility                 nothing: they are whole numbers
+
+An output that is coarser than its arithmetic moves them by its own step. Where stages were computed by passes of their
+own (`chained: false`), each is moved by its own end-to-end limit as well. The scene moves as it does for stages end to
+end, and for visibility the start of shadow rays.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from rayproof.cases.stages import Stage, StageImages
+from rayproof.reference.analytic import Analytic, Freedom
+from rayproof.reports.judge.answers import all_of, dot
+from rayproof.reports.judge.nearby.explaining import FIRST, NOTHING, ROUNDS, Declared, Explained, Reach
+from rayproof.reports.judge.nearby.problems import AMOUNTS, Problem, Problems
+
+READ_BY: Mapping[Stage, tuple[Stage, ...]] = {
+    Stage.OBJECT: (Stage.RAY,),
+    Stage.DISTANCE: (Stage.RAY, Stage.OBJECT),
+    Stage.POSITION: (Stage.RAY, Stage.OBJECT, Stage.DISTANCE),
+    Stage.NORMAL: (Stage.RAY, Stage.OBJECT, Stage.POSITION),
+    Stage.VISIBILITY: (Stage.OBJECT, Stage.POSITION, Stage.NORMAL),
+    Stage.IRRADIANCE: (Stage.OBJECT, Stage.POSITION, Stage.NORMAL, Stage.VISIBILITY),
+    Stage.EXITANCE: (Stage.OBJECT, Stage.IRRADIANCE),
+    Stage.RADIANCE: (Stage.RAY, Stage.OBJECT, Stage.NORMAL, Stage.EXITANCE),
+}
+
+
+@dataclass(frozen=True, kw_only=True)
+class Handed:
+    """What a renderer handed over at some pixels (n,), and by how much each number of it is moved."""
+
+    rows: Mapping[Stage, np.ndarray]  # (n, channels)
+    rounding: Mapping[Stage, np.ndarray]  # (n, 1) or (n, channels): per unit of roundoff
+    whole: Mapping[Stage, np.ndarray]  # likewise: by an output's step, and by passes of their own
+
+    def moved(self, amount: float, draw: np.random.Generator, pixels: np.ndarray, total: int) -> dict[Stage, np.ndarray]:
+        """Return the rows moved; what is drawn for a pixel does not depend on which others are asked."""
+        moved = {}
+        for stage, values in self.rows.items():
+            if stage not in self.rounding:
+                moved[stage] = values
+                continue
+            drawn = draw.uniform(-1, 1, (total, values.shape[1]))[pixels]
+            moved[stage] = values + (amount * self.rounding[stage] + self.whole.get(stage, 0.0)) * drawn
+        return moved
+
+
+@dataclass(frozen=True, kw_only=True)
+class Continuing:
+    """One continued stage of a renderer, and its pixels over their limits."""
+
+    oracle: Analytic
+    problems: Problems
+    stage: Stage
+    answers: StageImages  # the renderer's, (height, width, channels)
+    limit: np.ndarray  # (height, width) or (height, width, channels)
+    reach: Reach
+    declared: Declared
+    unit: float  # unit roundoff
+    whole: Mapping[Stage, np.ndarray | float]  # by what a stage's numbers are moved beyond rounding, (height, width, ...)
+
+    def explain(self, over: np.ndarray) -> Explained:
+        """Return what became of the pixels (height, width) that are over the limit."""
+        nothing = {name: np.zeros_like(over) for name in ("rounding", "epsilon", "unexamined")}
+        found = Explained(**nothing)
+        left = over.copy()
+        for number, declared in ((0, NOTHING), (1, NOTHING), (2, NOTHING), (1, self.declared)):
+            if declared is self.declared and not declared:
+                break
+            good = self._explained(left, self._problems(number), declared)
+            (found.epsilon if declared is self.declared else found.rounding)[good] = True
+            left &= ~good
+            if not left.any():
+                break
+        return found
+
+    def _problems(self, number: int) -> list[Problem]:
+        if number == 0:
+            return [replace(self.problems.itself(place), amount=AMOUNTS[place % 3]) for place in range(FIRST)]
+        start = sum(ROUNDS[: number - 1])
+        return list(self.problems.within(range(start, start + ROUNDS[number - 1])))
+
+    def _explained(self, left: np.ndarray, problems: list[Problem], declared: Declared) -> np.ndarray:
+        """Return the pixels (height, width) that one of the problems explains."""
+        rows, columns = np.nonzero(left)
+        good = np.zeros_like(left)
+        if not len(rows) or not problems:
+            return good
+        handed, pixels = self._handed(rows, columns), rows * left.shape[1] + columns
+        values, pieces = [], []
+        for problem in problems:
+            draw = problem.draw
+            given = handed.moved(problem.amount, draw, pixels, left.size)
+            freedom = self._freedom(rows, columns, problem, declared, draw)
+            with np.errstate(all="ignore"):  # from whatever was handed over, infinities too
+                values.append(self.oracle.continued(problem.scene, self.stage, given, freedom))
+            pieces.append(self._pieces(problem, given))
+        own = np.asarray(self.answers[self.stage][rows, columns], dtype=np.float64)
+        limit = np.asarray(self.limit)[rows, columns]
+        limit = limit if limit.ndim == 2 else limit[:, np.newaxis]
+        good[rows, columns] = self._among(own, np.stack(values), np.stack(pieces), limit)
+        return good
+
+    def _among(self, own: np.ndarray, values: np.ndarray, pieces: np.ndarray, limit: np.ndarray) -> np.ndarray:
+        """Return which values (n, channels) are a problem's, or lie between those (K, n, channels) of one piece."""
+        if self.stage is Stage.OBJECT:
+            return all_of(values == own).any(axis=0)
+        if self.stage is Stage.VISIBILITY:
+            return all_of((values == own).any(axis=0))
+        good, left = np.zeros(len(own), dtype=bool), np.ones(pieces.shape, dtype=bool)
+        with np.errstate(invalid="ignore"):
+            while (pixels := np.flatnonzero(left.any(axis=0) & ~good)).size:
+                first = left[:, pixels].argmax(axis=0)
+                same = left[:, pixels] & (pieces[:, pixels] == pieces[first, pixels])
+                left[:, pixels] &= ~same
+                each, here = values[:, pixels], same[..., np.newaxis]
+                low, high = np.where(here, each, np.inf).min(axis=0), np.where(here, each, -np.inf).max(axis=0)
+                mine, slack = own[pixels], limit[pixels]
+                inside = ((mine >= low - slack) & (mine <= high + slack)) | ((mine == low) & (mine == high))
+                good[pixels] = all_of(inside)
+        return good
+
+    def _pieces(self, problem: Problem, given: Mapping[Stage, np.ndarray]) -> np.ndarray:
+        """Return a number (n,) that values have in common which may span an interval."""
+        objects = given[Stage.OBJECT] if Stage.OBJECT in given else np.zeros((len(given[Stage.RAY]), 2))
+        if self.stage is Stage.NORMAL:
+            turned = dot(self.oracle.continued(problem.scene, self.stage, given), given[Stage.RAY]) < 0
+            return 2 * self.oracle.pieces_at(problem.scene, given) + turned
+        if self.stage is Stage.RADIANCE:
+            return (dot(given[Stage.NORMAL], given[Stage.RAY]) < 0).astype(int)
+        return np.zeros(len(objects), dtype=int)
+
+    def _handed(self, rows: np.ndarray, columns: np.ndarray) -> Handed:
+        flat = {
+            stage: np.asarray(self.answers[stage][rows, columns], dtype=np.float64) for stage in READ_BY[self.stage]
+        }
+        eye = float(np.linalg.norm(self.problems.scene.camera.eye))
+        away = np.zeros((len(rows), 1))
+        if Stage.POSITION in flat:
+            away = np.linalg.norm(flat[Stage.POSITION] - np.asarray(self.problems.scene.camera.eye), axis=1)[:, np.newaxis]
+        sizes = {
+            Stage.RAY: lambda values: np.ones((len(values), 1)),
+            Stage.DISTANCE: np.abs,
+            Stage.POSITION: lambda values: eye + away,
+            Stage.NORMAL: lambda values: np.ones((len(values), 1)),
+            Stage.IRRADIANCE: np.abs,
+            Stage.EXITANCE: np.abs,
+        }
+        with np.errstate(invalid="ignore"):
+            rounding = {stage: self.unit * sizes[stage](values) for stage, values in flat.items() if stage in sizes}
+        whole = {}
+        for stage, off in self.whole.items():
+            if stage in rounding:
+                off = np.broadcast_to(off, (*self.reach.image.shape, *np.shape(off)[2:]))[rows, columns]
+                whole[stage] = off if off.ndim == 2 else off[:, np.newaxis]
+        return Handed(rows=flat, rounding=rounding, whole=whole)
+
+    def _freedom(
+        self, rows: np.ndarray, columns: np.ndarray, problem: Problem, declared: Declared, draw: np.random.Generator
+    ) -> Freedom | None:
+        if self.stage not in (Stage.OBJECT, Stage.VISIBILITY):
+            return None
+        shape = self.reach.image.shape
+        drawn = draw.uniform(0, 1, (*shape, 3))[rows, columns]
+        shadow = np.broadcast_to(declared.shadow, shape)[rows, columns] * drawn[:, 1]
+        skips = drawn[:, 2] < 1 / 3
+        lift = self.reach.lift[rows, columns] * drawn[:, 0] * min(1.0, problem.amount / AMOUNTS[-1])
+        return Freedom(
+            lift=lift + np.where(skips, 0.0, shadow),
+            blind=np.where(skips, shadow, 0.0),
+            light=declared.light,
+            near=declared.ray,
+            tie=self.reach.tie[rows, columns] + declared.tie,
+            draw=draw,
+        )
