@@ -28,10 +28,6 @@ GROUPS: dict[str, tuple[str, dict[str, tuple[str, str]]]] = {
         {
             "run": (f"{_IN}.run:run", "Judge the tracer or another renderer on cases or scene files; write a report."),
             "gate": (f"{_IN}.gate:gate", "Keep a file of known failures, and check a run against it."),
-            "grade": (
-                f"{_IN}.grade:grade",
-                "Grade a course's ray tracers: points for each formula, pages to hand out.",
-            ),
         },
     ),
     "look": (
@@ -62,10 +58,7 @@ GROUPS: dict[str, tuple[str, dict[str, tuple[str, str]]]] = {
     "begin": (
         "new adapter mine.py",
         {
-            "new": (
-                f"{_IN}.new:app",
-                "Write a starter: a formula, an adapter, a rubric for a course, a workflow for CI.",
-            )
+            "new": (f"{_IN}.new:app", "Write a starter: a formula, an adapter of a renderer, a workflow for CI."),
         },
     ),
     "scenes": (

@@ -1,6 +1,6 @@
 """`diagnose`: a results folder's failures become causes in sentences, with evidence and what is left."""
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import cast
 
@@ -17,8 +17,7 @@ from rayproof.reports.diagnosis.answering import PRECISION
 from rayproof.reports.diagnosis.blaming import Blamed, guilty, narrowed, put
 from rayproof.reports.diagnosis.hypotheses import Clock
 from rayproof.reports.diagnosis.search import Found, Searched, search, spread
-from rayproof.reports.diagnosis.stage_by_stage import Shared, shares
-from rayproof.reports.diagnosis.trials import Continued, Evidence, differ, trial, undecided
+from rayproof.reports.diagnosis.trials import Evidence, differ, trial, undecided
 from rayproof.reports.judge.limits import Roundoff, roundoff_of
 from rayproof.reports.results.case_records import CaseRecord, RepeatedRecord, by_references
 from rayproof.reports.results.files import at_worst, several
@@ -217,20 +216,6 @@ def diagnose(folder: Path, results: RunRecord, *, seconds: float) -> list[CauseR
         causes = [of_images_that_change(*changing, [one.case for one in failing], of=failed)]
     narrow(results, evidence, configuration, causes, seconds=max(FOR_BLAME, seconds - clock.spent))
     return causes
-
-
-def shared_by_mistakes(folder: Path, results: RunRecord, names: Collection[str], *, seconds: float) -> list[Shared]:
-    """Return the mistakes that explain some of the named failing cases at some stage, of a renderer that writes all."""
-    renderer, configuration = _worst(results)
-    if renderer is None:
-        return []
-    oracle, failing, rounding = Analytic(), [], _rounding(results)
-    for case in results["cases"]:
-        one = _evidence(folder, case, renderer, configuration, oracle, rounding) if case["name"] in names else None
-        if one is not None and (continued := Continued(evidence=one)).usable:
-            failing.append(continued)
-    modes = sorted({case.evidence.scene.shading for case in failing})
-    return list(shares(failing, modes, seconds=seconds))
 
 
 def _changing(results: RunRecord, configuration: str) -> tuple[RepeatedRecord, str] | None:
