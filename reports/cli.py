@@ -36,7 +36,7 @@ GROUPS: dict[str, tuple[str, dict[str, tuple[str, str]]]] = {
             "report": (f"{_IN}.report:app", "Publish a run again, compare two runs, show their history or two images."),
             "list": (
                 f"{_IN}.list:catalogue",
-                "List cases, formulas, references, metrics, laws, mistakes, ladders, terms or a schema.",
+                "List cases, formulas, references, metrics, mistakes, ladders, terms or a schema.",
             ),
             "show": (f"{_IN}.show:show", "Show one case: its scene, its requirements, how to reproduce it."),
             "probe": (f"{_IN}.probe:probe", "Show one pixel, every stage, as each renderer answers it."),
@@ -87,7 +87,6 @@ GONE: dict[str, str] = {
     "schema": "rayproof list schema",
     "adapt": "rayproof new adapter",
     "ci": "rayproof new workflow",
-    "laws": "rayproof run --laws",
     "audit": "python -m tests.harness.audit, in a checkout of rayproof",
     "bench": "python -m tests.benchmarks.bench, in a checkout of rayproof",
     "paths": "python -m tests.harness.paths, in a checkout of rayproof",

@@ -43,7 +43,6 @@ def run(
     resume: Annotated[bool, SELECTION] = False,
     shard: Annotated[str | None, SELECTION] = None,
     merge: Annotated[bool, SELECTION] = False,
-    laws: Annotated[bool, SELECTION] = False,
     require: Annotated[Repeated, SUBJECT] = (),
     jobs: Annotated[int | None, LIMITS] = None,
     timeout: Annotated[float | None, LIMITS] = None,
@@ -88,9 +87,6 @@ def run(
     merge
         Combine the parts that --shard made into one run; SELECTORS are their folders. All parts must have the same
         code, plan, subject and options. Cases of an absent part are missing.
-    laws
-        Also hold the subject against itself: a law relates its images of a scene to those of a changed scene. SELECTORS
-        may name laws as well. Named cases are held against these, or every law; other cases against a usual choice.
     require
         References that must answer, separated by commas. A case that one of them cannot answer at all fails. A
         run fails if an optional program answers nothing in it, and ends if one is not installed. References that
@@ -181,7 +177,6 @@ def run(
             (
                 resume,
                 shard,
-                laws,
                 require,
                 configuration,
                 formula,
@@ -213,11 +208,6 @@ def run(
             piece = shard_of(shard)
     if piece is not None and not all(one is None for one in (expect, against, least_coverage, history)):
         raise UsageError("--expect, --against, --least-coverage and --history need the whole run: give them to --merge")
-    choice = None
-    if laws:
-        from rayproof.reports.run.options import laws_among
-
-        selectors, choice = laws_among(selectors)
     selectors = drawn(selectors, count, seed)
     if scenes is not None and selectors:
         raise UsageError(f"--scenes and selectors exclude each other, got both: {selectors[0]}")
@@ -262,7 +252,6 @@ def run(
         request = RunOptions(
             selectors=selectors,
             scenes=stream,
-            laws=choice,
             out=out,
             resume=resume,
             shard=piece,

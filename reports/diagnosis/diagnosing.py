@@ -19,7 +19,7 @@ from rayproof.reports.diagnosis.hypotheses import Clock
 from rayproof.reports.diagnosis.search import Found, Searched, search, spread
 from rayproof.reports.diagnosis.trials import Evidence, differ, trial, undecided
 from rayproof.reports.judge.limits import Roundoff, roundoff_of
-from rayproof.reports.results.case_records import CaseRecord, RepeatedRecord, by_references
+from rayproof.reports.results.case_records import CaseRecord, RepeatedRecord
 from rayproof.reports.results.files import at_worst, several
 from rayproof.reports.results.float_codec import inflated
 from rayproof.reports.results.images import inside, kept_images
@@ -269,7 +269,7 @@ def _worst(results: RunRecord) -> tuple[str | None, str]:
     """Return the renderer under test whose checks fail most, as its images and as its checks name it."""
     count: dict[str, int] = {}
     for case in results["cases"]:
-        for check in by_references(case):
+        for check in case.get("checks", []):
             if check.outcome is Outcome.FAIL:
                 count[check.configuration] = count.get(check.configuration, 0) + 1
     if not count:
@@ -284,7 +284,7 @@ def _worst(results: RunRecord) -> tuple[str | None, str]:
 
 def _verdict(case: CaseRecord, configuration: str) -> str | None:
     """Return whether a renderer fails in a case or passes; None where neither is known."""
-    verdicts = {check.outcome for check in by_references(case) if check.configuration == configuration}
+    verdicts = {check.outcome for check in case.get("checks", []) if check.configuration == configuration}
     if Outcome.FAIL.value in verdicts:
         return Outcome.FAIL.value
     good = verdicts & {Outcome.PASS.value, Outcome.WARN.value}
