@@ -307,14 +307,16 @@ def twelve_lights(scene: Scene, draw: Renderer) -> Iterator[Pair]:
 
 
 def shifted_channels(scene: Scene, draw: Renderer) -> Iterator[Pair]:
-    """Move the channels of flux and albedo on by one, and multiply the flux by 2^12: no bit of a digit changes.
+    """Move the channels of flux and albedo on by one, multiply flux by 2^12 and albedo by 1/2: no digit changes.
 
-    No formula has two channels in it, and rounding commutes with powers of two (IEEE 754-2019, section 4.3).
+    No formula has two channels in it, light is linear in both factors, and rounding commutes with powers of two (IEEE
+    754-2019, section 4.3).
     """
     lights = (replace(light, flux=vector(np.roll(light.flux, 1) * 2.0**12)) for light in scene.lights)
-    shapes = (replace(shape, albedo=vector(np.roll(shape.albedo, 1))) for shape in scene.shapes)
+    shapes = (replace(shape, albedo=vector(np.roll(shape.albedo, 1) * 0.5)) for shape in scene.shapes)
     after = draw(replace(scene, shapes=tuple(shapes), lights=tuple(lights)))
-    maps = dict.fromkeys(LIGHT_STAGES, lambda image: np.roll(image, 1, axis=-1) * 2.0**12)
+    reflected = dict.fromkeys(LIGHT_STAGES, lambda image: np.roll(image, 1, axis=-1) * 2.0**11)
+    maps = {**reflected, Stage.IRRADIANCE: lambda image: np.roll(image, 1, axis=-1) * 2.0**12}
     yield from pairs(draw(scene), after, scene, maps, exact=True)
 
 
@@ -337,7 +339,7 @@ RELATIONS: tuple[tuple[Relation, str, str], ...] = (
     (lights_one_by_one, "several_lights/inverse_square", "sum_lights=fault_mean"),
     (caged_light, "shadows/every_blocker", "segment=fault_short"),
     (twelve_lights, "several_lights/inverse_square", "lambert=fault_missing"),
-    (shifted_channels, "several_lights/inverse_square", "exitance=fault_channels_swapped"),
+    (shifted_channels, "several_lights/inverse_square", "exitance=fault_albedo_squared"),
 )
 
 
