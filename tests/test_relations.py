@@ -216,13 +216,13 @@ def shapes_behind(scene: Scene, draw: Renderer) -> Iterator[Pair]:
     forward = (target - eye) / distance
     light = PointLight(position=vector(eye + 0.001 * distance * forward), flux=vector(np.full(3, 40 * distance**2)))
     lit = replace(scene, lights=(light,))
-    corners = np.array([(-0.5, -0.5, 0.0), (0.5, -0.5, 0.0), (0.0, 0.5, 0.0)])
+    corners = ((-0.5, -0.5, 0.0), (0.5, -0.5, 0.0), (0.0, 0.5, 0.0))
     kinds: tuple[Shape, ...] = (
         Sphere(albedo=(0.9, 0.9, 0.9), radius=0.5),
         Cube(albedo=(0.9, 0.9, 0.9)),
         Square(albedo=(0.9, 0.9, 0.9)),
-        Triangle(albedo=(0.9, 0.9, 0.9), vertices=tuple(map(vector, corners))),
-        Mesh(albedo=(0.9, 0.9, 0.9), vertices=corners, faces=np.array([(0, 1, 2)])),
+        Triangle(albedo=(0.9, 0.9, 0.9), vertices=corners),
+        Mesh(albedo=(0.9, 0.9, 0.9), vertices=np.array(corners), faces=np.array([(0, 1, 2)])),
     )
     places = [eye - (view.near + 0.2 * distance * (number + 1)) * forward for number in range(len(kinds))]
     size = 0.1 * distance
