@@ -273,8 +273,8 @@ class FindingRecord(TypedDict, total=False):
     met: list[str]
 
 
-class WorseRecord(TypedDict, total=False):
-    """What of a case is worse than its history: its verdict, its error or its time, and by how much."""
+class WorseRecord(TypedDict):
+    """What of a case is worse than its history: verdict, error, wrong pixels or time, and by how much."""
 
     case: str
     what: str
@@ -282,21 +282,14 @@ class WorseRecord(TypedDict, total=False):
     sentence: str
 
 
-class SeriesRecord(TypedDict, total=False):
-    """A case's last points and the steps among them, as a report draws them."""
-
-    points: list[tuple[int, str, str, Number | None, Number]]  # run, revision, verdict, error over limit, seconds
-    error_steps: list[tuple[int, Number]]  # run, factor
-    time_steps: list[tuple[int, Number]]
-
-
-class HistoryRecord(TypedDict, total=False):
-    """How a run stands among those before it."""
+class HistoryRecord(TypedDict):
+    """A run beside those before it; of each case the last points, as a report draws them."""
 
     file: str
     run: int
     worse: list[WorseRecord]
-    cases: dict[str, SeriesRecord]
+    # run, revision, verdict, error over limit, seconds
+    cases: dict[str, list[tuple[int, str, str, Number | None, Number]]]
 
 
 class RunFacts(TypedDict, total=False):

@@ -364,7 +364,7 @@ def _results() -> RunRecord:
             "file": "h",
             "run": 1,
             "worse": [],
-            "cases": {"a/b": {"points": [], "error_steps": [], "time_steps": []}},
+            "cases": {"a/b": [[1, "c0ffee", "fail", 2.0, 1.5]]},
         },
     }
     return results
