@@ -11,12 +11,12 @@ from rayproof.reports.history.database import LEAST_RATIO, LOUD, WORSE_TIME, spr
 from rayproof.reports.results.case_records import CaseRecord, Check, ComparedCheckRecord, RenderRecord, ratio_of
 from rayproof.reports.results.case_table import briefs, by_name
 from rayproof.reports.results.document import LISTED, load_results
-from rayproof.reports.results.files import at_worst, number
+from rayproof.reports.results.files import SCHEMA, at_worst, number
 from rayproof.reports.results.outcomes import Outcome
 from rayproof.reports.results.provenance import origin
 from rayproof.reports.results.records import ComparedRunRecord, ComparisonRecord, ComparisonRowRecord, RunRecord
 from rayproof.reports.studies.compare.findings import BETTER, LEAST_DIGITS, MIXED, NOTHING, WORSE
-from rayproof.reports.studies.compare.records import SCHEMA, CaseMove, FamilyMove, RunComparison
+from rayproof.reports.studies.compare.records import CaseMove, FamilyMove, RunComparison
 from rayproof.reports.studies.compare.statistics import LEVEL, REPLICATES, percentile_interval
 
 Case = CaseRecord
