@@ -118,10 +118,9 @@ def _row(case: CaseRecord) -> tuple[str, str, float, float | None, str, str, int
     measured = [check for check in case.get("checks", []) if check.continued or check.end_to_end]
     worst = max(measured, key=lambda check: at_worst(check.ratio), default=None)
     wrong = max((check.examined.wrong for check in case.get("checks", []) if check.examined), default=0)
-    error = (None, "", "")
-    if worst is not None:
-        error = (at_worst(worst.ratio), str(worst.stage), f"{worst.configuration} {worst.reference}")
-    return case["name"], case["verdict"], seconds, *error, wrong
+    ratio = None if worst is None else at_worst(worst.ratio)
+    stage, place = ("", "") if worst is None else (str(worst.stage), f"{worst.configuration} {worst.reference}")
+    return case["name"], case["verdict"], seconds, ratio, stage, place, wrong
 
 
 CI_VARIABLES = ("GITHUB_SHA", "CI_COMMIT_SHA", "GIT_COMMIT", "BUILD_SOURCEVERSION")  # GitHub, GitLab, Jenkins, Azure

@@ -6,6 +6,7 @@ what each key means. Keys that a class does not name are allowed, and kept.
 """
 
 import re
+from collections.abc import Mapping, Sequence
 from functools import cache
 from typing import Annotated, Any, Literal, NotRequired, Required, TypedDict
 
@@ -287,7 +288,7 @@ class HistoryRecord(TypedDict):
     run: int
     worse: list[WorseRecord]
     # run, revision, verdict, error over limit, seconds
-    cases: dict[str, list[tuple[int, str, str, Number | None, Number]]]
+    cases: Mapping[str, Sequence[tuple[int, str, str, Number | None, Number]]]
 
 
 class RunFacts(TypedDict, total=False):
