@@ -75,25 +75,6 @@ COMMANDS: dict[str, tuple[str, str]] = {
     name: command for _, commands in GROUPS.values() for name, command in commands.items()
 }
 
-# Commands of the version before, and what takes their place; the next version forgets them.
-GONE: dict[str, str] = {
-    "merge": "rayproof run --merge DIR... --out ALL",
-    "expect": "rayproof gate",
-    "history": "rayproof report history",
-    "view": "rayproof report view",
-    "call": "rayproof probe --keep FOLDER",
-    "oracle": "rayproof probe --certified",
-    "help": "rayproof list terms",
-    "schema": "rayproof list schema",
-    "adapt": "rayproof new adapter",
-    "ci": "rayproof new workflow",
-    "audit": "python -m tests.harness.audit, in a checkout of rayproof",
-    "bench": "python -m tests.benchmarks.bench, in a checkout of rayproof",
-    "paths": "python -m tests.harness.paths, in a checkout of rayproof",
-    "soak": "python -m tests.harness.soak, in a checkout of rayproof",
-    "growth": "python -m tests.benchmarks.growth, in a checkout of rayproof",
-}
-
 BAD_USAGE, NOT_MEASURED, INTERRUPTED = 2, 3, 130
 # Of a write or a start: not ours to mend, and nothing that a traceback would explain.
 OF_THE_MACHINE = {
@@ -179,8 +160,6 @@ def _called(words: list[str], program: "App | None") -> int:
     from rayproof.tracer.kernel.compiler import NoBackendError
 
     try:
-        if program is None and words[0] in GONE:
-            raise UsageError(f"{words[0]} is no command any more; its successor is {GONE[words[0]]}")
         result = (program or application())(words, exit_on_error=False, print_error=False, result_action="return_value")
     except (UsageError, CycloptsError) as error:
         sys.stderr.write(f"rayproof: {one_line(error)}\n")

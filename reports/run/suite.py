@@ -55,7 +55,7 @@ from rayproof.reports.run.totals import results_document
 from rayproof.reports.run.verdict_memory import passed
 from rayproof.reports.run.workers import RELIEF, sleeping
 from rayproof.reports.run.workers import workers as pool_of
-from rayproof.reports.run.workload import EARLIER, render_and_judge
+from rayproof.reports.run.workload import render_and_judge
 from rayproof.reports.subjects.calls import FOLDER as CALLS
 from rayproof.reports.subjects.calls import TOLD
 from rayproof.reports.terminal import console as terminal
@@ -331,7 +331,7 @@ def clear(folder: Path) -> None:
 
     Only where there is a run's journal: what is not ours is left alone.
     """
-    if (folder / JOURNAL).is_file() or (folder / EARLIER).is_file():
+    if (folder / JOURNAL).is_file():
         for name in ("images", "scenes", "data", CALLS):
             shutil.rmtree(folder / name, ignore_errors=True)
 

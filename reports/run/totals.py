@@ -18,7 +18,7 @@ from rayproof.reports.results.case_records import (
     Examined,
     Number,
 )
-from rayproof.reports.results.files import at_worst, legible
+from rayproof.reports.results.files import SCHEMA, at_worst, legible
 from rayproof.reports.results.images import keeps_images
 from rayproof.reports.results.outcomes import MEASURED, Outcome, concerning, ledger, worst
 from rayproof.reports.results.records import (
@@ -393,7 +393,7 @@ def results_document(
     versions = found.versions
     environment = {"python": sys.version.split()[0], "machine": platform.machine(), "system": platform.platform()}
     return {
-        "schema": 1,
+        "schema": SCHEMA,
         "rayproof": version("rayproof"),
         "command": shlex.join(["rayproof", *sys.argv[1:]]),
         "started": started.isoformat(timespec="seconds"),

@@ -17,6 +17,7 @@ from rayproof.reference.analytic import Analytic
 from rayproof.reference.mitsuba3 import MitsubaLlvm, MitsubaScalar, program
 from rayproof.reference.mitsuba3.program import radiance_image
 from rayproof.reference.mitsuba3.scene import load_scene
+from rayproof.reports.results.files import SCHEMA
 from rayproof.reports.results.provenance import origin
 from rayproof.reports.studies.compare.contenders import concerned, stresses_and_cases
 from rayproof.reports.studies.compare.paired_errors import enlarged, launch
@@ -274,7 +275,7 @@ def measure(
         if group != LADDER and len({point.diagram for point in points if point.diagram.split("/")[0] == group}) > 1:
             points += overall(points, group)
     return {
-        "schema": 1,
+        "schema": SCHEMA,
         "environment": versions(),
         "origin": origin(SEED),
         "repetitions": repetitions,

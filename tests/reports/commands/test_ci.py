@@ -44,7 +44,7 @@ def test_what_a_service_would_run_fails_by_its_exit_code_and_leaves_a_report(
         "--subject",
         "tracer",
     )
-    (tmp_path / "known.json").write_text('{"schema": 2}')
+    (tmp_path / "known.json").write_text('{"schema": 1}')
     assert (ended.code, ended.error) == (0, "")
     text = SERVICES[service][1].read_text()
     lines = shell_lines(service, text)
