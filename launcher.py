@@ -25,7 +25,7 @@ STAMP = "rayproof-setup.json"
 # Files are begun in the order of tests/conftest.py, which has the longest first.
 SIDE_BY_SIDE = ["-n", "logical", "--maxprocesses", "4", "--dist", "loadfile", "--no-loadscope-reorder"]
 IN_PROGRESS = {"state": "in progress"}
-EXTRAS = ("dask", "parquet")  # each has a lock of its own, requirements-NAME.txt
+EXTRAS = ("dask",)  # each has a lock of its own, requirements-NAME.txt
 
 
 class SetupError(Exception):

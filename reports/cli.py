@@ -28,10 +28,6 @@ GROUPS: dict[str, tuple[str, dict[str, tuple[str, str]]]] = {
         {
             "run": (f"{_IN}.run:run", "Judge the tracer or another renderer on cases or scene files; write a report."),
             "gate": (f"{_IN}.gate:gate", "Keep a file of known failures, and check a run against it."),
-            "grade": (
-                f"{_IN}.grade:grade",
-                "Grade a course's ray tracers: points for each formula, pages to hand out.",
-            ),
         },
     ),
     "look": (
@@ -40,7 +36,7 @@ GROUPS: dict[str, tuple[str, dict[str, tuple[str, str]]]] = {
             "report": (f"{_IN}.report:app", "Publish a run again, compare two runs, show their history or two images."),
             "list": (
                 f"{_IN}.list:catalogue",
-                "List cases, formulas, references, metrics, laws, mistakes, ladders, terms or a schema.",
+                "List cases, formulas, references, metrics, mistakes, ladders, terms or a schema.",
             ),
             "show": (f"{_IN}.show:show", "Show one case: its scene, its requirements, how to reproduce it."),
             "probe": (f"{_IN}.probe:probe", "Show one pixel, every stage, as each renderer answers it."),
@@ -62,10 +58,7 @@ GROUPS: dict[str, tuple[str, dict[str, tuple[str, str]]]] = {
     "begin": (
         "new adapter mine.py",
         {
-            "new": (
-                f"{_IN}.new:app",
-                "Write a starter: a formula, an adapter, a rubric for a course, a workflow for CI.",
-            )
+            "new": (f"{_IN}.new:app", "Write a starter: a formula, an adapter of a renderer, a workflow for CI."),
         },
     ),
     "scenes": (
@@ -80,26 +73,6 @@ GROUPS: dict[str, tuple[str, dict[str, tuple[str, str]]]] = {
 }
 COMMANDS: dict[str, tuple[str, str]] = {
     name: command for _, commands in GROUPS.values() for name, command in commands.items()
-}
-
-# Commands of the version before, and what takes their place; the next version forgets them.
-GONE: dict[str, str] = {
-    "merge": "rayproof run --merge DIR... --out ALL",
-    "expect": "rayproof gate",
-    "history": "rayproof report history",
-    "view": "rayproof report view",
-    "call": "rayproof probe --keep FOLDER",
-    "oracle": "rayproof probe --certified",
-    "help": "rayproof list terms",
-    "schema": "rayproof list schema",
-    "adapt": "rayproof new adapter",
-    "ci": "rayproof new workflow",
-    "laws": "rayproof run --laws",
-    "audit": "python -m tests.harness.audit, in a checkout of rayproof",
-    "bench": "python -m tests.benchmarks.bench, in a checkout of rayproof",
-    "paths": "python -m tests.harness.paths, in a checkout of rayproof",
-    "soak": "python -m tests.harness.soak, in a checkout of rayproof",
-    "growth": "python -m tests.benchmarks.growth, in a checkout of rayproof",
 }
 
 BAD_USAGE, NOT_MEASURED, INTERRUPTED = 2, 3, 130
@@ -187,8 +160,6 @@ def _called(words: list[str], program: "App | None") -> int:
     from rayproof.tracer.kernel.compiler import NoBackendError
 
     try:
-        if program is None and words[0] in GONE:
-            raise UsageError(f"{words[0]} is no command any more; its successor is {GONE[words[0]]}")
         result = (program or application())(words, exit_on_error=False, print_error=False, result_action="return_value")
     except (UsageError, CycloptsError) as error:
         sys.stderr.write(f"rayproof: {one_line(error)}\n")

@@ -58,9 +58,9 @@ def test_an_extra_is_installed_beside_what_is_there(tmp_path: Path, done: list[s
         assert launcher.is_ready(tmp_path, f"requirements{name}.txt")
 
 
-@pytest.mark.parametrize("arguments", [["install"], ["install", "torch"], ["install", "dask", "parquet"]])
+@pytest.mark.parametrize("arguments", [["install"], ["install", "torch"], ["install", "dask", "torch"]])
 def test_an_unknown_extra_is_refused_in_one_line(arguments: list[str]) -> None:
-    with pytest.raises(launcher.SetupError, match=r"usage: ./rayproof install dask\|parquet"):
+    with pytest.raises(launcher.SetupError, match=r"usage: ./rayproof install dask; got"):
         launcher.main(arguments)
 
 

@@ -107,7 +107,7 @@ def swept(
     base: str, candidate: str, selectors: Sequence[str], repetitions: int, precision: str, sweep: str
 ) -> "SweepRecord":
     """Return the comparison of the base with the candidate for each value of one of its parameters."""
-    from rayproof.reports.studies.compare.records import SCHEMA
+    from rayproof.reports.results.files import SCHEMA
     from rayproof.tracer.formulas.own_file import is_own, with_number
 
     name, values = sweep_of(sweep)

@@ -1,4 +1,4 @@
-"""`rayproof list`: cases, formulas, references, metrics, laws, mistakes, ladders, terms, JSON Schemas."""
+"""`rayproof list`: cases, formulas, references, metrics, mistakes, ladders, terms, JSON Schemas."""
 
 import json as json_format
 import re
@@ -17,12 +17,12 @@ ENTRY = re.compile(r"^\*\*(.+?)\*\* - (.+)$", re.MULTILINE)
 
 
 def catalogue(
-    kind: Literal["cases", "formulas", "references", "metrics", "laws", "mistakes", "ladders", "terms", "schema"],
+    kind: Literal["cases", "formulas", "references", "metrics", "mistakes", "ladders", "terms", "schema"],
     *names: str,
     json: Path | None = None,
     pages: Path | None = None,
 ) -> int:
-    """List cases, formulas, references, metrics, laws, ladders, or the mistakes that explain a run with failures.
+    """List cases, formulas, references, metrics, ladders, or the mistakes that explain a run with failures.
 
     `rayproof list terms end to end` explains a word, and `rayproof list schema results` prints a JSON Schema.
 
@@ -53,7 +53,7 @@ def catalogue(
     if names:
         raise UsageError(f"`list {kind}` takes no name, got {names[0]}")
     kinds = {
-        "cases": cases, "formulas": formulas, "references": references, "metrics": metrics, "laws": laws,
+        "cases": cases, "formulas": formulas, "references": references, "metrics": metrics,
         "mistakes": mistakes, "ladders": ladders,
     }  # fmt: skip
     rows = kinds[kind]()
@@ -143,22 +143,6 @@ def metrics() -> list[Row]:
     from rayproof.reports.judge.metrics import METRICS
 
     return [{"name": name, "what": first_line(METRICS[name])} for name in METRICS]
-
-
-def laws() -> list[Row]:
-    """Describe every law that holds a renderer against itself, and every anchor."""
-    from rayproof.cases.laws import LAWS
-
-    return [
-        {
-            "name": name,
-            "stage": str(LAWS.about(name)["stage"]),
-            "anchor": bool(LAWS.about(name).get("anchor", False)),
-            "implicates": list(LAWS.about(name)["implicates"]),
-            "what": first_line(LAWS[name]),
-        }
-        for name in LAWS
-    ]
 
 
 def mistakes() -> list[Row]:

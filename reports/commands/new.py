@@ -1,4 +1,4 @@
-"""`rayproof new`: starters for a formula, an adapter of a renderer, a rubric, and a workflow of a CI service."""
+"""`rayproof new`: starters for a formula, an adapter of a renderer, and a workflow of a CI service."""
 
 import ast
 import inspect
@@ -29,7 +29,6 @@ WORKFLOWS = ROOT / "reports" / "workflows"
 SERVICES = {
     "github": ("github.yml", Path(".github/workflows/rayproof.yml")),
     "gitlab": ("gitlab.yml", Path(".gitlab-ci.yml")),
-    "jenkins": ("jenkins.groovy", Path("Jenkinsfile")),
 }
 REPORT = "rayproof-report"
 LINE = re.compile(r"[\x00-\x1f\x7f']")  # what would end the line or the string that a word stands in
@@ -189,30 +188,8 @@ def adapter(file: Path, *, language: Literal["python", "c++"] | None = None) -> 
 
 
 @app.command
-def rubric(file: Path = Path("rubric.toml")) -> int:
-    """Write a rubric for `rayproof grade`: the lecture's formulas, their points, and cases, some of them hidden.
-
-    Parameters
-    ----------
-    file
-        The file to write; it must not exist.
-
-    """
-    import secrets
-
-    from rayproof.reports.grading.rubric import starter as rubric_to_begin_with
-
-    free(file)
-    with told_in_one_line():
-        file.write_text(rubric_to_begin_with(secrets.randbelow(2**31)), encoding="utf-8")
-    say(f"wrote {file}: keep it to yourself, since its seed draws the hidden cases. Next:")
-    say(f"    {called()} grade SUBMISSIONS --rubric {file} --out grades")
-    return 0
-
-
-@app.command
 def workflow(
-    service: Literal["github", "gitlab", "jenkins"],
+    service: Literal["github", "gitlab"],
     *selectors: str,
     source: Annotated[str, Parameter(name="--from")],
     build: str,

@@ -1,7 +1,5 @@
 """`rayproof report`: a run published again, two runs with what changed, or any two images; nothing is rendered."""
 
-import errno
-from importlib.util import find_spec
 from pathlib import Path
 
 from cyclopts import App
@@ -31,7 +29,6 @@ def report(
     pictures: Path | None = None,
     case: str | None = None,
     figures: bool = False,
-    parquet: Path | None = None,
     json: Path | None = None,
     reproduce: bool = False,
     trust: bool = False,
@@ -63,8 +60,6 @@ def report(
     figures
         Also print the size of the report and of its single file, which is written as well, and the time that each
         takes to open; needs Chromium and Playwright.
-    parquet
-        Also write all checks to a Parquet file, one row a check; needs pyarrow.
     json
         With two runs: also write what changed to this file.
     reproduce
@@ -81,15 +76,13 @@ def report(
             raise UsageError("--reproduce takes a folder and --trust only")
         return reproduced(folder, trust=trust)
     if other is not None:
-        if pictures is not None or figures or draw is not None or parquet is not None:
-            raise UsageError("--draw, --pictures, --figures and --parquet need one folder, got two")
+        if pictures is not None or figures or draw is not None:
+            raise UsageError("--draw, --pictures and --figures need one folder, got two")
         return report_between(folder, other, out, single_file=single_file, json=json)
     if all and not single_file:
         raise UsageError("--all needs --single-file")
     if out is not None or json is not None:
         raise UsageError("--out and --json need the folders of two runs, got one")
-    if parquet is not None and find_spec("pyarrow") is None:
-        raise UsageError("--parquet needs pyarrow, which is not installed: ./rayproof install parquet")
     from rayproof.reports.publish import publish_all
     from rayproof.reports.results.document import load_results
     from rayproof.reports.results.headline import shouts
@@ -99,10 +92,6 @@ def report(
         own(folder)
         if pictures is not None:
             writable_folder(pictures)
-        if parquet is not None:
-            writable_folder(parquet.parent)
-            if parquet.is_dir():
-                raise IsADirectoryError(errno.EISDIR, "is a folder, not a file to write", str(parquet))
     for line in shouts(results):
         say(line)
     if draw is not None:
@@ -110,11 +99,6 @@ def report(
     publish_all(folder, results)
     say(f"report: {folder / 'index.html'}")
     write_one_file(folder, results, asked=single_file or figures, everything=all)
-    if parquet is not None:
-        from rayproof.reports.results.parquet import write_checks
-
-        count = write_checks(parquet, results)
-        say(f"checks: {count} in {parquet} ({parquet.stat().st_size / 1e6:.2f} MB)")
     if pictures is not None or figures:
         look(folder, results, pictures, case, figures=figures)
     return 0

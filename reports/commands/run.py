@@ -43,7 +43,6 @@ def run(
     resume: Annotated[bool, SELECTION] = False,
     shard: Annotated[str | None, SELECTION] = None,
     merge: Annotated[bool, SELECTION] = False,
-    laws: Annotated[bool, SELECTION] = False,
     require: Annotated[Repeated, SUBJECT] = (),
     jobs: Annotated[int | None, LIMITS] = None,
     timeout: Annotated[float | None, LIMITS] = None,
@@ -68,8 +67,6 @@ def run(
     json: Annotated[Path | None, OUTPUT] = None,
     count: Annotated[int | None, SELECTION] = None,
     seed: Annotated[int | None, SELECTION] = None,
-    worst: Annotated[bool, SELECTION] = False,
-    seconds: Annotated[float | None, SELECTION] = None,
     scenes: Annotated[Path | None, SELECTION] = None,
     scheduler: Annotated[str | None, CLUSTER] = None,
     tls: Annotated[Path | None, CLUSTER] = None,
@@ -90,9 +87,6 @@ def run(
     merge
         Combine the parts that --shard made into one run; SELECTORS are their folders. All parts must have the same
         code, plan, subject and options. Cases of an absent part are missing.
-    laws
-        Also hold the subject against itself: a law relates its images of a scene to those of a changed scene. SELECTORS
-        may name laws as well. Named cases are held against these, or every law; other cases against a usual choice.
     require
         References that must answer, separated by commas. A case that one of them cannot answer at all fails. A
         run fails if an optional program answers nothing in it, and ends if one is not installed. References that
@@ -151,16 +145,9 @@ def run(
     json
         Also write results.json to this file.
     count
-        With `random`: the number of scenes with hostile features to draw. Default: 100. With --worst: the scenes that
-        are tried.
+        With `random`: the number of scenes with hostile features to draw. Default: 100.
     seed
         With `random`: the seed of the scenes. Default: 1.
-    worst
-        With `random`: climb from scene to scene toward the largest error over its limit. The oracle judges each, all
-        references the worst, which OUT gets as scene.json. The exit code is 1 if they blame the subject. Takes --seed,
-        --count, --seconds, --subject, --configuration, --formula, --out and --json.
-    seconds
-        With --worst: how long to climb. Default: 60, or as long as --count takes.
     scenes
         Instead of selectors: a folder of scene files, or a file with one scene, with a `name`, on each line.
     scheduler
@@ -190,7 +177,6 @@ def run(
             (
                 resume,
                 shard,
-                laws,
                 require,
                 configuration,
                 formula,
@@ -214,30 +200,6 @@ def run(
 
         write_one_file(out, asked=single_file)
         return code
-    if seconds is not None and not worst:
-        raise UsageError("--seconds needs --worst")
-    if worst:
-        others = (resume, shard, laws, require, jobs, timeout, worker_memory, env, confine, keep_images, single_file)
-        if selectors != ("random",) or any((*others, studies, dry_run, history, expect, against, scenes, scheduler)):
-            raise UsageError(
-                "--worst climbs over random scenes: rayproof run random --worst, with --seed, --count, --seconds, "
-                "--subject, --configuration, --formula, --out and --json only"
-            )
-        if subject != TRACER and (configuration or formula):
-            raise UsageError("--configuration and --formula apply to the tracer only and exclude --subject")
-        drawn(selectors, count, seed)  # which refuses numbers out of range
-        from rayproof.reports.commands.shrink import climb_scenes
-
-        return climb_scenes(
-            out,
-            subject=subject,
-            configuration=configuration,
-            formula=formula,
-            tries=count,
-            seconds=seconds,
-            seed=1 if seed is None else seed,
-            json=json,
-        )
     piece = None
     if shard is not None:
         from rayproof.reports.run.shards import shard_of
@@ -246,11 +208,6 @@ def run(
             piece = shard_of(shard)
     if piece is not None and not all(one is None for one in (expect, against, least_coverage, history)):
         raise UsageError("--expect, --against, --least-coverage and --history need the whole run: give them to --merge")
-    choice = None
-    if laws:
-        from rayproof.reports.run.options import laws_among
-
-        selectors, choice = laws_among(selectors)
     selectors = drawn(selectors, count, seed)
     if scenes is not None and selectors:
         raise UsageError(f"--scenes and selectors exclude each other, got both: {selectors[0]}")
@@ -295,7 +252,6 @@ def run(
         request = RunOptions(
             selectors=selectors,
             scenes=stream,
-            laws=choice,
             out=out,
             resume=resume,
             shard=piece,

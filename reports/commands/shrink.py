@@ -1,7 +1,4 @@
-"""`rayproof shrink`: from a case that fails to the smallest scene that fails alike, and an issue to paste.
-
-`rayproof run random --worst`: from random scenes to the one in which a renderer is farthest off.
-"""
+"""`rayproof shrink`: from a case that fails to the smallest scene that fails alike, and an issue to paste."""
 
 import shlex
 import sys
@@ -10,21 +7,17 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from rayproof.reports.commands.lookup import TRACER, Repeated, configurations, scene_named, subject_named
-from rayproof.reports.commands.output import say, shout, show_table, write_json
+from rayproof.reports.commands.output import say, shout
 from rayproof.reports.commands.usage import UsageError, own, told_in_one_line, writable_folder
 from rayproof.reports.program_name import called
-from rayproof.reports.results.files import several
-from rayproof.reports.terminal import console
 
 if TYPE_CHECKING:
     from rayproof.cases.stages import Stage
     from rayproof.reports.shrinking.attempts import Search
-    from rayproof.reports.shrinking.climbing import ScenesClimb
 
 USUAL = 200  # renders
 CLEARED = 100  # columns of an earlier, longer line
 UNCONFIRMED, INTERRUPTED = 1, 130
-SECONDS, SHOWN = 60.0, 10  # of climbs, by default; climbs that are printed
 
 
 def shrink(
@@ -124,99 +117,6 @@ def shrink(
     files = "scene.json", "pixel.json", "pixel.md", "vector.csv", "picture.png", "issue.md"
     say(f"written to {out}: {', '.join(name for name in files if (out / name).is_file())}")
     return 0 if confirmed else UNCONFIRMED
-
-
-def climb_scenes(
-    out: Path,
-    *,
-    subject: str,
-    configuration: Repeated,
-    formula: Repeated,
-    tries: int | None,
-    seconds: float | None,
-    seed: int,
-    json: Path | None,
-) -> int:
-    """Climb over random scenes toward the largest error over its limit; return 1 if a check of all references fails.
-
-    OUT gets the worst scene as scene.json. Without `tries` and `seconds` the climbs of all configurations together end
-    after a minute.
-    """
-    if seconds is not None and not seconds > 0:
-        raise UsageError(f"--seconds must be positive, got {seconds}")
-    chosen = configurations(configuration, formula) or configurations(["float32", "float64"], ())
-    with told_in_one_line():
-        writable_folder(out)
-        own(out)
-        if json is not None:
-            writable_folder(json.parent)
-    tested = subject_named(subject)
-    names = [subject] if not tested.is_tracer else [one.name for one in chosen]
-    shout([fault for one in chosen for fault in one.faults])
-    from rayproof.reports.results.provenance import origin
-    from rayproof.reports.shrinking.climbing import ScenesClimb
-    from rayproof.reports.shrinking.failure import renderer
-    from rayproof.reports.shrinking.issue import judged_by_all
-    from rayproof.reports.subjects.protocol import hand_over
-    from rayproof.tracer.kernel.compiler import choose_packaged_llvm
-
-    choose_packaged_llvm()
-    if tries is None and seconds is None:
-        seconds = SECONDS
-    share = None if seconds is None else seconds / len(names)
-    searches: dict[str, ScenesClimb] = {}
-    for name, one in zip(names, chosen, strict=False):
-        search = ScenesClimb(renderer(tested, one), seed=seed, tries=tries, seconds=share)
-        with console().status("climbing") as status:
-            search.run(lambda now, name=name, status=status: status.update(f"{name}: {_so_far(now)}"))
-        say(f"{name}: {_so_far(search)}")
-        searches[name] = search
-        if search.interrupted:
-            break
-    climbs = [(name, climb) for name, search in searches.items() for climb in search.climbs]
-    climbs.sort(key=lambda pair: -pair[1].height.ratio)
-    records = [
-        {
-            "renderer": name,
-            "start": climb.start,
-            "first_ratio": climb.first,
-            "ratio": climb.height.ratio,
-            "stage": climb.height.stage.value,
-            "pixel": climb.height.pixel,
-            "tries": climb.tries,
-        }
-        for name, climb in climbs
-    ]
-    tried = sum(search.tries for search in searches.values())
-    write_json(json, {"schema": 1, "origin": origin(seed), "tries": tried, "climbs": records})
-    if not climbs:
-        say("no scene was answered")
-        return UNCONFIRMED
-    rows = [[one["renderer"], one["start"], f"{one['first_ratio']:.3g}", f"{one['ratio']:.4g}", one["stage"]]
-            for one in records[:SHOWN]]  # fmt: skip
-    show_table("The highest climbs", ["renderer", "from", "error / limit", "at the end", "stage"], rows)
-    name, worst = climbs[0]
-    file = hand_over(worst.height.scene, out)
-    say(f"the worst scene is {file}")
-    interrupted = any(search.interrupted for search in searches.values())
-    if not worst.height.ratio > 1:
-        return INTERRUPTED if interrupted else 0
-    words = [f"--configuration={name}"] if tested.is_tracer else ["--subject", subject]
-    say(f"smaller: {called()} {shlex.join(['shrink', str(file), *words, '--out', 'small'])}")
-    if interrupted:
-        return INTERRUPTED
-    confirmed, sentence = judged_by_all(
-        file, subject=None if tested.is_tracer else subject, configuration=name, formulas=()
-    )
-    say(sentence)
-    return UNCONFIRMED if confirmed else 0
-
-
-def _so_far(search: "ScenesClimb") -> str:
-    """Return how much was tried, and how far off the renderer was at worst."""
-    worst = search.worst
-    ratio = "" if worst is None else f", the worst at {worst.height.ratio:.4g} of its limit ({worst.height.stage})"
-    return f"{several(search.tries, 'scene')} in {several(len(search.climbs), 'climb')}{ratio}"
 
 
 def _stage(name: str | None) -> "Stage | None":

@@ -12,7 +12,7 @@ from cyclopts import Group, Parameter
 from rayproof.reports.commands.lookup import Repeated, sweep_of
 from rayproof.reports.commands.output import console, say, show_table, write_json
 from rayproof.reports.commands.usage import UsageError, own, told_in_one_line, writable_folder
-from rayproof.reports.results.files import several
+from rayproof.reports.results.files import SCHEMA, several
 from rayproof.reports.results.provenance import caption, keep, origin
 from rayproof.reports.studies.publication import MOST_PANELS, Paper, draw, write_table
 
@@ -225,7 +225,13 @@ def search_worst(
         keep_rays.write_text(as_csv(columns(kept.cells, ORDER), kept.cells), encoding="utf-8")
         say(f"{several(len(kept.cells), 'vector')} in {keep_rays}")
     made = origin(about.seed)
-    content = {"schema": 1, "origin": made, "seconds": about.seconds, "precision": about.precision, "formulas": found}
+    content = {
+        "schema": SCHEMA,
+        "origin": made,
+        "seconds": about.seconds,
+        "precision": about.precision,
+        "formulas": found,
+    }
     write_json(json, content)
     if out is not None:
         write_json(out / "stability" / "worst.json", content)
@@ -291,7 +297,7 @@ def whole_renderer(
     from rayproof.reports.processes.scratch import scratch
     from rayproof.reports.run.renderer_limits import columns, ladders_named, measure, scale
     from rayproof.reports.run.scenes import USUAL_LIMIT
-    from rayproof.reports.studies.stability.limit_records import SCHEMA, write_limits
+    from rayproof.reports.studies.stability.limit_records import write_limits
     from rayproof.tracer.kernel.arrays import versions
 
     with told_in_one_line():
@@ -353,7 +359,7 @@ def summary(planned: "Plan", records: list["ClimbRecord"], doubts: list[str], su
     from rayproof.tracer.kernel.arrays import versions
 
     return {
-        "schema": 1,
+        "schema": SCHEMA,
         "ladders": records,
         "surprises": surprises,
         "doubts": doubts,

@@ -17,7 +17,7 @@ from rayproof.reports.diagnosis.answering import Unanswerable, changed
 from rayproof.reports.diagnosis.hypotheses import Clock, bound
 from rayproof.reports.diagnosis.trials import ALLOWED, Evidence
 from rayproof.reports.judge import verdict
-from rayproof.reports.results.case_records import CaseRecord, by_references
+from rayproof.reports.results.case_records import CaseRecord
 from rayproof.reports.results.outcomes import Outcome
 
 PASSING = 4  # passing cases that are asked, those of the most shapes, lights and matrices
@@ -38,7 +38,7 @@ def passing(case: CaseRecord, configuration: str) -> frozenset[Stage]:
 
 
 def _verdicts(case: CaseRecord, configuration: str) -> list[tuple[str, str]]:
-    return [(check.stage, check.outcome) for check in by_references(case) if check.configuration == configuration]
+    return [(check.stage, check.outcome) for check in case.get("checks", []) if check.configuration == configuration]
 
 
 def guilty(case: CaseRecord) -> str | None:
@@ -46,7 +46,7 @@ def guilty(case: CaseRecord) -> str | None:
     return next(
         (
             check.configuration
-            for check in by_references(case)
+            for check in case.get("checks", [])
             if check.outcome is Outcome.FAIL and check.stage == case.get("stage")
         ),
         None,

@@ -1,6 +1,6 @@
 """`diagnose`: a results folder's failures become causes in sentences, with evidence and what is left."""
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import cast
 
@@ -17,10 +17,9 @@ from rayproof.reports.diagnosis.answering import PRECISION
 from rayproof.reports.diagnosis.blaming import Blamed, guilty, narrowed, put
 from rayproof.reports.diagnosis.hypotheses import Clock
 from rayproof.reports.diagnosis.search import Found, Searched, search, spread
-from rayproof.reports.diagnosis.stage_by_stage import Shared, shares
-from rayproof.reports.diagnosis.trials import Continued, Evidence, differ, trial, undecided
+from rayproof.reports.diagnosis.trials import Evidence, differ, trial, undecided
 from rayproof.reports.judge.forward.limits import Roundoff, roundoff_of
-from rayproof.reports.results.case_records import CaseRecord, RepeatedRecord, by_references
+from rayproof.reports.results.case_records import CaseRecord, RepeatedRecord
 from rayproof.reports.results.files import at_worst, several
 from rayproof.reports.results.float_codec import inflated
 from rayproof.reports.results.images import inside, kept_images
@@ -219,20 +218,6 @@ def diagnose(folder: Path, results: RunRecord, *, seconds: float) -> list[CauseR
     return causes
 
 
-def shared_by_mistakes(folder: Path, results: RunRecord, names: Collection[str], *, seconds: float) -> list[Shared]:
-    """Return the mistakes that explain some of the named failing cases at some stage, of a renderer that writes all."""
-    renderer, configuration = _worst(results)
-    if renderer is None:
-        return []
-    oracle, failing, rounding = Analytic(), [], _rounding(results)
-    for case in results["cases"]:
-        one = _evidence(folder, case, renderer, configuration, oracle, rounding) if case["name"] in names else None
-        if one is not None and (continued := Continued(evidence=one)).usable:
-            failing.append(continued)
-    modes = sorted({case.evidence.scene.shading for case in failing})
-    return list(shares(failing, modes, seconds=seconds))
-
-
 def _changing(results: RunRecord, configuration: str) -> tuple[RepeatedRecord, str] | None:
     """Return what came of asking a renderer twice, and of which case, if that differs beyond the limits; else None."""
     for case in results["cases"]:
@@ -284,7 +269,7 @@ def _worst(results: RunRecord) -> tuple[str | None, str]:
     """Return the renderer under test whose checks fail most, as its images and as its checks name it."""
     count: dict[str, int] = {}
     for case in results["cases"]:
-        for check in by_references(case):
+        for check in case.get("checks", []):
             if check.outcome is Outcome.FAIL:
                 count[check.configuration] = count.get(check.configuration, 0) + 1
     if not count:
@@ -299,7 +284,7 @@ def _worst(results: RunRecord) -> tuple[str | None, str]:
 
 def _verdict(case: CaseRecord, configuration: str) -> str | None:
     """Return whether a renderer fails in a case or passes; None where neither is known."""
-    verdicts = {check.outcome for check in by_references(case) if check.configuration == configuration}
+    verdicts = {check.outcome for check in case.get("checks", []) if check.configuration == configuration}
     if Outcome.FAIL.value in verdicts:
         return Outcome.FAIL.value
     good = verdicts & {Outcome.PASS.value, Outcome.WARN.value}

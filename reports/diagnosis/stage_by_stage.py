@@ -5,13 +5,11 @@ of its own; what is left when that is explained is another's.
 """
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
-from itertools import chain
 
 import numpy as np
 
 from rayproof.cases.stages import IMAGE_STAGES, Stage
-from rayproof.reports.diagnosis import MISTAKES, Fit, Way
+from rayproof.reports.diagnosis import Fit, Way
 from rayproof.reports.diagnosis.answering import LIGHT
 from rayproof.reports.diagnosis.fits import from_stages
 from rayproof.reports.diagnosis.hypotheses import (
@@ -30,8 +28,6 @@ from rayproof.reports.diagnosis.trials import NOTHING, Continued, work
 
 LOOKED_AT = 24  # failing cases that every hypothesis has to explain before it meets the others
 ALIKE = 4  # of these so many are wrong at the same stages
-SHOWN = 12  # of the cases in which a stage is wrong, among which several mistakes are shared out
-FEWEST = 2  # of these, that one mistake has to explain
 MEETING = 4  # cases that a hypothesis meets before the rest of them
 FIRSTS = 12  # hypotheses of the first wrong stage that a second is looked for beside
 
@@ -70,53 +66,6 @@ def explanations(failing: Sequence[Continued], modes: Sequence[str], clock: Cloc
             yield one
         if found:
             return
-
-
-@dataclass(frozen=True, kw_only=True)
-class Shared:
-    """Mistakes of one stage that explain the same cases, as nothing else explains more of what is left."""
-
-    stage: Stage
-    hypotheses: tuple[Hypothesis, ...]
-    cases: frozenset[str]
-
-
-def shares(failing: Sequence[Continued], modes: Sequence[str], *, seconds: float) -> Iterator[Shared]:
-    """Yield, for each stage, as few mistakes as explain the cases in which it is wrong, each some of them.
-
-    A renderer that makes several mistakes makes one of them alone in some cases and stages. What is found so is less
-    than proven, since a mistake need not explain every case.
-    """
-    stages = [stage for stage in IMAGE_STAGES if any(stage in case.wrong for case in failing)]
-    for stage in stages:
-        clock = Clock(seconds / len(stages))
-        shown = sorted((case for case in failing if stage in case.wrong), key=lambda case: work(case.evidence.scene))
-        shown = shown[:: -(-len(shown) // SHOWN) or 1]
-        known = list(singles(lambda fit, way, shown=shown: _estimated(fit, way, shown, NOTHING)))
-        known += in_one_light(known, modes)
-        plain = sorted(known, key=lambda one: (bool(one.way.formulas), bool(one.parameters)))
-        found: dict[int, tuple[Hypothesis, frozenset[str]]] = {}
-        for number, one in enumerate(chain(plain, fits(from_stages(shown[::2]), clock))):
-            if clock.over:
-                break
-            cases = frozenset(case.evidence.case for case in shown if case.agrees(one.way, stage) is True)
-            if cases:
-                found[number] = one, cases
-        left = {case.evidence.case for case in shown}
-        while left and found:
-            most = max(len(cases & left) for _, cases in found.values())
-            best = [(one, cases & left) for one, cases in found.values() if len(cases & left) == most]
-            if most < min(len(shown), FEWEST):
-                break
-            first, cases = best[0]
-            alike = [one for one, others in best if others == cases and _free(one) <= _free(first)]
-            yield Shared(stage=stage, hypotheses=tuple(alike), cases=cases)
-            left -= cases
-
-
-def _free(hypothesis: Hypothesis) -> tuple[bool, bool]:
-    """Return how freely a hypothesis follows what it explains: whether a law was fitted, and a parameter estimated."""
-    return MISTAKES[hypothesis.mistakes[0]].fitted is not None, bool(hypothesis.parameters)
 
 
 def _fitted(stage: Stage, shown: Sequence[Continued], look: Sequence[Continued], clock: Clock) -> Iterator[Hypothesis]:

@@ -11,10 +11,9 @@ import msgspec
 from msgspec import Meta
 
 from rayproof.reports.results.case_records import Check, Count
-from rayproof.reports.results.files import as_json, write_text
+from rayproof.reports.results.files import SCHEMA, as_json, write_text
 from rayproof.reports.results.records import RunRecord
 
-SCHEMA = 2
 NO_CELLS = ("0" * 16,) * 2  # of a check without a wrong pixel
 SUBJECT = "subject"  # the condition that is about who is under test; all others are about the environment
 Text = Annotated[str, Meta(pattern=r"\S")]
@@ -101,7 +100,7 @@ class Expectation(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
 class Known(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """The file: what is known to fail, and how much was answered when it was accepted."""
 
-    schema: Literal[2] = SCHEMA
+    schema: Literal[1] = SCHEMA
     suite: str = ""  # the version of rayproof that it was accepted under
     answered: Mapping[str, tuple[Count, Count]] = {}  # family -> checks that were answered, of how many
     expected: Sequence[Expectation] = ()

@@ -12,7 +12,7 @@ from typing import cast
 import msgspec
 
 from rayproof.cases.stages import Stage
-from rayproof.reports.history.database import WORSE_ERROR, append, more_wrong, opened, read_series, revision, worse
+from rayproof.reports.history.database import WORSE_ERROR, append, opened, read_series, revision, worse
 from rayproof.reports.history.expectations import EXPECTABLE, NO_CELLS, Bound, Expectation, Known, KnownCheck, plainly
 from rayproof.reports.history.run_difference import LEAST_RATIO, ORDER, both, paired
 from rayproof.reports.results.case_records import CaseRecord, Check
@@ -133,7 +133,6 @@ def _before_history(results: RunRecord, base: Base) -> Standing:
         run = append(copy, results, revision())
         with opened(copy) as connection:
             found = worse(read_series(connection, str(results.get("subject", "tracer"))), run)
-            found += more_wrong(connection, run)
     named = {entry["case"] for entry in found}
     cases = [case["name"] for case in results["cases"] if case["verdict"] not in GOOD and case["name"] not in named]
     return Standing(

@@ -7,21 +7,20 @@ from typing import Any
 
 import numpy as np
 
-from rayproof.reports.history.database import LOUD, NORMAL, WORSE_TIME
+from rayproof.reports.history.database import LEAST_RATIO, LOUD, WORSE_TIME, spread
 from rayproof.reports.results.case_records import CaseRecord, Check, ComparedCheckRecord, RenderRecord, ratio_of
 from rayproof.reports.results.case_table import briefs, by_name
 from rayproof.reports.results.document import LISTED, load_results
-from rayproof.reports.results.files import at_worst, number
+from rayproof.reports.results.files import SCHEMA, at_worst, number
 from rayproof.reports.results.outcomes import Outcome
 from rayproof.reports.results.provenance import origin
 from rayproof.reports.results.records import ComparedRunRecord, ComparisonRecord, ComparisonRowRecord, RunRecord
 from rayproof.reports.studies.compare.findings import BETTER, LEAST_DIGITS, MIXED, NOTHING, WORSE
-from rayproof.reports.studies.compare.records import SCHEMA, CaseMove, FamilyMove, RunComparison
+from rayproof.reports.studies.compare.records import CaseMove, FamilyMove, RunComparison
 from rayproof.reports.studies.compare.statistics import LEVEL, REPLICATES, percentile_interval
 
 Case = CaseRecord
 ORDER = [outcome.value for outcome in Outcome]  # from the best to the worst
-LEAST_RATIO = 0.01  # below a hundredth of its limit an error is nobody's business: changes down there weigh nothing
 
 
 def paired(before: Sequence[str], after: Sequence[str]) -> dict[str, str]:
@@ -158,7 +157,8 @@ def comparison(before: Results, after: Results, names: tuple[str, str]) -> Compa
             quotients[name] = float(quotient)
         if len(shared) <= LISTED or moved(row):
             rows[name] = row
-    level, noise = spread(list(quotients.values()))
+    # What one machine does to all cases alike is in the median; what stands out from that is a case's own.
+    level, noise = spread(list(quotients.values())) if quotients else (None, 0.0)
     for name, quotient in quotients.items():
         if (stands_out := _stands_out(quotient, level, noise)) or name in rows:
             row = rows[name] if name in rows else _row(first(name), second(name), pairs, known)
@@ -223,18 +223,6 @@ def sentence(record: ComparisonRecord) -> str:
         f"{len(record['vanished'])} vanished" if record["vanished"] else "",
     ]
     return "; ".join(filter(None, told)) + "."
-
-
-def spread(quotients: list[float]) -> tuple[float | None, float]:
-    """Return the median of quotients of times, and the standard deviation of their logarithms by absolute deviations.
-
-    What one machine does to all cases alike is in the median; what stands out from that is a case's own.
-    """
-    if not quotients:
-        return None, 0.0
-    logarithms = np.log(quotients)
-    level = float(np.median(logarithms))
-    return float(np.exp(level)), NORMAL * float(np.median(np.abs(logarithms - level)))
 
 
 def _stands_out(quotient: float | None, level: float | None, noise: float) -> int:

@@ -20,10 +20,9 @@ PUBLISHERS: Table[Publisher] = Table(
     entries={
         "annotations": Entry("summaries:publish_annotations"),
         "badge": Entry("summaries:publish_badge"),
-        "ctrf": Entry("test_reports:publish_ctrf"),
         "history": Entry("page.comparisons:publish"),
         "html": Entry("page.page:publish"),
-        "junit": Entry("test_reports:publish_junit"),
+        "junit": Entry("junit:publish_junit"),
         "plots": Entry("page.plots:publish"),
         "summary": Entry("summaries:publish_summary"),
         "viewer": Entry("page.case_data:publish_viewer"),

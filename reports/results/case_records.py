@@ -15,7 +15,6 @@ from rayproof.cases.stages import Stage
 from rayproof.reports.results.files import at_worst, number
 from rayproof.reports.results.outcomes import MEASURED, Outcome
 
-BY_LAWS = "laws"  # where a check's reference stands if laws made it: they render the subject again
 MOST_SECONDS = 1e12  # s that a run may have taken; thousandths of it are still numbers of 64 bits
 DIGITS = 5  # of a measured number, in records: an error is known to two or three of them
 Number = float | Literal["inf", "-inf", "nan"]  # JSON has no other numbers
@@ -286,19 +285,6 @@ class RepeatedRecord(TypedDict, total=False):
     sentence: str
 
 
-class LawRecord(TypedDict, total=False):
-    """What one law says of one configuration, by the renderer's own images of the case's scene and of changed ones."""
-
-    law: str
-    configuration: str
-    verdict: Verdict
-    relations: Count  # examined
-    ill_conditioned: Count  # whose limit is too wide to tell anything
-    excused: Count  # pixels
-    worst_ratio: Number
-    reason: str
-
-
 class CheckGroupRecord(TypedDict):
     """The checks of one renderer under test before one reference, as results.json has them: a check a stage."""
 
@@ -351,7 +337,6 @@ class CaseFacts(TypedDict, total=False):
     expectations: list[ExpectationRecord]
     adjudication: dict[str, AdjudicationRecord] | None
     repeated: list[RepeatedRecord]
-    laws: list[LawRecord]
     versions: dict[str, str]
     remembered: bool
     worker: str
@@ -371,11 +356,6 @@ class WrittenCaseRecord(CaseFacts, total=False):
 
     checks: list[CheckGroupRecord]
     because: dict[str, dict[str, int]]  # reference -> stage -> place of the limit's derivation, unless a check has one
-
-
-def by_references(case: CaseRecord) -> list[Check]:
-    """Return the checks that compare the case's own images, and not the renderer with itself on other scenes."""
-    return [check for check in case.get("checks", []) if check.reference != BY_LAWS]
 
 
 # Of these a check may have come to nothing; the camera's have no measurement though they were made.

@@ -63,7 +63,7 @@ def compact_case(record: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def expand(results: RunRecord) -> None:
-    """Put back what `compact` left out, in place; results that leave nothing out stay as they are."""
+    """Put back what `compact` left out, in place."""
     table = results.pop(TABLE, None) or []
     for case in results["cases"]:
         because = cast("dict[str, Any]", case).pop("because", None) or {}
@@ -89,17 +89,14 @@ def expand_case(record: Mapping[str, Any]) -> CaseRecord:
 
 
 def _checks(case: CaseRecord, because: Mapping[str, Any], table: list[str]) -> Iterator[Check]:
-    for entry in cast("list[dict[str, Any]]", case["checks"]):
-        grouped = "stages" in entry
-        for stage, check in entry["stages"].items() if grouped else (("", entry),):
-            if grouped:
-                of = {name: entry[name] for name in ("configuration", "reference")}
-                usual = because.get(of["reference"], {}).get(stage)
-                check = {**of, "stage": stage, **({} if usual is None else {"because": usual}), **check}
-                if (counts := check.get("examined", {})) is not None:
-                    check["examined"] = {"pixels": _pixels(case), **counts}
-            # What an earlier schema had of a check without a verdict is none that passed.
-            check.setdefault("verdict", (Outcome.PASS if grouped else Outcome.MISSING).value)
+    for group in cast("list[dict[str, Any]]", case["checks"]):
+        of = {name: group[name] for name in ("configuration", "reference")}
+        for stage, written in group["stages"].items():
+            usual = because.get(of["reference"], {}).get(stage)
+            check = {"verdict": Outcome.PASS.value, **({} if usual is None else {"because": usual}), **written}
+            check |= {**of, "stage": stage}
+            if (counts := check.get("examined", {})) is not None:
+                check["examined"] = {"pixels": _pixels(case), **counts}
             place = check.get("because")
             if isinstance(place, int) and not isinstance(place, bool):
                 check["because"] = str(table[place]) if 0 <= place < len(table) else ""

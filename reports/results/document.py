@@ -14,11 +14,9 @@ from rayproof.reports.results.case_records import CaseRecord
 from rayproof.reports.results.case_table import NAME as TABLE_NAME
 from rayproof.reports.results.case_table import Cases, CaseTable, DamagedTableError
 from rayproof.reports.results.compact import TABLE, compact, expand
-from rayproof.reports.results.files import as_json, replacing
-from rayproof.reports.results.outcomes import Outcome
-from rayproof.reports.results.records import SCHEMA, RunRecord, problem
+from rayproof.reports.results.files import SCHEMA, as_json, replacing
+from rayproof.reports.results.records import RunRecord, problem
 
-IN_A_TABLE = 3  # the schema of what results.sqlite has beside its cases
 NAME = "results.json"
 LISTED = 2000  # cases of a run that results.json holds; `rayproof run --json` writes one of any length
 
@@ -79,7 +77,7 @@ def save_results(folder: Path, results: RunRecord) -> Path:
     cases = results["cases"]
     if not isinstance(cases, Cases):
         return write_results(folder / NAME, results)
-    cases.table.put_document(as_json(_rest(results, IN_A_TABLE)))
+    cases.table.put_document(as_json(_rest(results)))
     if len(cases) <= LISTED:
         return write_results(folder / NAME, results)
     (folder / NAME).unlink(missing_ok=True)
@@ -94,7 +92,7 @@ def save_early(folder: Path, results: RunRecord) -> None:
     """
     cases = results["cases"]
     if isinstance(cases, Cases):
-        cases.table.put_document(as_json(_rest(results, IN_A_TABLE)))
+        cases.table.put_document(as_json(_rest(results)))
         (folder / NAME).unlink(missing_ok=True)
     else:
         save_results(folder, results)
@@ -119,15 +117,15 @@ def write_results(path: Path, results: RunRecord) -> Path:
             for number, case in enumerate(results["cases"]):
                 lines.write((",\n" if number else "") + as_json(compact(case, places)))
             lines.seek(0)
-            rest = _rest(results, SCHEMA) | {TABLE: list(places)}
+            rest = _rest(results) | {TABLE: list(places)}
             file.write(as_json(rest, indent=1)[:-2] + ',\n "cases": [\n')
             shutil.copyfileobj(lines, file)
         file.write("\n ]\n}\n")
     return path
 
 
-def _rest(results: RunRecord, schema: int) -> dict[str, Any]:
-    return {"schema": schema} | {key: value for key, value in results.items() if key not in ("schema", "cases", TABLE)}
+def _rest(results: RunRecord) -> dict[str, Any]:
+    return {"schema": SCHEMA} | {key: value for key, value in results.items() if key not in ("schema", "cases", TABLE)}
 
 
 def _checked(path: Path, text: str) -> RunRecord:
@@ -135,10 +133,6 @@ def _checked(path: Path, text: str) -> RunRecord:
         results = json.loads(text)
     except (ValueError, RecursionError) as error:
         raise ResultsError(f"{path}: not JSON: {error}") from error
-    if isinstance(results, dict):
-        for counts in (results.get("summary"), results.get("checks")):
-            if isinstance(counts, dict):
-                counts.setdefault(Outcome.UNDECIDED.value, 0)  # what was written before there was such an outcome
     if wrong := problem(results):
         raise ResultsError(f"{path}: {wrong}")
     return cast(RunRecord, results)

@@ -11,8 +11,9 @@ import re
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
+SCHEMA: Literal[1] = 1  # the number of the schema of every JSON document that rayproof writes
 DRAFT = re.compile(r"\..*\.\d+(\.[^.]*)?")  # what `replacing` writes to
 
 

@@ -8,7 +8,7 @@ from rayproof.reports.results.case_records import CaseRecord, worst_ratio
 from rayproof.reports.results.case_table import Cases, briefs, named
 from rayproof.reports.results.files import legible, several
 from rayproof.reports.results.outcomes import Outcome
-from rayproof.reports.results.records import HistoryRecord, RunRecord, WorseRecord
+from rayproof.reports.results.records import RunRecord, WorseRecord
 
 AS_WELL = ". The same pixels"  # how a cause's sentence goes on with what fits as well
 THE_USUAL = "tracer"  # the subject that goes without saying
@@ -297,9 +297,8 @@ def worse_by_cause(results: RunRecord) -> list[str]:
 
     Each begins with the worst of its cases, and says how many others there are.
     """
-    told: HistoryRecord = results.get("history") or {}
     groups: dict[str, list[WorseRecord]] = {}
-    for entry in told.get("worse", ()):
+    for entry in results["history"]["worse"] if "history" in results else ():
         case = named(results["cases"], entry["case"])
         blamed = (cause_of(results, case) or blame(case)) if case is not None and entry["what"] == "verdict" else ""
         groups.setdefault(blamed or str(entry["what"]), []).append(entry)

@@ -6,7 +6,7 @@ what each key means. Keys that a class does not name are allowed, and kept.
 """
 
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from functools import cache
 from typing import Annotated, Any, Literal, NotRequired, Required, TypedDict
 
@@ -23,11 +23,10 @@ from rayproof.reports.results.case_records import (
     Verdict,
     WrittenCaseRecord,
 )
-from rayproof.reports.results.files import plain
+from rayproof.reports.results.files import SCHEMA, plain
 from rayproof.reports.results.outcomes import Outcome
 
 MOST_SHARDS = 10_000
-SCHEMA = 4  # the schema of a results.json in which what checks of a case have in common stands once
 
 # "pass" is a word of Python's, so that this one is written as a table.
 LedgerRecord = TypedDict(
@@ -273,8 +272,8 @@ class FindingRecord(TypedDict, total=False):
     met: list[str]
 
 
-class WorseRecord(TypedDict, total=False):
-    """What of a case is worse than its history: its verdict, its error or its time, and by how much."""
+class WorseRecord(TypedDict):
+    """What of a case is worse than its history: verdict, error, wrong pixels or time, and by how much."""
 
     case: str
     what: str
@@ -282,27 +281,20 @@ class WorseRecord(TypedDict, total=False):
     sentence: str
 
 
-class SeriesRecord(TypedDict, total=False):
-    """A case's last points and the steps among them, as a report draws them."""
-
-    points: list[tuple[int, str, str, Number | None, Number]]  # run, revision, verdict, error over limit, seconds
-    error_steps: list[tuple[int, Number]]  # run, factor
-    time_steps: list[tuple[int, Number]]
-
-
-class HistoryRecord(TypedDict, total=False):
-    """How a run stands among those before it."""
+class HistoryRecord(TypedDict):
+    """A run beside those before it; of each case the last points, as a report draws them."""
 
     file: str
     run: int
     worse: list[WorseRecord]
-    cases: dict[str, SeriesRecord]
+    # run, revision, verdict, error over limit, seconds
+    cases: Mapping[str, Sequence[tuple[int, str, str, Number | None, Number]]]
 
 
 class RunFacts(TypedDict, total=False):
     """A whole run without its cases."""
 
-    schema: Required[Literal[1, 2, 3, 4]]
+    schema: Required[Literal[1]]
     rayproof: str
     command: str
     started: str
@@ -364,12 +356,8 @@ LONGEST = 80  # characters of a bad value that are shown
 
 
 def problem(document: Any) -> str | None:
-    """Return in a sentence what keeps a document from being a run's, with the field and its value, or None.
-
-    The checks of one that was written in groups are in groups; those of earlier schemas are a list.
-    """
-    grouped = isinstance(document, Mapping) and document.get("schema") == SCHEMA
-    return _problem(document, WrittenRunRecord if grouped else RunRecord)
+    """Return in a sentence what keeps a document from being a results.json, with the field and its value, or None."""
+    return _problem(document, WrittenRunRecord)
 
 
 def problem_of_case(record: Any) -> str | None:
@@ -392,7 +380,7 @@ def _sentence(message: str, place: str, document: Any) -> str:
     if missing := re.fullmatch("Object missing required field `(.*)`", message):
         return f"{place + '.' if place else ''}{missing[1]} is missing"
     if message.startswith("Invalid enum value") and place == "schema":
-        wanted = "one of 1, 2, 3, 4"
+        wanted = str(SCHEMA)
     elif message.startswith("Invalid enum value") and not place.endswith("verdict"):
         wanted = "a number"
     elif "matching regex" in message or message.startswith("Invalid enum value"):

@@ -24,11 +24,9 @@ from rayproof.reports.run.cache_store import Store
 from rayproof.reports.run.case_record import unjudged
 from rayproof.reports.run.messages import (
     JUDGE,
-    LAWS,
     RECALLING,
     GuardTask,
     JudgeTask,
-    LawTask,
     RecallTask,
     ReferenceTask,
     RepeatTask,
@@ -140,28 +138,6 @@ class CaseRun:
             self._advance(steps, found)
 
     def _steps(self) -> Steps:
-        """Have the case judged, then hold the subject against its laws, which look at other images."""
-        record = yield from self._before_references()
-        return (yield from self._before_laws(record)) if self.planned.laws else record
-
-    def _before_laws(self, record: CaseRecord) -> Steps:
-        """Put each law to the subject, and add what they find to the record."""
-        from rayproof.reports.judge.laws import LawReport, with_laws
-
-        requests: dict[str, Request] = {}
-        for law, name in self.planned.laws:
-            render = self._render(name, again=True)
-            task = LawTask(law=law, kind=render.kind, task=replace(render.task, samples=1), configuration=name)
-            requests[f"{law} {name}"] = Request(kind=LAWS, task=task)
-        replies = yield requests
-        record["seconds"] = round(record["seconds"] + sum(reply.seconds for reply in replies.values()), 4)
-        given = [(law, name, replies[f"{law} {name}"]) for law, name in self.planned.laws]
-        reports = [
-            reply.value or LawReport(law=law, configuration=name, error=reply.error) for law, name, reply in given
-        ]
-        return with_laws(record, reports)
-
-    def _before_references(self) -> Steps:
         """Ask who is under test, look for an earlier verdict on these very answers, ask the references, have it judged.
 
         Each `yield` hands out requests, and gets the replies under their names. The end is the case's record.

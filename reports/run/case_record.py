@@ -26,8 +26,6 @@ from rayproof.reports.run.pooled_factors import camera_and_lights
 from rayproof.reports.run.scenes import FAMILY, place_of
 from rayproof.reports.subjects import THE_TRACER, Subject
 
-NAMED = 12  # laws that a command names; of more every law is asked
-
 
 def write_scene(folder: Path, case: Case) -> str:
     """Write the scene as JSON, meshes inline, large ones packed; return its path relative to the results `folder`."""
@@ -40,7 +38,7 @@ def write_scene(folder: Path, case: Case) -> str:
 
 
 def reproduce(folder: Path, planned: PlannedCase, subject: Subject = THE_TRACER) -> str:
-    """Return the command that runs the case alone, by the same subject, laws and configurations if not the suite's own.
+    """Return the command that runs the case alone, by the same subject and configurations if not the suite's own.
 
     A user's scene has no name that would find it, only a file.
     """
@@ -53,9 +51,6 @@ def reproduce(folder: Path, planned: PlannedCase, subject: Subject = THE_TRACER)
         chosen = ""
     else:
         chosen = "".join(f" --configuration {shlex.quote(name)}" for name in configurations)
-    if planned.laws:
-        laws = [*dict.fromkeys(law for law, _ in planned.laws)]
-        chosen = f" {' '.join(laws)} --laws{chosen}" if len(laws) <= NAMED else f" --laws{chosen}"
     if case.family != FAMILY:
         return f"{called()} run {case.name}{chosen}"
     return f"{called()} run {shlex.quote(str(folder / 'scenes' / f'{place_of(case.name)}.json'))}{chosen}"

@@ -19,7 +19,6 @@ from rayproof.reports.run.workers import answered
 
 GB = 1e9
 NOT_ENOUGH = ", which is not enough"
-LAW = 0.03  # s of processor time that a law of one case and configuration takes, measured on the family primitives
 PROCESS = 0.15e9  # bytes that a process of the panel takes to begin with
 
 
@@ -36,14 +35,12 @@ def plan_in_words(request: RunOptions, pool: Pool | None = None) -> list[str]:
     each = [estimate(one.case, configurations=len(one.configurations), references=len(heard.names)) for one in planned]
     renders = sum((1 + one.twice) * len(one.configurations) + len(heard.names) for one in planned)
     checks, images = (sum(_checks(one, heard.names, but=but) for one in planned) for but in ((), (Stage.CAMERA,)))
-    laws = sum(len(one.laws) for one in planned)
     largest = max(zip(planned, each, strict=True), key=lambda both: both[1].seconds)
     things = {"case": planned, "configuration": configurations_of(planned), "reference": heard.names}
     counts = ", ".join(several(len(there), noun) for noun, there in things.items())
     return [
         f"plan: {counts} ({', '.join(heard.names)}); {several(renders, 'render')}, {several(checks, 'check')}"
-        + f", {images} of them of images" * subject.is_program
-        + f", {several(laws, 'law')} put" * bool(laws),
+        + f", {images} of them of images" * subject.is_program,
         *(f"not asked: {name}: {why}" for name, why in heard.absent.items()),
         f"largest case: {_about(largest[0])}",
         *_estimated(request, planned, each, pool, references=len(heard.names)),
@@ -75,11 +72,11 @@ def _estimated(
 ) -> Iterator[str]:
     """Yield time, memory, disk and deadlines."""
     start, call, case = _called(request, planned, pool)
-    calls, laws = sum(1 + one.twice for one in planned), sum(len(one.laws) for one in planned)
-    seconds = start + (sum(one.seconds for one in each) + laws * (LAW + call) + calls * call) / request.jobs
+    calls = sum(1 + one.twice for one in planned)
+    seconds = start + (sum(one.seconds for one in each) + calls * call) / request.jobs
     if case is not None:
         alive = f"{start:.2g} s to start once for each worker, and " if request.subject.stays else ""
-        yield f"the program takes {alive}{call:.2g} s for {case}; it answers {calls + laws} times"
+        yield f"the program takes {alive}{call:.2g} s for {case}; it answers {calls} times"
     worst = max(one.memory for one in each)
     at_once = 1 if max(one.memory for one in each) > LARGE else request.jobs
     together = at_once * worst + (worst - BEGINNING) + (references + 3) * PROCESS

@@ -54,16 +54,6 @@ class SubjectTask:
 
 
 @dataclass(frozen=True, kw_only=True)
-class LawTask:
-    """Put a law to the subject on the scene of `task`, which a worker of `kind` would do; the answer is a LawReport."""
-
-    law: str
-    kind: str
-    task: TracerTask | SubjectTask
-    configuration: str
-
-
-@dataclass(frozen=True, kw_only=True)
 class QuestionTask:
     """Put `--capabilities` to a program; the answer is its Capabilities, or the sentence that says what is wrong."""
 
@@ -110,7 +100,6 @@ class JudgeTask:
 
 TRACING = "tracer"
 JUDGE = "judge"
-LAWS = "laws"
 RECALLING = "cache"
 UNDER_TEST = "subject:"  # and the name of a reference that is under test
 

@@ -6,9 +6,7 @@ in its record makes them again, so that a run of very many cases need not keep t
 
 import hashlib
 import re
-from collections.abc import Sequence
 from dataclasses import dataclass
-from fnmatch import fnmatchcase
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -70,38 +68,6 @@ def images_to_keep(text: str | None, *, cases: int) -> KeptImages:
 
 
 @dataclass(frozen=True, kw_only=True)
-class LawChoice:
-    """The laws of a run, put to every case or, if `usual`, to the cases that `cases.laws.USUAL` has for them."""
-
-    laws: tuple[str, ...]
-    usual: bool
-
-    def of(self, case: str, *, first: bool) -> tuple[str, ...]:
-        """Return the laws of a case; one that makes its own scene is for the first case of a plan alone."""
-        from rayproof.cases.laws import LAWS, USUAL
-
-        if self.usual:
-            return tuple(law for law in self.laws if (law, case) in USUAL)
-        return tuple(law for law in self.laws if first or not LAWS.about(law).get("own", False))
-
-
-def laws_among(selectors: Sequence[str]) -> tuple[tuple[str, ...], LawChoice]:
-    """Return what selectors name beside laws, and the laws: without a name all, put to the usual cases or those named.
-
-    Where laws are named alone, the cases are those that they are usually put to.
-    """
-    from rayproof.cases.laws import LAWS, USUAL
-
-    named = [selector for selector in selectors if any(fnmatchcase(law, selector) for law in LAWS)]
-    laws = tuple(law for law in LAWS if not named or any(fnmatchcase(law, selector) for selector in named))
-    cases = tuple(selector for selector in selectors if selector not in named)
-    choice = LawChoice(laws=laws, usual=not cases)
-    if named and not cases:
-        cases = tuple(dict.fromkeys(case for law, case in USUAL if law in laws))
-    return cases, choice
-
-
-@dataclass(frozen=True, kw_only=True)
 class RunOptions:
     """One run. Empty `selectors` mean the default suite, empty `configurations` its default configurations."""
 
@@ -123,7 +89,6 @@ class RunOptions:
     images: KeptImages = EVERY_CASE  # of which cases they are kept
     patient: bool = False  # a case whose size is estimated to take longer than `timeout` has longer
     scenes: "SceneStream | None" = None  # instead of selectors: scenes without number
-    laws: LawChoice | None = None  # that the subject is held against, beside the references
 
 
 @dataclass(frozen=True, kw_only=True)

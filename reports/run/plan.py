@@ -40,7 +40,6 @@ class PlannedCase:
     case: Case
     configurations: tuple[str, ...]
     twice: bool = False  # it is rendered once more, and must give the same image
-    laws: tuple[tuple[str, str], ...] = ()  # that the subject is held against, each with a configuration
 
 
 @lru_cache(maxsize=1)
@@ -204,7 +203,6 @@ class RecordKey(Key):
     case: Case
     configurations: tuple[str, ...]
     twice: bool
-    laws: tuple[tuple[str, str], ...]
     demands: Demands
 
 
@@ -214,7 +212,6 @@ def record_key(planned: PlannedCase, demands: Demands) -> RecordKey:
         case=planned.case,
         configurations=planned.configurations,
         twice=planned.twice,
-        laws=planned.laws,
         demands=demands,
         code=code(tracer=True),
         machine=machine(),

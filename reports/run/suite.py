@@ -18,7 +18,7 @@ from rayproof.cases.families import all_cases, select
 from rayproof.reports.interchange.framing import DARK
 from rayproof.reports.processes.pool import Pool
 from rayproof.reports.publish.scene3d.stills import draw_stills, drawn_usually, remove_stale
-from rayproof.reports.results.case_records import CaseRecord, by_references
+from rayproof.reports.results.case_records import CaseRecord
 from rayproof.reports.results.case_table import NAME as JOURNAL
 from rayproof.reports.results.case_table import CaseTable, DamagedTableError, amend, amending, briefs, named
 from rayproof.reports.results.document import save_early, save_results, write_results
@@ -41,7 +41,6 @@ from rayproof.reports.run.cache_store import usual_store
 from rayproof.reports.run.messages import JUDGE, GuardTask
 from rayproof.reports.run.options import RunOptions
 from rayproof.reports.run.plan import (
-    DEFAULTS,
     PlannedCase,
     PlannedScenes,
     configurations_of,
@@ -56,7 +55,7 @@ from rayproof.reports.run.totals import results_document
 from rayproof.reports.run.verdict_memory import passed
 from rayproof.reports.run.workers import RELIEF, sleeping
 from rayproof.reports.run.workers import workers as pool_of
-from rayproof.reports.run.workload import EARLIER, render_and_judge
+from rayproof.reports.run.workload import render_and_judge
 from rayproof.reports.subjects.calls import FOLDER as CALLS
 from rayproof.reports.subjects.calls import TOLD
 from rayproof.reports.terminal import console as terminal
@@ -137,10 +136,6 @@ def run(request: RunOptions, workers: "Pool | Dispatch | None" = None) -> int:
     remove_stale(request.out, records)
     find_out(request, results, console, tracer=subject.is_tracer, whole=not interrupted)
     results["seconds"] = round(time.perf_counter() - start, 3)
-    if request.laws is not None:
-        broken, lost = found.laws[Outcome.FAIL], found.laws[Outcome.ERROR]
-        ended = f"{several(broken, 'law')} broken, {several(lost, 'error')}"
-        console.print(f"laws: {several(found.relations, 'relation')} examined, {ended}", soft_wrap=True)
     conclude(request, results, why, console, found)
     if found.dark:
         more = f" (and of {len(found.dark) - 1} others)" if len(found.dark) > 1 else ""
@@ -196,8 +191,7 @@ def code_of(request: RunOptions, results: RunRecord, found: totals.Totals, conso
         if demanded.lets_through:
             return FAILED if results["gate"]["red"] or silent else 0
         code = max(code, FAILED) if results["gate"]["red"] else code
-    code = max(code, FAILED) if silent or of_the_whole(results) else code
-    return NOT_MEASURED if not code and request.laws is not None and not found.relations else code
+    return max(code, FAILED) if silent or of_the_whole(results) else code
 
 
 def _remember(request: RunOptions, results: RunRecord, console: Console) -> list[str]:
@@ -297,22 +291,13 @@ def planned_cases(request: RunOptions) -> Sequence[PlannedCase]:
     subject = request.subject
     names = request.configurations if subject.is_tracer else (subject.name,)
 
-    def lawful(one: PlannedCase, *, first: bool = False) -> PlannedCase:
-        if request.laws is None:
-            return one
-        laws = request.laws.of(one.case.name, first=first)
-        # Alternatives to the default formulas are valid for scenes of some kinds, and a law changes a scene's kind.
-        asked = DEFAULTS if subject.is_tracer and not names else one.configurations
-        return replace(one, laws=tuple((law, name) for name in asked for law in laws))
-
     if request.scenes is not None:
 
         def planned(case: Case) -> PlannedCase:
-            return lawful(plan((case,), names, subject)[0])
+            return plan((case,), names, subject)[0]
 
         return with_some_twice(PlannedScenes(request.scenes, planned), subject)
-    cases = plan(cases_of(request.selectors), names, subject)
-    return with_some_twice([lawful(one, first=not place) for place, one in enumerate(cases)], subject)
+    return with_some_twice(plan(cases_of(request.selectors), names, subject), subject)
 
 
 def cases_of(selectors: tuple[str, ...]) -> tuple[Case, ...]:
@@ -346,7 +331,7 @@ def clear(folder: Path) -> None:
 
     Only where there is a run's journal: what is not ours is left alone.
     """
-    if (folder / JOURNAL).is_file() or (folder / EARLIER).is_file():
+    if (folder / JOURNAL).is_file():
         for name in ("images", "scenes", "data", CALLS):
             shutil.rmtree(folder / name, ignore_errors=True)
 
@@ -365,7 +350,7 @@ def _shrinking(request: RunOptions, results: RunRecord) -> str | None:
         return None
     worst = next((case for case in worst_cases_first(results["cases"]) if case["verdict"] == Outcome.FAIL), None)
     case = None if worst is None else named(results["cases"], worst["name"])
-    failed = [check for check in by_references(case) if check.outcome == Outcome.FAIL] if case else []
+    failed = [check for check in case.get("checks", []) if check.outcome == Outcome.FAIL] if case else []
     if case is None or not failed or not case.get("reproduce"):
         return None
     program, _, name = shlex.split(str(case["reproduce"]))[:3]

@@ -13,14 +13,12 @@ from rayproof.cases.case import ITEMS
 from rayproof.cases.stages import IMAGE_STAGES, Stage
 from rayproof.reports.judge.known_defects import known_findings
 from rayproof.reports.results.case_records import (
-    BY_LAWS,
     CaseRecord,
     Check,
     Examined,
     Number,
-    by_references,
 )
-from rayproof.reports.results.files import at_worst, legible
+from rayproof.reports.results.files import SCHEMA, at_worst, legible
 from rayproof.reports.results.images import keeps_images
 from rayproof.reports.results.outcomes import MEASURED, Outcome, concerning, ledger, worst
 from rayproof.reports.results.records import (
@@ -67,8 +65,6 @@ class Totals:
     def __init__(self) -> None:
         self.cases: Counter[Outcome] = Counter()
         self.checks: Counter[Outcome] = Counter()
-        self.laws: Counter[Outcome] = Counter()  # each law on each configuration of each case
-        self.relations = 0  # that laws examined
         self.planned_checks = 0
         self.abstained: dict[str, dict[str, str]] = {}  # reference -> case in which it had no say -> why
         self.stopped: dict[str, list[str]] = {}  # renderer, or the judge -> cases in which its time was over
@@ -100,9 +96,6 @@ class Totals:
             self.without_images += 1
         if len(self.dark) < LISTED and record.get("dark"):
             self.dark.append(record["name"])
-        for law in record.get("laws", []):
-            self.laws[Outcome(law["verdict"])] += 1
-            self.relations += law["relations"]
         self.factors.add(record)
         self._changing += [one["sentence"] for one in record.get("repeated", []) if one["verdict"] == Outcome.FAIL]
         self._growth = max(self._growth, (record.get("growth", 0), record["name"]))
@@ -111,7 +104,7 @@ class Totals:
         _cover(self._coverage, record)
         for check in record["checks"]:
             self.checks[check.outcome] += 1
-            if check.examined is not None and check.reference != BY_LAWS:  # laws look at images of other scenes
+            if check.examined is not None:
                 self._examined += check.examined
                 if check.outcome is Outcome.PASS:
                     self._passing += check.examined
@@ -209,7 +202,7 @@ class Answered:
     def add(self, record: CaseRecord) -> None:
         """Take up another case. A stage is answered if a check of it measured something, or none of them lacks it."""
         outcomes: dict[tuple[str, str], list[Outcome]] = {}
-        for check in by_references(record):
+        for check in record["checks"]:
             outcomes.setdefault((check.configuration, check.stage), []).append(check.outcome)
         there: dict[bool, set[str]] = {True: set(), False: set()}
         done, planned = self._families.get(record["family"], (0, 0))
@@ -290,7 +283,7 @@ class Limits:
 
     def add(self, record: CaseRecord) -> None:
         """Take up another case."""
-        for check in by_references(record):
+        for check in record["checks"]:
             # Integers are equal or not: their limit is 0 and cannot be slack.
             if check.stage in (Stage.OBJECT, Stage.VISIBILITY) or check.outcome not in MEASURED:
                 continue
@@ -333,7 +326,7 @@ def _nothing_covered() -> dict[str, Covered]:
 
 def _cover(found: dict[str, Covered], record: CaseRecord) -> None:
     """Add to each specification item what a case measured of it."""
-    compared = [check for check in by_references(record) if check.outcome in MEASURED]
+    compared = [check for check in record["checks"] if check.outcome in MEASURED]
     # Many items are measured by the same checks: what these come to is worked out once.
     known: dict[tuple[tuple[str, ...], frozenset[str], bool], tuple[bool, set[str], Check] | None] = {}
     for item in record["covers"]:
@@ -400,7 +393,7 @@ def results_document(
     versions = found.versions
     environment = {"python": sys.version.split()[0], "machine": platform.machine(), "system": platform.platform()}
     return {
-        "schema": 1,
+        "schema": SCHEMA,
         "rayproof": version("rayproof"),
         "command": shlex.join(["rayproof", *sys.argv[1:]]),
         "started": started.isoformat(timespec="seconds"),

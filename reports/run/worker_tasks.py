@@ -16,7 +16,6 @@ from rayproof.reports.run import reference_cache as cache
 from rayproof.reports.run.cache_store import DamagedEntryError
 from rayproof.reports.run.messages import (
     JUDGE,
-    LAWS,
     RECALLING,
     TRACING,
     UNDER_TEST,
@@ -138,10 +137,6 @@ def handler(kind: str) -> Callable[[Any], Any]:
         from rayproof.reports.run.judge_task import do
 
         return do
-    if kind == LAWS:
-        from rayproof.reports.run.law_task import law_worker
-
-        return law_worker(handler)
     if kind == RECALLING:
         return _recall
     if kind in (PROGRAM, SERVED, FUNCTION):

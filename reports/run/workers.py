@@ -11,7 +11,7 @@ from rayproof.cases.scene import Scene
 from rayproof.reports.judge.answers import Answers
 from rayproof.reports.processes.pool import Pool
 from rayproof.reports.processes.worker import Channel, Reply, serve
-from rayproof.reports.run.messages import JUDGE, LAWS, TRACING, UNDER_TEST, QuestionTask, SubjectTask, kind_of
+from rayproof.reports.run.messages import JUDGE, TRACING, UNDER_TEST, QuestionTask, SubjectTask, kind_of
 from rayproof.reports.subjects import FUNCTION, PROGRAM, SERVED, TRACER, Subject
 from rayproof.reports.subjects.calls import Keep
 from rayproof.reports.subjects.protocol import Capabilities
@@ -33,7 +33,7 @@ def early_workers(name: str, *, jobs: int, timeout: float) -> Iterator[Pool]:
     """
     if name == TRACER:
         # Judging is the longest part and shares nothing: it may take every processor.
-        pool = Pool(jobs=jobs, timeout=timeout, copies={JUDGE: jobs, LAWS: jobs}, target=serve_run)
+        pool = Pool(jobs=jobs, timeout=timeout, copies={JUDGE: jobs}, target=serve_run)
         pool.prepare(TRACING)
     else:
         kind = name.partition(":")[0]
@@ -48,7 +48,6 @@ def early_workers(name: str, *, jobs: int, timeout: float) -> Iterator[Pool]:
 # seen until it ends.
 MAY_SLEEP = (PROGRAM,)
 RELIEF = 10.0  # s that a reference may take for one case before another of it renders the others
-MOST_SCENES = 20  # that a law asks for: for each a program is called, and each call has its own limit
 PATIENCE = 120.0  # s for references and the judge, where --timeout speaks of another program's renders
 
 
@@ -62,7 +61,7 @@ def sleeping() -> frozenset[str]:
 
 def workers(subject: Subject, *, jobs: int, timeout: float, folder: Path | None = None) -> Pool:
     """Return a pool, none of whose workers has started; they have their temporary files in `folder`, if it is given."""
-    copies = {JUDGE: jobs, LAWS: jobs, PROGRAM: jobs, SERVED: jobs, FUNCTION: jobs}
+    copies = {JUDGE: jobs, PROGRAM: jobs, SERVED: jobs, FUNCTION: jobs}
     if subject.is_tracer:
         return Pool(jobs=jobs, timeout=timeout, copies=copies, folder=folder, target=serve_run)
     return Pool(
@@ -77,7 +76,6 @@ def workers(subject: Subject, *, jobs: int, timeout: float, folder: Path | None 
             f"{UNDER_TEST}{subject.name}": timeout,
             PROGRAM: 2 * subject.seconds + PATIENCE,
             **dict.fromkeys((SERVED, FUNCTION), 3 * subject.seconds + PATIENCE),
-            LAWS: MOST_SCENES * subject.seconds + PATIENCE,
         },
         folder=folder,
     )

@@ -3,14 +3,10 @@
 The journal is results.sqlite. A case is committed when it finishes, so that a killed run loses none.
 """
 
-import base64
-import json
 import re
-import sqlite3
-import zlib
 from array import array
 from collections.abc import Iterable, Mapping, Sequence
-from contextlib import AbstractContextManager, suppress
+from contextlib import AbstractContextManager
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -21,8 +17,6 @@ from rayproof.reports.processes.pool import Pool
 from rayproof.reports.program_name import called
 from rayproof.reports.results.case_records import CaseRecord
 from rayproof.reports.results.case_table import NAME, Cases, CaseTable, DamagedTableError
-from rayproof.reports.results.compact import expand_case
-from rayproof.reports.results.document import ResultsError, load_results
 from rayproof.reports.results.files import replacing
 from rayproof.reports.results.outcomes import Outcome
 from rayproof.reports.run.cache_store import Store
@@ -36,8 +30,6 @@ from rayproof.reports.subjects import Subject
 if TYPE_CHECKING:
     from rayproof.reports.run.engine.dispatch import Dispatch
 
-EARLIER = "journal.jsonl"  # of folders from before November 2026
-
 
 class Journal:
     """Keep finished cases in DIR/results.sqlite, and give back those whose key still holds."""
@@ -45,10 +37,8 @@ class Journal:
     def __init__(self, folder: Path, *, resume: bool) -> None:
         path = folder / NAME
         if not resume:
-            for name in (NAME, f"{NAME}-journal", EARLIER):
+            for name in (NAME, f"{NAME}-journal"):
                 (folder / name).unlink(missing_ok=True)
-        elif (folder / EARLIER).is_file() and not path.is_file():
-            _write(path, _earlier(folder / EARLIER))
         else:
             _mend(path)
         self._table, self._handed_over = CaseTable(path), False
@@ -121,27 +111,6 @@ def _write(path: Path, entries: Iterable[tuple[str, CaseRecord]]) -> None:
         finally:
             table.close()
             Path(f"{draft}-journal").unlink(missing_ok=True)
-
-
-def _earlier(path: Path) -> Iterable[tuple[str, CaseRecord]]:
-    """Yield what a journal of lines holds, each with its record or, once the run was finished, results.json's."""
-    settled = _settled(path.parent)
-    with path.open(encoding="utf-8", errors="replace") as lines:
-        for line in lines:
-            # The last line of a killed run may be cut short; its case is simply done again.
-            with suppress(ValueError, KeyError, TypeError, zlib.error, sqlite3.Error):
-                entry = json.loads(line)
-                packed = entry.get("record")
-                known = None if packed is None else expand_case(json.loads(zlib.decompress(base64.b64decode(packed))))
-                yield str(entry["key"]), settled[entry["key"]] if known is None else known
-
-
-def _settled(folder: Path) -> dict[str, CaseRecord]:
-    """Return results.json's records by the key under which they were found; without the file cases are done again."""
-    try:
-        return {case["key"]: case for case in load_results(folder)["cases"] if isinstance(case.get("key"), str)}
-    except (ResultsError, OSError):
-        return {}
 
 
 FIRST = 3  # calls of a program; if they fail alike, so will the rest

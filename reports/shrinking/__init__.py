@@ -4,7 +4,6 @@
     attempts    the smallest scene so far, what is tried, and what smaller means
     search      the search, and the steps that take away: pixels, shapes, lights, faces
     numbers     steps that make numbers plainer: matrices, defaults, digits
-    climbing    from random scenes to the one in which a renderer is farthest off
     issue       what is written of the smallest scene: files that can be pasted into a bug report
 
 No library drives the search: `shrinkray` asks for Python 3.12, `picire` sees lines of text and no scenes, and

@@ -8,7 +8,7 @@ from xml.etree import ElementTree
 import numpy as np
 
 from rayproof.cases.ladders import Ladder
-from rayproof.reports.publish.test_reports import legal
+from rayproof.reports.publish.junit import legal
 from rayproof.reports.studies.stability.questions import QUESTIONS
 from rayproof.reports.vectors import Row
 from rayproof.reports.vectors.answering import answered, configured, formulas_of

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from rayproof.cases.stages import Stage
+from rayproof.reports.results.files import SCHEMA
 from rayproof.reports.results.provenance import origin
 from rayproof.reports.studies.compare.contenders import Contender, Question, differing, stages_at_stake
 from rayproof.reports.studies.compare.findings import (
@@ -24,7 +25,6 @@ from rayproof.reports.studies.compare.findings import (
 )
 from rayproof.reports.studies.compare.paired_errors import Job, PairedStage, interleaved, needed, paired, shown
 from rayproof.reports.studies.compare.records import (
-    SCHEMA,
     ComparedAbout,
     ErrorsRecord,
     FamilyRecord,

@@ -11,8 +11,6 @@ from rayproof.reports.results.provenance import Origin
 from rayproof.reports.studies.compare.statistics import Interval
 from rayproof.reports.studies.publication import COLORS, Draw, markdown_cell, markdown_table
 
-SCHEMA = 1  # of comparison.json
-
 
 class SignsRecord(TypedDict):
     """The proven changes in a family: 1 for the better, -1 for the worse, 0 where neither is shown."""

@@ -12,7 +12,6 @@ import msgspec
 from rayproof.reports.results.files import as_json, write_text
 from rayproof.reports.results.outcomes import Outcome
 
-SCHEMA = 1
 FOLDER, NAME = "stability", "limits.json"
 WORDS = {
     Outcome.FAIL.value: "",

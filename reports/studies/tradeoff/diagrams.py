@@ -17,6 +17,7 @@ from rayproof.reference.analytic import Analytic
 from rayproof.reference.mitsuba3 import MitsubaLlvm, MitsubaScalar, program
 from rayproof.reference.mitsuba3.program import radiance_image
 from rayproof.reference.mitsuba3.scene import load_scene
+from rayproof.reports.results.files import SCHEMA
 from rayproof.reports.results.provenance import origin
 from rayproof.reports.studies.compare.contenders import concerned, stresses_and_cases
 from rayproof.reports.studies.compare.paired_errors import enlarged, launch
@@ -35,7 +36,6 @@ from rayproof.reports.studies.tradeoff.points import (
     root_mean_square,
     wall_seconds,
 )
-from rayproof.reports.studies.tradeoff.routes import ROUTES, route_entries
 from rayproof.tracer.configuration import Configuration
 from rayproof.tracer.formulas import SHAPES_OF, Formula
 from rayproof.tracer.kernel.arrays import versions
@@ -52,7 +52,7 @@ MOST_SCENES = 2  # of a family in one diagram
 
 @dataclass(frozen=True, kw_only=True)
 class Sampled:
-    """A family's diagrams of a whole image to be: of samples per pixel, and of the tracer's routes."""
+    """A family's diagram to be of samples per pixel."""
 
     family: str
     scene: Scene
@@ -211,13 +211,12 @@ def _mitsuba(variant: str, scene: Scene, per_side: int, clock: str) -> Launch:
 
 
 SAMPLES = "samples"
-KINDS = {SAMPLES: "samples", ROUTES: "paths", LADDER: "ladders"}  # the first half of a diagram's name; others are slots
+KINDS = {SAMPLES: "samples", LADDER: "ladders"}  # the first half of a diagram's name; others are slots
 BUDGET = 0.6  # s of launches per point
 AXES = {
     "formulas": ("ns per ray", "p99 of |dt| / (K u32)"),
     "ladders": ("ns per ray", "p99 of error / (K u32)"),
     "samples": ("ns per pixel", "RMSE of radiance over its mean"),
-    "paths": ("ns per pixel", "p99 of |dL| / (full light u32)"),
 }
 
 
@@ -268,7 +267,6 @@ def measure(
     ready = [entry for task in formulas for entry in entries(task, tell)]
     for one in sampled:
         ready += sampling_entries(f"{SAMPLES}/{one.family}", one.scene, tell)
-        ready += route_entries(f"{ROUTES}/{one.family}", one.scene, tell)
     ready += [entry for ladder in climbed for entry in ladder_entries(ladder, tell, named)]
     tell(f"run times of {len(ready)} points")
     seconds = interleave([entry.launch for entry in ready], repetitions=repetitions, budget=BUDGET)
@@ -277,7 +275,7 @@ def measure(
         if group != LADDER and len({point.diagram for point in points if point.diagram.split("/")[0] == group}) > 1:
             points += overall(points, group)
     return {
-        "schema": 1,
+        "schema": SCHEMA,
         "environment": versions(),
         "origin": origin(SEED),
         "repetitions": repetitions,

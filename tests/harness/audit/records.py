@@ -3,25 +3,6 @@
 from typing import TypedDict
 
 
-class LawKills(TypedDict):
-    """Which law kills a fault, with the case, in words."""
-
-    image: str | None  # by the radiance alone
-    staged: str | None  # by any stage
-
-
-class LawsScore(TypedDict):
-    """What laws say of the tracer's faults; equivalent faults are counted apart."""
-
-    killed_image: int
-    of_image: int  # faults that change an image
-    killed_staged: int
-    of: int
-    equivalent_killed: list[str]
-    survivors: dict[str, str]  # fault -> why the image does not show it
-    kills: dict[str, LawKills]
-
-
 class FamilyFinding(TypedDict):
     """What a family's cases made of a fault."""
 
@@ -149,5 +130,4 @@ class AuditRecord(AuditScore):
     only: str  # pattern of the faults that were planted
     seconds: float
     survived_at_first: list[str]  # faults that the first round of cases did not kill
-    laws: LawsScore | None
     mutants: MutantsScore | None  # None where none was asked for

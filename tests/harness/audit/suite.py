@@ -21,9 +21,8 @@ from rayproof.reports.run.plan import plan
 from rayproof.reports.terminal import console as terminal
 from rayproof.tracer.kernel.compiler import choose_packaged_llvm
 from tests.harness.audit import findings
-from tests.harness.audit.faults_against_laws import before_the_laws, told
 from tests.harness.audit.findings import show
-from tests.harness.audit.mutants import PREFIX, Mutant
+from tests.harness.audit.mutants import Mutant
 from tests.harness.audit.mutants.campaign import QUICK_SHARE, Campaign, markdown
 from tests.harness.audit.mutants.trials import selected
 from tests.harness.audit.orders import (
@@ -87,18 +86,12 @@ def run(request: AuditRequest) -> int:
         table = audit.mutants(wrong) if wrong else None
     finally:
         audit.close()
-    laws = (
-        None
-        if request.quick or request.only.startswith(PREFIX)
-        else before_the_laws(faults, jobs=request.jobs, timeout=request.timeout, say=audit.say)
-    )
     result: AuditRecord = {
         "schema": 1,
         "quick": request.quick,
         "only": request.only,
         "seconds": round(time.perf_counter() - start, 1),
         "survived_at_first": audit.at_first,
-        "laws": laws,
         "mutants": table,
         **findings.score(entries, audit.healthy, graded, audit.errors, lies),
     }
@@ -113,8 +106,6 @@ def run(request: AuditRequest) -> int:
     if table is not None:
         write_text(request.out / MUTANTS, markdown(table))
     show(console, result)
-    for line in told(laws):
-        console.print(line, soft_wrap=True, markup=False)
     if table is not None:
         console.print(
             f"Mutants: of {table['of']} that are not equivalent {table['killed_by_radiance']} killed by radiance, "

@@ -15,6 +15,7 @@ from rayproof.cases.scene import Camera, PointLight, Scene, SceneError, Sphere
 from rayproof.cases.scene_json import load_scene, scene_to_json
 from rayproof.cases.stages import Stage
 from rayproof.reports.results.case_records import CaseRecord
+from rayproof.reports.results.files import SCHEMA
 from rayproof.reports.results.outcomes import LEDGER
 from rayproof.reports.results.records import RunRecord
 
@@ -283,9 +284,6 @@ def _results() -> RunRecord:
         "interior": 9,
     }
     check = {
-        "configuration": "float32",
-        "reference": "analytic",
-        "stage": "normal",
         "verdict": "fail",
         "ratio": 2.0,
         "reason": "",
@@ -311,7 +309,7 @@ def _results() -> RunRecord:
         "height": 3,
         "lights": 1,
         "shapes": ["sphere"],
-        "checks": [check],
+        "checks": [{"configuration": "float32", "reference": "analytic", "stages": {"normal": check}}],
         "pixels": None,
         "picture": None,
         "scene": "scenes/a/b.json",
@@ -337,7 +335,7 @@ def _results() -> RunRecord:
     }
     ledger = dict.fromkeys(LEDGER, 0) | {"planned": 1, Outcome.FAIL.value: 1}
     results: Any = {
-        "schema": 2,
+        "schema": SCHEMA,
         "rayproof": "0.1",
         "command": "rayproof run",
         "started": "2026-01-02T03:04:05+00:00",
@@ -364,7 +362,7 @@ def _results() -> RunRecord:
             "file": "h",
             "run": 1,
             "worse": [],
-            "cases": {"a/b": {"points": [], "error_steps": [], "time_steps": []}},
+            "cases": {"a/b": [[1, "c0ffee", "fail", 2.0, 1.5]]},
         },
     }
     return results
@@ -383,20 +381,15 @@ def results() -> Target:
     from rayproof.reports.publish import publish_all
     from rayproof.reports.results.compact import TABLE, compact
     from rayproof.reports.results.document import ResultsError, load_results
-    from rayproof.reports.results.records import SCHEMA
 
     def read(path: Path) -> Any:
         load_results(path.parent)
         return publish_all(path.parent)
 
     places: dict[str, int] = {}
-    flat = _results()
-    grouped = flat | {
-        "schema": SCHEMA,
-        "cases": [compact(case, places) for case in _run()["cases"]],
-        TABLE: list(places),
-    }
-    seeds = (json.dumps(flat).encode(), json.dumps(grouped).encode())
+    whole = _results()
+    terse = whole | {"cases": [compact(case, places) for case in _run()["cases"]], TABLE: list(places)}
+    seeds = (json.dumps(whole).encode(), json.dumps(terse).encode())
     return Target(name="results.json", seeds=seeds, read=read, refusals=(ResultsError,))
 
 
@@ -428,7 +421,7 @@ def table() -> Target:
     from rayproof.reports.results.document import ResultsError, load_results
 
     ledger = dict.fromkeys(LEDGER, 0)
-    document = {"schema": 3, "summary": ledger, "checks": ledger, "coverage": {}}
+    document = {"schema": SCHEMA, "summary": ledger, "checks": ledger, "coverage": {}}
     with tempfile.TemporaryDirectory() as folder:
         written = CaseTable(Path(folder, NAME))
         for number in range(3):
@@ -474,7 +467,7 @@ def _part() -> tuple[RunRecord, bytes]:
         written = CaseTable(Path(folder, NAME))
         for place, case in enumerate(_run()["cases"]):
             written.keep(f"key{place}", {**case, "family": "file"}, place=2 * place)
-        written.put_document(json.dumps({**document, "schema": 3, "cases": []}))
+        written.put_document(json.dumps({**document, "cases": []}))
         written.close()
         return document, Path(folder, NAME).read_bytes()
 

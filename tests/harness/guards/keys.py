@@ -89,7 +89,6 @@ HOW = (
     "configurations",
     "patient",
     "diagnose",
-    "laws",  # a planned case names its own
 )
 # Of a subject: what it is called, is told by its title; what it runs and can, by its identity; limits change no answer.
 TOLD_BY_IDENTITY = ("name", "command", "capabilities", "surroundings", "seconds", "memory")
@@ -115,8 +114,6 @@ OTHERS: Mapping[tuple[str, str], Any] = {
     ("Demands", "identity"): ("another program",),
     ("Demands", "require"): ("analytic",),
     ("Demands", "own"): ("sphere=mine.py:nearest_hit 0",),
-    ("PlannedCase", "laws"): (("crop", "float32"),),
-    ("RecordKey", "laws"): (("crop", "float32"),),
     ("JudgementKey", "notes"): ("it says so",),
     ("RenderKey", "settings"): {"quality": "2"},
 }

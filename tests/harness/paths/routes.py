@@ -17,7 +17,6 @@ from rayproof.cases.rounding import gamma
 from rayproof.cases.scene import Scene
 from rayproof.cases.stages import IMAGE_STAGES, Stage, StageImages
 from rayproof.reports.judge.box_filter import box_mean, finer
-from rayproof.reports.studies.tradeoff.routes import FOLDED, full_light
 from rayproof.tracer.configuration import Configuration
 from rayproof.tracer.frames import Frames
 from rayproof.tracer.plan import Plan, plan
@@ -25,6 +24,9 @@ from rayproof.tracer.render import render
 from tests.harness.paths.declared import STAGES, Rendering
 
 SIDE = 2  # samples across a pixel, where there are several: a power of two, so that their places are the same numbers
+# Literals fold: a division by one becomes a product with its reciprocal, a product or a root of two is the host's. It
+# concerns three roundings of a normal and three of light, each of which is another one on either side.
+FOLDED = 2 * (3 + 3)
 EQUAL = "to the last bit"
 WHOLE, ONE_LOOP = "whole triangles", "one loop"
 PIPELINED = {"columns": 4, "rows": 2, "split": False, "pipelined": True}
@@ -48,6 +50,23 @@ Comparison = TypedDict(
     },
     total=False,
 )
+
+
+def full_light(scene: Scene, answers: StageImages) -> np.ndarray:
+    """Return the radiance of each pixel if every light that it sees stood in its zenith, (height, width, 3)."""
+    albedo = np.array([shape.albedo for shape in scene.shapes] or [(0.0, 0.0, 0.0)])
+    hit = answers[Stage.OBJECT][..., 0].astype(int)
+    leaving = np.where((hit >= 0)[..., np.newaxis], albedo[np.clip(hit, 0, None)], 0.0)
+    total = np.zeros(leaving.shape)
+    for number, light in enumerate(scene.lights):
+        seen = answers[Stage.VISIBILITY][..., number : number + 1]
+        if scene.shading == "simplified":
+            total += seen * np.array(light.flux)
+            continue
+        away = np.asarray(light.position) - answers[Stage.POSITION]
+        with np.errstate(divide="ignore"):
+            total += seen * np.array(light.flux) / (4 * math.pi**2 * np.sum(away**2, axis=-1, keepdims=True))
+    return leaving * total
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -4,7 +4,6 @@ from pathlib import Path
 
 import pytest
 
-from rayproof.reports.cli import GONE
 from tests.reports.commands.conftest import Rayproof
 
 WRONG = {
@@ -55,14 +54,6 @@ def test_bad_usage_ends_with_2_and_one_line(
     assert ended.error.count("\n") == 1
     assert named in ended.error
     assert list(tmp_path.iterdir()) == []
-
-
-@pytest.mark.parametrize("name", GONE)
-def test_a_command_that_is_gone_names_its_successor(rayproof: Rayproof, name: str) -> None:
-    ended = rayproof(name, "--an-option", "of-old")
-
-    assert (ended.code, ended.out, ended.error.count("\n")) == (2, "", 1)
-    assert GONE[name] in ended.error
 
 
 @pytest.mark.process

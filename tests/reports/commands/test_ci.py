@@ -21,8 +21,6 @@ SUBJECT = "exec:cp nothing.exr {scene} {output}"
 
 def shell_lines(service: str, text: str) -> list[str]:
     """Return the lines that a service would hand to a shell, as its format has them, but for installing with apt."""
-    if service == "jenkins":
-        return [dedent(body) for body in re.findall(r"sh '''\n(.*?)'''", text, re.DOTALL)]
     blocks = r"^ +run: \|\n((?: {10}.*\n)+)" if service == "github" else r"^    - \|\n((?: {6}.*\n)+)"
     return [dedent(body) for body in re.findall(blocks, text, re.MULTILINE)]
 
@@ -46,7 +44,7 @@ def test_what_a_service_would_run_fails_by_its_exit_code_and_leaves_a_report(
         "--subject",
         "tracer",
     )
-    (tmp_path / "known.json").write_text('{"schema": 2}')
+    (tmp_path / "known.json").write_text('{"schema": 1}')
     assert (ended.code, ended.error) == (0, "")
     text = SERVICES[service][1].read_text()
     lines = shell_lines(service, text)
@@ -129,7 +127,7 @@ def test_what_would_end_a_string_and_what_another_could_publish_are_refused(
     ended = rayproof(
         "new",
         "workflow",
-        "jenkins",
+        "gitlab",
         "--from",
         word,
         "--build",
@@ -137,7 +135,7 @@ def test_what_would_end_a_string_and_what_another_could_publish_are_refused(
         "--subject",
         SUBJECT,
         "--out",
-        tmp_path / "Jenkinsfile",
+        tmp_path / "job.yml",
     )
 
     assert (ended.code, ended.error.count("\n")) == (2, 1)

@@ -1,8 +1,6 @@
 """`rayproof report`: a folder published again, two folders compared, and bad folders refused in one line."""
 
-import importlib
 import json
-import math
 import sqlite3
 from contextlib import closing
 from pathlib import Path
@@ -10,10 +8,8 @@ from pathlib import Path
 import pytest
 
 from rayproof.reports.cli import main
-from rayproof.reports.commands import report as command
 from rayproof.reports.results.case_table import CaseTable
 from rayproof.reports.results.document import load_results, save_results
-from tests.reports.checks import recorded
 from tests.reports.publish.sample import make_folder
 
 
@@ -100,47 +96,3 @@ def test_bad_folders_are_one_line_and_2(
     assert said in told.err
     assert told.err.count("\n") == 1
     assert told.out == ""
-
-
-def test_checks_are_written_as_columns(run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    arrow = pytest.importorskip("pyarrow.parquet", reason="pyarrow is not installed: ./rayproof install parquet")
-
-    assert main(["report", str(run), "--parquet", str(tmp_path / "checks.parquet")]) == 0
-
-    cases = load_results(run)["cases"]
-    rows = arrow.read_table(tmp_path / "checks.parquet").to_pylist()
-    told = [(case["name"], check.stage, check.outcome) for case in cases for check in case["checks"]]
-    assert [(row["case"], row["stage"], row["verdict"]) for row in rows] == told
-    assert f"checks: {len(told)} in " in capsys.readouterr().out
-    measured = [check.end_to_end for case in cases for check in case["checks"]]
-    worst = [None if one is None else one.worst_error for one in measured]
-    assert [row["worst_error"] for row in rows] == pytest.approx(worst, nan_ok=True, rel=0, abs=0)
-    assert any(row["worst_error"] for row in rows)
-
-
-def test_each_column_has_its_own_numbers_in_however_many_groups(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    arrow = pytest.importorskip("pyarrow.parquet", reason="pyarrow is not installed: ./rayproof install parquet")
-    columns = importlib.import_module("rayproof.reports.results.parquet")
-    monkeypatch.setattr(columns, "ROWS", 2)
-    measured = {"worst_error": 1e-3, "limit": 2e-3, "pixel": [7, 3], "interior": 90, "edge": 6}
-    words = {"configuration": "float32", "reference": "embree", "verdict": "fail", "reason": "it is off"}
-    checks = [recorded(**words, stage=stage, ratio="inf", end_to_end=measured) for stage in ("ray", "object", "normal")]
-    results = {"cases": [{"name": "walls/far", "family": "walls", "checks": checks}]}
-
-    assert columns.write_checks(tmp_path / "checks.parquet", results) == 3
-
-    rows = arrow.read_table(tmp_path / "checks.parquet").to_pylist()
-    numbers = {"worst_error": 1e-3, "limit": 2e-3, "column": 7, "row": 3, "interior": 90, "edge": 6}
-    whole = {"case": "walls/far", "family": "walls", "ratio": math.inf, **words, **numbers}
-    assert rows == [{**whole, "stage": stage} for stage in ("ray", "object", "normal")]
-
-
-def test_columns_without_their_package_are_refused(
-    run: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    monkeypatch.setattr(command, "find_spec", lambda name: None)
-
-    assert main(["report", str(run), "--parquet", str(tmp_path / "checks.parquet")]) == 2
-    assert "./rayproof install parquet" in capsys.readouterr().err

@@ -14,13 +14,11 @@ from rayproof.cases.stages import IMAGE_STAGES, Stage
 from rayproof.reference.analytic import Analytic
 from rayproof.reports.diagnosis import MISTAKES, Given, Way
 from rayproof.reports.diagnosis.fits import Fitting, from_images, rounded, sum_of
-from rayproof.reports.diagnosis.hypotheses import joined
 from rayproof.reports.diagnosis.mistakes.light import Lights, Share
 from rayproof.reports.diagnosis.mistakes.pinhole_fit import Free, Law, laws_of, through
 from rayproof.reports.diagnosis.mistakes.shapes import Counting
 from rayproof.reports.diagnosis.search import _holds, search
-from rayproof.reports.diagnosis.stage_by_stage import shares
-from rayproof.reports.diagnosis.trials import Continued, Evidence
+from rayproof.reports.diagnosis.trials import Evidence
 
 ORACLE = Analytic()
 CASES = {case.name: case.scene for case in select(["primitives/sphere", "primitives/plane", "inside/sphere"])}
@@ -178,26 +176,6 @@ def test_a_greatest_distance_is_a_number_of_few_digits_between_what_is_seen_and_
 
     assert any("15 m away or farther" in (words or "") for words in said), said
     assert set(ours) >= {stage for stage in IMAGE_STAGES if stage in case.right.answers}
-
-
-def test_mistakes_of_several_stages_are_shared_out_among_the_stages() -> None:
-    (way,) = joined(MISTAKES["no_cosine"].ways[0], MISTAKES["albedo_squared"].ways[0])
-    failing = []
-    for name in list(CASES)[:2]:
-        blank = Evidence(case=name, scene=CASES[name], load=dict, failed=True, oracle=ORACLE, undecided=None)
-        images = {stage: image for stage, image in blank.under(way).answers.items() if stage in IMAGE_STAGES}
-        evidence = Evidence(
-            case=name, scene=CASES[name], load=lambda images=images: images, failed=True, oracle=ORACLE, undecided=None
-        )
-        failing.append(Continued(evidence=evidence))
-
-    found = {part.stage: part for part in shares(failing, ["inverse_square"], seconds=60)}
-
-    assert set(found) == {Stage.IRRADIANCE, Stage.EXITANCE}
-    for stage, mistake in ((Stage.IRRADIANCE, "no_cosine"), (Stage.EXITANCE, "albedo_squared")):
-        assert found[stage].hypotheses[0].mistakes == (mistake,)
-        assert {name for one in found[stage].hypotheses for name in one.mistakes} <= {mistake, "curve_of_albedo"}
-        assert found[stage].cases == set(list(CASES)[:2])
 
 
 def test_undrawn_parts_are_sought_in_cases_with_different_numbers_of_lights() -> None:

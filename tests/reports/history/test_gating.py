@@ -246,11 +246,11 @@ def test_a_name_with_brackets_means_itself(tmp_path):
     ("text", "named"),
     [
         ("{", "no JSON"),
-        ('{"schema": 1, "expected": []}', "schema 2; `rayproof gate accept` writes one"),
-        ('{"schema": 2, "expected": [{"case": "a"}]}', r"missing required field `reason` - at `\$.expected\[0\]`"),
-        ('{"schema": 2, "expected": [{"cases": "a"}]}', "unknown field `cases`"),
-        ('{"schema": 2, "expected": [7]}', "Expected `object`, got `int`"),
-        ('{"schema": 2, "expected": [{"case": "a", "reason": "b", "checks": {"c d": {"verdict": "fail"}}}]}', "ratio"),
+        ('{"schema": 7, "expected": []}', "schema 1; `rayproof gate accept` writes one"),
+        ('{"schema": 1, "expected": [{"case": "a"}]}', r"missing required field `reason` - at `\$.expected\[0\]`"),
+        ('{"schema": 1, "expected": [{"cases": "a"}]}', "unknown field `cases`"),
+        ('{"schema": 1, "expected": [7]}', "Expected `object`, got `int`"),
+        ('{"schema": 1, "expected": [{"case": "a", "reason": "b", "checks": {"c d": {"verdict": "fail"}}}]}', "ratio"),
     ],
 )
 def test_a_bad_file_is_told_with_the_entry(tmp_path, text, named):

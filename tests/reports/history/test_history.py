@@ -10,30 +10,35 @@ import pytest
 from msgspec.structs import replace
 
 from rayproof.reports.cli import main
-from rayproof.reports.history.database import HistoryError, append, opened, read_series, worse
+from rayproof.reports.history.database import LAST, HistoryError, Series, append, opened, read_series, worse
 from tests.reports.checks import recorded
 
 
-def results(ratio: float | str = 0.2, seconds: float = 0.1, verdict: str = "pass") -> dict[str, Any]:
-    """Return a run of one case as results.json has it."""
+def results(
+    ratio: float | str = 0.2, seconds: float = 0.1, verdict: str = "pass", wrong: tuple[int, ...] = (0,)
+) -> dict[str, Any]:
+    """Return a run of one case as results.json has it, with a check for each number of wrong pixels."""
     measurement = {"worst_error": 1e-7, "worst_ratio": ratio}
-    check = recorded(
-        configuration="float32", reference="analytic", stage="normal", verdict=verdict, ratio=ratio,
-        end_to_end=measurement,
-    )  # fmt: skip
+    checks = [
+        recorded(
+            configuration="float32", reference="analytic", stage="normal", verdict=verdict, ratio=ratio,
+            end_to_end=measurement, examined={"wrong": count},
+        )
+        for count in wrong
+    ]  # fmt: skip
     renders = [
         {"renderer": "tracer-float32", "configuration": "float32", "seconds": seconds},
         {"renderer": "analytic", "configuration": None, "seconds": 9.0},
-        {"renderer": "tachyon", "configuration": None, "seconds": 9.0},  # which no check is against
+        {"renderer": "radiance", "configuration": None, "seconds": 9.0},  # which no check is against
     ]
-    case = {"name": "shadows/one", "verdict": verdict, "seconds": 10.0, "renders": renders, "checks": [check]}
+    case = {"name": "shadows/one", "verdict": verdict, "seconds": 10.0, "renders": renders, "checks": checks}
     return {
         "started": "2026-01-01T00:00:00+00:00", "command": "rayproof run", "verdict": verdict, "finished": True,
         "seconds": 12.0, "environment": {"python": "3.11"}, "cases": [case],
     }  # fmt: skip
 
 
-def kept(path: Path, runs: list[dict[str, Any]]):
+def kept(path: Path, runs: list[dict[str, Any]]) -> Series:
     for number, run in enumerate(runs):
         append(path, run, f"commit{number}")
     with opened(path) as connection:
@@ -41,55 +46,55 @@ def kept(path: Path, runs: list[dict[str, Any]]):
 
 
 def test_a_run_comes_back_as_it_went_in(tmp_path: Path) -> None:
-    (series,) = kept(tmp_path / "h.sqlite", [results(0.25, 0.5)])
+    ((name, (point,)),) = kept(tmp_path / "h.sqlite", [results(0.25, 0.5, wrong=(3, 8, 5))]).items()
 
-    (point,) = series.points
-    assert (series.name, point.ratio, point.stage, point.place) == ("shadows/one", 0.25, "normal", "float32 analytic")
-    assert (point.seconds, point.revision, point.verdict) == (0.5, "commit0", "pass")
+    assert (name, point.ratio, point.stage, point.place) == ("shadows/one", 0.25, "normal", "float32 analytic")
+    assert (point.seconds, point.revision, point.verdict, point.wrong) == (0.5, "commit0", "pass", 8)
 
 
 def test_of_a_stages_checks_the_worst_is_kept_with_its_place(tmp_path: Path) -> None:
     run = results(0.2)
     (check,) = run["cases"][0]["checks"]
-    run["cases"][0]["checks"] += [replace(check, ratio=0.7, reference="embree"), replace(check, ratio=0.1)]
+    run["cases"][0]["checks"] += [replace(check, ratio=0.7, reference="radiance"), replace(check, ratio=0.1)]
 
-    (series,) = kept(tmp_path / "h.sqlite", [run])
+    (points,) = kept(tmp_path / "h.sqlite", [run]).values()
 
-    assert [(point.ratio, point.place) for point in series.points] == [(0.7, "float32 embree")]
+    assert [(point.ratio, point.place) for point in points] == [(0.7, "float32 radiance")]
 
 
 def test_each_subject_has_a_history_of_its_own(tmp_path: Path) -> None:
     path = tmp_path / "h.sqlite"
     append(path, {**results(0.9), "subject": "radiance"}, "")
 
-    (series,) = kept(path, [results(0.2)])
+    (points,) = kept(path, [results(0.2)]).values()
 
-    assert [point.ratio for point in series.points] == [0.2]
+    assert [point.ratio for point in points] == [0.2]
 
 
-def test_a_step_stands_at_its_run_where_others_measured_nothing(tmp_path: Path) -> None:
+def test_runs_that_measured_nothing_are_left_out_of_the_comparison(tmp_path: Path) -> None:
     empty = results()
     empty["cases"][0]["checks"] = []
 
-    (series,) = kept(tmp_path / "h.sqlite", [empty, results(0.2), empty, results(0.5)])
+    series = kept(tmp_path / "h.sqlite", [empty, results(0.2), *[empty] * LAST, results(0.5)])
 
-    assert [series.points[step.at].run for step in series.error_steps] == [4]
+    assert [record["what"] for record in worse(series, LAST + 3)] == ["error"]
 
 
-def test_infinite_errors_are_kept(tmp_path: Path) -> None:
-    (series,) = kept(tmp_path / "h.sqlite", [results("inf"), results("nan")])
+def test_infinite_errors_are_kept_and_are_no_worse_than_each_other(tmp_path: Path) -> None:
+    series = kept(tmp_path / "h.sqlite", [results("inf"), results("nan")])
 
-    assert [point.ratio for point in series.points] == [float("inf")] * 2
+    assert [point.ratio for point in series["shadows/one"]] == [float("inf")] * 2
+    assert worse(series, 2) == []
 
 
 def test_a_case_without_measurement_has_no_ratio(tmp_path: Path) -> None:
     empty = results()
     empty["cases"][0]["checks"] = []
 
-    (series,) = kept(tmp_path / "h.sqlite", [results(), empty])
+    series = kept(tmp_path / "h.sqlite", [results(), empty])
 
-    assert series.points[-1].ratio is None
-    assert worse([series], 2) == []
+    assert series["shadows/one"][-1].ratio is None
+    assert worse(series, 2) == []
 
 
 @pytest.mark.parametrize(
@@ -101,11 +106,17 @@ def test_a_case_without_measurement_has_no_ratio(tmp_path: Path) -> None:
         ([results(0.001), results(0.003)], []),  # nothing, and three times nothing
         ([results(0.2), results(1.3, verdict="fail")], ["verdict", "error"]),
         ([results(1.3, verdict="fail"), results(0.2)], []),
-        ([results(1.3, verdict="fail"), results(0.2), results(1.3, verdict="fail")], ["verdict", "error"]),
+        # An error that a run of the last ten had is inside their spread; the verdict is compared with the run before.
+        ([results(1.3, verdict="fail"), results(0.2), results(1.3, verdict="fail")], ["verdict"]),
+        ([results(ratio) for ratio in (0.2, 0.3, 0.25, 0.32)], []),
+        ([results(ratio) for ratio in (0.2, 0.3, 0.25, 0.34)], ["error"]),
+        ([results(ratio) for ratio in (0.3, *[0.2] * LAST, 0.3)], ["error"]),
+        ([results(wrong=(pixels,)) for pixels in (400, 300, 440)], []),
+        ([results(wrong=(pixels,)) for pixels in (400, 300, 441)], ["pixels"]),
+        ([results(wrong=(0,)), results(wrong=(400,))], []),  # which the verdict says
         ([results(seconds=s) for s in (0.1, 0.1, 0.101, 0.099, 0.1, 0.2)], ["time"]),
         ([results(seconds=s) for s in (0.1, 0.1, 0.101, 0.099, 0.1, 0.11)], []),
-        # Since the step to a tenth of a second that is the level.
-        ([results(seconds=s) for s in (0.3, 0.301, 0.299, 0.3, 0.301, 0.3, 0.1, 0.1, 0.101, 0.1, 0.15)], ["time"]),
+        ([results(seconds=s) for s in (0.3, 0.301, 0.299, 0.3, *[0.1] * LAST, 0.15)], ["time"]),  # the last ten count
         ([results(seconds=s) for s in (0.1, 0.2)], []),  # too few to know the noise
         ([results(seconds=s) for s in (0.1, 0.3, 0.06, 0.2, 0.1, 0.25)], []),  # noise, and known
     ],
@@ -117,6 +128,46 @@ def test_a_worse_run_says_so(runs: list[dict[str, Any]], what: list[str], tmp_pa
 
     assert [entry["what"] for entry in found] == what
     assert all(entry["sentence"].startswith("shadows/one: ") for entry in found)
+
+
+def test_a_slow_time_is_not_in_its_own_baseline(tmp_path: Path) -> None:
+    usual = [results(seconds=seconds) for seconds in (0.1, 0.102, 0.099, 0.101, 0.1)]
+    path = tmp_path / "h.sqlite"
+
+    (once,) = worse(kept(path, [*usual, results(seconds=0.3)]), 6)
+    (again,) = worse(kept(path, [results(seconds=0.3)]), 7)
+
+    assert (once["what"], once["factor"]) == ("time", pytest.approx(3))
+    assert once["sentence"] == "shadows/one: 0.3 s, median of 5 runs before 0.1 s"
+    # One slow run among six moves neither their median nor their spread.
+    assert (again["what"], again["factor"]) == ("time", pytest.approx(3, rel=0.02))
+
+
+def test_a_time_that_lasts_becomes_the_usual_one(tmp_path: Path) -> None:
+    series = kept(tmp_path / "h.sqlite", [results(seconds=s) for s in (*[0.1] * LAST, *[0.3] * 6, 0.3)])
+
+    assert worse(series, LAST + 7) == []
+
+
+def test_an_error_after_none_at_all_is_infinitely_worse(tmp_path: Path) -> None:
+    (record,) = worse(kept(tmp_path / "h.sqlite", [results(0.0), results(0.5)]), 2)
+
+    assert (record["what"], record["factor"]) == ("error", float("inf"))
+
+
+def test_the_check_with_most_wrong_pixels_counts(tmp_path: Path) -> None:
+    series = kept(tmp_path / "h.sqlite", [results(wrong=(7, 400)), results(wrong=(90, 20)), results(wrong=(5, 450))])
+
+    assert [point.wrong for point in series["shadows/one"]] == [400, 90, 450]
+    (record,) = worse(series, 3)
+    assert record["sentence"] == "shadows/one: 450 wrong pixels, at most 400 in the runs before"
+    assert record["factor"] == pytest.approx(450 / 400)
+
+
+def test_what_became_worse_by_most_comes_first(tmp_path: Path) -> None:
+    runs = [results(0.2, wrong=(100,)), results(0.3, wrong=(500,))]
+
+    assert [record["what"] for record in worse(kept(tmp_path / "h.sqlite", runs), 2)] == ["pixels", "error"]
 
 
 def test_times_of_another_machine_do_not_count(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -154,9 +205,9 @@ def test_a_name_that_is_no_text_is_kept_as_reports_write_it(tmp_path: Path) -> N
     for _ in range(2):
         append(tmp_path / "h.sqlite", odd, "")
     with opened(tmp_path / "h.sqlite") as connection:
-        (series,) = read_series(connection, odd["subject"])
+        series = read_series(connection, odd["subject"])
 
-    assert (series.name, len(series.points)) == ("file/caf?", 2)
+    assert {name: len(points) for name, points in series.items()} == {"file/caf?": 2}
 
 
 def test_a_history_is_made_whole_or_not_at_all(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -183,7 +234,7 @@ def test_a_history_is_made_whole_or_not_at_all(tmp_path: Path, monkeypatch: pyte
         pass
 
     assert seen == {0}
-    assert tables() == 3
+    assert tables() == 2
 
 
 def test_a_run_that_cannot_be_kept_whole_is_not_kept(tmp_path: Path) -> None:
@@ -209,17 +260,65 @@ def test_the_command_shows_and_writes_it(tmp_path: Path, capsys: pytest.CaptureF
     assert "worse than its history: shadows/one: worst error / limit 0.5" in " ".join(told.split())
     document = json.loads(file.read_text())
     assert [point["ratio"] for point in document["cases"][0]["points"]] == [0.2, 0.2, 0.5]
-    assert [step["run"] for step in document["cases"][0]["error_steps"]] == [3]
+    assert [run["run"] for run in document["runs"]] == [1, 2, 3]
     assert document["worse"][0]["what"] == "error"
 
 
-@pytest.mark.parametrize("arguments", [["--history", "nowhere.sqlite"], ["none/such"], ["--subject", "stranger"]])
+def test_the_only_subject_of_a_history_is_shown(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = tmp_path / "h.sqlite"
+    append(path, {**results(), "subject": "exec:./mine"}, "")
+
+    assert main(["report", "history", "--history", str(path)]) == 0
+    assert "1 cases over 1 runs of exec:./mine" in capsys.readouterr().out
+
+    append(path, results(), "")
+    assert main(["report", "history", "--history", str(path)]) == 2
+    said = capsys.readouterr().err
+    assert "runs of exec:./mine, tracer: choose one with --subject" in " ".join(said.split())
+    assert said.count("\n") == 1
+    assert main(["report", "history", "--history", str(path), "--subject", "tracer"]) == 0
+    assert "1 cases over 1 runs of tracer" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["--history", "nowhere.sqlite"], "nowhere.sqlite: there is no such history"),
+        (["none/such"], "h.sqlite has no case called none/such"),
+        (["--subject", "stranger"], "h.sqlite has no run of stranger, only of tracer"),
+    ],
+)
 def test_what_is_not_there_is_one_line_and_2(
-    arguments: list[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    arguments: list[str],
+    said: str,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
 ) -> None:
     monkeypatch.setenv("RAYPROOF_HISTORY", str(tmp_path / "h.sqlite"))
     append(tmp_path / "h.sqlite", results(), "")
 
     assert main(["report", "history", *arguments]) == 2
 
-    assert capsys.readouterr().err.count("\n") == 1
+    error = capsys.readouterr().err
+    assert said in error
+    assert error.count("\n") == 1
+
+
+def test_a_history_without_a_run_is_one_line_and_2(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    with opened(tmp_path / "h.sqlite", create=True):
+        pass
+
+    assert main(["report", "history", "--history", str(tmp_path / "h.sqlite")]) == 2
+    assert "h.sqlite has no run of any subject" in capsys.readouterr().err
+
+
+def test_a_row_that_no_run_wrote_is_one_line_and_2(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    append(tmp_path / "h.sqlite", results(), "")
+    with closing(sqlite3.connect(tmp_path / "h.sqlite")) as connection, connection:
+        connection.execute("UPDATE cases SET verdict = 'splendid'")
+
+    assert main(["report", "history", "--history", str(tmp_path / "h.sqlite")]) == 2
+    error = capsys.readouterr().err
+    assert "cannot be used as a history: Invalid enum value 'splendid'" in error
+    assert error.count("\n") == 1

@@ -179,7 +179,7 @@ def test_the_plane_that_a_shape_turns_to_the_eye_is_where_its_surface_is(kind):
 
 
 def test_a_hit_that_its_own_ray_misses_by_rounding_has_the_normals_limit_of_its_own_place():
-    # Found by `run random --worst`: float32 hits the rim, its ray misses by less, and the limit of the normal was 0.
+    # In a random scene float32 hits the rim, its ray misses by less, and the limit of the normal was 0.
     rows = ((0.005787, -0.006356, -0.003409, 0.0), (0.0055, 0.86, -0.0032, 0.0), (0.004651, -5.3e-05, 0.007992, 0.0))
     sphere = Sphere(
         albedo=(1, 1, 1), center=(0.173515, 0.134847, 0.173515), radius=0.501975, to_world=(*rows, (0.0, 0.0, 0.0, 1.0))

@@ -10,7 +10,8 @@ from rayproof.cases.case import ITEMS
 from rayproof.cases.stages import IMAGE_STAGES, Stage
 from rayproof.reports.judge.pixel_classes import SHADOW, SILHOUETTE, TERMINATOR
 from rayproof.reports.results.case_records import Check
-from rayproof.reports.results.document import SCHEMA, save_results
+from rayproof.reports.results.document import save_results
+from rayproof.reports.results.files import SCHEMA
 from rayproof.reports.results.float_codec import pack
 from rayproof.reports.results.images import write_answers
 from rayproof.reports.results.outcomes import Outcome

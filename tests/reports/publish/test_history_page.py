@@ -2,25 +2,26 @@
 
 import copy
 import json
+import re
 from pathlib import Path
 from typing import Any
 
 import pytest
 
+from rayproof.reports.history.database import keep
 from rayproof.reports.publish import publish_all
-from rayproof.reports.publish.page.comparisons import DATA, history_front, history_of, publish
-from rayproof.reports.results.document import save_results
+from rayproof.reports.publish.page.comparisons import DATA, history_front, publish
+from rayproof.reports.results.document import ResultsError, load_results, save_results
 from rayproof.reports.results.files import legible
 from tests.reports.publish.sample import HOSTILE, make_folder
 from tests.reports.publish.visits import Visit
 
-SENTENCE = "sphere/plain: worst error / limit 0.9 at normal (float32 analytic), was 0.3 in run 3"
+SENTENCE = "sphere/plain: worst error / limit 0.9 at normal (float32 analytic), at most 0.3 in the runs before"
 
 
-def series(*ratios: float | str | None, verdict: str = "pass", steps: tuple[Any, ...] = ()) -> dict[str, Any]:
+def series(*ratios: float | str | None, verdict: str = "pass") -> list[list[Any]]:
     """Return a case's past: a run for each ratio, each a second long."""
-    points = [[run, f"c0ffee{run}", verdict, ratio, 1.0] for run, ratio in enumerate(ratios, start=1)]
-    return {"points": points, "error_steps": list(steps), "time_steps": []}
+    return [[run, f"c0ffee{run}", verdict, ratio, 1.0] for run, ratio in enumerate(ratios, start=1)]
 
 
 def history() -> dict[str, Any]:
@@ -30,9 +31,9 @@ def history() -> dict[str, Any]:
         "run": 4,
         "worse": [{"case": "sphere/plain", "what": "error", "factor": 3.0, "sentence": SENTENCE}],
         "cases": {
-            "plane/tilted": series(0.5, 0.5, 0.1, 0.1, steps=([3, 0.2],)),
-            "sphere/plain": series(0.3, 0.3, 0.3, 0.9, steps=([4, 3.0],)),
-            HOSTILE: series(0.0, None, "inf", 2.0, verdict="fail"),
+            "plane/tilted": series(0.5, 0.5, 0.1, 0.1),
+            "sphere/plain": series(0.3, 0.3, 0.3, 0.9),
+            HOSTILE: series("inf", None, 2.0, 0.0, verdict="fail"),
         },
     }
 
@@ -45,18 +46,39 @@ def test_without_a_history_nothing_is_written_and_an_old_one_goes(tmp_path: Path
     assert history_front({}) is None
 
 
-def test_a_history_of_another_shape_is_none() -> None:
-    for spoil in (
-        lambda past: past["cases"]["sphere/plain"]["points"].append([1, 2]),
-        lambda past: past.update(worse="all of it"),
-        lambda past: past.update(cases=[]),
-        lambda past: past["cases"].update({"a/b": None}),
-        lambda past: past["cases"]["sphere/plain"].pop("time_steps"),
-    ):
-        past = copy.deepcopy(history())
-        spoil(past)
-        assert history_of({"history": past}) is None
-    assert history_of({"history": history()}) == history()
+@pytest.mark.parametrize(
+    ("spoil", "said"),
+    [
+        (lambda past: past["cases"]["sphere/plain"].append([1, 2]), "must be a list of another length"),
+        (lambda past: past.update(worse="all of it"), "history.worse must be a list, got 'all of it'"),
+        (lambda past: past.update(cases=[]), "history.cases must be an object"),
+        (lambda past: past["cases"].update({"a/b": None}), "must be a list"),
+        (lambda past: past.pop("run"), "history.run is missing"),
+    ],
+)
+def test_a_history_of_another_shape_is_refused_when_it_is_read(spoil: Any, said: str, tmp_path: Path) -> None:
+    results = make_folder(tmp_path)
+    past = copy.deepcopy(history())
+    save_results(tmp_path, results | {"history": copy.deepcopy(past)})
+    written = json.loads((tmp_path / "results.json").read_text())
+    spoil(written["history"])
+    (tmp_path / "results.json").write_text(json.dumps(written))
+
+    with pytest.raises(ResultsError, match=said):
+        load_results(tmp_path)
+
+
+def test_a_run_that_was_just_kept_has_its_history_on_the_page(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("GITHUB_SHA", "c0ffee")  # git is not asked
+    results = make_folder(tmp_path)
+
+    keep(tmp_path / "past.sqlite", results)
+    publish_all(tmp_path, results)  # as a run hands it over, and not as it is read from a file
+
+    page = (tmp_path / "index.html").read_text(encoding="utf-8")
+    (data,) = re.findall('id="results">(.*)</script>', page)
+    assert json.loads(data)["history"]["run"] == 1
+    assert (tmp_path / DATA).is_file()
 
 
 @pytest.mark.browser
@@ -72,11 +94,9 @@ def test_what_became_worse_is_on_the_front_and_every_point_leads_to_its_case(bro
     front.get_by_role("link", name="errors and times").click()
     page.wait_for_selector(".past .series")
 
-    # What became worse comes first, then the latest step.
+    # What became worse comes first, then the largest error of the last run.
     assert page.locator(".past h3 bdi").all_inner_texts() == ["sphere/plain", "plane/tilted", legible(HOSTILE)]
-    first, second, third = (page.locator(".past").nth(index) for index in range(3))
-    assert first.locator(".step.up text").text_content().split()[-1] == "×3"
-    assert second.locator(".step.down text").text_content().split()[-1] == "×0.2"
+    first, third = page.locator(".past").first, page.locator(".past").nth(2)
     assert first.locator(".series").first.locator(".dot").count() == 4
     assert first.locator(".dot title").nth(3).text_content() == "run 4 (c0ffee4): 0.9, pass"
     # Zero and infinity are drawn, what was not measured is not.

@@ -9,7 +9,7 @@ from rayproof.reports.results.compact import TABLE, compact, expand
 from rayproof.reports.results.document import load_results, save_results
 from rayproof.reports.results.files import plain
 from rayproof.reports.results.records import schema
-from tests.reports.checks import listed, recorded
+from tests.reports.checks import recorded
 
 MEASURED = {"worst_ratio": 0.5, "worst_inside": 0.5, "worst_error": 1e-7, "limit": 2e-7, "ulp": 1.5, "pixel": [3, 1]}
 MEASURED |= {"edge": 3, "interior": 9}
@@ -104,17 +104,10 @@ def test_a_matrix_is_written_by_its_half_only_where_nobody_differs_and_it_is_sym
         assert there_and_back(results_of(adjudication={"ray": panel})) == results_of(adjudication={"ray": panel})
 
 
-def test_results_that_leave_nothing_out_can_still_be_read(tmp_path, published):
-    written = json.dumps(listed(published.results) | {"schema": 1})
-
-    (tmp_path / "results.json").write_text(written.replace("Infinity", '"inf"'))
-
-    save_results(tmp_path / "new", published.results)
-    assert load_results(tmp_path)["cases"] == load_results(tmp_path / "new")["cases"]
-
-
 def test_a_place_beyond_the_table_says_nothing_rather_than_fail():
-    damaged = {"derivations": ["a"], "cases": [{"checks": [{"because": 7}, {"because": -1}]}]}
+    stages = {"ray": {"because": 7}, "normal": {"because": -1}}
+    group = {"configuration": "float32", "reference": "analytic", "stages": stages}
+    damaged = {"derivations": ["a"], "cases": [{"width": 4, "height": 3, "checks": [group]}]}
 
     expand(damaged)
 

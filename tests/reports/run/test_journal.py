@@ -1,18 +1,13 @@
 """What was finished is kept, exactly if it is still the same question."""
 
-import base64
 import errno
-import json
 import random
 import sqlite3
-import zlib
 from contextlib import closing
 
 import pytest
 
-from rayproof.reports.results.document import save_results
 from rayproof.reports.run.workload import Journal
-from tests.reports.publish.sample import results_of
 
 
 def _case(name: str, verdict: str = "pass") -> dict:
@@ -90,19 +85,3 @@ def test_a_case_that_ended_in_an_error_is_done_again(tmp_path):
         assert journal.finished("timed out") is None
         assert journal.finished("abstained") is None
         assert journal.finished("failed") == _case("a/d", "fail")
-
-
-def test_the_journal_of_an_earlier_version_is_read_with_the_results_json_that_it_names(tmp_path):
-    packed = base64.b64encode(zlib.compress(json.dumps(_case("a/two")).encode())).decode()
-    lines = [
-        json.dumps({"key": "a/one", "name": "a/one"}),
-        json.dumps({"key": "two", "record": packed}),
-        '{"key": "three", "rec',
-    ]
-    (tmp_path / "journal.jsonl").write_text("\n".join(lines))
-    save_results(tmp_path, results_of([_case("a/one")]))
-
-    with Journal(tmp_path, resume=True) as again:
-        assert again.finished("a/one") == _case("a/one")
-        assert again.finished("two") == _case("a/two")
-        assert again.finished("three") is None

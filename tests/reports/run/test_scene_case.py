@@ -4,13 +4,11 @@ import json
 import os
 import shlex
 from collections import Counter
-from dataclasses import replace
 from pathlib import Path, PurePosixPath
 
 import pytest
 
 from rayproof.cases.families import all_cases
-from rayproof.cases.laws import LAWS
 from rayproof.cases.scene_json import load_scene
 from rayproof.reports.run.case_record import reproduce, write_scene
 from rayproof.reports.run.plan import DEFAULTS, PlannedCase
@@ -93,15 +91,6 @@ def test_a_configuration_that_was_asked_for_is_asked_for_again(tmp_path):
     planned = PlannedCase(case=case, configurations=("float64/sphere=textbook",))
 
     assert reproduce(tmp_path, planned).endswith(" --configuration float64/sphere=textbook")
-
-
-def test_the_laws_of_a_case_are_asked_again(tmp_path: Path):
-    case = all_cases()[0]
-    few = PlannedCase(case=case, configurations=DEFAULTS, laws=(("crop", "float32"), ("crop", "float64")))
-    every = replace(few, laws=tuple((law, "float32") for law in LAWS))
-
-    assert reproduce(tmp_path, few) == f"rayproof run {case.name} crop --laws"
-    assert reproduce(tmp_path, every) == f"rayproof run {case.name} --laws"
 
 
 def test_the_files_of_very_many_scenes_are_spread_and_those_of_the_suite_are_not():

@@ -136,18 +136,6 @@ def test_a_dry_run_and_the_last_line_of_its_run_count_the_same_checks(
     assert plan.groups() == (checks[1], images[1])
 
 
-def test_a_dry_run_counts_the_time_of_laws(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    words = ["run", "primitives/*", "--dry-run", "--jobs", "1", "--out", str(tmp_path)]
-    seconds = []
-    for laws in ([], ["--laws"]):
-        assert main([*words, *laws]) == 0
-        found = re.search(r"estimated time: about (\d+) s on 1", capsys.readouterr().out)
-        assert found is not None
-        seconds.append(int(found[1]))
-
-    assert seconds[1] > 2 * seconds[0]
-
-
 @pytest.mark.process
 def test_a_dry_run_calls_a_program_once_and_counts_its_start(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]

@@ -92,7 +92,7 @@ def test_the_up_vector_may_have_any_length(length: float, precision: str) -> Non
     np.testing.assert_allclose(found, usual, atol=1e-6)
 
 
-# Found by `run random --worst`: without a direction of view every ray was NaN, and the tracer was accused.
+# Found by a search over random scenes: without a direction of view every ray was NaN, and the tracer was accused.
 @pytest.mark.parametrize(
     ("target", "complaint"),
     [

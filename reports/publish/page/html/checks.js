@@ -36,8 +36,8 @@
       ...Object.fromEntries(["stage", "where", "third_witness"].map((name) => [name, [...new Set(same.map((one) => (name === "where" ? where(one) : one[name])).filter(Boolean))]])) }));
   }
 
-  // Under which circumstances of a scene it shows; before there were any a finding named cases.
-  const where = (one) => (one.where ? `${String(one.where).replaceAll("_", " ")} \u2265 ${rayproof.short(one.at_least)}` : one.cases);
+  // Under which circumstances of a scene it shows.
+  const where = (finding) => `${String(finding.where).replaceAll("_", " ")} \u2265 ${rayproof.short(finding.at_least)}`;
 
   // The smallest scene is a case of the run, or a file that any checkout has.
   function smallest(results, finding) {
@@ -85,18 +85,11 @@
       pairs.map((key) => [e("dt", {}, key.replaceAll("_", " ")), e("dd", {}, list(measurement[key]))])));
   }
 
-  function counts(measurement) {
-    if (!measurement) return "";
-    const bad = ["hit_miss", "nan", "inf", "wrong_at_edge"].filter((key) => measurement[key] > 0)
-      .map((key) => `${measurement[key]} ${key.replaceAll("_", " ")}`);
-    return [`${measurement.interior ?? "?"} interior`, `${measurement.edge ?? "?"} edge`, ...bad].join(", ");
-  }
-
-  // Of each pixel what became of it; the camera's are entries. Older records tell interior and edge only.
+  // Of each pixel what became of it; the camera's are entries.
   function examined(check) {
     const words = rayproof.words || {};
     const ledger = check.examined;
-    if (!ledger) return counts(check.end_to_end);
+    if (!ledger) return "";
     const parts = Object.keys(words).filter((kind) => ledger[kind] > 0).map((kind) => `${ledger[kind]} ${words[kind]}`);
     const bad = ["hit_miss", "nan", "inf"].filter((key) => check.end_to_end?.[key] > 0).map((key) => `${check.end_to_end[key]} ${key.replaceAll("_", " ")}`);
     return [...parts, ...bad].join(", ");

@@ -23,21 +23,21 @@
       e("p", { class: "muted" }, many > 8 ? `and ${many - 8} more: ` : "", e("a", { href: rayproof.link({ page: "history" }) }, "errors and times over all runs")));
   };
 
-  function pair(name, series) {
+  function pair(name, points) {
     const href = rayproof.link({ case: name });
-    const take = (place) => series.points.map(([run, revision, verdict, ...values]) => ({ run, revision, verdict, value: rayproof.number(values[place]) }));
+    const take = (place) => points.map(([run, revision, verdict, ...values]) => ({ run, revision, verdict, value: rayproof.number(values[place]) }));
     const plot = (title, more) => e("figure", {}, e("figcaption", { class: "muted" }, title), rayproof.seriesPlot(`${title} of ${name} over runs`, { ...more, href }));
-    return [plot("worst error / limit", { points: take(0), steps: series.error_steps, unit: "", limit: 1 }),
-      plot("time [s]", { points: take(1).map((point) => ({ ...point, value: point.value > 0 ? point.value : null })), steps: series.time_steps, unit: " s" })];
+    return [plot("worst error / limit", { points: take(0), unit: "", limit: 1 }),
+      plot("time [s]", { points: take(1).map((point) => ({ ...point, value: point.value > 0 ? point.value : null })), unit: " s" })];
   }
 
   // A row of the page; drawn when it comes near the screen.
-  function historyRow(name, series, verdict) {
+  function historyRow(name, points, verdict) {
     const plots = e("div", { class: "twin" });
     const seen = new IntersectionObserver((entries) => {
       if (!entries.some((entry) => entry.isIntersecting)) return;
       seen.disconnect();
-      rayproof.append(plots, pair(name, series));
+      rayproof.append(plots, pair(name, points));
     }, { rootMargin: "300px" });
     seen.observe(plots);
     const title = verdict ? [rayproof.pill(verdict), " ", e("a", { href: rayproof.link({ case: name }) }, e("bdi", {}, name))]
@@ -45,15 +45,13 @@
     return e("section", { class: "panel past", "aria-label": name }, e("h3", {}, title), plots);
   }
 
-  const lastStep = (series) => Math.max(-1, ...[...series.error_steps, ...series.time_steps].map(([run]) => run));
-
-  // What became worse first, then the latest steps, then the largest errors.
+  // What became worse first, then the largest errors.
   function order(results, cases) {
     const worse = results.history.worse.map((entry) => entry.case);
     const rank = (name) => (worse.includes(name) ? worse.indexOf(name) : worse.length);
-    const ratio = (series) => rayproof.number(series.points.at(-1)?.[3]) ?? -1;
-    return Object.entries(cases).filter(([, series]) => series.points.length)
-      .sort(([a, one], [b, other]) => rank(a) - rank(b) || lastStep(other) - lastStep(one) || ratio(other) - ratio(one) || (a < b ? -1 : 1));
+    const ratio = (points) => rayproof.number(points.at(-1)?.[3]) ?? -1;
+    return Object.entries(cases).filter(([, points]) => points.length)
+      .sort(([a, one], [b, other]) => rank(a) - rank(b) || ratio(other) - ratio(one) || (a < b ? -1 : 1));
   }
 
   async function historyView(results) {
@@ -64,8 +62,8 @@
     function show() {
       const words = (rayproof.address().q || "").toLowerCase().split(/\s+/).filter(Boolean);
       const found = rows.filter(([name]) => words.every((word) => name.toLowerCase().includes(word)));
-      rayproof.replace(count, `${found.length} of ${rows.length} cases: what became worse first, then the latest steps`);
-      rayproof.replace(body, found.map(([name, series]) => historyRow(name, series, verdicts.get(name))));
+      rayproof.replace(count, `${found.length} of ${rows.length} cases: what became worse first, then the largest errors`);
+      rayproof.replace(body, found.map(([name, points]) => historyRow(name, points, verdicts.get(name))));
     }
     const search = e("input", { type: "search", "aria-label": "search cases", placeholder: "name \u2026", value: rayproof.address().q || "",
       oninput: () => { rayproof.amend({ q: search.value }); show(); } });
@@ -75,7 +73,7 @@
         e("p", { class: "muted" }, `run ${results.history.run} of ${results.history.file}`))),
     many ? e("section", { class: "panel" }, sentences(results, many)) : null,
     e("section", { class: "panel" }, e("div", { class: "controls" }, e("label", { class: "control grow" }, e("span", {}, "search"), search)), count,
-      e("p", { class: "muted legend" }, "Circles passed, triangles warned, crosses did worse. Dashed: a step, upwards \u25B2 or downwards \u25BC by that factor; dotted: the limit. A point opens its case.")),
+      e("p", { class: "muted legend" }, "Circles passed, triangles warned, crosses did worse; dotted: the limit. A point opens its case.")),
     body];
   }
 
@@ -84,7 +82,7 @@
     if (!results.history) return null;
     const node = e("section", { class: "panel past", "aria-label": "History", hidden: true }, e("h2", {}, "History"));
     load(results).then((cases) => {
-      if (!(cases[name]?.points.length > 1)) return;
+      if (!(cases[name]?.length > 1)) return;
       node.hidden = false;
       rayproof.append(node, [e("div", { class: "twin" }, pair(name, cases[name]))]);
     }, (error) => { node.hidden = false; rayproof.append(node, [e("p", { class: "muted" }, error.message)]); });

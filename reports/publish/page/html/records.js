@@ -45,8 +45,8 @@
   };
 
   // [{configuration, reference, stages: {ray: check}}] -> [check with these three and what is usual]
-  const ungrouped = (groups, because, pixels) => groups.flatMap((group) => !group || !group.stages ? [group]
-    : Object.entries(group.stages).map(([stage, check]) => ({
+  const ungrouped = (groups, because, pixels) => groups.flatMap((group) =>
+    Object.entries(group.stages).map(([stage, check]) => ({
         configuration: group.configuration, reference: group.reference, stage, verdict: "pass",
         because: because[group.reference]?.[stage], ...check, examined: examined("examined" in check ? check.examined : {}, pixels) })));
 

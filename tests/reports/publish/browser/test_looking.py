@@ -69,7 +69,7 @@ def test_what_is_opened_is_told_from_what_lies_beside_it(run: Path) -> None:
 
     (run / "data").mkdir(exist_ok=True)
     (run / "data" / "more.js").write_bytes(b"x" * 1000)
-    (run / "journal.jsonl").write_bytes(b"x" * 100)
+    (run / "notes.txt").write_bytes(b"x" * 100)
     (run / "report.html").write_bytes(b"x" * 10)
 
     assert sizes(run) == (opened + 1000, whole + 1100)

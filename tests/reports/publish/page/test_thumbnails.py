@@ -70,13 +70,13 @@ def test_of_checks_alike_the_one_with_the_worst_error_is_drawn_and_nan_is_the_wo
 
 
 def test_summary_and_junit_point_to_them(tmp_path: Path) -> None:
+    from rayproof.reports.publish.junit import publish_junit
     from rayproof.reports.publish.summaries import publish_summary as summary
-    from rayproof.reports.publish.test_reports import publish_junit as junit
 
     results = make_folder(tmp_path)
 
     draw_thumbnails(tmp_path, results)
-    (markdown,), (xml,) = summary(tmp_path, results), junit(tmp_path, results)
+    (markdown,), (xml,) = summary(tmp_path, results), publish_junit(tmp_path, results)
 
     assert "](thumbnails/01.png)" in markdown.read_text()
     assert "[[ATTACHMENT|thumbnails/01.png]]" in xml.read_text()

@@ -7,16 +7,13 @@ import re
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pytest
 
 from rayproof.cases.families import select
 from rayproof.reports.publish.page.page import diagrams
 from rayproof.reports.studies.tradeoff import diagrams as listed
-from rayproof.reports.studies.tradeoff import routes
 from rayproof.reports.studies.tradeoff.diagrams import DEFAULT, QUICK, Sampled, measure, tasks
 from rayproof.reports.studies.tradeoff.drawing import page, svg, write
-from rayproof.tracer.frames import Frames
 from tests.reports.commands.conftest import Rayproof
 
 
@@ -28,7 +25,6 @@ def result() -> dict[str, Any]:
     patch.setattr(listed, "SAMPLES_TIMED", 2**10)
     patch.setattr(listed, "SAMPLES_WALL", 2**10)
     formulas, _, climbed = tasks(["grazing_plane", "far_sphere_1e3", "SPH-FAR"])
-    patch.setattr(routes, "RAYS", 2**10)
     sampled = Sampled(family="antialiased", scene=select(["antialiased/sphere"])[0].scene)
     found = measure(formulas, [sampled], climbed, repetitions=3, tell=lambda _: None)
     patch.undo()
@@ -75,35 +71,6 @@ def test_more_samples_come_nearer_to_the_coverage_whoever_renders(result: dict[s
 
     for who in ("tracer, float32", "tracer, float64", "mitsuba_llvm, float32", "mitsuba_scalar, float32"):
         assert sampled[f"{who}, 4 per pixel"]["error"] < sampled[f"{who}, 1 per pixel"]["error"]
-
-
-@pytest.mark.references
-def test_routes_err_alike_in_one_precision_and_none_strays_from_what_it_declares(result: dict[str, Any]) -> None:
-    images = points(result, "paths/antialiased")
-
-    assert len(images) == 8
-    assert {point["wrong"] for point in images.values()} == {0.0}
-    for precision in ("float32", "float64"):
-        judged = images[f"stages, {precision}"]["error"]
-        assert images[f"numbers, {precision}"]["error"] == judged
-        u = {"float32": 1.0, "float64": 2.0**-29}[precision]
-        # gamma(FOLDED) in roundings of float32, to the judged error and not a share of it.
-        for name in ("literals", "frames"):
-            assert images[f"{name}, {precision}"]["error"] <= judged + 1.01 * routes.FOLDED * u
-    assert images["stages, float64"]["error"] < images["stages, float32"]["error"] / 1e6
-
-
-def test_a_route_that_strays_is_told_with_the_share_of_its_pixels(monkeypatch: pytest.MonkeyPatch) -> None:
-    scene = select(["antialiased/sphere"])[0].scene
-    monkeypatch.setattr(routes, "RAYS", 2**10)
-    monkeypatch.setattr(routes, "PRECISIONS", ("float32",))
-    right = Frames.pixels
-    monkeypatch.setattr(Frames, "pixels", lambda frames: right(frames) * np.float32(1 + 2.0**-17))
-
-    strayed = {e.point.variant: e.point.wrong for e in routes.route_entries("paths/x", scene, lambda _: None)}
-
-    assert strayed["frames"] > 0.1
-    assert strayed["literals"] == strayed["numbers"] == strayed["stages"] == 0
 
 
 @pytest.mark.references

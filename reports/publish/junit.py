@@ -1,21 +1,20 @@
-"""For test tools: junit.xml and ctrf.json, one test for each case.
+"""For test tools: junit.xml, one test for each case.
 
-Sources: the JUnit XML format as Jenkins and GitLab read it (testsuites / testsuite / testcase, with failure, error and
+Source: the JUnit XML format as Jenkins and GitLab read it (testsuites / testsuite / testcase, with failure, error and
 skipped), valid by Jenkins' junit-10.xsd, each suite by Maven Surefire's schema, without the characters that XML 1.0
-cannot carry (section 2.2); the Common Test Report Format (ctrf.io, specification 0.0.0).
+cannot carry (section 2.2).
 """
 
 import re
 from collections import Counter
 from collections.abc import Iterable, Sequence
-from datetime import datetime
 from pathlib import Path
-from typing import Any, NotRequired, TextIO, TypedDict
+from typing import TextIO
 from xml.etree import ElementTree
 
 from rayproof.reports.results.case_records import CaseRecord, worst_ratio
 from rayproof.reports.results.case_table import briefs, by_family, named
-from rayproof.reports.results.files import as_json, legible, legible_json, legible_lines, replacing
+from rayproof.reports.results.files import legible, legible_lines, replacing
 from rayproof.reports.results.headline import answered_in_words, blame, cause_of, headline, shouts
 from rayproof.reports.results.outcomes import Outcome
 from rayproof.reports.results.records import SHUTTING, GateRecord, RunRecord
@@ -168,141 +167,3 @@ def _details(case: CaseRecord) -> list[str]:
         if check.outcome not in (Outcome.PASS, Outcome.WARN):
             lines.append(f"{check.name}: {check.outcome}: {check.reason}")
     return [*lines[:40], f"reproduce: {case.get('reproduce') or 'rayproof run ' + case['name']}"]
-
-
-_STATUSES = {
-    Outcome.PASS: "passed",
-    Outcome.WARN: "passed",
-    Outcome.FAIL: "failed",
-    Outcome.REFERENCE_SUSPECT: "failed",
-    Outcome.UNDECIDED: "skipped",
-    Outcome.UNSUPPORTED: "skipped",
-    Outcome.ERROR: "other",
-    Outcome.MISSING: "other",
-}
-
-
-class CtrfAttachment(TypedDict):
-    """A file that belongs to a test."""
-
-    name: str
-    contentType: str
-    path: str
-
-
-class CtrfExtra(TypedDict):
-    """The facts about a case that only this harness has."""
-
-    stage: str | None
-    item: str | None
-    blamed_items: list[str]
-    worst_ratio: float | None
-    reproduce: str | None
-
-
-class CtrfTest(TypedDict):
-    """A test, as the format has it."""
-
-    name: str
-    status: str
-    rawStatus: str
-    duration: int  # ms
-    suite: list[str]
-    tags: list[str]
-    message: NotRequired[str]
-    attachments: NotRequired[list[CtrfAttachment]]
-    extra: NotRequired[CtrfExtra]
-
-
-def publish_ctrf(folder: Path, results: RunRecord) -> list[Path]:
-    """Write ctrf.json; what must be shouted is its first field and its report name."""
-    loud, gate = shouts(results), results.get("gate")
-    expected = frozenset(gate["cases"] if gate else ())
-    few = len(results["cases"]) <= MOST_LISTED
-    counts: dict[str, int] = dict.fromkeys(("passed", "failed", "skipped", "pending", "other"), 0)
-    families = set()
-    for case in briefs(results["cases"]):
-        counts[_status(case, expected)] += 1
-        families.add(case["family"])
-    start, seconds = _milliseconds(results.get("started")), float(results.get("seconds") or 0)
-    extra = {"shouts": loud, "verdict": headline(results), "checks": results["checks"]}
-    if not few:
-        extra["left_out"] = left_out(counts["passed"])
-    if words := answered_in_words(results):
-        extra["answered"] = words[0]
-    if gate is not None:
-        counts["failed" if gate["red"] else "passed"] += 1
-        families.add("gate")
-    document = {
-        "extra": extra,
-        "reportFormat": "CTRF",
-        "specVersion": "0.0.0",
-        "generatedBy": f"rayproof {results.get('rayproof', '')}".strip(),
-        "results": {
-            "tool": {"name": "rayproof", "version": str(results.get("rayproof", ""))},
-            "summary": {
-                "tests": len(results["cases"]) + (gate is not None),
-                **counts,
-                "suites": len(families),
-                "start": start,
-                "stop": start + round(seconds * 1000),
-            },
-            "environment": {
-                "reportName": " ".join([*loud, "rayproof"]),
-                "appName": "rayproof",
-                "extra": dict(results.get("environment", {})),
-            },
-            "tests": [],
-        },
-    }
-    # No indentation: the first line is the whole document, and the shout its beginning.
-    head, tail = legible_json(as_json(document)).rsplit("[]", 1)
-    path = folder / "ctrf.json"
-    with replacing(path) as draft, draft.open("w", encoding="utf-8", newline="\n") as file:
-        between = f"{head}["
-        if gate is not None:
-            status = "failed" if gate["red"] else "passed"
-            first = {"name": "gate", "status": status, "duration": 0, "suite": ["gate"], "message": gate["sentence"]}
-            file.write(between + legible_json(as_json(first)))
-            between = ","
-        for case in briefs(results["cases"]):
-            if few or Outcome(case["verdict"]) not in (Outcome.PASS, Outcome.WARN):
-                file.write(between + legible_json(as_json(_test(case, cause_of(results, case), expected))))
-                between = ","
-        file.write(("" if between == "," else between) + f"]{tail}\n")
-    return [path]
-
-
-def _status(case: CaseRecord, expected: frozenset[str]) -> str:
-    """Return a case's status; one that a gate let through is skipped, as in junit.xml."""
-    return "skipped" if case["name"] in expected else _STATUSES[Outcome(case["verdict"])]
-
-
-def _test(case: CaseRecord, cause: str, expected: frozenset[str]) -> CtrfTest:
-    test: CtrfTest = {
-        "name": legible(case["name"]),
-        "status": _status(case, expected),
-        "rawStatus": case["verdict"],
-        "duration": round(float(case.get("seconds") or 0) * 1000),
-        "suite": [legible(case["family"])],
-        "tags": [legible(item) for item in case.get("covers", [])],
-    }
-    if message := ": ".join(filter(None, [cause or blame(case), legible(case.get("reason") or "")])):
-        test["message"] = message
-    if picture := case.get("picture"):
-        test["attachments"] = [{"name": "picture of the scene", "contentType": "image/png", "path": picture}]
-    test["extra"] = {
-        "stage": case.get("stage"),
-        "item": case.get("item"),
-        "blamed_items": case.get("blamed_items") or [],
-        "worst_ratio": worst_ratio(case),
-        "reproduce": case.get("reproduce"),
-    }
-    return test
-
-
-def _milliseconds(started: Any) -> int:
-    try:
-        return round(datetime.fromisoformat(str(started)).timestamp() * 1000)
-    except ValueError:
-        return 0

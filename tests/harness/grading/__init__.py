@@ -1,1 +1,0 @@
-"""A class of renderers with known mistakes, graded: how many mistakes cost their item, and how many items lose more."""
