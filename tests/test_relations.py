@@ -20,7 +20,7 @@ from rayproof.cases.rounding import UNIT_ROUNDOFF
 from rayproof.cases.scene import Cube, Mesh, PointLight, Scene, Shape, Sphere, Square, Triangle
 from rayproof.cases.stages import IMAGE_STAGES, Stage, StageImages
 from rayproof.reference.analytic import Analytic
-from rayproof.reports.judge.conditioning import basis_condition
+from rayproof.reports.judge.forward.conditioning import basis_condition
 from rayproof.tracer.configuration import Configuration
 from rayproof.tracer.render import render
 
@@ -28,7 +28,7 @@ Renderer = Callable[[Scene], StageImages]
 Map = Callable[[np.ndarray], np.ndarray]
 LIGHT_STAGES = (Stage.IRRADIANCE, Stage.EXITANCE, Stage.RADIANCE)
 SIZE = (41, 31)  # px
-# Roundings from pixel to radiance: ray 16, hit 16, position 4, normal 16, light 12 (`reports.judge.limits`).
+# Roundings from pixel to radiance: ray 16, hit 16, position 4, normal 16, light 12 (`reports.judge.forward.limits`).
 ROUNDINGS = 64
 
 

@@ -7,23 +7,18 @@ import numpy as np
 from msgspec import structs
 
 from rayproof.cases.scene import Scene
-from rayproof.cases.stages import Stage, upto
+from rayproof.cases.stages import Stage
 from rayproof.reports.judge import camera_check
+from rayproof.reports.judge.against_oracle import AgainstOracle, StagePixels
 from rayproof.reports.judge.answers import Answers, abstention
-from rayproof.reports.judge.forward.common_factors import Factors
-from rayproof.reports.judge.comparison import LIGHT, Comparison
 from rayproof.reports.judge.copied_answers import copied
-from rayproof.reports.judge.forward.limits import BECAUSE, Coarseness, Roundoff, calibration
-from rayproof.reports.judge.measurement import (
-    Kind,
-    cells_of,
-    counted,
-    most_interval,
-    unexamined,
-)
+from rayproof.reports.judge.forward.common_factors import Factors
+from rayproof.reports.judge.forward.limits import BECAUSE, Roundoff, calibration
+from rayproof.reports.judge.measurement import Kind, cells_of, counted, measure, unexamined
 from rayproof.reports.judge.metrics import METRICS
+from rayproof.reports.judge.nearby.clouds import LIGHT
 from rayproof.reports.judge.oracle import ORACLE
-from rayproof.reports.judge.stage_measuring import measure_continued, measure_end_to_end, shared_factors
+from rayproof.reports.judge.pairs import Pair
 from rayproof.reports.results.case_records import Check, Measurement
 from rayproof.reports.results.outcomes import Outcome
 
@@ -31,22 +26,22 @@ from rayproof.reports.results.outcomes import Outcome
 INFORMED = Stage.RADIANCE
 
 
-def check_camera(pair: Comparison) -> Check:
+def check_camera(pair: Pair) -> Check:
     """Judge the camera stage; where the two differ, invariants of every camera tell which one is wrong."""
     mine = pair.subject.answers[Stage.CAMERA] if pair.subject.answers else {}
     theirs = pair.reference.answers[Stage.CAMERA]
     # The coarser of the two arithmetics: the other's rounding is nothing beside it, or equal and within the counts.
     g = max(Roundoff(pair.subject.precision), Roundoff(pair.reference.precision), key=lambda each: each(1))
-    found = pair.base.once(
-        ("camera", g, *pair.authors(Stage.CAMERA)),
-        lambda: camera_check.compared(mine, theirs, pair.base.scene.camera, g),
-    )
+    camera = pair.base.scene.camera
+    compared = camera_check.compared(mine, theirs, camera, g)
     outcome, reason = Outcome.PASS, ""
-    if not found.ratio <= 1:
+    if not compared.ratio <= 1:
         outcome = Outcome.FAIL
-        reason = f"{found.part} is off by {found.error:.3g}, limit {found.limit:.3g} ({found.ratio:.3g} times)"
-        ours_bad = camera_check.inconsistency(mine, pair.base.scene.camera, g)
-        theirs_bad = camera_check.inconsistency(theirs, pair.base.scene.camera, g)
+        reason = (
+            f"{compared.part} is off by {compared.error:.3g}, limit {compared.limit:.3g} ({compared.ratio:.3g} times)"
+        )
+        ours_bad = camera_check.inconsistency(mine, camera, g)
+        theirs_bad = camera_check.inconsistency(theirs, camera, g)
         if ours_bad <= 1 < theirs_bad:
             outcome = Outcome.REFERENCE_SUSPECT
             reason += f"; {pair.subject.name}'s camera is consistent in itself, {pair.reference.name}'s is not"
@@ -57,31 +52,33 @@ def check_camera(pair: Comparison) -> Check:
         outcome=outcome,
         reason=reason,
         because=_because(pair.reference.name, Stage.CAMERA),
-        ratio=found.ratio,
-        examined=found.examined,
+        ratio=compared.ratio,
+        examined=compared.examined,
     )
 
 
-def stage_check(pair: Comparison, stage: Stage) -> Check:
+def stage_check(pair: Pair, stage: Stage) -> Check:
     """Judge one image stage end to end and, before the oracle, continued from the subject's own stages."""
-    ours = pair.subject.answers
-    end_to_end, continued, shared, shared_continued = measure_end_to_end(pair, stage), None, None, None
-    by_oracle = pair.reference.name == ORACLE
-    if by_oracle and set(upto(stage)[:-1]) <= {Stage.CAMERA, *ours}:
-        continued = measure_continued(pair, stage)
+    whole = pair.pixels(stage)
+    end_to_end, continued, shared, shared_continued = measured(pair.one, whole), None, None, None
+    kinds = whole.kinds
+    if pair.by_oracle:
+        alone = pair.one.continued(stage)
+        if alone is not None:
+            continued = measured(pair.one, alone)
+            kinds = np.where(alone.wrong, alone.kinds, kinds) if alone.wrong.any() else kinds
         if stage in LIGHT:
-            shared_continued = shared_factors(pair, stage, continued=True)
-    if by_oracle and stage in LIGHT:
-        shared = shared_factors(pair, stage, continued=False)
-    if stage is INFORMED and (by_oracle or pair.subject.name == ORACLE):
-        both = ours[stage], pair.reference.answers[stage]
-        informative = pair.base.once(("informative", *pair.authors(stage)), lambda: _inform(*both))
+            factors = pair.one.common_factors
+            shared = factors.of(stage)
+            shared_continued = None if alone is None else factors.of(stage, alone)
+    if stage is INFORMED and (pair.by_oracle or pair.subject.name == ORACLE):
+        informative = _inform(pair.subject.answers[stage], pair.reference.answers[stage])
         end_to_end = structs.replace(end_to_end, **informative)
     outcome, ratio, reason = _conclusion(
-        pair.reference.name, stage, end_to_end, continued, shared=shared, shared_continued=shared_continued
+        pair.reference.name, end_to_end, continued, stage, shared=shared, shared_continued=shared_continued
     )
-    kinds = _together(end_to_end, continued)
     examined = counted(kinds)
+    steps = pair.one.because.get(stage, "") + pair.other.because.get(stage, "")
     return Check(
         configuration=pair.subject.name,
         reference=pair.reference.name,
@@ -92,9 +89,23 @@ def stage_check(pair: Comparison, stage: Stage) -> Check:
         end_to_end=end_to_end,
         continued=continued,
         bias=None if shared is None else shared.recorded(shared_continued),
-        because=_because(pair.reference.name, stage) + pair.because(stage),
+        because=_because(pair.reference.name, stage) + steps,
         examined=examined,
         cells=cells_of(kinds == Kind.WRONG) if examined.wrong else None,
+    )
+
+
+def measured(against: AgainstOracle, pixels: StagePixels) -> Measurement:
+    """Return the numbers of a renderer's stage against a value."""
+    return measure(
+        pixels.stage,
+        against.renderer.answers[pixels.stage],
+        pixels.value,
+        pixels.limit,
+        pixels.kinds,
+        hit=against.base.conditioning.hit,
+        precision=against.renderer.precision,
+        compared=(pixels.ratio, pixels.error),
     )
 
 
@@ -103,19 +114,11 @@ def _because(reference: str, stage: Stage) -> str:
     return f"{BECAUSE[stage]}; {reference}: {calibration(reference).origin}"
 
 
-def _together(whole: Measurement, continued: Measurement | None) -> np.ndarray:
-    """Return each pixel's kind end to end, wrong also where it is only given the subject's previous stages."""
-    if continued is None:
-        return whole.kinds
-    wrong = continued.kinds == Kind.WRONG
-    return np.where(wrong, continued.kinds, whole.kinds) if wrong.any() else whole.kinds
-
-
 def _conclusion(
     reference: str,
-    stage: Stage,
     whole: Measurement,
     continued: Measurement | None,
+    stage: Stage,
     *,
     shared: Factors | None,
     shared_continued: Factors | None,
@@ -153,30 +156,24 @@ def _inform(ours: np.ndarray, theirs: np.ndarray) -> dict[str, Any]:
     return {name: METRICS[name](ours, theirs, scaled) for name in METRICS} | {"range": value_range}
 
 
-def accounted(checks: Sequence[Check], scene: Scene, *, tuned: bool) -> list[Check]:
-    """Return the checks, each with its ledger; one with pixels that were not examined, or are wrong, is no pass.
-
-    Too many intervals are an error of a case that was `tuned` to have fewer; any other they leave undecided.
-    """
-    return [_accounted(check, scene, tuned=tuned) for check in checks]
+def accounted(checks: Sequence[Check], scene: Scene) -> list[Check]:
+    """Return the checks, each with its pixel counts; one with pixels that were not examined, or are wrong, is no pass."""
+    return [_accounted(check, scene) for check in checks]
 
 
-def _accounted(check: Check, scene: Scene, *, tuned: bool) -> Check:
-    left = unexamined(check.stage, scene.camera) if check.examined is None else check.examined
-    found, most = structs.replace(check, examined=left), most_interval(left.pixels)
-    # A warning for a declared epsilon says that all others hold; one for a finding says that they do not.
+def _accounted(check: Check, scene: Scene) -> Check:
+    counts = unexamined(check.stage, scene.camera) if check.examined is None else check.examined
+    counted_check = structs.replace(check, examined=counts)
+    # A warning for a declared epsilon says that all other pixels hold; one for a finding says that they do not.
     if check.outcome is not Outcome.PASS and (check.outcome is not Outcome.WARN or check.finding):
-        return found
-    if left.unexamined or left.wrong:
-        why = f"{left.unexamined + left.wrong} of {left.pixels} pixels were held to nothing"
-        return structs.replace(found, outcome=Outcome.ERROR, reason=why)
-    if left.interval > most:
-        why = (
-            f"{left.interval} of {left.pixels} pixels are held to an interval only, which says too little of more "
-            f"than {most}"
-        )
-        return structs.replace(found, outcome=Outcome.ERROR if tuned else Outcome.UNDECIDED, reason=why)
-    return found
+        return counted_check
+    if counts.wrong:
+        why = f"{counts.wrong} of {counts.pixels} pixels are wrong in a check that passes"
+        return structs.replace(counted_check, outcome=Outcome.ERROR, reason=why)
+    if counts.unexamined:
+        why = f"{counts.unexamined} of {counts.pixels} pixels were held to nothing"
+        return structs.replace(counted_check, outcome=Outcome.ERROR, reason=why)
+    return counted_check
 
 
 def unmeasured(
@@ -206,7 +203,7 @@ def unmeasured(
 # A check for every planned stage of one subject before one reference; none is left out, whatever is in its way.
 
 
-def pair_checks(pair: Comparison, stages: Sequence[Stage], misshapen: Mapping[str, Mapping[Stage, str]]) -> list[Check]:
+def pair_checks(pair: Pair, stages: Sequence[Stage], misshapen: Mapping[str, Mapping[Stage, str]]) -> list[Check]:
     """Return a check for each of the stages.
 
     `misshapen` says by renderer and stage whose images have another size than was asked for.
@@ -227,7 +224,7 @@ def pair_checks(pair: Comparison, stages: Sequence[Stage], misshapen: Mapping[st
     return checks
 
 
-def _declined(pair: Comparison, stage: Stage) -> Check | None:
+def _declined(pair: Pair, stage: Stage) -> Check | None:
     """Return what the subject itself gave as the reason of not answering."""
     subject, about = pair.subject, (pair.subject, pair.reference, stage)
     if subject.error is not None:
@@ -239,7 +236,7 @@ def _declined(pair: Comparison, stage: Stage) -> Check | None:
     return None
 
 
-def _repeated(pair: Comparison) -> dict[Stage, Check]:
+def _repeated(pair: Pair) -> dict[Stage, Check]:
     """Return the stages in which the reference has the subject's own numbers."""
     subject, reference = pair.subject, pair.reference
     single = subject.precision == reference.precision == "float32"
@@ -248,7 +245,7 @@ def _repeated(pair: Comparison) -> dict[Stage, Check]:
     return {stage: unmeasured(subject, reference, stage, Outcome.REFERENCE_SUSPECT, reason) for stage in stages}
 
 
-def _abstained(pair: Comparison, stage: Stage) -> Check | None:
+def _abstained(pair: Pair, stage: Stage) -> Check | None:
     subject, reference = pair.subject, pair.reference
     if reference.error is None:
         return None
@@ -258,7 +255,7 @@ def _abstained(pair: Comparison, stage: Stage) -> Check | None:
     return unmeasured(subject, reference, stage, outcome, reason, abstains=True, stopped=reference.stopped)
 
 
-def _not_answered(pair: Comparison, stage: Stage, misshapen: Mapping[Stage, str]) -> Check | None:
+def _not_answered(pair: Pair, stage: Stage, misshapen: Mapping[Stage, str]) -> Check | None:
     about = pair.subject, pair.reference, stage
     if stage in misshapen:
         return unmeasured(*about, Outcome.FAIL, misshapen[stage])
@@ -267,7 +264,7 @@ def _not_answered(pair: Comparison, stage: Stage, misshapen: Mapping[Stage, str]
     return None
 
 
-def _not_answered_by_reference(pair: Comparison, stage: Stage, misshapen: Mapping[Stage, str]) -> Check | None:
+def _not_answered_by_reference(pair: Pair, stage: Stage, misshapen: Mapping[Stage, str]) -> Check | None:
     about, name = (pair.subject, pair.reference, stage), pair.reference.name
     if stage in misshapen:
         return unmeasured(*about, Outcome.REFERENCE_SUSPECT, f"{name}'s {misshapen[stage]}: it is no witness")
@@ -276,11 +273,11 @@ def _not_answered_by_reference(pair: Comparison, stage: Stage, misshapen: Mappin
     return None
 
 
-def _too_coarse(pair: Comparison, stage: Stage) -> Check | None:
+def _too_coarse(pair: Pair, stage: Stage) -> Check | None:
     """Return that the subject's output keeps too little of a stage to tell anything."""
     if stage is Stage.CAMERA:
         return None
     subject = pair.subject
-    why = Coarseness(resolutions=subject.resolutions).too_coarse(stage, pair.base.truth[stage])
+    why = pair.one.coarseness.too_coarse(stage, pair.base.truth[stage])
     reason = f"{subject.name}: {why}"
     return None if why is None else unmeasured(subject, pair.reference, stage, Outcome.UNSUPPORTED, reason)

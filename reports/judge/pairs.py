@@ -1,0 +1,75 @@
+"""`Pair`: two renderers' answers compared, from what is said of each of them against the oracle.
+
+Two renderers agree in a pixel if they differ by no more than both limits, or if neither of them is wrong there.
+"""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from rayproof.cases.stages import Stage
+from rayproof.reports.judge.against_oracle import AgainstOracle, StagePixels, kinds_of
+from rayproof.reports.judge.answers import Answers
+from rayproof.reports.judge.measurement import Kind, held_to, ratios
+from rayproof.reports.judge.nearby.explaining import Explained
+from rayproof.reports.judge.oracle import ORACLE
+from rayproof.reports.judge.scene_truth import SceneTruth
+
+
+@dataclass(frozen=True, eq=False)
+class Pair:
+    """A subject and a reference, or any two renderers; it makes no difference which is which."""
+
+    one: AgainstOracle
+    other: AgainstOracle
+
+    @property
+    def base(self) -> SceneTruth:
+        """Return the truth of the scene."""
+        return self.one.base
+
+    @property
+    def subject(self) -> Answers:
+        """Return the first renderer."""
+        return self.one.renderer
+
+    @property
+    def reference(self) -> Answers:
+        """Return the second renderer."""
+        return self.other.renderer
+
+    @property
+    def by_oracle(self) -> bool:
+        """Return whether the second is the oracle."""
+        return self.reference.name == ORACLE
+
+    @cached_property
+    def _known(self) -> dict[Stage, StagePixels]:
+        return {}
+
+    def pixels(self, stage: Stage) -> StagePixels:
+        """Return an image stage that both answer, the first against the second, pixel by pixel."""
+        if stage not in self._known:
+            self._known[stage] = self.one.end_to_end[stage] if self.by_oracle else self._compared(stage)
+        return self._known[stage]
+
+    def _compared(self, stage: Stage) -> StagePixels:
+        base, each = self.base, (self.one, self.other)
+        limits = [against.own_limits.end_to_end.get(stage) for against in each]
+        limit = base.no_limit if limits[0] is None or limits[1] is None else limits[0] + limits[1]
+        value = np.asarray(self.reference.answers[stage], dtype=np.float64)
+        ratio, error = ratios(stage, self.subject.answers[stage], value, limit)
+        explained = None
+        if not (over := ratio <= 1).all():
+            kinds = [against.end_to_end[stage].kinds for against in each]
+            wrong, unknown, epsilon = (
+                (kinds[0] == kind) | (kinds[1] == kind) for kind in (Kind.WRONG, Kind.UNEXAMINED, Kind.EPSILON)
+            )
+            right = ~over & ~wrong
+            explained = Explained(
+                rounding=right & ~unknown & ~epsilon, epsilon=right & ~unknown & epsilon, unexamined=right & unknown
+            )
+        size = base.conditioning.distance if stage is Stage.POSITION else None
+        kinds = kinds_of(ratio, *held_to(stage, limit, value, size), explained)
+        return StagePixels(stage=stage, value=value, limit=limit, ratio=ratio, error=error, kinds=kinds)
