@@ -8,7 +8,6 @@ from pathlib import Path, PurePosixPath
 import numpy as np
 
 from rayproof.cases.foreign_files import Budget, content_of, path_within
-from rayproof.cases.gltf_meshes import glb_mesh
 from rayproof.cases.polygon_files import mesh_of
 from rayproof.cases.scene import SceneError, shown
 from rayproof.cases.stl_files import read_stl
@@ -78,5 +77,7 @@ def _mesh(kind: str, content: bytes) -> tuple[np.ndarray, np.ndarray, list[str]]
     if kind == "stl":
         return read_stl(content)
     if kind == "glb":
+        from rayproof.cases.gltf_meshes import glb_mesh  # here, because it imports SciPy and few scenes need it
+
         return *glb_mesh(content), []
     return mesh_of(kind, content)
