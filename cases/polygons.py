@@ -5,13 +5,21 @@ Floating-Point Arithmetic and Fast Robust Geometric Predicates (1997): a filter 
 """
 
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
 
 import numpy as np
 
+from rayproof.cases.foreign_files import LIMITS
+
 DECIMALS = 1e-6  # relative: coordinates in text have six significant digits or more (C's %f and %g)
+MOST_CORNERS = 100_000  # of one polygon
+AT_ONCE = 2**18  # corners of polygons that are looked at together, which takes 200 bytes each
+# Steps that the cutting of a file's polygons may take, of about 10 ns each: a corner that is compared with an edge is
+# one. 50 000 concave quadrilaterals take no more, nor does a polygon of 30 000 corners.
+STEPS, STEPS_A_CORNER = 5 * 10**8, 300
+OF_ARRAYS, OF_A_TURN, OF_AN_EXACT_TURN = 1000, 100, 1000  # steps, of operations however small
 
 
 @dataclass(kw_only=True)
@@ -25,12 +33,37 @@ class Polygons:
     place: str = "line"  # what `places` counts
     others: Counter[str] = field(default_factory=Counter)  # what the file holds beside polygons, in plural
     notes: list[str] = field(default_factory=list)  # what else to report of the file
+    triangles: int = 0  # that the polygons will be cut into
 
     def add(self, corners: Sequence[int], place: int) -> None:
-        """Add a polygon."""
+        """Add a polygon; raise ValueError if the file holds too many."""
+        self.count(max(0, len(corners) - 2))
         self.sizes.append(len(corners))
         self.corners += corners
         self.places.append(place)
+
+    def count(self, triangles: int) -> None:
+        """Count triangles before they are built; raise ValueError if there are more than are read."""
+        self.triangles += triangles
+        if self.triangles > LIMITS["triangles"]:
+            raise ValueError(f"holds more than {LIMITS['triangles']} triangles")
+
+
+@dataclass(kw_only=True)
+class Steps:
+    """The steps that cutting a file's polygons into triangles may still take."""
+
+    most: int
+    taken: int = 0
+    place: str = ""  # of the polygon that is being cut
+
+    def take(self, count: int) -> None:
+        """Take `count` steps; raise ValueError, which names the polygon's place, if there are not so many left."""
+        self.taken += count
+        if self.taken > self.most:
+            raise ValueError(
+                f"{self.place}: the polygons up to it take more than {self.most} steps to cut into triangles"
+            )
 
 
 def triangles_of(polygons: Polygons) -> tuple[np.ndarray, list[str]]:
@@ -56,8 +89,12 @@ def triangles_of(polygons: Polygons) -> tuple[np.ndarray, list[str]]:
     pieces: list[np.ndarray] = []
     order: list[np.ndarray] = []
     bent: list[int] = []
-    for size in np.unique(sizes[enough]).tolist():
-        rows = np.flatnonzero(sizes == size)
+    if (largest := int(sizes.max())) > MOST_CORNERS:
+        at = polygons.places[int(sizes.argmax())]
+        raise ValueError(f"{polygons.place} {at}: a polygon has {largest} corners; at most {MOST_CORNERS} are read")
+    steps = Steps(most=STEPS + STEPS_A_CORNER * len(corners))
+    for rows in _alike(sizes):
+        size = int(sizes[rows[0]])
         faces = corners[starts[rows, None] + np.arange(size)]
         if size > 3:
             convex, flat = _shapes(polygons.vertices[faces])
@@ -65,7 +102,7 @@ def triangles_of(polygons: Polygons) -> tuple[np.ndarray, list[str]]:
             cut = np.flatnonzero(~convex)
             for place in cut.tolist():
                 at = f"{polygons.place} {polygons.places[rows[place]]}"
-                pieces.append(faces[place][cut_by_ears(polygons.vertices[faces[place]], at)])
+                pieces.append(faces[place][cut_by_ears(polygons.vertices[faces[place]], at, steps)])
                 order.append(np.full(len(pieces[-1]), rows[place]))
             rows, faces = rows[convex], faces[convex]
         fans = np.stack([np.broadcast_to(faces[:, :1], (len(faces), size - 2)), faces[:, 1:-1], faces[:, 2:]], axis=-1)
@@ -82,6 +119,16 @@ def triangles_of(polygons: Polygons) -> tuple[np.ndarray, list[str]]:
             "triangles stand in their place"
         )
     return triangles, notes
+
+
+def _alike(sizes: np.ndarray) -> Iterator[np.ndarray]:
+    """Yield rows of polygons with the same number of corners, three or more; few enough to be looked at together."""
+    by_size = np.argsort(sizes, kind="stable")
+    for rows in np.split(by_size, np.flatnonzero(np.diff(sizes[by_size])) + 1):
+        if (size := int(sizes[rows[0]])) >= 3:
+            together = max(1, AT_ONCE // size)
+            for start in range(0, len(rows), together):
+                yield rows[start : start + together]
 
 
 def _held(polygons: Polygons, faces: int) -> str:
@@ -112,13 +159,14 @@ def _scale(centered: np.ndarray) -> np.ndarray:
     return np.exp2(-np.clip(np.frexp(np.abs(centered).max(axis=(1, 2), keepdims=True))[1], -128, 128).astype(float))
 
 
-def cut_by_ears(points: np.ndarray, place: str) -> np.ndarray:
+def cut_by_ears(points: np.ndarray, place: str, steps: Steps) -> np.ndarray:
     """Return the triangles (n - 2, 3) of one polygon (n, 3), as indices of its corners.
 
     Raises:
-        ValueError: the polygon crosses itself; `place` names it.
+        ValueError: the polygon crosses itself, or takes more than the `steps` left; `place` names it.
 
     """
+    steps.place = place
     centered = (points - points[0]) * _scale((points - points[0])[None])[0]
     area = np.cross(centered, np.roll(centered, -1, axis=0)).sum(axis=0)
     axis = int(np.abs(area).argmax())
@@ -130,7 +178,7 @@ def cut_by_ears(points: np.ndarray, place: str) -> np.ndarray:
         if spread[1] <= 4 * DECIMALS * spread[0]:
             return fan  # all corners in one line: nothing is seen of it
         raise ValueError(f"{place}: the polygon crosses itself: its parts cancel to an area of 0")
-    _refuse_crossing(flat, place)
+    _refuse_crossing(flat, place, steps)
     corners = np.arange(len(points))
     before, after = np.roll(corners, 1), np.roll(corners, -1)
     left, ears = np.ones(len(points), dtype=bool), np.zeros(len(points), dtype=bool)
@@ -139,7 +187,7 @@ def cut_by_ears(points: np.ndarray, place: str) -> np.ndarray:
     while len(triangles) < len(points) - 3:
         if not ears.any():  # at first, and where it touches itself: elsewhere a cut changes its neighbours alone
             for at in np.flatnonzero(left).tolist():
-                ears[at] = _is_ear(flat, left, (before[at], at, after[at]))
+                ears[at] = _is_ear(flat, left, (before[at], at, after[at]), steps)
             if not ears.any():
                 raise ValueError(f"{place}: the polygon crosses itself or touches itself in a way that has no inside")
         cuttable = np.flatnonzero(ears)
@@ -149,19 +197,20 @@ def cut_by_ears(points: np.ndarray, place: str) -> np.ndarray:
         left[ear] = ears[ear] = False
         after[first], before[start] = start, first
         for at in (first, start):
-            ears[at] = _is_ear(flat, left, (before[at], at, after[at]))
+            ears[at] = _is_ear(flat, left, (before[at], at, after[at]), steps)
     first, second, third = np.flatnonzero(left).tolist()
     return np.array([*triangles, (first, second, third)], dtype=np.int64)
 
 
-def _is_ear(flat: np.ndarray, left: np.ndarray, corners: tuple[int, int, int]) -> bool:
+def _is_ear(flat: np.ndarray, left: np.ndarray, corners: tuple[int, int, int], steps: Steps) -> bool:
     """Return whether the second of three corners in a row can be cut off; `left` says which corners there are."""
     a, b, c = (flat[corner] for corner in corners)
-    turn = _orientation(a, b, c)
+    turn = _orientation(steps, a, b, c)
     if turn == 0:
         return True  # no area: it can go, whatever lies on it
     if turn < 0:
         return False
+    steps.take(OF_ARRAYS + len(flat))
     points = flat[left]
     # The ear's own corners do not hide it, nor does a corner in the same place: that is a bridge to a hole.
     same = (points == a).all(axis=1) | (points == b).all(axis=1) | (points == c).all(axis=1)
@@ -169,29 +218,37 @@ def _is_ear(flat: np.ndarray, left: np.ndarray, corners: tuple[int, int, int]) -
         axis=1
     )
     return not any(
-        _orientation(a, b, point) >= 0 and _orientation(b, c, point) >= 0 and _orientation(c, a, point) >= 0
+        _orientation(steps, a, b, point) >= 0
+        and _orientation(steps, b, c, point) >= 0
+        and _orientation(steps, c, a, point) >= 0
         for point in points[boxed & ~same]
     )
 
 
-def _orientation(a: np.ndarray, b: np.ndarray, c: np.ndarray) -> int:
+def _orientation(steps: Steps, a: np.ndarray, b: np.ndarray, c: np.ndarray) -> int:
     """Return the sign of the turn from a to b to c in the plane, exactly."""
+    steps.take(OF_A_TURN)
     first, second = (b[0] - a[0]) * (c[1] - a[1]), (b[1] - a[1]) * (c[0] - a[0])
     if abs(first - second) > 4 * 2.0**-53 * (abs(first) + abs(second)):
         return 1 if first > second else -1
+    steps.take(OF_AN_EXACT_TURN)
     (ax, ay), (bx, by), (cx, cy) = (map(Fraction, map(float, point)) for point in (a, b, c))
     exact = (bx - ax) * (cy - ay) - (by - ay) * (cx - ax)
     return (exact > 0) - (exact < 0)
 
 
-def _refuse_crossing(flat: np.ndarray, place: str) -> None:
+def _refuse_crossing(flat: np.ndarray, place: str, steps: Steps) -> None:
     """Raise ValueError where two edges cross inside both; edges that touch or run along each other are no crossing."""
     ends = np.roll(flat, -1, axis=0)
     for edge in range(len(flat) - 2):
+        steps.take(OF_ARRAYS + len(flat) - edge)
         a, b = flat[edge], ends[edge]
         c, d = flat[edge + 2 :], ends[edge + 2 :]
         near = (np.minimum(c, d) < np.maximum(a, b)).all(axis=1) & (np.maximum(c, d) > np.minimum(a, b)).all(axis=1)
         for other in np.flatnonzero(near).tolist():
-            sides = _orientation(a, b, c[other]) * _orientation(a, b, d[other])
-            if sides < 0 and _orientation(c[other], d[other], a) * _orientation(c[other], d[other], b) < 0:
+            sides = _orientation(steps, a, b, c[other]) * _orientation(steps, a, b, d[other])
+            if (
+                sides < 0
+                and _orientation(steps, c[other], d[other], a) * _orientation(steps, c[other], d[other], b) < 0
+            ):
                 raise ValueError(f"{place}: the polygon crosses itself: its edges {edge} and {edge + 2 + other} do")

@@ -18,8 +18,8 @@ from typing import Any, NoReturn
 
 import numpy as np
 
+from rayproof.cases.foreign_files import LIMITS, Budget
 from rayproof.cases.mesh_files import read_mesh
-from rayproof.cases.mesh_sandbox import LIMITS, Budget
 from rayproof.cases.scene import (
     CLIPS,
     IDENTITY,

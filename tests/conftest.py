@@ -15,7 +15,6 @@ from typing import Any
 
 import pytest
 
-from rayproof.cases.mesh_sandbox import START
 from rayproof.reports.results import provenance
 from rayproof.tracer.kernel import compiler
 from tests.command_line import command as command
@@ -65,7 +64,7 @@ class _Guard:
         """Stop what the running test is not marked for, and remember it in case that somebody catches that."""
         if self.allowed is None:
             return
-        if event in STARTS and not self.allowed and not _is_kept_parser(arguments):
+        if event in STARTS and not self.allowed:
             self.complaint = f"it starts a child process ({event} {arguments[:1]}), so it must be marked `process`"
         elif event == "import" and arguments[0] in RENDERERS and "references" not in self.allowed:
             self.complaint = f"it imports {arguments[0]}, so it must be marked `references`"
@@ -81,14 +80,6 @@ class _Guard:
             if self.complaint:
                 complaint, self.complaint = self.complaint, ""
                 pytest.fail(complaint, pytrace=False)
-
-
-def _is_kept_parser(arguments: tuple[Any, ...]) -> bool:
-    """Say whether a parser of mesh files is started: it is kept for all tests, and read the suite's own cases before.
-
-    Whether that was while tests were collected, or is in the first test that asks for a case, nobody can tell.
-    """
-    return len(arguments) > 1 and isinstance(arguments[1], list) and START in arguments[1]
 
 
 GUARD = _Guard()

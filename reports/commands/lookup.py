@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from rayproof.cases.scene import Scene
     from rayproof.cases.stages import Stage
     from rayproof.reports.processes.pool import Pool
-    from rayproof.reports.subjects import Subject, Surroundings
+    from rayproof.reports.subjects import Subject
     from rayproof.tracer.configuration import Configuration
 
 TRACER = "tracer"
@@ -166,7 +166,7 @@ def under_test(
     *,
     seconds: float,
     memory: float,
-    surroundings: "Surroundings",
+    variables: tuple[str, ...] = (),
     before_oracle: bool = True,
     pool: "Pool | None" = None,
 ) -> "Subject":
@@ -179,25 +179,20 @@ def under_test(
     from rayproof.reports.subjects.choosing import KNOWN, chosen
 
     if subject == TRACER:
-        if surroundings.variables or surroundings.confined:
-            raise ValueError(f"--env and --confine are for a program under test: --subject {KNOWN}")
+        if variables:
+            raise ValueError(f"--env is for a program under test: --subject {KNOWN}")
         return THE_TRACER
     return chosen(
         subject,
         seconds=seconds,
         memory=int(memory * 2**30),
         ask=partial(ask, pool=pool),
-        surroundings=surroundings,
+        variables=variables,
         before_oracle=before_oracle,
     )
 
 
-def subject_named(
-    subject: str, env: tuple[str, ...] = (), *, confine: bool = False, seconds: float = USUAL_LIMIT
-) -> "Subject":
+def subject_named(subject: str, env: tuple[str, ...] = (), *, seconds: float = USUAL_LIMIT) -> "Subject":
     """Return the subject that is named so, with the usual limits; one line says why it cannot be put under test."""
-    from rayproof.reports.subjects import Surroundings
-
     with told_in_one_line():
-        surroundings = Surroundings(variables=env, confined=confine)
-        return under_test(subject, seconds=seconds, memory=8.0, surroundings=surroundings, before_oracle=False)
+        return under_test(subject, seconds=seconds, memory=8.0, variables=env, before_oracle=False)

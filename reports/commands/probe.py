@@ -52,7 +52,6 @@ def probe(
     json: Path | None = None,
     keep: Annotated[Path | None, OF_KEEP] = None,
     timeout: Annotated[float | None, OF_KEEP] = None,
-    confine: Annotated[bool, OF_KEEP] = False,
     certified: Annotated[bool, OF_CERTIFIED] = False,
     pixels: Annotated[str | None, OF_CERTIFIED] = None,
     stages: Annotated[str | None, OF_CERTIFIED] = None,
@@ -91,8 +90,6 @@ def probe(
         call.txt with the command, exit code and standard error.
     timeout
         Time limit [s] of the call. Default: 120.
-    confine
-        Isolate the program, as `rayproof run --confine` does.
     certified
         Enclose the exact value of every stage between two float64 numbers, with proof.
     pixels
@@ -102,18 +99,16 @@ def probe(
         Comma-separated stages, such as distance,normal,radiance. Default: all.
 
     """
-    if keep is None and (timeout is not None or confine):
-        raise UsageError("--timeout and --confine need --keep FOLDER")
+    if keep is None and timeout is not None:
+        raise UsageError("--timeout needs --keep FOLDER")
     if not certified and (pixels is not None or stages is not None):
         raise UsageError("--pixels and --stages need --certified")
     if (x is None) != (y is None):
         raise UsageError("X and Y go together")
     if keep is not None:
         if certified or x is not None or configuration or formula or require or json is not None:
-            raise UsageError("--keep takes --subject, --env, --timeout and --confine only")
-        return keep_call(
-            case, keep, subject=subject, timeout=USUAL_LIMIT if timeout is None else timeout, env=env, confine=confine
-        )
+            raise UsageError("--keep takes --subject, --env and --timeout only")
+        return keep_call(case, keep, subject=subject, timeout=USUAL_LIMIT if timeout is None else timeout, env=env)
     if certified:
         if configuration or formula or require or env or subject != "tracer":
             raise UsageError("--certified takes --pixels, --stages and --json only")
@@ -250,14 +245,14 @@ def short(value: float | str) -> str:
     return value if isinstance(value, str) else f"{value:.9g}"
 
 
-def keep_call(case: str, folder: Path, *, subject: str, timeout: float, env: tuple[str, ...], confine: bool) -> int:
+def keep_call(case: str, folder: Path, *, subject: str, timeout: float, env: tuple[str, ...]) -> int:
     """Call a program under test once, and keep what it was handed, its command, and what it said and wrote."""
     if not timeout > 0:
         raise UsageError(f"--timeout must be positive, got {timeout} s")
     scene = scene_named(case)
-    tested = subject_named(subject, env, confine=confine, seconds=timeout)
+    tested = subject_named(subject, env, seconds=timeout)
     from rayproof.reports.run.workers import answered
-    from rayproof.reports.subjects.calls import TOLD, Keep
+    from rayproof.reports.subjects.calls import TOLD
     from rayproof.reports.subjects.choosing import KNOWN
 
     if not tested.is_program:
@@ -265,7 +260,7 @@ def keep_call(case: str, folder: Path, *, subject: str, timeout: float, env: tup
     scene = tested.capabilities.under_its_light(scene)
     with told_in_one_line():
         writable_folder(folder)
-        answered_call = answered(tested, scene, keep=Keep(folder=folder, image=True))
+        answered_call = answered(tested, scene, keep=folder)
     if (refusal := tested.capabilities.refusal(scene)) is not None:
         say(f"{case}: not handed over, beyond what it declares: {refusal}")
         return 0

@@ -52,7 +52,6 @@ def run(
     subject: Annotated[str, SUBJECT] = "tracer",
     memory: Annotated[float, LIMITS] = 8.0,
     env: Annotated[Repeated, SUBJECT] = (),
-    confine: Annotated[bool, SUBJECT] = False,
     diagnose: Annotated[Literal["auto", "off"], OUTPUT] = "auto",
     cache: Annotated[bool, LIMITS] = True,
     keep_images: Annotated[str | None, OUTPUT] = None,
@@ -110,9 +109,6 @@ def run(
     env
         An environment variable to pass to a program under test. PATH, HOME, TMPDIR, the locale and variables of
         libraries, Python, Conda, CUDA and threads are always passed. Repeatable.
-    confine
-        Isolate a program under test (Linux): it has no network, sees no other process, writes only its own folder, and
-        finds home, temporary folders and the cache empty.
     diagnose
         auto: after a run with failures, look for the known mistake that explains them. off: do not look.
     cache
@@ -233,12 +229,10 @@ def run(
         references_named(required)
         from rayproof.reports.run.options import RunOptions, images_to_keep
         from rayproof.reports.run.plan import panel
-        from rayproof.reports.subjects import Surroundings
 
         with told_in_one_line():
             chosen = configurations(configuration, formula)
-            surroundings = Surroundings(variables=env, confined=confine)
-            about = {"seconds": timeout, "memory": memory, "surroundings": surroundings}
+            about = {"seconds": timeout, "memory": memory, "variables": env}
             tested = under_test(subject, **about, pool=pool if stays else None)
             check_selectors(selectors, tested)
             stream = None

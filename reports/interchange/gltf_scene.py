@@ -10,10 +10,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from rayproof.cases.scene import Camera, Mesh, PointLight, Rgb, Scene, SceneError, shown
-from rayproof.reports.interchange import IMPORTERS, Imported, ImportOptions, Size
-from rayproof.reports.interchange.framing import SIZE, camera_for, light_for, matrix, vector
-from rayproof.reports.interchange.gltf_document import (
+from rayproof.cases.gltf_document import (
     AnimationEntry,
     CameraEntry,
     Document,
@@ -22,10 +19,13 @@ from rayproof.reports.interchange.gltf_document import (
     MeshEntry,
     PrimitiveEntry,
     SceneEntry,
-    array,
     placed_nodes,
     read_document,
 )
+from rayproof.cases.gltf_meshes import DRACO, FAN, STRIP, TRIANGLES, primitive_mesh
+from rayproof.cases.scene import Camera, Mesh, PointLight, Rgb, Scene, SceneError, shown
+from rayproof.reports.interchange import IMPORTERS, Imported, ImportOptions, Size
+from rayproof.reports.interchange.framing import SIZE, camera_for, light_for, matrix, vector
 
 LIGHTS: Final = "KHR_lights_punctual"
 UNDERSTOOD = (LIGHTS, "KHR_mesh_quantization")
@@ -62,11 +62,7 @@ def _scene(document: Document, size: Size, drop: Callable[[str], None]) -> Scene
     meshes: list[Mesh] = []
     cameras: list[Camera] = []
     lights: list[PointLight] = []
-    nodes = list(placed_nodes(document))
-    # Before any is built: a mesh may be named by every node.
-    named = [document.one(MeshEntry, node["mesh"]) for node, _ in nodes if "mesh" in node]
-    document.budget.spend("shapes", sum(len(mesh.get("primitives", [])) for mesh in named), by="it with all its nodes")
-    for node, to_world in nodes:
+    for node, to_world in placed_nodes(document):
         if "skin" in node:
             drop(f"the skin of node {shown(node.get('name', '?'))}; the mesh keeps its pose")
         if "mesh" in node and not np.linalg.det(to_world[:3, :3]):
@@ -119,9 +115,7 @@ def _light(
 # glTF meshes: each primitive of triangles a mesh of its own, its material's base colour as albedo (3.7.2, 3.9).
 
 
-TRIANGLES, STRIP, FAN = 4, 5, 6
 MODES = ("points", "lines", "a line loop", "a line strip", "triangles", "a triangle strip", "a triangle fan")
-DRACO = "KHR_draco_mesh_compression"
 # What an attribute is, by how its name begins (section 3.7.2.1); one that begins otherwise is an application's own.
 ATTRIBUTES = {
     "NORMAL": "vertex normals; it is shaded by faces",
@@ -158,34 +152,15 @@ def meshes_of(document: Document, index: Any, to_world: np.ndarray, drop: Drop) 
         for name in attributes:
             if name != "POSITION":
                 drop(f"{place}: its {ATTRIBUTES.get(name.partition('_')[0], f'attribute {shown(name)}')}")
-        vertices = array(document, attributes.get("POSITION"), "VEC3")
-        corners = (
-            array(document, primitive["indices"], "SCALAR").ravel()
-            if "indices" in primitive
-            else np.arange(len(vertices))
-        )
         albedo, two_sided = _material(document, primitive, place, drop)
-        whole = len(corners) // 3 * 3 if mode == TRIANGLES else len(corners)
-        count = whole // 3 if mode == TRIANGLES else max(0, len(corners) - 2)
-        document.budget.spend("triangles", count, by=place)
-        if whole < len(corners):
-            drop(f"{place}: its last {len(corners) - whole} vertices, which make no triangle")
-        if not count:
-            drop(f"{place}: it has {len(corners)} vertices, which make no triangle")
+        vertices, faces, corners = primitive_mesh(document, primitive, by=place)
+        left = corners - 3 * len(faces) if mode == TRIANGLES else 0
+        if left:
+            drop(f"{place}: its last {left} vertices, which make no triangle")
+        if not len(faces):
+            drop(f"{place}: it has {corners} vertices, which make no triangle")
             continue
-        faces = _faces(corners[:whole].astype(np.int64), mode)
         yield Mesh(albedo=albedo, two_sided=two_sided, vertices=vertices, faces=faces, to_world=matrix(to_world))
-
-
-def _faces(corners: np.ndarray, mode: int) -> np.ndarray:
-    """Return the triangles (count, 3) of a list, a strip or a fan of vertices (section 3.7.2.1)."""
-    if mode == TRIANGLES:
-        return corners.reshape(-1, 3)
-    number = np.arange(len(corners) - 2)
-    if mode == FAN:
-        return corners[np.stack([number + 1, number + 2, np.zeros_like(number)], axis=1)]
-    odd = number % 2  # every other triangle of a strip winds the other way, and is turned
-    return corners[np.stack([number, number + 1 + odd, number + 2 - odd], axis=1)]
 
 
 def _material(document: Document, primitive: PrimitiveEntry, place: str, drop: Drop) -> tuple[Rgb, bool]:

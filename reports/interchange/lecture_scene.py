@@ -13,8 +13,8 @@ from pathlib import Path
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from rayproof.cases.mesh_files import content_of, located, read_mesh
-from rayproof.cases.mesh_sandbox import Budget
+from rayproof.cases.foreign_files import Budget, content_of, located
+from rayproof.cases.mesh_files import read_mesh
 from rayproof.cases.scene import Camera, Cube, Mesh, PointLight, Rgb, Scene, SceneError, Shape, Sphere, Square, shown
 from rayproof.cases.scene_json import Field, Repeated, document_from_bytes, is_lecture_scene
 from rayproof.reports.interchange import IMPORTERS, Imported, ImportOptions, Size

@@ -5,8 +5,8 @@ from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
 
+from rayproof.cases.foreign_files import Budget
 from rayproof.cases.mesh_files import read_mesh
-from rayproof.cases.mesh_sandbox import Budget
 from rayproof.cases.polygon_files import CORNERS, ply_header
 from rayproof.cases.scene import Mesh, Scene, SceneError
 from rayproof.reports.interchange import IMPORTERS, Imported, ImportOptions

@@ -1,27 +1,31 @@
-"""Mitsuba XML read by Mitsuba's parser in a child process, as a tree of plain elements; size checked before.
+"""Mitsuba XML read by Mitsuba's parser in a worker process, as a tree of plain elements; size checked before.
 
 Before Mitsuba reads it, what the file asks for is counted: elements, nesting, includes, unfolded parameters. Only
 `include`, `path` and `default` are followed, which decide how much is read. The rest is Mitsuba's to understand.
 """
 
+import atexit
 import contextlib
-import json
 import re
 from bisect import bisect_right
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cache
 from pathlib import Path
 from typing import Any, TypedDict, final
 from xml.parsers import expat
 
 import numpy as np
 
-from rayproof.cases.mesh_files import LET_IN, content_of, is_plain, located, path_within
-from rayproof.cases.mesh_sandbox import BYTES_A_BYTE, FREE_BYTES, Budget, ForeignError, Parser, ask
+from rayproof.cases.foreign_files import LET_IN, Budget, content_of, is_plain, located, path_within
 from rayproof.cases.scene import SceneError, shown
+from rayproof.reports.processes.pool import Pool
+from rayproof.reports.processes.worker import Channel, Reply, serve
 
 LARGEST = 256 * 2**20  # bytes of a file
 DEEPEST_INCLUDE = 8
+VARIANT = "scalar_rgb"  # of Mitsuba, and the kind of worker that parses
+LONGEST = 1000  # characters of its words
 _PARAMETER = re.compile(r"\$(\w+)")
 _SOURCE = re.compile(r"\[\w+\.cpp:\d+\] ")  # where in Mitsuba's code a message comes from
 # Elements of Nori's scenes (W. Jakob, https://wjakob.github.io/nori), which have no version; Mitsuba's do.
@@ -136,7 +140,7 @@ def _lies_in(where: Path, folder: Path) -> bool:
     return where.resolve().is_relative_to(folder.resolve())
 
 
-# Mitsuba's parser, in double precision. It runs in the sandbox (`cases/mesh_sandbox.py`), and nothing is loaded.
+# Mitsuba's parser, in double precision. It runs in a worker process, as renders do, and nothing is loaded.
 
 
 NEWLINE = ord("\n")
@@ -189,37 +193,47 @@ class StoredElement(TypedDict):
 
 
 class StoredFile(TypedDict):
-    """The part of a file that the parser's process hands over."""
+    """The part of a file that the parser's worker returns."""
 
     files: list[str]  # that were read, the first one first
     elements: list[StoredElement]  # the root first
 
 
-def xml_parser() -> Parser:
-    """Return Mitsuba's parser."""
-    return answer
+@dataclass(frozen=True, kw_only=True)
+class ParsingTask:
+    """A file for Mitsuba's parser, and the parameters that are set from outside."""
+
+    path: str
+    parameters: dict[str, str]
 
 
-def answer(kind: str, content: bytes) -> tuple[dict[str, Any], bytes]:
-    """Return as JSON the files read and their elements; `content` is JSON with a file's path and parameters.
+def serve_parser(kind: str, connection: Channel) -> None:
+    """Parse files in a worker."""
+    serve(kind, connection, _parser)
+
+
+def _parser(kind: str) -> Callable[[ParsingTask], StoredFile | str]:
+    """Return what parses a file, once Mitsuba is imported."""
+    import mitsuba as mi
+
+    mi.set_variant(kind)
+    return parsed
+
+
+def parsed(task: ParsingTask) -> StoredFile | str:
+    """Return the files that were read and their elements, or Mitsuba's words where it refuses the file.
 
     Parameters are filled in, older names brought up to date, references resolved.
-
-    Raises:
-        ValueError: Mitsuba's parser refuses the file, in its own words.
-
     """
-    import mitsuba as mi  # here, so that who looks up a reader of another kind of file does not wait for it
+    import mitsuba as mi
 
-    if mi.variant() is None:
-        mi.set_variant("scalar_rgb")
-    path, parameters = json.loads(content)
+    path, parameters = task.path, task.parameters
     if taken := {"config", "filename"} & set(parameters):  # the names of its own arguments
-        raise ValueError(f"Mitsuba's parser can set no parameter that is called {min(taken)}")
+        return f"Mitsuba's parser can set no parameter that is called {min(taken)}"
     files = mi.file_resolver()  # pyright: ignore[reportCallIssue]  it keeps the `path` elements of the file before
     files.clear()
     files.append(str(Path(path).parent))
-    config = mi.parser.ParserConfig("scalar_rgb")
+    config = mi.parser.ParserConfig(VARIANT)
     config.max_include_depth = DEEPEST_INCLUDE
     config.parallel = False
     try:
@@ -227,11 +241,10 @@ def answer(kind: str, content: bytes) -> tuple[dict[str, Any], bytes]:
         mi.parser.transform_upgrade(config, state)
         mi.parser.transform_resolve_references(config, state)
     except RuntimeError as error:
-        raise ValueError(_SOURCE.sub("", str(error))) from None
+        return " ".join(_SOURCE.sub("", str(error)).split())[:LONGEST]
     lines = [_Lines(Path(str(name)), Path(path).parent) for name in state.files]
     elements = [_element(node, lines[node.file_index].place(node.offset)) for node in state.nodes]
-    found: StoredFile = {"files": [str(name) for name in state.files], "elements": elements}
-    return {}, json.dumps(found).encode()
+    return {"files": [str(name) for name in state.files], "elements": elements}
 
 
 class _Lines:
@@ -311,9 +324,9 @@ def _integrated(waves: list[float], levels: list[float]) -> StoredSpectrum:
     return {"spectrum": None, "reflectance": [*map(float, reflectance)], "emission": [*map(float, emission)]}
 
 
-# What Mitsuba's parser may take beside its own code.
-SECONDS, BYTES_A_SECOND = 6.0, 2**20
-MEMORY, MEMORY_A_BYTE = 384 * 2**20, 64  # bytes
+# What the worker may take: the time of its start and of Mitsuba's import, and memory with Mitsuba's own code.
+SECONDS, BYTES_A_SECOND = 60.0, 2**20
+MEMORY, MEMORY_A_BYTE = 2**30, 64  # bytes
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -446,18 +459,13 @@ def read_tree(path: Path, allowed: tuple[Path, ...] = (), parameters: Mapping[st
     """
     budget = Budget()
     searched = scan(path, budget, allowed, parameters)
-    try:
-        _, content = ask(
-            "rayproof.reports.interchange.mitsuba_document:xml_parser",
-            "xml",
-            json.dumps([str(path.resolve()), dict(parameters or {})]).encode(),
-            seconds=SECONDS + budget.read / BYTES_A_SECOND,
-            memory=MEMORY + MEMORY_A_BYTE * budget.read,
-            most=FREE_BYTES + BYTES_A_BYTE * budget.read,
-        )
-    except ForeignError as error:
-        raise SceneError(str(error)) from None
-    document: StoredFile = json.loads(content)
+    task = ParsingTask(path=str(path.resolve()), parameters=dict(parameters or {}))
+    reply = _reply(task, seconds=SECONDS + budget.read / BYTES_A_SECOND, memory=MEMORY + MEMORY_A_BYTE * budget.read)
+    if reply.error is not None:
+        raise SceneError(f"Mitsuba's parser failed: {reply.error}")
+    if isinstance(reply.value, str):
+        raise SceneError(reply.value)
+    document: StoredFile = reply.value
     inside = [folder.resolve() for folder in (path.parent, *allowed)]
     for included in map(Path, document["files"][1:]):
         if not any(included.resolve().is_relative_to(folder) for folder in inside):
@@ -479,6 +487,29 @@ def read_tree(path: Path, allowed: tuple[Path, ...] = (), parameters: Mapping[st
             )
         )
     return elements[0]
+
+
+@cache
+def _pool() -> Pool:
+    """Return the pool of the parser's worker, which is kept for the next file and ends with this process."""
+    pool = Pool(jobs=1, timeout=SECONDS, target=serve_parser)
+    atexit.register(pool.close)
+    return pool
+
+
+def _reply(task: ParsingTask, *, seconds: float, memory: float) -> Reply:
+    """Return the worker's reply within the limits of time [s] and memory [bytes]."""
+    pool, replies = _pool(), list[Reply]()
+    pool.memory = memory
+    try:
+        pool.submit(VARIANT, task, replies.append, seconds=seconds)
+        while not replies:
+            pool.step()
+    except BaseException:  # the worker would answer this file when the next one is asked for
+        pool.close()
+        _pool.cache_clear()
+        raise
+    return replies[0]
 
 
 def _property(value: Stored) -> Property:

@@ -13,7 +13,8 @@ from typing import TypedDict
 import numpy as np
 import trimesh
 
-from rayproof.cases.mesh_files import located, read_mesh
+from rayproof.cases.foreign_files import located
+from rayproof.cases.mesh_files import read_mesh
 from rayproof.cases.scene import Camera, Cube, Mesh, Plane, PointLight, Rgb, Scene, SceneError, Shape, Sphere, Square
 from rayproof.reports.interchange import IMPORTERS, Imported, ImportOptions, Size
 from rayproof.reports.interchange.framing import camera_for, light_for, matrix, vector

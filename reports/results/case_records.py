@@ -311,7 +311,6 @@ class CaseFacts(TypedDict, total=False):
     compared: ComparedRecord | None
     planned: int
     reproduce: str | None
-    call: str | None
     scene: str | None
     picture: str | None
     thumbnail: str | None

@@ -36,11 +36,9 @@ from rayproof.reports.run.messages import (
 )
 from rayproof.reports.run.options import EVERY_CASE, Demands, KeptImages
 from rayproof.reports.run.plan import DEFAULTS, PlannedCase
-from rayproof.reports.run.scenes import deadline, is_large, place_of
+from rayproof.reports.run.scenes import deadline, is_large
 from rayproof.reports.run.verdict_memory import Memory
 from rayproof.reports.subjects import THE_TRACER, TRACER, Subject
-from rayproof.reports.subjects.calls import FOLDER as CALLS
-from rayproof.reports.subjects.calls import Keep
 
 LAUNCHES = 3  # of a kernel, the median of which is its time
 AGAIN = ", again"  # after a subject's name: its second answer
@@ -216,10 +214,7 @@ class CaseRun:
         return ReferenceTask(scene=case.scene, samples=case.samples, cached=self._memory is not None)
 
     def _render(self, configuration: str, *, again: bool = False) -> Request:
-        """Return the request for the answers of one configuration, or of one who is only tried.
-
-        Of one that is asked `again` the image alone is wanted, and not its call.
-        """
+        """Return the request for the answers of one configuration, or of one who is only tried."""
         case, subject = self.planned.case, self._asked[configuration]
         if subject.is_tracer:
             # The suite's further configurations are launched once: to repeat all took 5 % of the suite's time.
@@ -231,9 +226,7 @@ class CaseRun:
             return Request(kind=TRACER, task=TracerTask(**about, own=self._own, copies=self._copies), first=True)
         if self._limit is not None:
             subject = replace(subject, seconds=max(subject.seconds, self._limit))
-        kept = subject.is_program and not again
-        keep = Keep(folder=self._folder / CALLS / place_of(case.name)) if kept else None
-        task = SubjectTask(scene=case.scene, samples=case.samples, subject=subject, keep=keep)
+        task = SubjectTask(scene=case.scene, samples=case.samples, subject=subject)
         return Request(kind=kind_of(subject), task=task, first=True)
 
     def _rendered(self, replies: Replies) -> Renders:

@@ -8,7 +8,6 @@ from rayproof.cases.scene import Scene
 from rayproof.reports.judge.answers import Answers
 from rayproof.reports.run.options import EVERY_CASE, KeptImages
 from rayproof.reports.subjects import THE_TRACER, Subject
-from rayproof.reports.subjects.calls import Keep
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -50,7 +49,7 @@ class SubjectTask:
     scene: Scene
     samples: int
     subject: Subject
-    keep: Keep | None = None  # where a program's call itself is left
+    keep: Path | None = None  # the folder in which a program's call is kept
 
 
 @dataclass(frozen=True, kw_only=True)

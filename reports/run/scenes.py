@@ -140,7 +140,7 @@ FAMILY = "file"
 
 
 def place_of(name: str) -> str:
-    """Return where a case's files lie below `scenes`, `images` and `calls` of a results folder: under its name.
+    """Return where a case's files lie below `scenes` and `images` of a results folder: under its name.
 
     Of scene files there may be any number, so that they are spread over 256 folders by a digest: of a hundred thousand
     none has more than some 500 entries.

@@ -26,9 +26,8 @@ from rayproof.reports.run.plan import PlannedCase
 from rayproof.reports.run.reference_cache import code, digest, exact
 from rayproof.reports.run.scenes import FAMILY, place_of
 from rayproof.reports.run.totals import come_to, uncountable
-from rayproof.reports.subjects.calls import FOLDER as CALLS
 
-FILES = ("scenes", "images", "pictures", CALLS)
+FILES = ("scenes", "images", "pictures")
 ALIKE = ("code", "plan", "subject", "demands", "of")
 
 

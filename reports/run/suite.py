@@ -56,8 +56,6 @@ from rayproof.reports.run.verdict_memory import passed
 from rayproof.reports.run.workers import RELIEF, sleeping
 from rayproof.reports.run.workers import workers as pool_of
 from rayproof.reports.run.workload import render_and_judge
-from rayproof.reports.subjects.calls import FOLDER as CALLS
-from rayproof.reports.subjects.calls import TOLD
 from rayproof.reports.terminal import console as terminal
 from rayproof.tracer.kernel.compiler import choose_packaged_llvm
 
@@ -153,8 +151,7 @@ def run(request: RunOptions, workers: "Pool | Dispatch | None" = None) -> int:
 
 
 def find_out(request: RunOptions, results: RunRecord, console: Console, *, tracer: bool, whole: bool) -> None:
-    """Write into the records of a run where calls are kept and what may be to blame; of a `whole` run, the causes."""
-    _link_calls(request.out, results)
+    """Write into the records of a run what may be to blame; of a `whole` run, the causes."""
     _blame(results, tracer=tracer)
     if request.diagnose and whole and results["summary"][Outcome.FAIL.value]:
         save_early(request.out, results)  # before anybody waits for a cause
@@ -207,17 +204,6 @@ def _remember(request: RunOptions, results: RunRecord, console: Console) -> list
         results["environment"]["history"] = f"not kept: {error}"
         console.print(f"the run is not in its history: {error}", style="yellow", soft_wrap=True)
         return []
-
-
-def _link_calls(folder: Path, results: RunRecord) -> None:
-    """Write into each record where its call is kept."""
-    if not (folder / CALLS).is_dir():
-        return
-    with amending(results["cases"]):
-        for case in briefs(results["cases"]):
-            path = Path(CALLS, place_of(case["name"]), TOLD)
-            if (folder / path).is_file():
-                amend(results["cases"], case, call=path.as_posix())
 
 
 def _blame(results: RunRecord, *, tracer: bool) -> None:
@@ -332,7 +318,7 @@ def clear(folder: Path) -> None:
     Only where there is a run's journal: what is not ours is left alone.
     """
     if (folder / JOURNAL).is_file():
-        for name in ("images", "scenes", "data", CALLS):
+        for name in ("images", "scenes", "data"):
             shutil.rmtree(folder / name, ignore_errors=True)
 
 

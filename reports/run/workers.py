@@ -13,7 +13,6 @@ from rayproof.reports.processes.pool import Pool
 from rayproof.reports.processes.worker import Channel, Reply, serve
 from rayproof.reports.run.messages import JUDGE, TRACING, UNDER_TEST, QuestionTask, SubjectTask, kind_of
 from rayproof.reports.subjects import FUNCTION, PROGRAM, SERVED, TRACER, Subject
-from rayproof.reports.subjects.calls import Keep
 from rayproof.reports.subjects.protocol import Capabilities
 from rayproof.reports.subjects.serving import Standing
 
@@ -105,7 +104,7 @@ def answered(
     subject: Subject,
     scene: Scene,
     *,
-    keep: Keep | None = None,
+    keep: Path | None = None,
     told: Callable[[float, float], None] | None = None,
     pool: Pool | None = None,
 ) -> Answers:

@@ -10,7 +10,7 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import IO, Any
@@ -18,16 +18,14 @@ from typing import IO, Any
 from rayproof.cases.scene import Scene
 from rayproof.reports.processes.signals import adopt_orphans, descendants, end_below
 from rayproof.reports.results.files import legible, legible_lines, several
-from rayproof.reports.subjects import Surroundings
+from rayproof.reports.subjects import environment
 from rayproof.reports.subjects.protocol import NAME, hand_over
 
-CONFINE = str(Path(__file__).with_name("confine.py"))
-USUAL = Surroundings()
+KEEPER = str(Path(__file__).with_name("keeper.py"))
 CANNOT = 77  # the exit code by which a program says that it cannot draw this scene, as test programs skip by it
 SHELLS_WORD = 128  # a shell ends with this plus the number of the signal that ended its program
 GLANCE = 0.2  # s between looks at what the program has written
 MOST_SAID = 64 * 2**10  # bytes kept of what it printed
-NEAR = 0.8  # of a limit of time
 LONGEST_LINE = 200  # characters of its complaint that a verdict repeats
 LAST_LINES = 3  # of them, of a program that stays alive
 
@@ -61,49 +59,21 @@ def call(
     seconds: float,
     memory: int,
     output: int,
-    surroundings: Surroundings = USUAL,
+    variables: Collection[str] = (),
 ) -> Ended:
     """Run a program in `folder` and wait for its end, at most `seconds`; nothing that it started outlives the call.
 
-    `memory` [bytes of address space] and `output` [bytes, of a file and of the folder] are limits as well. An enclosed
-    program that comes near its limit of time is run again while no other runs, so that no verdict depends on the load.
+    `memory` [bytes of address space] and `output` [bytes, of a file and of the folder] are limits as well. `variables`
+    of the environment are passed beyond the usual ones.
     """
-    enclosure, limits = surroundings.enclosure, (memory, output, surroundings)
-    if enclosure is None:
-        return _called(arguments, folder, seconds, *limits)
-    longest = enclosure.longest
-    with enclosure.turn(alone=False):
-        start, before = time.monotonic(), _processor_time()
-        ended = _called(arguments, folder, longest, *limits)
-        near = max((_processor_time() - before) / enclosure.seconds, (time.monotonic() - start) / longest)
-    if near < NEAR:
-        return ended
-    for name in ("image.exr", "image.pfm"):
-        (folder / name).unlink(missing_ok=True)
-    with enclosure.turn(alone=True):
-        return _called(arguments, folder, longest, *limits)
-
-
-def _processor_time() -> float:
-    """Return the processor time [s] of all that this process started and that has ended."""
-    import resource
-
-    used = resource.getrusage(resource.RUSAGE_CHILDREN)
-    return used.ru_utime + used.ru_stime
-
-
-def _called(
-    arguments: Sequence[str], folder: Path, seconds: float, memory: int, output: int, surroundings: Surroundings
-) -> Ended:
-    command = surroundings.wrapped(arguments, folder)
     adopt_orphans()
     others = frozenset(process.pid for process in descendants(os.getpid()))
     # Not in the folder, and no pipes: a program may delete the one, and stops where nobody reads the other.
     with tempfile.TemporaryFile() as said, tempfile.TemporaryFile() as complaint:
         process = subprocess.Popen(
-            [sys.executable, "-I", "-S", CONFINE, str(os.getpid()), str(memory), str(output), *command],
+            [sys.executable, "-I", "-S", KEEPER, str(os.getpid()), str(memory), str(output), *arguments],
             cwd=folder,
-            env=surroundings.environment(),
+            env=environment(variables),
             stdin=subprocess.DEVNULL,
             stdout=said,
             stderr=complaint,
@@ -122,7 +92,7 @@ def _called(
             return Ended(problem=None, refusal=_first_line(text) or "It says that it cannot.", **about)
         if problem is None and process.returncode != 0:
             problem = how_it_ended(process.returncode, output)
-            note = withheld(surroundings)
+            note = withheld(variables)
         if problem is None and left:
             problem = f"it left {len(left)} process{'es' if len(left) > 1 else ''} running ({left[0]}), now ended"
         last = last_lines(wrong, 1) if problem is not None else ""
@@ -131,12 +101,10 @@ def _called(
         return Ended(problem=problem, refusal=None, **about)
 
 
-def withheld(surroundings: Surroundings) -> str:
-    """Return what a program that failed may have lacked, to be said of it."""
-    count = surroundings.withheld
-    said = f"{several(count, 'environment variable')} withheld; --env NAME passes one on" if count else ""
-    said = "; ".join(filter(None, [said, "confined" if surroundings.confined else ""]))
-    return f" ({said})" if said else ""
+def withheld(variables: Collection[str]) -> str:
+    """Return a note on the variables that a program did not get, for the problem of a program that failed."""
+    count = len(os.environ) - len(environment(variables))
+    return f" ({several(count, 'environment variable')} withheld; --env NAME passes one on)" if count else ""
 
 
 def _watch(process: subprocess.Popen[bytes], folder: Path, seconds: float, output: int) -> str | None:
@@ -202,17 +170,8 @@ def _lines(text: str) -> list[str]:
     return [line[:LONGEST_LINE] for line in plain if line]
 
 
-FOLDER = "calls"  # in a results folder
 TOLD = "call.txt"
 LARGEST = 2**26  # bytes of an image that is kept
-
-
-@dataclass(frozen=True, kw_only=True)
-class Keep:
-    """Where a call is kept, and whether an image that could be used is, too."""
-
-    folder: Path
-    image: bool = False
 
 
 def filled(command: Sequence[str], folder: Path, *, samples: int) -> list[str]:
@@ -246,7 +205,7 @@ def keep_call(folder: Path, scene: Scene, line: str, ended: Ended, *, notes: Seq
 
 
 def keep_output(folder: Path, image: Path) -> None:
-    """Keep an image that could not be used, if it is a file and not large."""
+    """Copy the image of a call into `folder`, if it is a file and not large."""
     if image.is_file() and not image.is_symlink() and image.stat().st_size <= LARGEST:
         shutil.copyfile(image, folder / image.name)
 

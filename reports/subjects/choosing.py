@@ -11,7 +11,7 @@ from pathlib import Path
 
 from rayproof import HOLDER, ROOT
 from rayproof.reports.judge.oracle import ORACLE
-from rayproof.reports.subjects import FUNCTION, PROGRAM, SERVED, Subject, Surroundings, reason_unconfined
+from rayproof.reports.subjects import FUNCTION, PROGRAM, SERVED, Subject
 from rayproof.reports.subjects.protocol import Capabilities
 
 PREFIXES = tuple(f"{name}:" for name in (PROGRAM, SERVED, FUNCTION))
@@ -26,7 +26,7 @@ def chosen(
     seconds: float,
     memory: int,
     ask: Callable[[Subject], Capabilities],
-    surroundings: Surroundings | None = None,
+    variables: tuple[str, ...] = (),
     before_oracle: bool = True,
 ) -> Subject:
     """Return the subject that `text` names; `ask` puts `--capabilities` to a program.
@@ -40,9 +40,9 @@ def chosen(
 
     """
     if text.startswith(PREFIXES):
-        return _program(text, seconds=seconds, memory=memory, ask=ask, surroundings=surroundings or Surroundings())
-    if surroundings is not None and surroundings != Surroundings():
-        raise ValueError(f"--env and --confine are for a program under test, {KNOWN}; got {text!r}")
+        return _program(text, seconds=seconds, memory=memory, ask=ask, variables=variables)
+    if variables:
+        raise ValueError(f"--env is for a program under test, {KNOWN}; got {text!r}")
     from rayproof.reference import REFERENCES
 
     if text not in REFERENCES:
@@ -66,16 +66,14 @@ def reason_missing(reference: str) -> str | None:
 
 
 def _program(
-    text: str, *, seconds: float, memory: int, ask: Callable[[Subject], Capabilities], surroundings: Surroundings
+    text: str, *, seconds: float, memory: int, ask: Callable[[Subject], Capabilities], variables: tuple[str, ...]
 ) -> Subject:
     name, _, rest = text.partition(":")
     command = _function(text, rest) if name == FUNCTION else _command(text, rest, once=name == PROGRAM)
-    for variable in surroundings.variables:
+    for variable in variables:
         if variable not in os.environ:
             raise ValueError(f"--env {variable}: there is no environment variable of this name")
-    if surroundings.confined and (why := reason_unconfined()) is not None:
-        raise ValueError(f"--confine: {why}")
-    subject = Subject(name=name, title=text, command=command, seconds=seconds, memory=memory, surroundings=surroundings)
+    subject = Subject(name=name, title=text, command=command, seconds=seconds, memory=memory, variables=variables)
     try:
         capabilities = ask(subject)
     except ValueError as error:
@@ -116,7 +114,6 @@ def _function(text: str, rest: str) -> tuple[str, ...]:
         raise ValueError(f"--subject {text}: a function is named as {FUNCTION}:FILE.py:FUNCTION")
     if not Path(file).is_file():
         raise ValueError(f"--subject {text}: there is no file {file}")
-    # Its folder and rayproof's are among the words, so that a confined one sees them.
     return sys.executable, "-c", START, str(HOLDER), str(ROOT), str(Path(file).absolute()), function
 
 
@@ -125,9 +122,8 @@ def identity(program: Subject) -> tuple[str, ...]:
 
     Of the environment's variables that it gets only a digest, since values may be secrets.
     """
-    surroundings = program.surroundings
-    given = [f"{name}={os.environ.get(name)}" for name in surroundings.variables]
-    passed = hashlib.sha256(repr((given, surroundings.confined)).encode()).hexdigest()
+    settings = [f"{name}={os.environ.get(name)}" for name in program.variables]
+    passed = hashlib.sha256(repr(settings).encode()).hexdigest()
     return (*program.command, repr(program.capabilities), passed, *map(_digest, program.command))
 
 

@@ -27,7 +27,7 @@ from rayproof.reports.judge.answers import Answers
 from rayproof.reports.judge.box_filter import box_mean, finer
 from rayproof.reports.judge.oracle import stages_of
 from rayproof.reports.subjects import FUNCTION, Subject
-from rayproof.reports.subjects.calls import Ended, Keep, call, filled, keep_call, keep_output
+from rayproof.reports.subjects.calls import Ended, call, filled, keep_call, keep_output
 from rayproof.reports.subjects.protocol import (
     NAME,
     STAYS,
@@ -235,7 +235,7 @@ def _called(subject: Subject, arguments: list[str], place: "_Place", *, seconds:
         seconds=seconds,
         memory=subject.memory,
         output=output,
-        surroundings=subject.surroundings,
+        variables=subject.variables,
     )
 
 
@@ -250,13 +250,13 @@ def ask_program(
     scene: Scene,
     *,
     samples: int,
-    keep: Keep | None = None,
+    keep: Path | None = None,
     server: Server | None = None,
 ) -> Answers:
     """Return the program's answers to a scene, or the error that it ended in; never raises for what it does.
 
-    `keep` says where to leave the call itself, to be looked at: what it was handed, and what it said. A program that
-    stays alive has a `server`.
+    The call is kept in the folder `keep`, if there is one: its scene, command, output and image. A program that stays
+    alive has a `server`.
     """
     asking = _Asking(subject=subject, server=server)
     able, stages = subject.capabilities, stages_of(scene)
@@ -315,7 +315,7 @@ class _Asking:
         return f"echo {shlex.quote(json.dumps(request))} | {command}"
 
 
-def _image(asking: _Asking, scene: Scene, *, samples: int = 1, keep: Keep | None = None) -> Taken:
+def _image(asking: _Asking, scene: Scene, *, samples: int = 1, keep: Path | None = None) -> Taken:
     """Return one image of the program.
 
     Raises:
@@ -330,17 +330,15 @@ def _image(asking: _Asking, scene: Scene, *, samples: int = 1, keep: Keep | None
         most = allowance(scene)
         ended = asking.ended(place, path, samples=samples, output=most)
         if keep is not None:
-            keep_call(keep.folder, given.scene, asking.line(samples=samples), ended, notes=able.told(scene))
+            keep_call(keep, given.scene, asking.line(samples=samples), ended, notes=able.told(scene))
         _conclude(ended, place, asking.subject)
         image = place.folder / asking.subject.image_name
+        if keep is not None:
+            keep_output(keep, image)
         try:
             taken = take_back(image, scene, most=most)
         except ValueError as wrong:
-            if keep is not None:
-                keep_output(keep.folder, image)
             raise ProgramError(f"the program ended well, but {wrong}") from None
-        if keep is not None and keep.image:
-            keep_output(keep.folder, image)
     wanted = IMAGE_STAGES if able.stages is None else able.stages
     missing = [stage for stage in able.stages or () if stage in stages_of(scene) and stage not in taken.images]
     return Taken(

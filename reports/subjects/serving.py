@@ -26,10 +26,10 @@ import psutil
 
 from rayproof.reports.processes.signals import adopt_orphans, descendants, end_below
 from rayproof.reports.results.files import legible, several
-from rayproof.reports.subjects import Subject
+from rayproof.reports.subjects import Subject, environment
 from rayproof.reports.subjects.calls import (
-    CONFINE,
     GLANCE,
+    KEEPER,
     LONGEST_LINE,
     MOST_SAID,
     Ended,
@@ -141,9 +141,9 @@ class _Running:
         self._complaint: IO[bytes] = tempfile.TemporaryFile()  # noqa: SIM115  closed by `end`
         limits = [str(os.getpid()), str(subject.memory), str(LARGEST_FILE)]
         self._process = subprocess.Popen(
-            [sys.executable, "-I", "-S", CONFINE, *limits, *subject.surroundings.wrapped(subject.command, folder)],
+            [sys.executable, "-I", "-S", KEEPER, *limits, *subject.command],
             cwd=folder,
-            env=subject.surroundings.environment(),
+            env=environment(subject.variables),
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             stderr=self._complaint,
@@ -186,7 +186,7 @@ class _Running:
         if self._rest.strip():
             half = legible(self._rest[:LONGEST_LINE].decode(errors="replace"))
             problem = f"{problem}; the last line of its output has no end: {half!r}"
-        last, note = last_lines(about["complaint"]), withheld(self._subject.surroundings) if code else ""
+        last, note = last_lines(about["complaint"]), withheld(self._subject.variables) if code else ""
         problem = f"{problem}: {last}{note}" if last else f"{problem}{note}"
         return Ended(problem=problem, refusal=None, stopped=stopped, code=code, lost=True, **about)
 

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 import trimesh
 
+from rayproof.cases.foreign_files import Budget
 from rayproof.cases.mesh_files import mesh_path, read_mesh
-from rayproof.cases.mesh_sandbox import Budget
 from rayproof.cases.scene import Mesh, SceneError
 from rayproof.cases.scene_json import load_scene
 
@@ -25,6 +25,33 @@ def glb_with(document: dict[str, object], data: bytes = b"") -> bytes:
     if data:
         chunks += struct.pack("<II", len(data), 0x004E4942) + data
     return b"glTF" + struct.pack("<II", 2, 12 + len(chunks)) + chunks
+
+
+def glb_of(
+    nodes: list[dict[str, object]],
+    *,
+    primitives: int = 1,
+    count: int = 3,
+    indices: bytes = b"",
+    without: str = "",
+    **members: object,
+) -> bytes:
+    """Return a GLB file with a mesh of one triangle, whose primitives and accessors may claim more."""
+    data = np.eye(3, dtype="<f4").tobytes() + indices
+    positions = {"bufferView": 0, "componentType": 5126, "count": count, "type": "VEC3"}
+    positions.pop(without, None)
+    numbers = {"bufferView": 1, "componentType": 5121, "count": len(indices), "type": "SCALAR"}
+    primitive = {"attributes": {"POSITION": 0}, **({"indices": 1} if indices else {}), **members}
+    document = {
+        "asset": {"version": "2.0"},
+        "scenes": [{"nodes": list(range(len(nodes)))}],
+        "nodes": nodes,
+        "meshes": [{"primitives": [primitive] * primitives}],
+        "accessors": [positions, numbers],
+        "bufferViews": [{"buffer": 0, "byteLength": 36}, {"buffer": 0, "byteOffset": 36}],
+        "buffers": [{"byteLength": len(data)}],
+    }
+    return glb_with(document, data)
 
 
 @pytest.fixture
@@ -225,14 +252,33 @@ ACCESSOR = {"count": 10**9, "componentType": 5126, "type": "VEC3"}
         ("a.ply", PLY.format("ascii", 3, 0).encode() + b"0 0 0\n1 0 0\n0 1 0\n", "holds 3 vertices and no polygon"),
         ("a.stl", bytes(80) + struct.pack("<I", 200_000_000) + bytes(50), "header that claims 200000000 triangles"),
         ("a.stl", b"", "is no STL file"),
-        ("a.stl", bytes(84), "file "),
+        ("a.stl", bytes(84), "holds no triangles"),
+        ("a.stl", bytes(80) + struct.pack("<I12fH", 1, *[np.nan] * 12, 0), "triangle 0: a coordinate must be a finite"),
+        (
+            "a.stl",
+            f"solid a\n{FACET}{FACET}endsolid".replace("vertex 0 1 0\n", "", 1).replace("endsolid", "vertex 0 1 0\n"),
+            "line 8: the facet before it has 2 vertices, not three",
+        ),
+        (
+            "a.stl",
+            f"solid a\n{FACET}endsolid".replace("1 0 0", "1 0 x"),
+            "line 5: a coordinate must be a finite number",
+        ),
         ("a.stl", b"solid\nfacet normal 0 0 1\nouter loop\nvertex 0 0\n", "file "),
         ("a.glb", b"glTF" + struct.pack("<4I", 2, 2**32 - 1, 100, 0x4E4F534A), "header that claims its length"),
         ("a.glb", glb_with({"accessors": [ACCESSOR]}), "header that claims its arrays, at least 12000000000 bytes"),
         ("a.glb", glb_with({"accessors": [{"count": "many"}]}), "has a JSON chunk that is not glTF"),
         ("a.glb", glb_with({"accessors": 3}), "has a JSON chunk that is not glTF"),
         ("a.glb", glb_with({"buffers": [{"uri": "../secret.bin"}]}), "keeps data outside itself"),
-        ("a.glb", glb_with({"asset": {"version": "2.0"}}), "file "),
+        ("a.glb", glb_with({"asset": {"version": "2.0"}}), "holds no triangles"),
+        ("a.glb", glb_of([{"mesh": 0}] * 200, primitives=200), "takes the scene to 40000 shapes"),
+        ("a.glb", glb_of([{"children": [0]}]), "node 0 has two parents"),
+        ("a.glb", glb_of([{"mesh": 0}] * 4000, count=400_000), "accessor 0 reaches to byte 4800000 of 36"),
+        ("a.glb", glb_of([{"mesh": 0}] * 9000, without="bufferView", count=600_000), "may unfold to at most"),
+        ("a.glb", glb_of([{"mesh": 0, "scale": [1e39, 1, 1]}]), "a coordinate must be a finite number"),
+        ("a.glb", glb_of([{"mesh": 0}], indices=b"\0\1\3"), "its indices are from 0 to 2, got 3"),
+        ("a.glb", glb_of([{"mesh": 7}]), "meshes has 1 entries, none at 7"),
+        ("a.glb", glb_of([{"mesh": 0}], extensions={"KHR_draco_mesh_compression": {}}), "it is compressed by Draco"),
         ("a.glb", b"glTF" + struct.pack("<4I", 1, 20, 0, 0), "is glTF of version 1"),
         ("a.obj", b"\x00\x01\x02", "is no OBJ file"),
         ("a.obj", b"", "file "),
@@ -264,7 +310,7 @@ ACCESSOR = {"count": 10**9, "componentType": 5126, "type": "VEC3"}
     ],
 )
 def test_a_mesh_file_that_lies_or_is_broken_is_refused_in_one_line(name, content, message, document, tmp_path):
-    (tmp_path / name).write_bytes(content)
+    (tmp_path / name).write_bytes(content.encode() if isinstance(content, str) else content)
     document["shapes"] = [{"type": "mesh", "albedo": [1, 1, 1], "file": name}]
     scene = tmp_path / "scene.json"
     scene.write_text(json.dumps(document))

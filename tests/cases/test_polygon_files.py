@@ -7,9 +7,10 @@ from time import process_time
 import numpy as np
 import pytest
 
-from rayproof.cases.mesh_files import SECONDS
-from rayproof.cases.mesh_sandbox import mesh_parser
+from rayproof.cases.foreign_files import LIMITS
 from rayproof.cases.polygon_files import mesh_of
+from rayproof.cases.polygons import STEPS, Steps, cut_by_ears
+from rayproof.cases.stl_files import read_stl
 
 CORNER_L = "v 0 0 0\nv 2 0 0\nv 2 1 0\nv 1 1 0\nv 1 2 0\nv 0 2 0\n"
 HEADER = "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\n"
@@ -67,20 +68,58 @@ def test_a_window_stays_open() -> None:
     assert not np.all(np.array(sides) > 0, axis=0).any()
 
 
-def test_a_polygon_of_thousands_of_corners_is_cut_within_the_sandbox_s_time() -> None:
-    k = np.arange(1000)
+def comb(teeth: int) -> tuple[np.ndarray, bytes]:
+    """Return the corners of a polygon with as many teeth on two sides, and its OBJ file."""
+    k = np.arange(teeth)
     low, high = np.where(k % 2, 9.5, -0.5), np.where(k % 2, 10.0, 0.5)
     corners = np.concatenate([np.stack([k, high, 0 * k], axis=1), np.stack([k, low, 0 * k], axis=1)[::-1]])
-    text = (
-        "".join(f"v {x!r} {y!r} {z!r}\n" for x, y, z in corners.tolist()) + f"f {' '.join(map(str, range(1, 2001)))}\n"
-    )
+    lines = [f"v {x!r} {y!r} {z!r}" for x, y, z in corners.tolist()]
+    return corners, "\n".join([*lines, f"f {' '.join(map(str, range(1, 2 * teeth + 1)))}\n"]).encode()
+
+
+def test_a_polygon_of_thousands_of_corners_is_cut_in_little_time() -> None:
+    corners, content = comb(1000)
     begun = process_time()
 
-    vertices, triangles, _ = mesh_of("obj", text.encode())
+    vertices, triangles, _ = mesh_of("obj", content)
 
-    assert process_time() - begun < SECONDS  # 0.5 s; with every corner looked at again for each cut 29 s
+    assert process_time() - begun < 6  # 0.5 s; with every corner looked at again for each cut 29 s
     fan = np.array([[0, n, n + 1] for n in range(1, 1999)])
     np.testing.assert_allclose(area(vertices, triangles), area(corners, fan))
+
+
+@pytest.mark.parametrize(
+    ("content", "message"),
+    [
+        pytest.param(
+            comb(20_000)[1], "line 40001: the polygons up to it take more than 512000000 steps to cut", id="corners"
+        ),
+        pytest.param(
+            CORNER_L.encode() + b"f" + b" 1 2 3" * 40_000, "line 7: a polygon has 120000 corners", id="more-corners"
+        ),
+        pytest.param(CORNER_L.encode() + b"f 1 2 3\n" * 1001, "holds more than 1000 triangles", id="triangles"),
+        pytest.param(CORNER_L.encode() + b"f" + b" 1 2 3" * 400, "holds more than 1000 triangles", id="one-polygon"),
+    ],
+)
+def test_a_polygon_bomb_is_refused_in_little_time(
+    content: bytes, message: str, monkeypatch: pytest.MonkeyPatch, request: pytest.FixtureRequest
+) -> None:
+    if "1000 triangles" in message:
+        monkeypatch.setitem(LIMITS, "triangles", 1000)
+    begun = process_time()
+
+    with pytest.raises(ValueError, match=message):
+        mesh_of("obj", content)
+
+    assert process_time() - begun < 10
+
+
+def test_fifty_thousand_concave_quadrilaterals_take_no_more_steps_than_there_are() -> None:
+    steps = Steps(most=STEPS // 50_000)
+
+    triangles = cut_by_ears(np.array([[0, 0, 0], [2, 0, 0], [0.5, 0.5, 0], [0, 2, 0]]), "line 1", steps)
+
+    assert len(triangles) == 2
 
 
 def test_line_ends_comments_tabs_and_continued_lines() -> None:
@@ -238,7 +277,7 @@ def test_random_polygons_of_every_dialect_keep_positions_and_areas(
 
 
 def test_random_stl_files_keep_the_area_of_each_triangle() -> None:
-    draw, read = np.random.default_rng(35_002), mesh_parser()
+    draw = np.random.default_rng(35_002)
     for _ in range(700):
         corners = draw.normal(size=(int(draw.integers(1, 6)), 3, 3)).astype(np.float32)
         if draw.integers(2):
@@ -253,8 +292,7 @@ def test_random_stl_files_keep_the_area_of_each_triangle() -> None:
             )
             content = ("solid a\n" + "".join(facets) + "endsolid a\n").encode()
 
-        facts, arrays = read("stl", content)
-        vertices = np.frombuffer(arrays, np.float64, 3 * facts["vertices"]).reshape(-1, 3)
-        triangles = np.frombuffer(arrays, np.int64, offset=vertices.nbytes).reshape(-1, 3)
+        vertices, triangles, notes = read_stl(content)
 
+        assert notes == []
         np.testing.assert_array_equal(vertices[triangles].astype(np.float32), corners)

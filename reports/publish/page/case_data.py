@@ -179,7 +179,6 @@ def write_case_data(folder: Path, path: Path, case: CaseRecord) -> list[Path]:
         "probe": probe,
         "picture": picture_of(folder, case),
         "view": None if scene is None else view_of(scene, case),
-        "call": call_of(folder, case),
         "small": small_of(folder, case),
         "notes": [f"{note.get('reference')}: {note.get('note')}" for note in case.get("notes", [])] + notes,
         "channels": {stage.value: [_short(name) for name in exr_channels(stage, lights=lights)] for stage in Stage},
@@ -264,12 +263,6 @@ def small_of(folder: Path, case: CaseRecord) -> str | None:
     place = str(case.get("scene") or "").removeprefix("scenes/").removesuffix(".json")
     files = ("issue.md", "picture.png", "scene.json")
     return f"small/{place}" if place and all(inside(folder, f"small/{place}/{file}") for file in files) else None
-
-
-def call_of(folder: Path, case: CaseRecord) -> str | None:
-    """Return where the call of a program under test is kept, relative to `folder`, if it is."""
-    call = case.get("call")
-    return call if isinstance(call, str) and inside(folder, call) and (folder / call).is_file() else None
 
 
 def scene_of(folder: Path, case: CaseRecord) -> dict[str, Any] | None:

@@ -66,7 +66,7 @@ def packed(name: str, record: CaseRecord, folder: Path) -> Finished:
     """Return a case's record with the files that it has below `folder`."""
     place = place_of(name)
     paths = [folder / f"scenes/{place}.json", folder / f"images/{place}.js"]
-    paths += [path for root in ("images", "calls") for path in sorted((folder / root / place).rglob("*"))]
+    paths += sorted((folder / "images" / place).rglob("*"))
     files = {path.relative_to(folder).as_posix(): path.read_bytes() for path in paths if path.is_file()}
     return zlib.compress(as_json(compact_case(record)).encode()), files
 

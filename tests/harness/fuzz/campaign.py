@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from rayproof import ROOT
+from rayproof.reports.processes.scratch import PREFIX
 from tests.harness.fuzz.mutations import mutated
 from tests.harness.fuzz.targets import TARGETS, Target
 
@@ -122,7 +123,8 @@ def _limited(memory: int) -> Iterator[None]:
     if not _watch.allowed:
         sys.addaudithook(_audit)
         own = [f"{ROOT}/{name}/" for name in ("cases", "python", "reference", "reports", "tests", "tracer")]
-        _watch.allowed = (sys.prefix, sys.base_prefix, *own, "/proc/", "/dev/null", "/sys/", "/usr/", "/lib")
+        scratch = str(Path(tempfile.gettempdir(), PREFIX))  # of workers, such as that of Mitsuba's parser
+        _watch.allowed = (sys.prefix, sys.base_prefix, *own, scratch, "/proc/", "/dev/null", "/sys/", "/usr/", "/lib")
     try:
         import resource
 

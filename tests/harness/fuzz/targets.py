@@ -126,12 +126,13 @@ def ply() -> Target:
 
 
 def _polygons(kind: str) -> Callable[[Path], Any]:
-    """Return our own reader of OBJ or PLY in this process; a refusal must be one that it words itself."""
+    """Return the project's reader of OBJ, PLY or STL; a refusal must be one that it words itself."""
     from rayproof.cases.polygon_files import mesh_of
+    from rayproof.cases.stl_files import read_stl
 
     def read(path: Path) -> Any:
         try:
-            return mesh_of(kind, path.read_bytes())
+            return read_stl(path.read_bytes()) if kind == "stl" else mesh_of(kind, path.read_bytes())
         except ValueError as error:
             at = error.__traceback__
             while at is not None and at.tb_next is not None:
@@ -188,14 +189,25 @@ def lecture() -> Target:
     return Target(name="lecture.json", seeds=seeds, read=_imported, refusals=(SceneError,))
 
 
-def stl() -> Target:
-    """Return STL meshes, text and binary."""
+def _stl() -> tuple[bytes, bytes]:
+    """Return an STL file in binary, and one in text."""
     corners = CORNERS[FACES]
     facets = b"".join(bytes(12) + face.tobytes() + b"\0\0" for face in corners)
     points = "\n".join("vertex {} {} {}".format(*point) for point in corners[0].tolist())
     text = f"solid a\nfacet normal 0 0 1\nouter loop\n{points}\nendloop\nendfacet\nendsolid a\n".encode()
-    seeds = (bytes(80) + struct.pack("<I", len(corners)) + facets, text)
-    return Target(name="mesh.stl", seeds=seeds, read=_imported, refusals=(SceneError,))
+    return bytes(80) + struct.pack("<I", len(corners)) + facets, text
+
+
+def stl() -> Target:
+    """Return STL meshes, text and binary."""
+    return Target(name="mesh.stl", seeds=_stl(), read=_imported, refusals=(SceneError,))
+
+
+def stl_reader() -> Target:
+    """Return the reader of STL files without the import: text, with several solids, and binary."""
+    binary, text = _stl()
+    seeds = (binary, text, text.replace(b"\n", b"\r\n") + text.upper())
+    return Target(name="mesh.stl", seeds=seeds, read=_polygons("stl"), refusals=(ValueError,), memory=2**30)
 
 
 def gltf() -> Target:
@@ -212,7 +224,7 @@ def glb_scene() -> Target:
 
 
 def glb_mesh() -> Target:
-    """Return GLB files as meshes of scene files, which trimesh parses."""
+    """Return GLB files as meshes of scene files."""
     from rayproof.cases.mesh_files import read_mesh
 
     seeds = (glb(_gltf(uri=None), CORNERS.tobytes() + FACES.tobytes()),)
@@ -547,6 +559,7 @@ TARGETS: dict[str, Callable[[], Target]] = {
     "ply": ply,
     "obj reader": obj_reader,
     "ply reader": ply_reader,
+    "stl reader": stl_reader,
     "lecture": lecture,
     "stl": stl,
     "gltf": gltf,

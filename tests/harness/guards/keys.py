@@ -91,7 +91,7 @@ HOW = (
     "diagnose",
 )
 # Of a subject: what it is called, is told by its title; what it runs and can, by its identity; limits change no answer.
-TOLD_BY_IDENTITY = ("name", "command", "capabilities", "surroundings", "seconds", "memory")
+TOLD_BY_IDENTITY = ("name", "command", "capabilities", "variables", "seconds", "memory")
 # Other values of what cannot be guessed from the value that is there.
 OTHERS: Mapping[tuple[str, str], Any] = {
     ("Scene", "shading"): "simplified",

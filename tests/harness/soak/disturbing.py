@@ -66,7 +66,7 @@ def processes(main: int, *engine: int) -> dict[str, list[psutil.Process]]:
 def _kind(name: str, command: str) -> str | None:
     if name.startswith("rayproof-"):
         return next((kind for start, kind in WORKERS.items() if name[9:].startswith(start)), None)
-    if "confine.py" in command:
+    if "keeper.py" in command:
         return "keeper"
     if name == "sleep":
         return "child"

@@ -10,7 +10,7 @@ import pytest
 from rayproof.cases.stages import Stage
 from rayproof.reports.judge.answers import Answers
 from rayproof.reports.results.provenance import _named
-from rayproof.reports.subjects import Subject, Surroundings, reason_unconfined
+from rayproof.reports.subjects import Subject
 from rayproof.reports.subjects.choosing import chosen
 from rayproof.reports.subjects.program import ask_capabilities, ask_program
 from rayproof.reports.subjects.protocol import Capabilities
@@ -50,18 +50,17 @@ Ask = Callable[..., tuple[Server, list[Answers]]]
 
 @pytest.fixture
 def ask(tmp_path: Path) -> Iterator[Ask]:
-    """Return what asks a function of FILE so many times, confined or not."""
+    """Return what asks a function of FILE so many times."""
     (tmp_path / "mine.py").write_text(dedent(FILE))
     (tmp_path / "beside.py").write_text("def deep(scene):\n    raise OverflowError('too\\nlarge')\n")
     servers: list[Server] = []
 
-    def asked(function: str, times: int = 1, *, confined: bool = False) -> tuple[Server, list[Answers]]:
+    def asked(function: str, times: int = 1) -> tuple[Server, list[Answers]]:
         def able(subject: Subject) -> Capabilities:
             servers.append(Server(subject))
             return ask_capabilities(subject, seconds=60, server=servers[-1])
 
-        about = {"seconds": 60, "memory": 2**34, "surroundings": Surroundings(confined=confined)}
-        subject = chosen(f"python:{tmp_path / 'mine.py'}:{function}", ask=able, **about)
+        subject = chosen(f"python:{tmp_path / 'mine.py'}:{function}", ask=able, seconds=60, memory=2**34)
         return servers[-1], [ask_program(subject, SCENE, samples=1, server=servers[-1]) for _ in range(times)]
 
     yield asked
@@ -106,13 +105,6 @@ def test_what_cannot_be_loaded_says_why(ask: Ask, tmp_path: Path) -> None:
     (tmp_path / "mine.py").write_text("import os\n\ndef broken(:\n")
     with pytest.raises(ValueError, match=r"it cannot be loaded: SyntaxError: invalid syntax \(mine.py, line 3\)"):
         ask("broken")
-
-
-@pytest.mark.skipif((reason_unconfined() or "") != "", reason=str(reason_unconfined()))
-def test_confined_it_answers_as_before(ask: Ask) -> None:
-    _, (answer,) = ask("grey", confined=True)
-
-    assert answer.error is None
 
 
 def test_a_function_under_test_is_no_formula_that_a_run_keeps() -> None:

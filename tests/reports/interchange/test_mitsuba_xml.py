@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from rayproof.cases.families import all_cases, select
-from rayproof.cases.mesh_sandbox import LIMITS
+from rayproof.cases.foreign_files import LIMITS
 from rayproof.cases.scene import Cube, Mesh, Scene, SceneError, Sphere, Square
 from rayproof.cases.stages import Stage
 from rayproof.reference.analytic import Analytic
-from rayproof.reports.interchange import ImportOptions, export_scene, import_scene
+from rayproof.reports.interchange import ImportOptions, export_scene, import_scene, mitsuba_document
 
 pytestmark = pytest.mark.process
 
@@ -561,3 +561,19 @@ def test_no_message_has_a_name_out_of_the_code(name: str, tmp_path: Path) -> Non
     assert name in message
     assert not any(word in message for word in (".cpp", ".py", "()", "Reference", "ndarray", "object", "dtype"))
     assert "\n" not in message
+
+
+def test_a_parser_that_takes_too_long_or_dies_is_one_line_and_the_next_file_is_read(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    read(tmp_path, SENSOR + LIGHT + BALL)
+    monkeypatch.setattr(mitsuba_document, "MEMORY", 0)
+    monkeypatch.setattr(mitsuba_document, "MEMORY_A_BYTE", 0)
+    with pytest.raises(
+        SceneError, match=r"scene.xml: Mitsuba's parser failed: it took more than 0 GiB of memory"
+    ) as caught:
+        read(tmp_path, SENSOR + LIGHT + BALL * 5000)
+    assert "\n" not in str(caught.value)
+    monkeypatch.undo()
+
+    assert len(read(tmp_path, SENSOR + LIGHT + BALL).scene.shapes) == 1

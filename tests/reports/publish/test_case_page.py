@@ -359,7 +359,7 @@ def test_the_worst_pixel_is_that_of_the_check_and_ours_come_first(browser, publi
         ("/opt/x/bin/rayproof run sphere/plain", "tracer-float64", "rayproof probe sphere/plain 3 4"),
         ("rayproof run sphere/plain", "tracer-float32/sphere=textbook",
          "rayproof probe sphere/plain 3 4 --configuration float32/sphere=textbook"),
-        ("./rayproof run sphere/plain --subject 'exec:a b {scene}' --env KEY --confine", "exec",
+        ("./rayproof run sphere/plain --subject 'exec:a b {scene}' --env KEY --timeout 9", "exec",
          "./rayproof probe sphere/plain 3 4 --subject 'exec:a b {scene}' --env KEY"),
         ("rayproof run '/tmp/o u/scenes/a.json' --subject embree", "embree",
          "rayproof probe scenes/sphere/plain.json 3 4 --subject embree"),

@@ -13,7 +13,7 @@ from tests.reports.run.test_dispatch import RECORD, TERMS
 
 
 def test_a_case_travels_with_its_own_files_and_no_other(tmp_path: Path) -> None:
-    own = ("scenes/played/0.json", "images/played/0.js", "images/played/0/analytic.exr", "calls/played/0/call.txt")
+    own = ("scenes/played/0.json", "images/played/0.js", "images/played/0/analytic.exr")
     for name in (*own, "scenes/played/1.json", "images/played/1/analytic.exr"):
         (tmp_path / "there" / name).parent.mkdir(parents=True, exist_ok=True)
         (tmp_path / "there" / name).write_bytes(name.encode())

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from rayproof.reports.subjects.calls import TOLD, Keep
+from rayproof.reports.subjects.calls import TOLD
 from rayproof.reports.subjects.program import ask_program
 from rayproof.reports.subjects.protocol import hand_over
 from tests.reports.subjects.conftest import SCENE, Writing
@@ -22,7 +22,7 @@ def test_a_call_that_gave_no_image_is_kept_with_all_that_it_takes_to_make_it_aga
     handed.mkdir()
     hand_over(SCENE, handed)
 
-    found = ask_program(subject, SCENE, samples=1, keep=Keep(folder=kept))
+    found = ask_program(subject, SCENE, samples=1, keep=kept)
 
     assert found.error is not None
     for path in handed.iterdir():
@@ -38,10 +38,10 @@ def test_a_call_that_gave_no_image_is_kept_with_all_that_it_takes_to_make_it_aga
 
 def test_an_image_that_cannot_be_used_is_kept_and_nothing_of_an_earlier_call(program: Writing, tmp_path: Path) -> None:
     kept = tmp_path / "kept"
-    ask_program(program("open(OUTPUT, 'w').write('hello')"), SCENE, samples=1, keep=Keep(folder=kept))
+    ask_program(program("open(OUTPUT, 'w').write('hello')"), SCENE, samples=1, keep=kept)
     assert (kept / "image.exr").read_text() == "hello"
     assert json.loads((kept / "scene.json").read_text())["camera"]
 
-    ask_program(program("pass"), SCENE, samples=1, keep=Keep(folder=kept))
+    ask_program(program("pass"), SCENE, samples=1, keep=kept)
 
     assert not (kept / "image.exr").exists()

@@ -194,10 +194,9 @@
       render.error ? [" ", rayproof.pill("error"), " ", rayproof.prose(render.error)] : null,
       render.image ? [" ", e("span", { class: "muted" }, render.image)] : null));
     const notes = (data.notes || []).map((note) => e("li", {}, rayproof.prose(note)));
-    // The page is beside the folder that it links, unless it is one file.
-    const call = data.call && !document.querySelector("script[data-path]") ? e("p", {}, "The program's ",
-      e("a", { href: data.call.split("/").map(encodeURIComponent).join("/") }, "call"), ": command, exit code and standard error; scene and meshes lie beside it. ",
-      "Make it again: ", rayproof.code(`${data.probe.join("")} --keep call`)) : null;
+    const probe = (data.probe || []).join("");
+    const call = /--subject '?(exec|serve|python):/.test(probe) ? e("p", {},
+      "Call the program once more, and keep its scene, command, output and image: ", rayproof.code(`${probe} --keep call`)) : null;
     return rows.length || notes.length ? e("details", { class: "panel" },
       e("summary", {}, `Renders (${rows.length})`), call, e("ul", {}, rows, notes)) : null;
   };

@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from rayproof.cases import mesh_files, placement
-from rayproof.reports.interchange import gltf_document, mitsuba_scene
+from rayproof.cases import gltf_document, mesh_files, placement
+from rayproof.reports.interchange import mitsuba_scene
 from tests.harness.audit.faults import FAULTS, replaced
 
 

@@ -1,6 +1,6 @@
 """A script that limits memory and output, then becomes the program; it stays as keeper and ends what is left.
 
-    python -I -S confine.py CALLER MEMORY OUTPUT PROGRAM ARGUMENT...
+    python -I -S keeper.py CALLER MEMORY OUTPUT PROGRAM ARGUMENT...
 
 A process of its own does this, since what Python runs between fork and exec may wait for another thread for ever. On
 Linux it stays as the program's keeper: it ends as the program does, and if its caller (a process number) is killed it

@@ -9,7 +9,7 @@ import base64
 import binascii
 import json
 import struct
-from collections.abc import Collection, Iterator
+from collections.abc import Collection
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, TypedDict, TypeVar
@@ -18,8 +18,7 @@ from urllib.parse import unquote
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from rayproof.cases.mesh_files import content_of, glb_problem, path_within
-from rayproof.cases.mesh_sandbox import Budget
+from rayproof.cases.foreign_files import Budget, content_of, path_within
 from rayproof.cases.scene import SceneError, shown
 
 
@@ -211,6 +210,40 @@ class Document:
         return entries[index]
 
 
+GLB_COMPONENT = {5120: 1, 5121: 1, 5122: 2, 5123: 2, 5125: 4, 5126: 4}  # bytes by componentType
+GLB_COUNT = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT2": 4, "MAT3": 9, "MAT4": 16}
+
+
+def _claim(what: str, claimed: int, present: int) -> str:
+    return f"has a header that claims {what}, at least {claimed} bytes, where {present} are"
+
+
+def glb_problem(content: bytes) -> str | None:
+    """Return what is wrong with a GLB file's header and its list of arrays, or None."""
+    if len(content) < 20 or content[:4] != b"glTF":
+        return "is no GLB file: it does not begin with glTF"
+    _, version, length, chunk, kind = struct.unpack_from("<5I", content)
+    if version != 2:
+        return f"is glTF of version {version}, only 2 is read"
+    if max(length, 20 + chunk) > len(content):
+        return _claim("its length", max(length, 20 + chunk), len(content))
+    if kind != JSON_CHUNK:
+        return "is no GLB file: its first chunk is not JSON"
+    try:
+        document = json.loads(content[20 : 20 + chunk])
+        claimed = sum(
+            int(accessor["count"]) * GLB_COMPONENT[accessor["componentType"]] * GLB_COUNT[accessor["type"]]
+            for accessor in document.get("accessors", ())
+        )
+        outside = [buffer["uri"] for buffer in document.get("buffers", ()) if "uri" in buffer]
+    except (ValueError, KeyError, TypeError, AttributeError, RecursionError, OverflowError):
+        return "has a JSON chunk that is not glTF"
+    if outside:
+        return "keeps data outside itself, which is never opened"
+    # Arrays may overlap, so a little more than the file's size is honest; a hundred times as much is not.
+    return _claim("its arrays", claimed, len(content)) if claimed > 100 * len(content) else None
+
+
 def read_document(path: Path) -> Document:
     """Return the document in a .glb or .gltf file.
 
@@ -224,29 +257,36 @@ def read_document(path: Path) -> Document:
         raise SceneError(f"cannot be read: {error.strerror}") from None
     budget = Budget()
     budget.count_file(path, len(content))
-    binary = b""
     if path.suffix.lower() == ".glb":
-        problem = glb_problem(content)
-        if problem:
-            raise SceneError(problem)
-        (length,) = struct.unpack_from("<I", content, 12)
-        text, rest = content[20 : 20 + length], content[20 + length :]
-        if len(rest) >= 8:
-            size, kind = struct.unpack_from("<II", rest)
-            binary = rest[8 : 8 + size] if kind == BINARY_CHUNK else b""
-    else:
-        text = content
+        return glb_document(content, path.parent, budget)
+    return _document(content, b"", path.parent, budget)
+
+
+def glb_document(content: bytes, folder: Path, budget: Budget) -> Document:
+    """Return the document in a GLB file's content; raise SceneError if it is cut off or not glTF 2.0."""
+    problem = glb_problem(content)
+    if problem:
+        raise SceneError(problem)
+    (length,) = struct.unpack_from("<I", content, 12)
+    text, rest, binary = content[20 : 20 + length], content[20 + length :], b""
+    if len(rest) >= 8:
+        size, kind = struct.unpack_from("<II", rest)
+        binary = rest[8 : 8 + size] if kind == BINARY_CHUNK else b""
+    return _document(text, binary, folder, budget)
+
+
+def _document(text: bytes, binary: bytes, folder: Path, budget: Budget) -> Document:
     try:
         document = json.loads(text)
     except (ValueError, RecursionError):
         raise SceneError("is not glTF: its JSON cannot be read") from None
     if (version := _version(document)) is None or not str(version).startswith("2."):
         raise SceneError(f"must be glTF of version 2, got {shown(version)}")
-    found = Document(json=document, buffers=())
+    whole = Document(json=document, buffers=())
     # The binary chunk is that of the first buffer (section 4.4.3.3); any other without a uri holds nothing.
-    files = _Files(path.parent, budget)
+    files = _Files(folder, budget)
     buffers = tuple(
-        _buffer(buffer, files, b"" if index else binary) for index, buffer in enumerate(found.listed(BufferEntry))
+        _buffer(buffer, files, b"" if index else binary) for index, buffer in enumerate(whole.listed(BufferEntry))
     )
     return Document(json=document, buffers=buffers, budget=budget)
 
@@ -394,11 +434,13 @@ def _whole(members: AccessorEntry | BufferViewEntry, name: str, index: Any, usua
 # A glTF scene's nodes with their matrices to the world (section 3.5).
 
 
-def placed_nodes(document: Document) -> Iterator[tuple[NodeEntry, np.ndarray]]:
-    """Yield each node of the default scene with its matrix to the world, float64 (4, 4).
+def placed_nodes(document: Document) -> list[tuple[NodeEntry, np.ndarray]]:
+    """Return each node of the default scene with its matrix to the world, float64 (4, 4).
+
+    The primitives of their meshes are counted as shapes before any is built: every node may name the same mesh.
 
     Raises:
-        SceneError: a node has two parents or is its own ancestor, or its numbers are no transform.
+        SceneError: a node has two parents or is its own ancestor, its numbers are no transform, or there are too many.
 
     """
     if document.listed(SceneEntry):
@@ -409,6 +451,7 @@ def placed_nodes(document: Document) -> Iterator[tuple[NodeEntry, np.ndarray]]:
         roots = [index for index in range(len(nodes)) if index not in held]
     waiting = [(index, np.eye(4)) for index in reversed(roots)]
     seen: set[int] = set()
+    placed: list[tuple[NodeEntry, np.ndarray]] = []
     while waiting:
         index, outer = waiting.pop()
         node = document.one(NodeEntry, index)
@@ -417,8 +460,11 @@ def placed_nodes(document: Document) -> Iterator[tuple[NodeEntry, np.ndarray]]:
         seen.add(index)
         document.budget.spend("elements", 1, by=f"node {index}")
         to_world = outer @ _local(node, index)
-        yield node, to_world
+        placed.append((node, to_world))
         waiting += [(child, to_world) for child in reversed(node.get("children", []))]
+    named = [document.one(MeshEntry, node["mesh"]) for node, _ in placed if "mesh" in node]
+    document.budget.spend("shapes", sum(len(mesh.get("primitives", [])) for mesh in named), by="it with all its nodes")
+    return placed
 
 
 def _local(node: NodeEntry, index: int) -> np.ndarray:
