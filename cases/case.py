@@ -97,8 +97,8 @@ class Case:
     scene: Scene
     stresses: str  # a sentence
     covers: tuple[str, ...]
-    least_interior: int  # pixels that hit something and lie clear of every edge; fewer is an error, not a pass
-    most_edge: float  # largest share of all pixels that may be classed as edge; more is an error, not a pass
+    least_interior: int  # pixels that hit something and are within their limits; fewer is an error, not a pass
+    most_explained: float  # largest share of pixels over their limits that rounding may explain; more is no pass
     samples: int = 1  # per side of a pixel; > 1 also compares box-filtered radiance
     expectations: tuple[Expectation, ...] = ()
     tuned: bool = True  # the two were fixed for this very scene; where nobody did, too little is undecided, no error
@@ -112,8 +112,8 @@ class Case:
             raise ValueError(f"case {self.name!r}: the name must read family/case")
         if not self.stresses.endswith("."):
             raise ValueError(f"case {self.name}: `stresses` must be a sentence")
-        if not 0 <= self.most_edge < 1 or self.least_interior < 0 or self.samples < 1:
-            raise ValueError(f"case {self.name}: least_interior >= 0, 0 <= most_edge < 1, samples >= 1")
+        if not 0 <= self.most_explained < 1 or self.least_interior < 0 or self.samples < 1:
+            raise ValueError(f"case {self.name}: least_interior >= 0, 0 <= most_explained < 1, samples >= 1")
 
     @property
     def family(self) -> str:

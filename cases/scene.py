@@ -184,7 +184,7 @@ class Shape:
         if not singular[2] > singular[0] * 2.0**-50:
             raise SceneError(f"to_world is singular: singular values {tuple(map(float, singular))}")
 
-    @property
+    @cached_property
     def digest(self) -> str:
         """Return text that equal shapes share, whatever file they came from, and no others."""
         return repr(self)

@@ -77,7 +77,7 @@ def behind() -> Iterator[Case]:
             stresses=stresses,
             covers=covering(scene, "HIT-2", *more),
             least_interior=3500,
-            most_edge=0.03,
+            most_explained=0.03,
         )
 
 
@@ -119,7 +119,7 @@ def inside() -> Iterator[Case]:
             stresses=stresses,
             covers=covering(scene, "CAM-5", "LIT-4"),
             least_interior=4500,
-            most_edge=0.03,
+            most_explained=0.03,
         )
     one_sided = Sphere(albedo=ALBEDO, center=(0.1, 0.05, -0.1), radius=2.1)
     scene = Scene(camera=viewpoint(60), shapes=(one_sided,), lights=(LIGHT,))
@@ -129,7 +129,7 @@ def inside() -> Iterator[Case]:
         stresses="Inside a one-sided sphere: it is hit from within, and black.",
         covers=covering(scene),
         least_interior=5000,
-        most_edge=0.01,
+        most_explained=0.01,
         expectations=tuple(
             UniformValue(
                 stage=Stage.RADIANCE,

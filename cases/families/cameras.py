@@ -102,7 +102,7 @@ def cameras() -> Iterator[Case]:
             stresses=stresses,
             covers=covering(scene, "CAM-5"),
             least_interior=least_interior,
-            most_edge=0.03,
+            most_explained=0.03,
         )
 
 
@@ -157,5 +157,5 @@ def parallel_rays() -> Iterator[Case]:
             stresses=stresses,
             covers=covering(scene, "CAM-5", *more),
             least_interior=least_interior,
-            most_edge=0.06,
+            most_explained=0.06,
         )

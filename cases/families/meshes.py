@@ -133,7 +133,7 @@ def meshes() -> Iterator[Case]:
         ("degenerate", "Faces that are points and lines: never hit, never a NaN.", spoilt, small, 3000, 0.04),
     )
     camera = camera_around((0.1, 0.0, -0.2), distance=5.6, azimuth=-58, elevation=35, width=96, height=72, fovy=36)
-    for name, stresses, mesh, more, least_interior, most_edge in questions:
+    for name, stresses, mesh, more, least_interior, most_explained in questions:
         scene = Scene(camera=camera, shapes=(FLOOR, mesh), lights=(LIGHT,))
         yield Case(
             name=f"meshes/{name}",
@@ -141,7 +141,7 @@ def meshes() -> Iterator[Case]:
             stresses=stresses,
             covers=covering(scene, *more),
             least_interior=least_interior,
-            most_edge=most_edge,
+            most_explained=most_explained,
         )
     low = camera_around((0.0, 0.0, 0.0), distance=5.0, azimuth=-33, elevation=24, width=64, height=48, fovy=30)
     scene = Scene(camera=low, shapes=(of_trimesh(icosphere(subdivisions=5), stretched),), lights=(LIGHT,))
@@ -151,7 +151,7 @@ def meshes() -> Iterator[Case]:
         stresses="A mesh of 20 480 faces, most of them smaller than a pixel, through the acceleration structure.",
         covers=covering(scene, "LIT-4"),
         least_interior=500,
-        most_edge=0.1,
+        most_explained=0.1,
     )
     under = camera_around((0.1, 0.0, -0.2), distance=1.9, azimuth=-58, elevation=-40, width=64, height=48, fovy=92)
     below = PointLight(position=(1.1, -1.4, -3.2), flux=(480.0, 400.0, 330.0))
@@ -162,7 +162,7 @@ def meshes() -> Iterator[Case]:
         stresses="An open two-sided sheet, seen and lit from the side that its normals point away from.",
         covers=covering(scene),
         least_interior=500,
-        most_edge=0.2,
+        most_explained=0.2,
     )
 
 
@@ -209,5 +209,5 @@ def models() -> Iterator[Case]:
             stresses=f"The {name} of PyVista: long thin triangles, concave and self-shading, over a floor.",
             covers=covering(scene, "LIT-4"),
             least_interior=least_interior,
-            most_edge=0.06,
+            most_explained=0.06,
         )

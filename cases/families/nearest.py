@@ -95,7 +95,7 @@ def nearest() -> Iterator[Case]:
         ("lit_crowd", "Spheres that shade each other.", crowd_of_spheres(14), (light,), ("LIT-2", "LIT-4"), 700, 0.03),
         ("coincident", "Two squares in one plane: either may be seen.", coincident(), (light,), (), 1500, 0.08),
     )  # fmt: skip
-    for name, stresses, shapes, lights, more, least_interior, most_edge in questions:
+    for name, stresses, shapes, lights, more, least_interior, most_explained in questions:
         scene = Scene(camera=camera, shapes=shapes, lights=lights)
         yield Case(
             name=f"nearest/{name}",
@@ -103,7 +103,7 @@ def nearest() -> Iterator[Case]:
             stresses=stresses,
             covers=covering(scene, *more),
             least_interior=least_interior,
-            most_edge=most_edge,
+            most_explained=most_explained,
         )
 
 
@@ -180,5 +180,5 @@ def random_scenes() -> Iterator[Case]:
             stresses=f"A mixed scene that seed {seed} made: every kind of shape, every kind of motion, two lights.",
             covers=covering(scene, "CAM-5", "HIT-5", "HIT-8", "LIT-4"),
             least_interior=3000,
-            most_edge=0.04,
+            most_explained=0.04,
         )

@@ -31,7 +31,7 @@ PRIMITIVES: tuple[tuple[str, Shape, tuple[str, ...], int, float], ...] = (
 def primitives() -> Iterator[Case]:
     """Yield one case per primitive."""
     camera = camera_around((0.1, 0.05, 0.1), distance=4.2, azimuth=-52, elevation=33, width=96, height=72, fovy=29)
-    for name, shape, more, least_interior, most_edge in PRIMITIVES:
+    for name, shape, more, least_interior, most_explained in PRIMITIVES:
         scene = Scene(camera=camera, shapes=(shape,), lights=(LIGHT,))
         yield Case(
             name=f"primitives/{name}",
@@ -39,7 +39,7 @@ def primitives() -> Iterator[Case]:
             stresses=f"A {name} alone, without a transform: its intersection, its normal and its irradiance.",
             covers=covering(scene, "CAM-5", *more),
             least_interior=least_interior,
-            most_edge=most_edge,
+            most_explained=most_explained,
         )
 
 
@@ -73,7 +73,7 @@ def alone() -> Iterator[Case]:
             stresses=stresses,
             covers=covering(scene),
             least_interior=1500,
-            most_edge=0.1,
+            most_explained=0.1,
             expectations=tuple(_black(channel) for channel in range(3)),
         )
     above: Camera = camera_around(
@@ -88,7 +88,7 @@ def alone() -> Iterator[Case]:
         stresses="A valley, the light low behind its higher slope: half of it lies in its own shadow.",
         covers=covering(scene),
         least_interior=800,
-        most_edge=0.1,
+        most_explained=0.1,
     )
 
 
@@ -124,6 +124,6 @@ def antialiased() -> Iterator[Case]:
             stresses=f"A {name} and its shadow with 64 samples in every pixel: outlines become averages.",
             covers=covering(scene, "LIT-4"),
             least_interior=200,
-            most_edge=0.05,
+            most_explained=0.05,
             samples=SAMPLES,
         )

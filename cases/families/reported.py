@@ -38,7 +38,7 @@ def _case(
     scene: Scene,
     least_interior: int,
     *,
-    most_edge: float = 0.05,
+    most_explained: float = 0.05,
     expectations: tuple[Expectation, ...] = (),
 ) -> Case:
     return Case(
@@ -47,7 +47,7 @@ def _case(
         stresses=stresses,
         covers=covering(scene),
         least_interior=least_interior,
-        most_edge=most_edge,
+        most_explained=most_explained,
         expectations=expectations,
     )
 
@@ -127,7 +127,9 @@ def identical_triangles() -> Case:
     camera = replace(VIEW, width=24, height=18)  # each pixel of the triangle asks a thousand faces for its sides
     mesh = Mesh(albedo=ALBEDO, vertices=corners, faces=np.tile((0, 1, 2), (IDENTICAL, 1)), two_sided=True)
     scene = Scene(camera=camera, shapes=(FLOOR, mesh), lights=(LIGHT,))
-    return _case("identical_triangles", "A tree that cannot split: all middles are one.", scene, 340, most_edge=0.2)
+    return _case(
+        "identical_triangles", "A tree that cannot split: all middles are one.", scene, 340, most_explained=0.2
+    )
 
 
 def unreferenced_vertices() -> Case:
@@ -161,7 +163,7 @@ def middle_of_a_sphere() -> Case:
         "Eye and light in a sphere's middle.",
         scene,
         2000,
-        most_edge=0.01,
+        most_explained=0.01,
         expectations=expectations,
     )
 
@@ -192,7 +194,7 @@ def middle_of_a_cube(name: str, forward: Vector) -> Case:
     )
     scene = Scene(camera=camera, shapes=(cube,), lights=(light,))
     stresses = f"Eye and light in a cube's middle: {name} is one of six faces, and receives a sixth of the flux."
-    return _case(f"middle_of_a_cube/{name}", stresses, scene, 2200, most_edge=0.01, expectations=expectations)
+    return _case(f"middle_of_a_cube/{name}", stresses, scene, 2200, most_explained=0.01, expectations=expectations)
 
 
 def face_in_a_column() -> Case:

@@ -271,7 +271,7 @@ SCENES: dict[str, tuple[Callable[[], Scene], str, int, float]] = {
 
 def tolerances() -> Iterator[Case]:
     """Yield a case per scene."""
-    for name, (make, stresses, least_interior, most_edge) in SCENES.items():
+    for name, (make, stresses, least_interior, most_explained) in SCENES.items():
         scene = make()
         yield Case(
             name=f"tolerances/{name}",
@@ -279,5 +279,5 @@ def tolerances() -> Iterator[Case]:
             stresses=stresses,
             covers=covering(scene),
             least_interior=least_interior,
-            most_edge=most_edge,
+            most_explained=most_explained,
         )

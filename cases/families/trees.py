@@ -96,7 +96,7 @@ def crowds() -> Iterator[Case]:
             stresses=stresses,
             covers=covering(scene),
             least_interior=600,
-            most_edge=0.2,
+            most_explained=0.2,
         )
 
 
@@ -177,7 +177,7 @@ def faces() -> Iterator[Case]:
             stresses=named[name],
             covers=covering(scene),
             least_interior=least_interior,
-            most_edge=0.2,
+            most_explained=0.2,
         )
 
 
@@ -221,5 +221,5 @@ def benchmarked() -> Iterator[Case]:
             stresses=stresses,
             covers=covering(scene),
             least_interior=least_interior,
-            most_edge=0.05,
+            most_explained=0.05,
         )

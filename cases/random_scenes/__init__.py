@@ -26,7 +26,7 @@ from rayproof.cases.scene import Camera, Matrix, Mesh, PointLight, Rgb, Scene, S
 FAMILY = "random"
 EDITION = 1  # of the scenes that names stand for; another one says that they changed
 BESIDE = 0.035  # the chance of each further feature
-MOST_EDGE = 0.5  # as of scene files: nobody tuned the view
+MOST_EXPLAINED = 0.5  # as of scene files: nobody tuned the view
 LARGEST = 2**31 - 1  # seed and number
 STREAM = 1  # of the wide fields, beside the one of the scene itself, which stays what it is
 MOST_PIXELS = 600  # of a wide image
@@ -72,7 +72,7 @@ def case_named(name: str) -> Case:
         stresses=f"Drawn at random: {', '.join(drawn.features).replace('_', ' ')}.",
         covers=covering(drawn.scene),
         least_interior=0,
-        most_edge=MOST_EDGE,
+        most_explained=MOST_EXPLAINED,
         tuned=False,
     )
 
@@ -144,7 +144,7 @@ def wide_case(seed: int, number: int) -> Case:
         stresses="Drawn at random, every field over its whole range.",
         covers=covering(scene),
         least_interior=0,
-        most_edge=MOST_EDGE,
+        most_explained=MOST_EXPLAINED,
         tuned=False,
     )
 

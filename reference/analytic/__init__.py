@@ -32,7 +32,7 @@ class Hits(NamedTuple):
 
 @dataclass(frozen=True, kw_only=True)
 class Freedom:
-    """What a nearby problem leaves open beside the scene's numbers, for each image point (N,). 0 leaves nothing open."""
+    """What a nearby problem leaves open beside the scene's numbers, for each image point (N,); 0 leaves nothing."""
 
     lift: np.ndarray | float = 0.0  # m: how far above the hit, along the normal, shadow rays start
     tie: np.ndarray | float = 0.0  # m: one of the surfaces no farther than this behind the first is hit, at random,
@@ -169,9 +169,7 @@ class Analytic:
                 distances[asked] = surface.first(*arguments, only=objects[asked, 1]).distance
         return distances
 
-    def positions(
-        self, scene: Scene, directions: np.ndarray, objects: np.ndarray, distances: np.ndarray
-    ) -> np.ndarray:
+    def positions(self, scene: Scene, directions: np.ndarray, objects: np.ndarray, distances: np.ndarray) -> np.ndarray:
         """Return hit points eye + t d (N, 3) [m], 0 on a miss."""
         hit = (objects[:, :1] >= 0) & np.isfinite(distances)
         with np.errstate(all="ignore"):

@@ -22,7 +22,7 @@ from rayproof.reference.analytic.vectors import ON_SURFACE, Ends, cross, dot, le
 
 
 class Crossing(NamedTuple):
-    """The meeting of each ray (N,) with a surface: t, the face's number in the scene, and the smooth piece; t inf: none."""
+    """The meeting of each ray (N,) with a surface: t, inf for none; the face's number in the scene; the smooth piece."""
 
     distance: np.ndarray
     face: np.ndarray
@@ -398,7 +398,7 @@ class Box(Polygons):
         return (points - self.center) @ self.to_object.T
 
     def _sides(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return the axis (N,) of the coordinate of greatest magnitude and its sign; of equal ones x before y before z."""
+        """Return the axis (N,) of the coordinate of greatest magnitude and its sign; of equal ones x, y, z in order."""
         local = self.object_points(points)
         axis = np.abs(local).argmax(axis=1)
         return axis, np.where(np.take_along_axis(local, axis[:, np.newaxis], axis=1)[:, 0] < 0, -1.0, 1.0)

@@ -14,7 +14,6 @@ from rayproof.cases.families import all_cases, select
 from rayproof.cases.scene import Scene
 from rayproof.cases.scene_json import load_scene, scene_from_json
 from rayproof.cases.stages import IMAGE_STAGES, Stage, exr_channels
-from rayproof.reports.judge.oracle import ORACLE
 from rayproof.tracer.kernel.compiler import choose_packaged_llvm
 
 Images = dict[str, np.ndarray]
@@ -172,16 +171,14 @@ def limit_of(scene: Scene, stage: Stage, precision: str) -> np.ndarray:
     """Return how far an image may be off against the closed forms, as `CaseResult.limit` describes it."""
     from rayproof.cases.case import ITEMS_OF_OTHERS
     from rayproof.reference.analytic import Analytic
+    from rayproof.reports.judge.against_oracle import AgainstOracle
     from rayproof.reports.judge.answers import Answers
-    from rayproof.reports.judge.comparison import Comparison
     from rayproof.reports.judge.oracle import stages_of
     from rayproof.reports.judge.scene_truth import scene_truth
 
     base = scene_truth(scene, stages_of(scene), Analytic())
     ours = Answers(name="ours", precision=precision, items=ITEMS_OF_OTHERS, answers=base.truth)
-    theirs = Answers(name=ORACLE, precision="float64", independent=True, answers=base.truth)
-    pair = Comparison(base=base, subject=ours, reference=theirs)
-    shape = pair.classes.outline.shape
-    limit = np.array(pair.limits.end_to_end.get(stage, np.zeros(shape)), dtype=np.float64)
-    limit[pair.classes.edge(stage)] = np.nan
+    against = AgainstOracle(base, ours)
+    limit = np.array(against.limits.end_to_end.get(stage, base.no_limit), dtype=np.float64)
+    limit[against.undecided(stage)] = np.nan
     return limit

@@ -30,7 +30,7 @@ def show(case: str, *, json: Path | None = None) -> int:
     commands = reproduce(asked)
     expected = [{"kind": type(one).__name__, **asdict(one)} for one in asked.expectations]
     about = {"name": asked.name, "stresses": asked.stresses, "covers": list(asked.covers), "reproduce": commands}
-    least = {"least_interior": asked.least_interior, "most_edge": asked.most_edge, "samples": asked.samples}
+    least = {"least_interior": asked.least_interior, "most_explained": asked.most_explained, "samples": asked.samples}
     write_json(json, about | least | {"expectations": expected, "scene": scene_to_json(asked.scene)})
     say(f"{asked.name}: {asked.stresses}")
     say(f"covers {', '.join(asked.covers)}")
@@ -58,7 +58,7 @@ def requirements(case: Case) -> list[list[str]]:
     """Return what an answer must satisfy, beyond agreeing with the references within their derived limits."""
     rows = [
         ["interior pixels", f">= {case.least_interior}", "fewer would decide nothing"],
-        ["edge pixels", f"<= {case.most_edge:.1%} of the image", "more would hide an error"],
+        ["edge pixels", f"<= {case.most_explained:.1%} of the image", "more would hide an error"],
     ]
     for one in case.expectations:
         about = {key: value for key, value in asdict(one).items() if key != "because"}

@@ -15,11 +15,12 @@ from rayproof.cases.placement import world_triangles
 from rayproof.cases.rounding import gamma
 from rayproof.cases.scene import Cube, Mesh, Scene, SceneError, Shape, Triangle
 from rayproof.cases.stages import IMAGE_STAGES, Stage, StageImages
+from rayproof.reference.analytic import Analytic
 from rayproof.reports.diagnosis import Answered, Given, Way, Wrong
 from rayproof.reports.judge.forward.conditioning import condition
 from rayproof.reports.judge.forward.limits import Roundoff, limits
 from rayproof.reports.judge.measurement import ratios
-from rayproof.reports.judge.oracle import FullOracle, stages_of
+from rayproof.reports.judge.oracle import stages_of
 
 if TYPE_CHECKING:
     from rayproof.reference.analytic.surfaces import Surface
@@ -38,13 +39,13 @@ class Unanswerable(Exception):  # noqa: N818  an answer, not a mishap
     """A way that has no answer to a scene: the changed question is no valid scene, or beyond the tracer."""
 
 
-def right_answer(scene: Scene, oracle: FullOracle, rounding: Roundoff = FLOAT32) -> Answered:
+def right_answer(scene: Scene, oracle: Analytic, rounding: Roundoff = FLOAT32) -> Answered:
     """Return the oracle's own answer, with the limits of a renderer that rounds so."""
     answers = oracle.render(scene, [stage for stage in stages_of(scene) if stage is not Stage.CAMERA])
     return _answered(scene, answers, {}, rounding)
 
 
-def answer(way: Way, right: Answered, oracle: FullOracle, *, ours: StageImages | None = None) -> Answered:
+def answer(way: Way, right: Answered, oracle: Analytic, *, ours: StageImages | None = None) -> Answered:
     """Return a way's answer to the scene that `right` answers, in the pixels of the image asked for.
 
     `ours` are the renderer's own images, of what is written in a way that not all of is foretold.
@@ -67,7 +68,7 @@ def answer(way: Way, right: Answered, oracle: FullOracle, *, ours: StageImages |
     return found
 
 
-def _plain_answer(way: Way, right: Answered, oracle: FullOracle) -> tuple[Scene, StageImages, StageImages]:
+def _plain_answer(way: Way, right: Answered, oracle: Analytic) -> tuple[Scene, StageImages, StageImages]:
     """Return the question that a way answers, its answers, and the right light on what it sees, where that is not its.
 
     Raises:
@@ -92,7 +93,7 @@ def _plain_answer(way: Way, right: Answered, oracle: FullOracle) -> tuple[Scene,
     return scene, answers, plain
 
 
-def unsteady(way: Way, right: Answered, supposed: Answered, oracle: FullOracle) -> np.ndarray:
+def unsteady(way: Way, right: Answered, supposed: Answered, oracle: Analytic) -> np.ndarray:
     """Return the pixels (height, width) in which rounding decides what a way, which answers so, meets or lights.
 
     That is where a turn of the rays by a rounding changes it, and where two shapes are met equally far away. Of what
@@ -162,11 +163,10 @@ def hits_by(meet: Meeting, counts: Callable[[np.ndarray, np.ndarray], np.ndarray
     """Return objects and distances by `meet`; `counts` says which crossings count instead of an earlier shape's."""
 
     def hits(given: Given) -> tuple[np.ndarray, np.ndarray]:
-        from rayproof.reference.analytic.stages import clip_interval
 
         height, width, _ = given.answers[Stage.RAY].shape
         rays, eye = given.answers[Stage.RAY].reshape(-1, 3), np.asarray(given.scene.camera.eye, dtype=np.float64)
-        ends = clip_interval(given.scene, rays)
+        ends = Analytic().clip_interval(given.scene, rays)
         distances, objects = np.full(len(rays), np.inf), np.full((len(rays), 2), -1.0)
         for index, shape in enumerate(given.scene.shapes):
             crossing, face = meet(shape, eye, rays, *ends)
@@ -187,11 +187,10 @@ def above(scene: Scene, answers: StageImages) -> np.ndarray:
 
 def equally_far(scene: Scene, rays: np.ndarray) -> np.ndarray:
     """Return the pixels (height, width) whose ray meets two faces equally far, or one at the eye, within rounding."""
-    from rayproof.reference.analytic.stages import clip_interval
     from rayproof.reference.analytic.surfaces import surface_of
 
     flat, eye = rays.reshape(-1, 3), np.asarray(scene.camera.eye, dtype=np.float64)
-    low, high = clip_interval(scene, flat)
+    low, high = Analytic().clip_interval(scene, flat)
     reach = np.full(len(flat), ROUNDING * (1 + float(np.linalg.norm(eye))))
     tied, nearest = np.zeros(len(flat), dtype=bool), np.full((2, len(flat)), np.inf)
     for surface in map(surface_of, scene.shapes):
@@ -236,7 +235,7 @@ def in_their_planes(scene: Scene, objects: np.ndarray, points: np.ndarray) -> np
     return within
 
 
-def changed(way: Way, right: Answered, oracle: FullOracle) -> dict[Stage, np.ndarray]:
+def changed(way: Way, right: Answered, oracle: Analytic) -> dict[Stage, np.ndarray]:
     """Return where a way's answer is none that passes for the right one, for each stage that it changes.
 
     Pixels (height, width) away from the right answer's edges, held to its limits, four of them.
@@ -256,7 +255,7 @@ def changed(way: Way, right: Answered, oracle: FullOracle) -> dict[Stage, np.nda
 
 
 def _spoilt(
-    scene: Scene, answers: StageImages, way: Way, first: Stage, oracle: FullOracle
+    scene: Scene, answers: StageImages, way: Way, first: Stage, oracle: Analytic
 ) -> tuple[StageImages, StageImages]:
     """Return the answers with a way's wrong stages, and the right light on what is met then."""
     found, plain = dict(answers), {}
@@ -280,7 +279,7 @@ def _spoilt(
 
 
 def follows(
-    way: Way, scene: Scene, stage: Stage, before: StageImages, oracle: FullOracle, *, precision: str = "float64"
+    way: Way, scene: Scene, stage: Stage, before: StageImages, oracle: Analytic, *, precision: str = "float64"
 ) -> np.ndarray:
     """Return a stage as it follows from those before by a way's formulas, else rightly; of what it spoils, the base.
 
@@ -301,7 +300,7 @@ def follows(
     return continue_from(scene, stage, before, Configuration(precision=precision, formulas=way.formulas))
 
 
-def _continued(scene: Scene, answers: StageImages, first: Stage, oracle: FullOracle) -> StageImages:
+def _continued(scene: Scene, answers: StageImages, first: Stage, oracle: Analytic) -> StageImages:
     """Return the right light from `first` on, on the surfaces and under the lights that the answers see."""
     found = dict(answers)
     with np.errstate(all="ignore"):

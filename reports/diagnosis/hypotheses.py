@@ -11,7 +11,7 @@ from rayproof.cases.scene import Scene
 from rayproof.cases.stages import Stage
 from rayproof.reports.diagnosis import MISTAKES, Fit, Way, Wrong
 from rayproof.reports.diagnosis.trials import Evidence, trial
-from rayproof.reports.judge.comparison import LIGHT
+from rayproof.reports.judge.nearby.clouds import LIGHT
 
 if TYPE_CHECKING:
     from rayproof.reports.diagnosis.fits import Fitting

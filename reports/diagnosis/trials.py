@@ -12,6 +12,7 @@ import numpy as np
 
 from rayproof.cases.scene import Cube, Mesh, Plane, Scene, SceneError, Sphere, Square, Triangle
 from rayproof.cases.stages import IMAGE_STAGES, Stage, StageImages
+from rayproof.reference.analytic import Analytic
 from rayproof.reports.diagnosis import Given, Way
 from rayproof.reports.diagnosis.answering import (
     FLOAT32,
@@ -35,11 +36,11 @@ from rayproof.reports.diagnosis.answering import (
     traced,
     unsteady,
 )
+from rayproof.reports.judge.against_oracle import AgainstOracle
 from rayproof.reports.judge.answers import Answers
-from rayproof.reports.judge.comparison import Comparison
 from rayproof.reports.judge.forward.limits import Roundoff
 from rayproof.reports.judge.measurement import ratios
-from rayproof.reports.judge.oracle import ORACLE, FullOracle, stages_of
+from rayproof.reports.judge.oracle import stages_of
 from rayproof.reports.judge.scene_truth import scene_truth
 from rayproof.tracer.formulas import FORMULAS
 
@@ -60,7 +61,7 @@ class Evidence:
     scene: Scene
     load: Callable[[], StageImages]  # the stages that it wrote, read when they are looked at
     failed: bool
-    oracle: FullOracle
+    oracle: Analytic
     undecided: np.ndarray | None  # (height, width): where the judge itself does not decide; None: asked of it
     rounding: Roundoff = FLOAT32
     _kept: dict = field(default_factory=dict)
@@ -205,14 +206,12 @@ def differ(evidence: Evidence, one: Way, other: Way) -> bool:
     return int(np.count_nonzero(apart)) > ALLOWED * apart.size
 
 
-def undecided(scene: Scene, oracle: FullOracle, *, shadow_epsilon: float) -> np.ndarray:
+def undecided(scene: Scene, oracle: Analytic, *, shadow_epsilon: float) -> np.ndarray:
     """Return the pixels (height, width) that the judge does not decide for a renderer in float32."""
     truth = oracle.render(scene, stages_of(scene))
     base = scene_truth(scene, stages_of(scene), oracle, known=truth)
-    subject = Answers(name="subject", precision=PRECISION, shadow_epsilon=shadow_epsilon)
-    reference = Answers(name=ORACLE, precision="float64", independent=True, answers=truth)
-    classes = Comparison(base=base, subject=subject, reference=reference).classes
-    return classes.edge(Stage.RADIANCE) if scene.lights else classes.outline
+    subject = Answers(name="subject", precision=PRECISION, shadow_epsilon=shadow_epsilon, answers=truth)
+    return AgainstOracle(base, subject).undecided(Stage.RADIANCE if scene.lights else Stage.NORMAL)
 
 
 # Slots of formulas that meet or light one kind of shapes alone, or one way of asking.

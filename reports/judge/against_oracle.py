@@ -11,8 +11,8 @@ import numpy as np
 
 from rayproof.cases.rounding import UNIT_ROUNDOFF
 from rayproof.cases.stages import IMAGE_STAGES, Stage, StageImages, upto
-from rayproof.reference.analytic import Analytic
-from rayproof.reports.judge.answers import Answers, largest, length
+from rayproof.reports.judge.answers import Answers, length
+from rayproof.reports.judge.forward.common_factors import ORACLES, CommonFactors
 from rayproof.reports.judge.forward.conditioning import condition
 from rayproof.reports.judge.forward.limits import (
     HIT,
@@ -25,16 +25,17 @@ from rayproof.reports.judge.forward.limits import (
     limits,
     roundoff_of,
 )
-from rayproof.reports.judge.measurement import Kind, held_to, ratios
+from rayproof.reports.judge.measurement import Kind, held_to, kinds_of, ratios
 from rayproof.reports.judge.nearby.clouds import LIGHT, SURFACE, Allowed
 from rayproof.reports.judge.nearby.continued import Continuing
-from rayproof.reports.judge.nearby.exact import ExactOracle
-from rayproof.reports.judge.nearby.explaining import FEW, Asking, Declared, Explained, Reach
+from rayproof.reports.judge.nearby.explaining import Asking, Declared, Explained, Reach
 from rayproof.reports.judge.nearby.problems import Problems
 from rayproof.reports.judge.scene_truth import SceneTruth
 
+# The mask that lies over images for people: bits of a pixel.
+BY_ROUNDING, BY_EPSILON = 1, 2
+MASK_NAMES = {BY_ROUNDING: "explained by rounding", BY_EPSILON: "explained by a declared epsilon"}
 AFTER_IRRADIANCE = 7  # roundings from irradiance to radiance, as the end-to-end limits count them
-ORACLES = Roundoff("float64")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -69,8 +70,7 @@ class AgainstOracle:
     @cached_property
     def roundoff(self) -> Roundoff:
         """Return how the renderer rounds: derived for the tracer and the oracle, calibrated for other references."""
-        known = roundoff_of(self.renderer.name, self.renderer.precision, world_normals=self.renderer.world_normals)
-        return known
+        return roundoff_of(self.renderer.name, self.renderer.precision, world_normals=self.renderer.world_normals)
 
     @cached_property
     def coarseness(self) -> Coarseness:
@@ -199,7 +199,7 @@ class AgainstOracle:
         return found
 
     def continued_value(self, stage: Stage) -> np.ndarray:
-        """Return a stage as the oracle computes it from the renderer's own previous stages, (height, width, channels)."""
+        """Return a stage (height, width, channels) as the oracle computes it from the renderer's own previous stages."""
         pixels = self._continued.get(stage)
         if pixels is not None:
             return pixels.value
@@ -230,7 +230,7 @@ class AgainstOracle:
 
     @cached_property
     def _moved_whole(self) -> Mapping[Stage, np.ndarray | float]:
-        """Return by what the numbers of its stages may be off beyond their rounding: output steps, passes of their own."""
+        """Return by what its stages' numbers may be off beyond their rounding: output steps, passes of their own."""
         answers, found = self.renderer.answers, {}
         for stage in IMAGE_STAGES[:-1]:
             if stage not in answers or stage in (Stage.OBJECT, Stage.VISIBILITY):
@@ -284,38 +284,58 @@ class AgainstOracle:
             steps=steps,
         )
 
+    @cached_property
+    def common_factors(self) -> CommonFactors:
+        """Return the factors that its light shares over many pixels."""
+        return CommonFactors(
+            base=self.base,
+            renderer=self.renderer,
+            roundoff=self.roundoff,
+            limits=self.limits,
+            explained={stage: pixels.explained for stage, pixels in self.end_to_end.items()},
+        )
+
+    def undecided(self, stage: Stage) -> np.ndarray:
+        """Return the pixels (height, width) whose value differs between nearby problems by more than its limit."""
+        beside = self.base.beside_changes
+        if stage is Stage.RAY or not beside.any():
+            return np.zeros_like(beside)
+        off = self.asking({stage: beside}).reach_of(stage, self.base.truth)
+        limit = self.limits.end_to_end.get(stage, self.base.no_limit)
+        with np.errstate(invalid="ignore"):
+            return np.asarray(~(off <= (limit if limit.ndim == off.ndim else limit[..., np.newaxis])).all(axis=-1))
+
+    @property
+    def mask(self) -> np.ndarray:
+        """Return which pixels of any stage are over their limits and explained, uint8 (height, width) of bits."""
+        bits = np.zeros(self.base.conditioning.hit.shape, dtype=np.uint8)
+        for pixels in self.end_to_end.values():
+            bits[pixels.kinds == Kind.ROUNDING] |= BY_ROUNDING
+            bits[pixels.kinds == Kind.EPSILON] |= BY_EPSILON
+        return bits
+
+    @cached_property
+    def reach_of_radiance(self) -> np.ndarray:
+        """Return how far the radiance of nearby problems lies from the oracle's, (height, width, 3).
+
+        Only pixels beside one that shows another surface or other lights are asked: a nearby problem moves by far less
+        than a pixel.
+        """
+        return self.asking({Stage.RADIANCE: self.base.beside_changes}).reach_of(Stage.RADIANCE, self.base.truth)
+
     @property
     def because(self) -> Mapping[Stage, str]:
         """Return what its output's steps add to each stage's limit, in words that follow its derivation, or nothing."""
         found = {stage: self.coarseness.because(stage, self.renderer.name) for stage in IMAGE_STAGES}
         if self.renderer.world_normals:
-            found[Stage.NORMAL] += f"; {self.renderer.name} declares that it takes normals from float32 corners in world space"
+            found[Stage.NORMAL] += (
+                f"; {self.renderer.name} declares that it takes normals from float32 corners in world space"
+            )
         return found
 
 
-def kinds_of(ratio: np.ndarray, wide: np.ndarray, bounded: np.ndarray, explained: Explained | None) -> np.ndarray:
-    """Return each pixel's kind, uint8 (height, width).
-
-    `ratio` is error over limit; `wide` and `bounded` say of the limit that it is above 1 % of the value and that it is
-    finite.
-    """
-    kinds = wide.astype(np.uint8)
-    over = ~(ratio <= 1)
-    if over.any():
-        kinds[over] = Kind.WRONG
-        if explained is not None:
-            kinds[over & explained.unexamined] = Kind.UNEXAMINED
-            kinds[over & explained.epsilon] = Kind.EPSILON
-            kinds[over & explained.rounding] = Kind.ROUNDING
-    if not bounded.all():
-        kinds[~bounded & ~over] = Kind.UNEXAMINED
-    return kinds
-
-
 def needed_shadow(against: AgainstOracle) -> np.ndarray:
-    """Return how far [m] (height, width) rounding makes a hit seem off its own surface, to itself and to a shadow ray."""
+    """Return how far [m] (height, width) rounding makes a hit seem off its surface, to itself and to a shadow ray."""
     base, g = against.base, Roundoff(against.renderer.precision)
     c, eye = base.conditioning, float(np.linalg.norm(base.scene.camera.eye))
     return g(HIT) * (c.surface + c.point) + g(POINT) * (eye + c.distance + length(base.truth[Stage.POSITION]))
-
-

@@ -40,8 +40,6 @@ class Answers:
     mishaps: tuple[str, ...] = ()  # what went wrong on the way of its answers, none of which was lost, in sentences
     settings: Mapping[str, str] = field(default_factory=dict)  # what its answer depends on, for the report
     cached: bool = False  # its images are those of an earlier run, kept by content
-    # Stage -> the first subject with the same answer to the last bit (`copied_answers`), where that is another one.
-    authors: Mapping[Stage, str] = field(default_factory=dict)
 
     @property
     def by_matrices(self) -> bool:
@@ -150,16 +148,3 @@ def _widest_of_five(image: np.ndarray, *, axis: int) -> np.ndarray:
     for other in near[1:]:
         found = np.maximum(found, other)
     return found
-
-
-def limit_near(objects: np.ndarray, image: np.ndarray, index: float) -> np.ndarray:
-    """Return what limit `image` (height, width, ...) holds a shape to in every pixel.
-
-    Where `objects` (height, width) says another, which has another limit, the least that the shape has within two
-    pixels: nearer to its outline a limit grows by what moves the outline, which the samples around a pixel show.
-    Where nothing of it is nearby, the largest of anything.
-    """
-    # Where the one judged saw nothing, or a face that its own ray misses, it has no limit.
-    same = (objects == index).reshape(*objects.shape, *(1,) * (image.ndim - 2)) & (image > 0)
-    least = -widest_near(-np.where(same, image, np.inf))
-    return np.where(same, image, np.where(np.isfinite(least), least, widest_near(image)))

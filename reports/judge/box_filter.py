@@ -2,7 +2,8 @@
 
 The tracer renders the scene at n times the resolution, whose pixel centres are the points, and averages; a reference
 does it in its own way (Mitsuba: n^2 stratified unjittered samples through its own film). The limit is the mean of
-the fine image's limits plus, for each fine pixel that is an edge, what it is worth if it falls on the other side.
+the fine image's limits plus, for each sample that shows another surface or other lights in a nearby problem, how far
+the answers of nearby problems lie from its own.
 """
 
 from collections.abc import Sequence
@@ -13,18 +14,20 @@ import numpy as np
 from rayproof.cases.case import Case
 from rayproof.cases.scene import Scene
 from rayproof.cases.stages import Stage
+from rayproof.reference.analytic import Analytic
+from rayproof.reports.judge.against_oracle import AgainstOracle
 from rayproof.reports.judge.answers import Answers, abstention
 from rayproof.reports.judge.checks import unmeasured
-from rayproof.reports.judge.comparison import Comparison
 from rayproof.reports.judge.forward.limits import calibration
-from rayproof.reports.judge.measurement import Kind, cells_of, counted, measure
-from rayproof.reports.judge.oracle import FullOracle, stages_of
-from rayproof.reports.judge.scene_truth import scene_truth
+from rayproof.reports.judge.measurement import Kind, cells_of, counted, held_to, kinds_of, measure, ratios
+from rayproof.reports.judge.oracle import stages_of
+from rayproof.reports.judge.pairs import Pair
+from rayproof.reports.judge.scene_truth import SceneTruth, scene_truth
 from rayproof.reports.results.case_records import Check
 from rayproof.reports.results.outcomes import Outcome
 
 MANY = " x"  # between a configuration and its number of samples a pixel
-BECAUSE = "the mean of the fine image's limits, plus the share of fine pixels that are edges times the radiance there"
+BECAUSE = "the mean of the fine image's limits, and of how far nearby problems' answers lie from each sample"
 
 
 def finer(scene: Scene, samples: int) -> Scene:
@@ -44,25 +47,24 @@ def under_samples(configuration: str, samples: int) -> str:
     return f"{configuration}{MANY}{samples**2}"
 
 
-def supersampled_check(fine: Comparison, ours: np.ndarray, theirs: np.ndarray, samples: int) -> Check:
-    """Judge one mean image against another; `fine` are the terms of the two at the fine resolution."""
-    truth = fine.truth[Stage.RADIANCE]
-    edge = fine.classes.edge(Stage.RADIANCE)
-    limit = np.where(edge[..., np.newaxis], _largest_near(truth), fine.limits.end_to_end[Stage.RADIANCE])
+def supersampled_check(fine: Pair, ours: np.ndarray, theirs: np.ndarray, samples: int) -> Check:
+    """Judge one mean image against another; `fine` are the two renderers at the fine resolution."""
+    truth = fine.base.truth[Stage.RADIANCE]
+    limits = [against.own_limits.end_to_end[Stage.RADIANCE] for against in (fine.one, fine.other)]
+    off = np.maximum(fine.one.reach_of_radiance, fine.other.reach_of_radiance)
     # Averaging n^2 numbers of one sign rounds log2(n^2) times at least and n^2 - 1 times at worst.
     rounding = samples**2 * 2.0**-24 * box_mean(truth, samples)
-    bound = box_mean(limit, samples) + rounding
-    nothing = np.zeros(ours.shape[:2], dtype=bool)
+    bound = box_mean(limits[0] + limits[1] + off, samples) + rounding
+    compared = ratios(Stage.RADIANCE, ours, theirs, bound)
     measured = measure(
         Stage.RADIANCE,
         ours,
         theirs,
         bound,
-        edge=nothing,
-        hit=box_mean(fine.conditioning.hit[..., np.newaxis].astype(np.float64), samples)[..., 0] > 0,
-        flagged=nothing,
-        excused=nothing,
+        kinds_of(compared[0], *held_to(Stage.RADIANCE, bound, theirs)),
+        hit=box_mean(fine.base.conditioning.hit[..., np.newaxis].astype(np.float64), samples)[..., 0] > 0,
         precision=fine.subject.precision,
+        compared=compared,
     )
     good = measured.worst_ratio <= 1
     why = f"pixel {measured.pixel} is off by {measured.worst_error:.3g}, limit {measured.limit:.3g}"
@@ -80,18 +82,11 @@ def supersampled_check(fine: Comparison, ours: np.ndarray, theirs: np.ndarray, s
     )
 
 
-def _largest_near(image: np.ndarray) -> np.ndarray:
-    """Return each pixel's largest value among it and its eight neighbours."""
-    padded = np.pad(image, ((1, 1), (1, 1), (0, 0)), mode="edge")
-    height, width = image.shape[:2]
-    return np.max([padded[y : y + height, x : x + width] for y in range(3) for x in range(3)], axis=0)
-
-
 # Box-filtered radiance of a case: every subject before every reference that renders it.
 
 
 def mean_checks(
-    case: Case, subjects: Sequence[Answers], references: Sequence[Answers], oracle: FullOracle
+    case: Case, subjects: Sequence[Answers], references: Sequence[Answers], oracle: Analytic
 ) -> tuple[list[Check], list[tuple[Answers, Answers, Stage]]]:
     """Judge box-filtered radiance, every subject before every reference that renders it; return checks and plan."""
     scene = finer(case.scene, case.samples)
@@ -113,15 +108,7 @@ def mean_checks(
             how = Outcome.ERROR if subject.error or not reference.error else abstention(reference)
             checks.append(unmeasured(many, reference, stage, how, why, stopped=subject.stopped or reference.stopped))
             continue
-        fine = Comparison(
-            base=base,
-            subject=replace(
-                subject,
-                answers=subject.fine,
-                shadow_epsilon=_finer(subject.shadow_epsilon, case.samples),
-            ),
-            reference=replace(reference, shadow_epsilon=_finer(reference.shadow_epsilon, case.samples)),
-        )
+        fine = Pair(_fine(base, subject, case.samples), _fine(base, reference, case.samples))
         if subject.mean is not None:
             ours = subject.mean
         else:
@@ -139,6 +126,9 @@ def mean_checks(
     return checks, planned
 
 
-def _finer(epsilon: float | np.ndarray, samples: int) -> float | np.ndarray:
-    """Return an epsilon at the resolution of the samples: a pixel's holds for all of its samples."""
-    return np.kron(epsilon, np.ones((samples, samples))) if np.ndim(epsilon) else epsilon
+def _fine(base: SceneTruth, renderer: Answers, samples: int) -> AgainstOracle:
+    """Return a renderer at the resolution of the samples: a pixel's shadow epsilon holds for all of its samples."""
+    epsilon = renderer.shadow_epsilon
+    if np.ndim(epsilon):
+        epsilon = np.kron(epsilon, np.ones((samples, samples)))
+    return AgainstOracle(base, replace(renderer, answers=renderer.fine or {}, shadow_epsilon=epsilon))

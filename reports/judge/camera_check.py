@@ -98,10 +98,7 @@ def compared(ours: dict, theirs: dict, camera: Camera, g: Roundoff) -> Compared:
         ratios = over(errors, allowed)
         # Entries are of the size of their part: one that is 0 is the difference of others.
         wide = allowed > WIDE * np.abs(other).max()
-        nowhere = np.zeros(mine.shape, dtype=bool)
-        kinds = kinds_of(
-            ratios, nowhere, wide=wide, bounded=np.isfinite(allowed), edge=nowhere, interval=None, window=None
-        )
+        kinds = kinds_of(ratios, wide, np.isfinite(allowed))
         examined += counted(kinds)
         worst = np.unravel_index(int(ratios.argmax()), ratios.shape)
         if ratios[worst] > ratio:

@@ -6,27 +6,19 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from msgspec import structs
 
-from rayproof.cases.case import Case
+from rayproof.cases.case import ITEMS_OF_OTHERS, Case
 from rayproof.cases.stages import Stage
+from rayproof.reference.analytic import Analytic
+from rayproof.reports.judge.against_oracle import AgainstOracle
 from rayproof.reports.judge.answers import Answers, lost, well_shaped, without
 from rayproof.reports.judge.answers import misshapen as misshapen_answers
 from rayproof.reports.judge.box_filter import mean_checks
 from rayproof.reports.judge.checks import pair_checks, unmeasured
 from rayproof.reports.judge.closed_forms import closed_forms
-from rayproof.reports.judge.comparison import Comparison
 from rayproof.reports.judge.conventions import Tested, in_words, tested
-from rayproof.reports.judge.copied_answers import with_equal_answers_shared
-from rayproof.reports.judge.declared_epsilons import (
-    Excess,
-    excess,
-    held_to_epsilons,
-    mostly_edges,
-    only_at_edges,
-    with_enough_to_tell,
-    with_too_little_seen,
-)
 from rayproof.reports.judge.known_defects import explained
-from rayproof.reports.judge.oracle import ORACLE, FullOracle, stages_of
+from rayproof.reports.judge.oracle import ORACLE, stages_of
+from rayproof.reports.judge.pairs import Pair
 from rayproof.reports.judge.panel import (
     Contradictions,
     Matrix,
@@ -36,8 +28,8 @@ from rayproof.reports.judge.panel import (
     standing,
     voice,
 )
+from rayproof.reports.judge.promises import held_to_epsilons, held_to_promise
 from rayproof.reports.judge.scene_truth import SceneTruth, scene_truth
-from rayproof.reports.judge.stage_measuring import inside
 from rayproof.reports.judge.verdict import Judged, sum_up
 from rayproof.reports.results.case_records import AdjudicationRecord, Check, ExpectationRecord
 from rayproof.reports.results.outcomes import Outcome
@@ -47,7 +39,7 @@ def judge_case(
     case: Case,
     subjects: Sequence[Answers],
     references: Sequence[Answers],
-    oracle: FullOracle,
+    oracle: Analytic,
     versions: Mapping[str, str],
     *,
     panel: Sequence[str] = (),
@@ -57,14 +49,14 @@ def judge_case(
     `panel` names the references that were announced: one of whom nothing came, not even an error, is missing.
 
     Raises:
-        LookupError: the analytic reference is not among the references; without its edges nothing can be classed.
+        LookupError: the analytic reference is not among the references; without its answers nothing can be judged.
 
     """
     scene, stages = case.scene, stages_of(case.scene)
     references = [*references, *lost(panel, references)]
     truth = next((reference for reference in references if reference.name == ORACLE), None)
     if truth is None:
-        raise LookupError(f"{ORACLE} must be among the references; it says which pixels are edges")
+        raise LookupError(f"{ORACLE} must be among the references; every renderer is judged against it")
     planned = [
         (subject, reference, stage)
         for subject in subjects
@@ -77,107 +69,75 @@ def judge_case(
         return sum_up(case, checks, [], len(planned), None, {})
     base = scene_truth(scene, stages, oracle, known=truth.answers)
     misshapen = {renderer.name: misshapen_answers(scene, renderer.answers) for renderer in (*subjects, *references)}
-    subjects = with_equal_answers_shared([without(one, misshapen[one.name]) for one in subjects])
-    references = [without(one, misshapen[one.name]) for one in references]
+    against = {
+        renderer.name: AgainstOracle(base, without(renderer, misshapen[renderer.name]))
+        for renderer in (*subjects, *references)
+    }
+    tested = [against[subject.name] for subject in subjects]
+    panelists = [against[reference.name] for reference in references]
 
     measured = _Measured()
-    for subject in subjects:
-        _measure(measured, case, subject, references, truth, base, misshapen)
+    for subject in tested:
+        _measure(measured, case, subject, panelists, misshapen)
     if case.samples > 1 and scene.lights:
-        means, asked = mean_checks(case, subjects, references, oracle)
+        means, asked = mean_checks(case, [one.renderer for one in tested], [one.renderer for one in panelists], oracle)
         measured.checks.extend(means)
         planned += asked
-    each = matrices(base, subjects, references, stages, measured.checks)
-    checks = _settled(case, measured, subjects, references, each, base, versions)
+    each = matrices([*tested, *panelists], stages, measured.checks)
+    checks = _settled(case, measured, tested, panelists, each, versions)
     judged = sum_up(case, checks, measured.expectations, len(planned), {c.name: c for c in subjects}, each)
-    judged = replace(judged, base=base)
-    return judged.worsened(Outcome.ERROR, measured.too_little[0]) if measured.too_little else judged
+    return replace(judged, base=base, against=against)
 
 
 @dataclass(frozen=True)
 class _Measured:
-    """What was found of the subjects before anybody is blamed."""
+    """What is known of the subjects before anybody is blamed."""
 
     checks: list[Check] = field(default_factory=list)
     expectations: list[ExpectationRecord] = field(default_factory=list)
-    too_little: list[str] = field(default_factory=list)  # why there is too little of an image to judge a subject by
-    mostly_edges: set[str] = field(default_factory=set)  # subjects of whose pixels too many are edges
-    beyond: dict[str, Excess] = field(default_factory=dict)  # by subject
 
 
 def _measure(
     measured: _Measured,
     case: Case,
-    subject: Answers,
-    references: Sequence[Answers],
-    truth: Answers,
-    base: SceneTruth,
+    subject: AgainstOracle,
+    references: Sequence[AgainstOracle],
     misshapen: Mapping[str, Mapping[Stage, str]],
 ) -> None:
-    """Add what is found of a subject before every reference, and before the closed forms."""
-    found: list[Check] = []
+    """Add a subject's checks against every reference, and against the closed forms."""
     for reference in references:
-        mine = [stage for stage in stages_of(case.scene) if reference.answers_at(stage)]
-        pair = Comparison(base=base, subject=subject, reference=reference)
-        found += [
-            check if check.end_to_end is None else with_enough_to_tell(case, check, pair)
-            for check in pair_checks(pair, mine, misshapen)
-        ]
-    if subject.error is None:
-        at_oracle = Comparison(base=base, subject=subject, reference=truth)
-        measured.beyond[subject.name] = excess(at_oracle)
-        measured.expectations.extend(closed_forms(case, subject, at_oracle))
-        found, why = with_too_little_seen(case, found, at_oracle)
-        measured.too_little.extend(why)
-        if mostly_edges(case, at_oracle):
-            measured.mostly_edges.add(subject.name)
-    measured.checks.extend(found)
+        mine = [stage for stage in stages_of(case.scene) if reference.renderer.answers_at(stage)]
+        measured.checks.extend(pair_checks(Pair(subject, reference), mine, misshapen))
+    if subject.renderer.error is None:
+        measured.expectations.extend(closed_forms(case, subject))
 
 
 def _settled(
     case: Case,
     measured: _Measured,
-    subjects: Sequence[Answers],
-    references: Sequence[Answers],
+    subjects: Sequence[AgainstOracle],
+    references: Sequence[AgainstOracle],
     each: Mapping[Stage, Matrix],
-    base: SceneTruth,
     versions: Mapping[str, str],
 ) -> list[Check]:
-    """Return the checks, each with the side that is wrong by the panel, the known defects and what edges can tell."""
-    tested = {subject.name for subject in subjects}
-    independent = {reference.name: reference.independent for reference in references}
-    contradictions = Contradictions(
-        base=base,
-        subjects={subject.name: subject for subject in subjects},
-        references={reference.name: reference for reference in references},
-        checks=measured.checks,
-    )
-    checks = adjudicated(measured.checks, each, independent, lambda name: voice(name, tested), contradictions.sides)
-    renderers = {renderer.name: renderer for renderer in (*subjects, *references)}
-    checks = [_with_known_defect(check, renderers, versions, base) for check in checks]
-
-    def only_edges(check: Check) -> bool:
-        subject, reference = renderers[check.configuration], renderers[check.reference]
-        return only_at_edges(check, checks, Comparison(base=base, subject=subject, reference=reference))
-
-    checks = [
-        _undecided_at_edges(case, check)
-        if check.outcome in (Outcome.FAIL, Outcome.REFERENCE_SUSPECT)
-        and check.configuration in measured.mostly_edges
-        and only_edges(check)
-        else check
-        for check in checks
-    ]
-    return held_to_epsilons(checks, measured.beyond, case.most_edge)
+    """Return the checks, each with the side that is wrong by the panel, the known defects and the case's promise."""
+    names = {subject.renderer.name for subject in subjects}
+    independent = {reference.renderer.name: reference.renderer.independent for reference in references}
+    renderers = {against.renderer.name: against for against in (*subjects, *references)}
+    contradictions = Contradictions(renderers=renderers, references=tuple(independent), checks=measured.checks)
+    checks = adjudicated(measured.checks, each, independent, lambda name: voice(name, names), contradictions.sides)
+    checks = [_with_known_defect(check, renderers, versions) for check in checks]
+    checks = held_to_epsilons(checks, renderers, case.most_explained)
+    own = {subject.renderer.name for subject in subjects if subject.renderer.items != ITEMS_OF_OTHERS}
+    return [held_to_promise(case, check, renderers, own=check.configuration in own and case.tuned) for check in checks]
 
 
-def _with_known_defect(
-    check: Check, renderers: Mapping[str, Answers], versions: Mapping[str, str], base: SceneTruth
-) -> Check:
+def _with_known_defect(check: Check, renderers: Mapping[str, AgainstOracle], versions: Mapping[str, str]) -> Check:
     """Return the check; where a checked-in finding explains all of its failing pixels it is a warning."""
     guilty = {Outcome.REFERENCE_SUSPECT: check.reference, Outcome.FAIL: check.configuration}.get(check.outcome)
     if guilty is None or check.stage is Stage.CAMERA:
         return check
+    base = next(iter(renderers.values())).base
     pixels = _failing(check, renderers, base)
     known = explained(guilty, versions.get(guilty, ""), check.stage, base.scene, base.truth, pixels)
     if known is None:
@@ -187,33 +147,24 @@ def _with_known_defect(
     )
 
 
-def _undecided_at_edges(case: Case, check: Check) -> Check:
-    """Return the check; what it was to fail by could be told of no pixel, where too many are edges."""
-    reason = f"{check.reason}; only at edges, and too many pixels are edges to tell their sides"
-    return structs.replace(check, outcome=Outcome.ERROR if case.tuned else Outcome.UNDECIDED, reason=reason)
-
-
-def _failing(check: Check, renderers: Mapping[str, Answers], base: SceneTruth) -> np.ndarray:
-    """Return the pixels (height, width) that a check fails by: over the limit away from edges, and the worst of all.
+def _failing(check: Check, renderers: Mapping[str, AgainstOracle], base: SceneTruth) -> np.ndarray:
+    """Return the pixels (height, width) that a check fails by.
 
     Of box-filtered means, whose pixels are others, every pixel that hits something.
     """
     subject, reference = renderers.get(check.configuration), renderers.get(check.reference)
     if subject is None or reference is None or check.end_to_end is None:
         return base.conditioning.hit
-    found = inside(Comparison(base=base, subject=subject, reference=reference), check.stage) > 1
-    for one in (check.end_to_end, check.continued):
-        if one is not None and one.pixel is not None and not one.worst_ratio <= 1:
-            column, row = one.pixel
-            found[row, column] = True
-    return found
+    failing = Pair(subject, reference).pixels(check.stage).wrong
+    alone = subject.continued(check.stage) if check.continued is not None else None
+    return failing if alone is None else failing | alone.wrong
 
 
 # What a case's record says of the panel: each stage's matrix, who stands alone, and which convention explains it.
 
 
 def adjudication(
-    judged: Judged, subjects: Sequence[Answers], references: Sequence[Answers], oracle: FullOracle
+    judged: Judged, subjects: Sequence[Answers], references: Sequence[Answers], oracle: Analytic
 ) -> dict[str, AdjudicationRecord]:
     """Return {stage: matrix, baseline of interior and limits, who stands alone, why} as docs/results.md describes it.
 

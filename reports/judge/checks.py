@@ -11,7 +11,7 @@ from rayproof.cases.stages import Stage
 from rayproof.reports.judge import camera_check
 from rayproof.reports.judge.against_oracle import AgainstOracle, StagePixels
 from rayproof.reports.judge.answers import Answers, abstention
-from rayproof.reports.judge.copied_answers import copied
+from rayproof.reports.judge.copies import copied
 from rayproof.reports.judge.forward.common_factors import Factors
 from rayproof.reports.judge.forward.limits import BECAUSE, Roundoff, calibration
 from rayproof.reports.judge.measurement import Kind, cells_of, counted, measure, unexamined
@@ -157,7 +157,7 @@ def _inform(ours: np.ndarray, theirs: np.ndarray) -> dict[str, Any]:
 
 
 def accounted(checks: Sequence[Check], scene: Scene) -> list[Check]:
-    """Return the checks, each with its pixel counts; one with pixels that were not examined, or are wrong, is no pass."""
+    """Return the checks, each with its pixel counts; one with unexamined or wrong pixels is no pass."""
     return [_accounted(check, scene) for check in checks]
 
 

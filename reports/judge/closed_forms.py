@@ -15,22 +15,22 @@ from rayproof.cases.case import Case, Expectation, Flux, PixelValue, ShadowOutli
 from rayproof.cases.registry import Registry
 from rayproof.cases.scene import Scene
 from rayproof.cases.stages import Stage, StageImages
-from rayproof.reports.judge.answers import Answers, largest
-from rayproof.reports.judge.comparison import Comparison
+from rayproof.reports.judge.against_oracle import AgainstOracle
+from rayproof.reports.judge.answers import largest
 from rayproof.reports.judge.forward.limits import Roundoff
 from rayproof.reports.judge.measurement import jsonable
 from rayproof.reports.results.case_records import ExpectationRecord
 from rayproof.reports.results.outcomes import Outcome
 
 
-def closed_forms(case: Case, subject: Answers, pair: Comparison) -> list[ExpectationRecord]:
+def closed_forms(case: Case, against: AgainstOracle) -> list[ExpectationRecord]:
     """Judge the case's closed forms on one subject's answers."""
-    found = []
+    found, subject = [], against.renderer
     for expectation in case.expectations:
         stage = getattr(expectation, "stage", Stage.VISIBILITY if hasattr(expectation, "form") else Stage.IRRADIANCE)
         if not _needed(expectation, stage) <= set(subject.answers):
             continue  # not every renderer answers every stage
-        finding = judge(expectation, case.scene, subject.answers, _slack(pair, stage))
+        finding = judge(expectation, case.scene, subject.answers, _slack(against, stage))
         outcome = Outcome.MISSING if not finding.used else Outcome.PASS if finding.ratio <= 1 else Outcome.FAIL
         found.append(
             {
@@ -59,13 +59,13 @@ def _needed(expectation: Any, stage: Stage) -> set[Stage]:
     return needed
 
 
-def _slack(pair: Comparison, stage: Stage) -> float:
+def _slack(against: AgainstOracle, stage: Stage) -> float:
     """Return the subject's own rounding relative to the image's typical value: the median of limit over value."""
     if stage is Stage.VISIBILITY:
-        return Roundoff(pair.subject.precision)(64)
-    value, limit = largest(np.abs(pair.truth[stage])), pair.limits.end_to_end[stage]
+        return Roundoff(against.renderer.precision)(64)
+    value, limit = largest(np.abs(against.base.truth[stage])), against.limits.end_to_end[stage]
     limit = largest(limit) if limit.ndim == 3 else limit
-    good = pair.conditioning.hit & (value > 0) & np.isfinite(value)
+    good = against.base.conditioning.hit & (value > 0) & np.isfinite(value)
     return float(np.median(limit[good] / value[good])) if np.any(good) else 0.0
 
 

@@ -1,7 +1,7 @@
 """Which other convention (clip, side, pixel point, one light at random) would explain a renderer that stands alone.
 
 A convention is a question other than the one asked: another clip, another side lit, another point of the pixel, one
-light picked at random. The oracle answers that question instead, with its own edges and limits, and the renderer is
+light picked at random. The oracle answers that question instead, with its own limits, and the renderer is
 judged against it as strictly as against the right one. Only who passes there is explained.
 """
 
@@ -14,12 +14,13 @@ import numpy as np
 
 from rayproof.cases.scene import Scene
 from rayproof.cases.stages import IMAGE_STAGES, Stage, StageImages
+from rayproof.reference.analytic import Analytic
+from rayproof.reports.judge.against_oracle import AgainstOracle
 from rayproof.reports.judge.answers import Answers
-from rayproof.reports.judge.comparison import Comparison
+from rayproof.reports.judge.checks import measured
 from rayproof.reports.judge.measurement import jsonable
-from rayproof.reports.judge.oracle import FullOracle, stages_of
+from rayproof.reports.judge.oracle import stages_of
 from rayproof.reports.judge.scene_truth import SceneTruth, scene_truth
-from rayproof.reports.judge.stage_measuring import inside, measure_end_to_end
 from rayproof.reports.results.case_records import ConventionRecord
 
 CLIPS = {
@@ -42,8 +43,8 @@ class Tested:
 
     what: str  # a verb phrase of which the renderer is the subject
     ratio: float  # worst error over limit under it
-    differing: int  # interior pixels over the limit under it
-    interior: int  # pixels judged strictly under it
+    differing: int  # pixels over the limit under it that no nearby problem explains
+    interior: int  # pixels within their limits under it
 
     @property
     def explains(self) -> bool:
@@ -61,12 +62,12 @@ class Tested:
         }
 
 
-def tested(scene: Scene, renderer: Answers, stage: Stage, oracle: FullOracle) -> list[Tested]:
+def tested(scene: Scene, renderer: Answers, stage: Stage, oracle: Analytic) -> list[Tested]:
     """Return every known convention that could matter to the scene, tested at one image stage of the renderer."""
     if stage not in IMAGE_STAGES or renderer.error is not None or stage not in renderer.answers:
         return []
     truth = cache(lambda other: scene_truth(other, stages_of(other), oracle, known={}))
-    found = [_under(what, truth(other).forgetful(), renderer, stage, moved) for what, other, moved in _questions(scene)]
+    found = [_under(what, truth(other), renderer, stage, moved) for what, other, moved in _questions(scene)]
     if stage in LIT and len(scene.lights) > 1:
         found.append(_one_light(scene, renderer, stage, oracle))
     return found
@@ -114,11 +115,13 @@ def _under(what: str, base: SceneTruth, renderer: Answers, stage: Stage, moved: 
         if moved is None
         else replace(renderer, answers=moved(renderer.answers, base.truth), shadow_epsilon=_most(renderer))
     )
-    measured = measure_end_to_end(Comparison(base=base, subject=ours, reference=_answer(base.truth)), stage)
-    return Tested(what=what, ratio=measured.worst_ratio, differing=measured.over_inside, interior=measured.interior)
+    if not AgainstOracle(base, ours).answers(stage):
+        return Tested(what=what, ratio=math.inf, differing=0, interior=0)
+    numbers = measured(AgainstOracle(base, ours), AgainstOracle(base, ours).end_to_end[stage])
+    return Tested(what=what, ratio=numbers.worst_ratio, differing=numbers.wrong, interior=numbers.interior)
 
 
-def _one_light(scene: Scene, renderer: Answers, stage: Stage, oracle: FullOracle) -> Tested:
+def _one_light(scene: Scene, renderer: Answers, stage: Stage, oracle: Analytic) -> Tested:
     """Judge the renderer pixel by pixel against each light alone, as strong as all of them together would make it."""
     each = []
     for light in scene.lights:
@@ -126,7 +129,8 @@ def _one_light(scene: Scene, renderer: Answers, stage: Stage, oracle: FullOracle
         alone = replace(scene, lights=(replace(light, flux=(red, green, blue)),))
         base = scene_truth(alone, stages_of(alone), oracle, known={})
         seeing = replace(renderer, shadow_epsilon=_most(renderer))
-        each.append(inside(Comparison(base=base, subject=seeing, reference=_answer(base.truth)), stage))
+        pixels = AgainstOracle(base, seeing).end_to_end[stage]
+        each.append(np.where(pixels.explained, 0.0, pixels.ratio))
     best = np.min(each, axis=0)
     return Tested(
         what="picks one light at random in each pixel",
@@ -139,10 +143,6 @@ def _one_light(scene: Scene, renderer: Answers, stage: Stage, oracle: FullOracle
 def _most(renderer: Answers) -> float:
     """Return the largest of a renderer's shadow epsilons: in another image its pixels lie elsewhere."""
     return float(np.max(renderer.shadow_epsilon))
-
-
-def _answer(truth: StageImages) -> Answers:
-    return Answers(name="analytic", precision="float64", independent=True, answers=truth)
 
 
 def in_words(results: Sequence[Tested]) -> str:

@@ -11,9 +11,10 @@ from rayproof.cases.rounding import UNIT_ROUNDOFF
 from rayproof.cases.scene import Camera, Cube, Plane, PointLight, Scene, Shape, Sphere
 from rayproof.cases.stages import Resolution, Stage, StageImages
 from rayproof.reference import REFERENCES
+from rayproof.reference.analytic import Analytic
 from rayproof.reports.judge import case
 from rayproof.reports.judge.answers import Answers
-from rayproof.reports.judge.oracle import ORACLE, FullOracle, stages_of
+from rayproof.reports.judge.oracle import ORACLE, stages_of
 from rayproof.reports.results.case_records import Check
 from rayproof.reports.results.outcomes import Outcome
 
@@ -41,7 +42,7 @@ CASE = Case(
     stresses="Nothing: its answers are spoiled on purpose.",
     covers=("HIT-1",),
     least_interior=200,
-    most_edge=0.05,
+    most_explained=0.05,
 )
 
 
@@ -139,7 +140,7 @@ class Known:
             stresses="Nothing: its limits are known.",
             covers=("HIT-1",),
             least_interior=1,
-            most_edge=0.9,
+            most_explained=0.9,
         )
 
 
@@ -181,7 +182,7 @@ FLOOR = _known("floor", Plane(albedo=ALBEDO), t=4, height=0, distance=16 * 8.5, 
 BALL = _known("ball", Sphere(albedo=ALBEDO), t=3, height=1, distance=16 * 10, normal=32, bend=1)
 
 
-def guard_limits(oracle: FullOracle) -> int:
+def guard_limits(oracle: Analytic) -> int:
     """Judge answers that are wrong by known multiples of known limits; return how many were.
 
     Raises:
@@ -199,7 +200,7 @@ def guard_limits(oracle: FullOracle) -> int:
     return count + _guard_lights(FLOOR, truth, oracle) + _guard_parties(truth, oracle)
 
 
-def _guard_pin(known: Known, pin: Pin, precision: str, truth: StageImages, oracle: FullOracle) -> int:
+def _guard_pin(known: Known, pin: Pin, precision: str, truth: StageImages, oracle: Analytic) -> int:
     """Hold one stage's limits of one precision before the oracle against their numbers, channel by channel."""
     u = UNIT_ROUNDOFF[precision] + UNIT_ROUNDOFF["float64"]
     good = _answered(truth, "float64")
@@ -227,7 +228,7 @@ def _guard_pin(known: Known, pin: Pin, precision: str, truth: StageImages, oracl
     return len(subjects)
 
 
-def _guard_lights(known: Known, truth: StageImages, oracle: FullOracle) -> int:
+def _guard_lights(known: Known, truth: StageImages, oracle: Analytic) -> int:
     """Darken each light at the middle pixel, where nothing hides it."""
     dark = [_off(_answered(truth, "float32"), Stage.VISIBILITY, light, -1.0) for light in range(len(LIGHTS))]
     subjects = [_candidate(f"light {light}", "float32", ours) for light, ours in enumerate(dark)]
@@ -237,7 +238,7 @@ def _guard_lights(known: Known, truth: StageImages, oracle: FullOracle) -> int:
     return len(subjects)
 
 
-def _guard_parties(truth: StageImages, oracle: FullOracle) -> int:
+def _guard_parties(truth: StageImages, oracle: Analytic) -> int:
     """Judge several subjects before every reference there is, each off by a multiple of its own.
 
     So every pair must be compared, by its own answers and at its own precisions, and no other number comes out.
@@ -267,7 +268,7 @@ def _guard_parties(truth: StageImages, oracle: FullOracle) -> int:
     return len(compared)
 
 
-def _guard_panel(truth: StageImages, oracle: FullOracle) -> None:
+def _guard_panel(truth: StageImages, oracle: Analytic) -> None:
     """Announce a reference of whom nothing comes: each of its checks is planned, and missing."""
     subject, reference = _candidate("sentinel", "float32", rounded(truth)), _witness(ORACLE, "float64", truth)
     judged = case.judge_case(FLOOR.case, [subject], [reference], oracle, {}, panel=(ORACLE, "lost"))
@@ -279,7 +280,7 @@ def _guard_panel(truth: StageImages, oracle: FullOracle) -> None:
 
 def _checks(
     known: Known,
-    oracle: FullOracle,
+    oracle: Analytic,
     truth: StageImages,
     subjects: Sequence[Answers],
     stage: Stage,

@@ -4,7 +4,7 @@ import math
 from collections.abc import Sequence
 from enum import IntEnum
 from itertools import product
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -70,6 +70,33 @@ def unexamined(stage: Stage, camera: Camera) -> Examined:
     if stage is Stage.CAMERA:
         pixels = MATRIX_ENTRIES + CORNER_ENTRIES + ENTRIES_PER_PIXEL * pixels
     return Examined(pixels=pixels, unexamined=pixels)
+
+
+class Explained(Protocol):
+    """The pixels (height, width) over their limits that nearby problems explain, or of which nobody knows."""
+
+    rounding: np.ndarray
+    epsilon: np.ndarray
+    unexamined: np.ndarray
+
+
+def kinds_of(ratio: np.ndarray, wide: np.ndarray, bounded: np.ndarray, explained: Explained | None = None) -> np.ndarray:
+    """Return each pixel's kind, uint8 (height, width).
+
+    `ratio` is error over limit; `wide` and `bounded` say of the limit that it is above 1 % of the value and that it is
+    finite.
+    """
+    kinds = wide.astype(np.uint8)
+    over = ~(ratio <= 1)
+    if over.any():
+        kinds[over] = Kind.WRONG
+        if explained is not None:
+            kinds[over & explained.unexamined] = Kind.UNEXAMINED
+            kinds[over & explained.epsilon] = Kind.EPSILON
+            kinds[over & explained.rounding] = Kind.ROUNDING
+    if not bounded.all():
+        kinds[~bounded & ~over] = Kind.UNEXAMINED
+    return kinds
 
 
 # Measuring one image against another: error over limit, pixel by pixel, worst pixel first, nothing dropped.

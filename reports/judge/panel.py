@@ -10,14 +10,11 @@ from msgspec import structs
 
 from rayproof.cases.stages import Stage, upto
 from rayproof.reference import REFERENCES
-from rayproof.reports.judge.answers import Answers
+from rayproof.reports.judge.against_oracle import AgainstOracle
 from rayproof.reports.judge.checks import check_camera
-from rayproof.reports.judge.comparison import Comparison
-from rayproof.reports.judge.forward.limits import WHOLE
 from rayproof.reports.judge.measurement import jsonable, ratios
 from rayproof.reports.judge.oracle import ORACLE
-from rayproof.reports.judge.scene_truth import SceneTruth
-from rayproof.reports.judge.stage_measuring import continued_value, measure_end_to_end
+from rayproof.reports.judge.pairs import Pair
 from rayproof.reports.results.case_records import AdjudicationRecord, Check
 from rayproof.reports.results.outcomes import Outcome
 
@@ -46,8 +43,8 @@ SHOWN = 4  # digits of a ratio in a table that people read; checks have them all
 class Cell:
     """One renderer judged against another."""
 
-    ratio: float  # worst error over limit; edge pixels only if their value is neither side's
-    differing: int  # interior pixels over the limit; of the camera, which has none, 1 if it is over
+    ratio: float  # worst error over limit, of the pixels that no nearby problem explains
+    differing: int  # such pixels over the limit; of the camera, which has none, 1 if it is over
 
     @property
     def agrees(self) -> bool:
@@ -90,78 +87,41 @@ class Matrix:
 
 
 def matrices(
-    base: SceneTruth,
-    subjects: Sequence[Answers],
-    references: Sequence[Answers],
-    stages: Sequence[Stage],
-    checks: Sequence[Check],
+    renderers: Sequence[AgainstOracle], stages: Sequence[Stage], checks: Sequence[Check]
 ) -> dict[Stage, Matrix]:
     """Return each stage's matrix over all renderers; images of the wrong size must have been removed."""
-    renderers = [*subjects, *references]
     known = {
         (check.configuration, check.reference, check.stage): check for check in checks if check.end_to_end is not None
     }
-    names = tuple(renderer.name for renderer in renderers)
+    names = tuple(against.renderer.name for against in renderers)
     cells: dict[Stage, dict[tuple[str, str], Cell]] = {stage: {} for stage in stages}
-    able = [{stage for stage in stages if _answers(base, mine, stage)} for mine in renderers]
-    for index, mine in enumerate(renderers):
-        for other, theirs in enumerate(renderers[index + 1 :], start=index + 1):
-            here = Comparison(base=base, subject=mine, reference=theirs)
-            there = Comparison(base=base, subject=theirs, reference=mine)
-            for stage in (stage for stage in stages if stage in able[index] and stage in able[other]):
-                check = known.get((mine.name, theirs.name, stage))
-                forth, home = _cells(here, there, stage, check)
-                cells[stage][mine.name, theirs.name] = forth
-                cells[stage][theirs.name, mine.name] = home
-    return {stage: Matrix(stage=stage, renderers=names, cells=found) for stage, found in cells.items()}
+    able = [{stage for stage in stages if _answers(against, stage)} for against in renderers]
+    for (index, mine), (other, theirs) in combinations(enumerate(renderers), 2):
+        pair = Pair(mine, theirs)
+        for stage in (stage for stage in stages if stage in able[index] & able[other]):
+            cell = _cell(pair, stage, known.get((mine.renderer.name, theirs.renderer.name, stage)))
+            cells[stage][mine.renderer.name, theirs.renderer.name] = cell
+            cells[stage][theirs.renderer.name, mine.renderer.name] = cell
+    return {stage: Matrix(stage=stage, renderers=names, cells=cells[stage]) for stage in stages}
 
 
-def _answers(base: SceneTruth, renderer: Answers, stage: Stage) -> bool:
-    """Say whether a renderer answers a stage, in the scene's size."""
-    image = renderer.answers.get(stage)
-    if image is None or stage in renderer.unsupported:
+def _answers(against: AgainstOracle, stage: Stage) -> bool:
+    """Return whether a renderer answers a stage, in the scene's size."""
+    if stage in against.renderer.unsupported or against.renderer.answers.get(stage) is None:
         return False
-    return stage is Stage.CAMERA or (np.ndim(image) == 3 and np.shape(image)[:2] == base.conditioning.hit.shape)
+    return stage is Stage.CAMERA or against.answers(stage)
 
 
-def _cells(here: Comparison, there: Comparison, stage: Stage, check: Check | None) -> tuple[Cell, Cell]:
-    """Return the cell of `here` and that of `there`, which is the same pair the other way round."""
+def _cell(pair: Pair, stage: Stage, check: Check | None) -> Cell:
+    """Return the cell of two renderers; what their check has measured already is taken from it."""
     if stage is Stage.CAMERA:
-        ratio = check_camera(here).ratio
-        cell = Cell(ratio=ratio, differing=int(not ratio <= 1))
-        return cell, cell
-    if check is None or check.end_to_end is None:
-        within = _within(here, stage)
-        if within is not None:
-            return within, within
-    measured = (
-        check.end_to_end if check is not None and check.end_to_end is not None else measure_end_to_end(here, stage)
-    )
-    cell = Cell(ratio=measured.worst_ratio, differing=measured.over_inside)
-    # Only at edges does it matter who is judged: there the judged one must have a side's value.
-    if not measured.differ_at_edge:
-        return cell, cell
-    back = measure_end_to_end(there, stage)
-    return cell, Cell(ratio=back.worst_ratio, differing=back.over_inside)
-
-
-def _within(pair: Comparison, stage: Stage) -> Cell | None:
-    """Return the cell of two who agree everywhere, edges or not; None if they differ anywhere."""
-    ours, theirs = pair.subject.answers[stage], pair.reference.answers[stage]
-    if ours is theirs:
-        return Cell(ratio=0.0, differing=0)
-    if stage in WHOLE:
-        return Cell(ratio=0.0, differing=0) if np.array_equal(ours, theirs) else None
-    worst = pair.base.once(
-        ("within", stage, pair.rounding, *pair.authors(stage)), lambda: _worst(pair, stage, ours, theirs)
-    )
-    return Cell(ratio=worst, differing=0) if worst <= 1 else None
-
-
-def _worst(pair: Comparison, stage: Stage, ours: np.ndarray, theirs: np.ndarray) -> float:
-    """Return the worst error over limit in the whole image."""
-    found = ratios(stage, ours, theirs, pair.limits.end_to_end[stage])[0]
-    return float(found.max())
+        ratio = check_camera(pair).ratio
+        return Cell(ratio=ratio, differing=int(not ratio <= 1))
+    if check is not None and check.end_to_end is not None:
+        return Cell(ratio=check.end_to_end.worst_ratio, differing=check.end_to_end.wrong)
+    pixels = pair.pixels(stage)
+    ratio = np.where(pixels.explained, 0.0, pixels.ratio)
+    return Cell(ratio=float(ratio.max()), differing=int(np.count_nonzero(pixels.wrong)))
 
 
 # Who stands alone: the one voice that differs where all others, two at least, agree among themselves.
@@ -218,7 +178,7 @@ def _measure(matrix: Matrix, guilty: list[str], others: list[str]) -> str:
     cells = [matrix.cells[one, other] for one in guilty for other in others if (one, other) in matrix.cells]
     worst = max((cell.ratio for cell in cells), default=0.0)
     most = max((cell.differing for cell in cells), default=0)
-    return f" ({most} interior pixels over the limit, {worst:.3g} times it at worst)"
+    return f" ({most} pixels over the limit, {worst:.3g} times it at worst)"
 
 
 def _and(names: list[str]) -> str:
@@ -241,40 +201,39 @@ Side = Literal["with", "against"]
 class Contradictions:
     """The references that may contradict a value which the oracle continued."""
 
-    base: SceneTruth
-    subjects: Mapping[str, Answers]
-    references: Mapping[str, Answers]
+    renderers: Mapping[str, AgainstOracle]
+    references: Sequence[str]
     checks: Sequence[Check]
 
     def sides(self, check: Check) -> dict[str, Side]:
         """Return which references side with the one under test, and which against it, in a failure continued alone.
 
-        Nobody is asked where the failure is one end to end as well, where it lies at edges, or where an earlier stage
-        has failed: what the oracle continued then answers another question.
+        Nobody is asked where the failure is one end to end as well, where nearby problems explain its pixels end to
+        end, or where an earlier stage has failed: what the oracle continued then answers another question.
         """
         if not self._continued_alone(check):
             return {}
-        subject, stage = self.subjects[check.configuration], check.stage
-        pair = Comparison(base=self.base, subject=subject, reference=self.references[ORACLE])
-        value = continued_value(pair, stage)
-        limit, edge = pair.continued_limit(stage, value)
-        ours = subject.answers[stage]
-        failing = (ratios(stage, ours, value, limit)[0] > 1) & ~edge & ~pair.near
-        failing &= ~pair.classes.edge(stage)
+        subject, stage = self.renderers[check.configuration], check.stage
+        alone = subject.continued(stage)
+        if alone is None:
+            return {}
+        failing = alone.wrong & ~subject.end_to_end[stage].explained
         if not failing.any():
             return {}
-        found: dict[str, Side] = {}
-        for name, reference in self.references.items():
-            if name == ORACLE or not reference.independent or stage not in reference.answers:
+        ours = subject.renderer.answers[stage]
+        sides: dict[str, Side] = {}
+        for name in self.references:
+            reference = self.renderers[name]
+            if name == ORACLE or not reference.renderer.independent or not reference.answers(stage):
                 continue
             # What was continued from the subject's stages is off by as much as these are.
-            against_it = _differs(self.base, subject, reference, stage, value)[failing]
-            from_us = _differs(self.base, subject, reference, stage, ours)[failing]
+            against_it = _differs(subject, reference, stage, alone.value)[failing]
+            from_us = _differs(subject, reference, stage, ours)[failing]
             if against_it.all() and not from_us.any():
-                found[name] = "with"
+                sides[name] = "with"
             elif from_us.any() and not against_it.any():
-                found[name] = "against"
-        return found
+                sides[name] = "against"
+        return sides
 
     def _continued_alone(self, check: Check) -> bool:
         if check.reference != ORACLE or check.outcome is not Outcome.FAIL or check.stage is Stage.CAMERA:
@@ -290,12 +249,11 @@ class Contradictions:
         )
 
 
-def _differs(base: SceneTruth, renderer: Answers, reference: Answers, stage: Stage, value: np.ndarray) -> np.ndarray:
-    """Return where a renderer's value at a stage is over the limit of the two from the reference's, (height, width)."""
-    limits = Comparison(base=base, subject=renderer, reference=reference).limits.end_to_end
-    limit = limits.get(stage, np.zeros(base.conditioning.hit.shape))
-    theirs = np.asarray(reference.answers[stage], dtype=np.float64)
-    return ~(ratios(stage, np.asarray(value, dtype=np.float64), theirs, limit)[0] <= 1)
+def _differs(subject: AgainstOracle, reference: AgainstOracle, stage: Stage, value: np.ndarray) -> np.ndarray:
+    """Return where a value at a stage is over the limit of two renderers from the reference's, (height, width)."""
+    limits = [each.own_limits.end_to_end.get(stage, each.base.no_limit) for each in (subject, reference)]
+    theirs = np.asarray(reference.renderer.answers[stage], dtype=np.float64)
+    return ~(ratios(stage, np.asarray(value, dtype=np.float64), theirs, limits[0] + limits[1])[0] <= 1)
 
 
 # Adjudication: when subject and reference differ, who is wrong? Never the one under test alone by default.
@@ -315,7 +273,7 @@ def adjudicated(
     the reference the other way round. More voices for the one under test than for the reference make the reference
     suspect, the oracle like any other; a split panel leaves the failure standing. Of a failure that is one only where
     continued from the oracle `contradicted` says who sides with whom (`contradictions.py`). Where the oracle is suspect
-    no failure from that stage on stands, against whomever: edges and limits are the suspect oracle's own.
+    no failure from that stage on stands, against whomever: limits and nearby problems are the suspect oracle's own.
     """
     verdicts = {(check.configuration, check.reference, check.stage): check for check in checks}
     references = [name for name, alone in independent.items() if alone]
@@ -385,7 +343,7 @@ def _not_resting_on_a_suspect(checks: Sequence[Check]) -> list[Check]:
         structs.replace(
             check,
             outcome=Outcome.REFERENCE_SUSPECT,
-            reason=f"{check.reason}; edges and limits are {ORACLE}'s, which is suspect from "
+            reason=f"{check.reason}; limits are {ORACLE}'s, which is suspect from "
             f"{order[doubted[check.configuration]]} on",
             suspected=ORACLE,
         )

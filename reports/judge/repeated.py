@@ -95,19 +95,18 @@ def _beyond(first: Answers, again: Answers, base: "SceneTruth | None") -> tuple[
     if base is None:
         return 0.0, ""
     worst, said = 0.0, ""
-    # By another name, since the truth of the scene remembers whose answers it has measured.
     # Where images differ, and with them much of the judge.
-    from rayproof.reports.judge.comparison import Comparison
-    from rayproof.reports.judge.stage_measuring import measure_end_to_end
+    from rayproof.reports.judge.against_oracle import AgainstOracle
+    from rayproof.reports.judge.pairs import Pair
 
-    reference = replace(again, name=f"{first.name}, asked again", authors={})
-    pair = Comparison(base=base.forgetful(), subject=replace(first, authors={}), reference=reference)
+    pair = Pair(AgainstOracle(base, first), AgainstOracle(base, replace(again, name=f"{first.name}, asked again")))
     for stage in IMAGE_STAGES:
         if stage not in mine:
             continue
         if np.shape(mine[stage]) != np.shape(base.truth[stage]) or np.shape(mine[stage]) != np.shape(theirs[stage]):
             return np.inf, stage.value
-        ratio = measure_end_to_end(pair, stage).worst_ratio
+        pixels = pair.pixels(stage)
+        ratio = float(np.where(pixels.explained, 0.0, pixels.ratio).max())
         if not ratio <= worst:
             worst, said = (np.inf if np.isnan(ratio) else ratio), stage.value
     return worst, said

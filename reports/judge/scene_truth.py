@@ -8,10 +8,12 @@ import numpy as np
 from rayproof.cases.scene import Scene
 from rayproof.cases.stages import Stage, StageImages
 from rayproof.reference.analytic import Analytic
-from rayproof.reports.judge.answers import widest_near
+from rayproof.reports.judge.answers import dot, widest_near
 from rayproof.reports.judge.forward.conditioning import Conditioning, condition
 from rayproof.reports.judge.forward.limits import Limits, Roundoff, limits
 from rayproof.reports.judge.nearby.problems import Problems
+
+SMOOTH = 0.9  # cosine of the angle between neighbours' normals; at a cube's edge it is less
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -36,6 +38,24 @@ class SceneTruth:
             return widest_near(np.where(c.hit, 1 / (c.distance * c.pixel_angle), 0.0))
 
     @cached_property
+    def beside_changes(self) -> np.ndarray:
+        """Return the pixels (height, width) of which a neighbour shows another face, other lights or another side."""
+        shown = [self.truth[stage] for stage in (Stage.OBJECT, Stage.VISIBILITY) if stage in self.truth]
+        image = np.concatenate(shown, axis=-1)
+        turned = dot(self.truth[Stage.NORMAL], self.truth[Stage.RAY]) < 0
+        beside = np.zeros(self.conditioning.hit.shape, dtype=bool)
+        for axis in (0, 1):
+            first, second = (_cut(image, axis, side) for side in (slice(None, -1), slice(1, None)))
+            changes = (first != second).any(axis=-1)
+            lit = (_cut(turned, axis, side) for side in (slice(None, -1), slice(1, None)))
+            changes |= next(lit) != next(lit)
+            normals = (_cut(self.truth[Stage.NORMAL], axis, side) for side in (slice(None, -1), slice(1, None)))
+            changes |= dot(next(normals), next(normals)) < SMOOTH
+            for side in (slice(None, -1), slice(1, None)):
+                _cut(beside, axis, side)[...] |= changes
+        return beside
+
+    @cached_property
     def _limits(self) -> dict[tuple[Roundoff, bool], Limits]:
         return {}
 
@@ -53,6 +73,11 @@ class SceneTruth:
     def problems(self, precision: str, *, baked: bool) -> Problems:
         """Return the problems within the rounding of one precision."""
         return self._problems.setdefault((precision, baked), Problems(self.scene, precision, baked))
+
+
+def _cut(image: np.ndarray, axis: int, part: slice) -> np.ndarray:
+    """Return part of the rows (axis 0) or the columns (axis 1) of an image."""
+    return image[part] if axis == 0 else image[:, part]
 
 
 def scene_truth(

@@ -1,7 +1,7 @@
 """The judge's self-test before a run: sentinels at edges, of each stage, of witnesses and of the panel (`stand_guard`).
 
 A level square stands before a plane; its border runs exactly through the centres of a frame of pixels. What a pixel
-there shows may be the square or the plane, but no third value, however wide the edge class is.
+there shows may be the square or the plane, but no third value.
 """
 
 import math
@@ -15,10 +15,10 @@ from rayproof.cases.case import Case, PixelValue
 from rayproof.cases.placement import frontal_fovy
 from rayproof.cases.scene import Camera, Mesh, Plane, PointLight, Scene, Square
 from rayproof.cases.stages import Resolution, Stage, StageImages
+from rayproof.reference.analytic import Analytic
 from rayproof.reports.judge import case
 from rayproof.reports.judge.answers import Answers
 from rayproof.reports.judge.case import adjudication
-from rayproof.reports.judge.edge_values import Edges
 from rayproof.reports.judge.limit_sentinels import (
     CASE,
     SCENE,
@@ -28,7 +28,7 @@ from rayproof.reports.judge.limit_sentinels import (
     rounded,
     spoilt_at,
 )
-from rayproof.reports.judge.oracle import FullOracle, stages_of
+from rayproof.reports.judge.oracle import stages_of
 from rayproof.reports.judge.verdict import Judged
 from rayproof.reports.results.case_records import AdjudicationRecord, Number
 from rayproof.reports.results.outcomes import Outcome
@@ -70,11 +70,11 @@ EDGE_CASE = Case(
     stresses="Nothing: its answers are spoiled on purpose.",
     covers=("HIT-7",),
     least_interior=100,
-    most_edge=0.25,
+    most_explained=0.25,
 )
 
 
-def edge_sentinels(oracle: FullOracle) -> Iterator[Sentinel]:
+def edge_sentinels(oracle: Analytic) -> Iterator[Sentinel]:
     """Yield the sentinels for the oracle's answers to the scene with an edge through pixel centres."""
     stages = stages_of(EDGE_CASE.scene)
     truth = oracle.render(EDGE_CASE.scene, stages)
@@ -186,9 +186,7 @@ def step_sentinels(truth: StageImages) -> Iterator[Sentinel]:
         )
 
 
-def panel_sentinels(
-    truth: StageImages, oracle: FullOracle
-) -> Iterator[tuple[Sentinel, Callable[[Record], str | None]]]:
+def panel_sentinels(truth: StageImages, oracle: Analytic) -> Iterator[tuple[Sentinel, Callable[[Record], str | None]]]:
     """Yield sentinels, each with what says how their record is wrong, or None."""
     bright = truth | {Stage.RADIANCE: truth[Stage.RADIANCE] * BLUNDER}
     yield (
@@ -256,7 +254,7 @@ def _numbers(rows: Sequence[Sequence[Number | None]]) -> list[list[float]]:
 # Sentinels: answers whose verdict is known, judged before every run. A judge that gets one wrong judges nothing.
 #
 # Each spoils the oracle's own answers to a small scene in one way, some by a little more than the limit, and says what
-# must come of it. They guard the judge itself: limits, edge classes, counting, ledgers. A broken judge ends the run.
+# must come of it. They guard the judge itself: limits, nearby problems, counting. A broken judge ends the run.
 
 
 ITEMS = frozenset({"CAM-4", "HIT-1", "HIT-4", "LIT-1", "RAD-2"})
@@ -328,7 +326,7 @@ def sentinels(truth: StageImages, clear: tuple[int, int]) -> Iterator[Sentinel]:
     )
 
 
-def stand_guard(oracle: FullOracle) -> int:
+def stand_guard(oracle: Analytic) -> int:
     """Judge every sentinel and return how many there are.
 
     Raises:
@@ -336,9 +334,8 @@ def stand_guard(oracle: FullOracle) -> int:
 
     """
     truth = oracle.render(SCENE, tuple(Stage))
-    once = _EdgesOnce(oracle)
     try:
-        count = guard_limits(once)
+        count = guard_limits(oracle)
     except BrokenJudgeError:
         raise
     except Exception as fall:  # whatever a broken judge raises
@@ -353,8 +350,8 @@ def stand_guard(oracle: FullOracle) -> int:
         try:
             # Spoilt numbers overflow on purpose; a comparison that ends in 0/0 is the judge's own fault.
             with np.errstate(over="ignore", under="ignore", divide="raise", invalid="raise"):
-                judged, subject, references = _judge(sentinel, once)
-                wrong = said(adjudication(judged, [subject], references, once)) if said is not None else None
+                judged, subject, references = _judge(sentinel, oracle)
+                wrong = said(adjudication(judged, [subject], references, oracle)) if said is not None else None
         except Exception as fall:  # whatever a broken judge raises
             raise BrokenJudgeError(
                 f"the judge is broken: it fell over sentinel {sentinel.name!r}: {type(fall).__name__}: {fall}"
@@ -373,25 +370,7 @@ def stand_guard(oracle: FullOracle) -> int:
     return count
 
 
-class _EdgesOnce:
-    """The oracle, with the edges of each scene computed once."""
-
-    def __init__(self, oracle: FullOracle) -> None:
-        self.render, self.at, self.continue_from = oracle.render, oracle.at, oracle.continue_from
-        self.surroundings, self.near = oracle.surroundings, oracle.near
-        self._oracle = oracle
-        self._known: list[tuple[Scene, Edges]] = []
-
-    def edges(self, scene: Scene) -> Edges:
-        """Return the edges of one of the sentinels' scenes."""
-        found = next((edges for known, edges in self._known if known is scene), None)
-        if found is None:
-            found = self._oracle.edges(scene)
-            self._known.append((scene, found))
-        return found
-
-
-def _judge(sentinel: Sentinel, oracle: FullOracle) -> tuple[Judged, Answers, list[Answers]]:
+def _judge(sentinel: Sentinel, oracle: Analytic) -> tuple[Judged, Answers, list[Answers]]:
     subject = Answers(
         name="sentinel",
         precision="float32",

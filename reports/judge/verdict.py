@@ -6,6 +6,7 @@ from dataclasses import dataclass, field, replace
 from rayproof.cases.case import ITEMS, ITEMS_OF_OTHERS, Case
 from rayproof.cases.scene import Cube, Mesh, Plane, Shape, Sphere, Square, Triangle
 from rayproof.cases.stages import Stage
+from rayproof.reports.judge.against_oracle import AgainstOracle
 from rayproof.reports.judge.answers import Answers
 from rayproof.reports.judge.checks import accounted
 from rayproof.reports.judge.panel import Matrix
@@ -28,6 +29,7 @@ class Judged:
     planned: int
     panel: Mapping[Stage, Matrix] = field(default_factory=dict)  # everybody against everybody
     base: SceneTruth | None = None  # on which it was judged; None where the oracle had no answer
+    against: Mapping[str, AgainstOracle] = field(default_factory=dict)  # every renderer by name, pixel by pixel
 
     def worsened(self, outcome: Outcome, reason: str) -> "Judged":
         """Return it with a worse outcome for a reason of its own; a verdict that is as bad or worse stays."""
@@ -48,7 +50,7 @@ def sum_up(
 
     Without `subjects` no items are blamed.
     """
-    checks = accounted(checks, case.scene, tuned=case.tuned)
+    checks = accounted(checks, case.scene)
     outcome = case_outcome(checks, expectations)
     judged = Judged(case=case, checks=checks, expectations=expectations, outcome=outcome, planned=planned, panel=panel)
     if outcome is Outcome.PASS:

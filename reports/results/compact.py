@@ -105,8 +105,7 @@ def _checks(case: CaseRecord, because: Mapping[str, Any], table: list[str]) -> I
                 if name == "continued" and measured == {} and check["end_to_end"]:
                     measured = check[name] = check["end_to_end"].copy()
                 if measured is not None:
-                    measured.setdefault("interior", _pixels(case) - measured.get("edge", 0))
-                    measured.setdefault("worst_inside", measured.get("worst_ratio", 0.0))
+                    measured.setdefault("interior", _pixels(case))
             if "ratio" not in check and isinstance(whole := check.get("end_to_end"), dict):
                 check["ratio"] = whole.get("worst_ratio") or 0.0
             yield msgspec.convert(check, Check, strict=False)  # numbers that JSON lacks are strings
@@ -140,10 +139,8 @@ def _pixels(case: Mapping[str, Any]) -> int:
 
 def _terse(measured: Measurement, pixels: int) -> dict[str, Any]:
     left: dict[str, Any] = msgspec.to_builtins(measured)
-    if measured.interior == pixels - measured.edge:  # of the image's `pixels`
+    if measured.interior == pixels:  # of the image
         del left["interior"]
-    if repr(measured.worst_inside) == repr(measured.worst_ratio):
-        del left["worst_inside"]
     for name in NUMBERS:
         if left.get(name) == 0:
             del left[name]

@@ -231,9 +231,8 @@ def _stopped(results: RunRecord) -> dict[str, list[str]]:
 KINDS = {
     "strict": "strictly",
     "wide": "by a limit over 1 % of the value",
-    "side": "at an edge by the value of a side",
-    "interval": "at an edge by what its sides span",
-    "epsilon": "excused by a declared epsilon",
+    "rounding": "explained by rounding",
+    "epsilon": "explained only by a declared epsilon",
     "wrong": "wrong",
     "unexamined": "not examined",
 }

@@ -11,11 +11,9 @@ from rayproof.reference.analytic import Analytic
 from rayproof.reports.interchange.framing import DARK
 from rayproof.reports.judge.answers import Answers, well_shaped
 from rayproof.reports.judge.case import adjudication, judge_case
-from rayproof.reports.judge.comparison import Comparison
 from rayproof.reports.judge.oracle import ORACLE, stages_of
-from rayproof.reports.judge.pixel_classes import mask
 from rayproof.reports.judge.repeated import repeated
-from rayproof.reports.judge.scene_truth import SceneTruth, scene_truth
+from rayproof.reports.judge.scene_truth import scene_truth
 from rayproof.reports.judge.sentinels import stand_guard
 from rayproof.reports.judge.verdict import Judged, of_what_is_supported
 from rayproof.reports.results.case_records import CaseRecord, MasksRecord, RepeatedRecord
@@ -26,7 +24,6 @@ from rayproof.reports.run.cache_store import usual_store
 from rayproof.reports.run.case_record import kinds_of, said, write_scene
 from rayproof.reports.run.messages import GuardTask, JudgeTask, RepeatTask
 from rayproof.reports.run.pooled_factors import camera_and_lights
-from rayproof.reports.run.reference_cache import KeepingOracle
 from rayproof.reports.run.scenes import FAMILY, place_of
 from rayproof.reports.run.verdict_memory import ask_once
 from rayproof.reports.subjects import TRACER, Subject
@@ -66,21 +63,20 @@ def keep_images(task: JudgeTask, outcome: Outcome) -> tuple[dict[str, str], str 
     return {}, path.as_posix()
 
 
-def masks(task: JudgeTask, base: SceneTruth | None) -> MasksRecord | None:
-    """Return which pixels may differ, for the first configuration before the oracle, as plain JSON data.
+def masks(task: JudgeTask, judged: Judged) -> MasksRecord | None:
+    """Return which pixels of the first configuration nearby problems explain, as plain JSON data.
 
-    `base` is what the case was judged on; None where the oracle had no answer.
+    None where the oracle had no answer.
     """
-    truth = next((reference for reference in task.references if reference.name == ORACLE), None)
     subject = next((one for one in task.subjects if one.error is None), None)
-    if truth is None or base is None or subject is None:
+    if subject is None or subject.name not in judged.against:
         return None
-    found = mask(Comparison(base=base, subject=subject, reference=truth).classes, base.edges)
+    mask = judged.against[subject.name].mask
     return {
         "configuration": subject.name,
-        "height": found.shape[0],
-        "width": found.shape[1],
-        "data": pack(found.tobytes()),
+        "height": mask.shape[0],
+        "width": mask.shape[1],
+        "data": pack(mask.tobytes()),
     }
 
 
@@ -137,18 +133,17 @@ def judge(task: JudgeTask | GuardTask) -> CaseRecord | None:
     _guarded(cached=task.cached)
     if isinstance(task, GuardTask):
         return None
-    oracle = KeepingOracle(_ORACLE) if task.cached else _ORACLE
-    judged = judge_case(task.case, task.subjects, task.references, oracle, task.versions, panel=task.panel)
+    judged = judge_case(task.case, task.subjects, task.references, _ORACLE, task.versions, panel=task.panel)
     judged = of_what_is_supported(judged, task.subjects)
     for reference in task.references:
         if reference.name in task.require and not reference.answers and not _excused(reference):
             why = reference.error or next(iter(reference.unsupported.values()), "it answered nothing")
             judged = judged.worsened(Outcome.FAIL, f"{reference.name} is required and could not answer: {why}")
-    panel = adjudication(judged, task.subjects, task.references, oracle)
+    panel = adjudication(judged, task.subjects, task.references, _ORACLE)
     scene = write_scene(task.folder, task.case)
     images, pixels = keep_images(task, judged.outcome)
     record = _record(task, judged, scene, images)
-    marked = masks(task, judged.base) if images or pixels is not None else None  # they lie over images
+    marked = masks(task, judged) if images or pixels is not None else None  # they lie over images
     record.update({"adjudication": panel, "pixels": pixels, "masks": marked})
     if task.again:
         about = {"base": judged.base, "varies": not task.subject.capabilities.deterministic}

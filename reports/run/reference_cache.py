@@ -25,8 +25,6 @@ import numpy as np
 from rayproof import ROOT
 from rayproof.cases.scene import Mesh, Scene
 from rayproof.cases.stages import Reference, Stage, StageImages
-from rayproof.reference.analytic.edges import Edges
-from rayproof.reference.analytic.edges.lights_on_surfaces import LightEnd
 from rayproof.reports.run.cache_store import About, DamagedEntryError, Entry, Store, usual_store
 
 # Whose numbers are in an answer or a verdict.
@@ -149,8 +147,6 @@ def processor() -> tuple[str, str, str]:
 # Reading is checking too: about as fast as a processor sums a SHA-256, and a file must be opened.
 READING = 2e8  # bytes/s
 OPENING = 2e-3  # s
-OF_PIXELS = ("silhouette", "covered", "shadow", "terminator", "gap", "behind", "clip_depth", "at_clip", "eye_gaps")
-OF_ENDS = ("pixels", "depth", "chord")  # arrays of a light's end
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -165,9 +161,9 @@ class Rendered:
 
 @dataclass(frozen=True, kw_only=True)
 class RenderKey(Key):
-    """A reference's images of a scene, or its edges."""
+    """A reference's images of a scene."""
 
-    kind: str  # "render" or "edges"
+    kind: str  # "render"
     name: str
     version: str
     scene: Scene
@@ -248,61 +244,6 @@ def cached(
 def damage(wrong: DamagedEntryError) -> str:
     """Return what a case's notes say of a kept render that was damaged."""
     return f"A kept render was damaged ({wrong}) and was rendered anew."
-
-
-class KeepingOracle:
-    """The oracle with its edges kept, which cost more than anything else that judging asks of it."""
-
-    def __init__(self, oracle: Any, *, store: Store | None = None) -> None:
-        self.render, self.at, self.continue_from = oracle.render, oracle.at, oracle.continue_from
-        self.surroundings, self.near = oracle.surroundings, oracle.near
-        self._oracle = oracle
-        self._store = store or usual_store()
-
-    def edges(self, scene: Scene) -> Edges:
-        """Return the scene's edges, from the store if they are there unharmed."""
-        key = RenderKey(
-            kind="edges",
-            name="analytic",
-            version=self._oracle.version(),
-            scene=scene,
-            settings={},
-            stages=(),
-            samples=1,
-            code=code(),
-            machine=machine(),
-        )
-        try:
-            found = self._store.read(key.digest, lambda entry: _edges(*entry))
-        except DamagedEntryError:
-            found = None  # it is gone, and the edges are computed: no answer depends on it
-        if found is not None:
-            return found
-        start = time.perf_counter()
-        edges = self._oracle.edges(scene)
-        seconds = time.perf_counter() - start
-        ends = [(int(end.light), int(end.shape), int(end.face), float(end.gap)) for end in edges.light_ends]
-        arrays = {name: getattr(edges, name) for name in OF_PIXELS}
-        arrays |= {
-            f"end {name} {index}": getattr(end, name) for index, end in enumerate(edges.light_ends) for name in OF_ENDS
-        }
-        _keep(self._store, key, {"light_ends": ends, **_seen(key, seconds)}, arrays, seconds)
-        return edges
-
-
-def _edges(about: About, arrays: dict[str, np.ndarray]) -> Edges:
-    ends = tuple(
-        LightEnd(
-            light=light,
-            shape=shape,
-            face=face,
-            gap=gap,
-            **{name: arrays[f"end {name} {index}"] for name in OF_ENDS},
-        )
-        for index, (light, shape, face, gap) in enumerate(about["light_ends"])
-    )
-    plainly = {name: array for name, array in arrays.items() if not name.startswith("end ")}
-    return Edges(**plainly, light_ends=ends)
 
 
 def _keep(store: Store, key: RenderKey, about: About, arrays: dict[str, np.ndarray], seconds: float) -> tuple[str, ...]:

@@ -133,7 +133,7 @@ def refuse_too_large(scene: Scene, name: str) -> None:
 
 
 # What a scene that nobody tuned may have: rounding reaches few pixels, but its author owes us no share of them.
-MOST_EDGE = 0.5
+MOST_EXPLAINED = 0.5
 
 
 FAMILY = "file"
@@ -186,7 +186,7 @@ def case_of_scene(scene: Scene, *, name: str, stresses: str) -> Case:
         stresses=stresses,
         covers=covering(scene),
         least_interior=0,
-        most_edge=MOST_EDGE,
+        most_explained=MOST_EXPLAINED,
         tuned=False,
     )
 

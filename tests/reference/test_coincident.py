@@ -62,7 +62,7 @@ def test_a_coincident_surface_blocks_no_feeler(name, oracle):
 def test_of_two_faces_on_the_same_corners_either_may_be_named_and_no_third(name):
     case = Case(
         name="test/twins", scene=scene_of(SCENES[name]), stresses="Twins.", covers=("HIT-9",), least_interior=1,
-        most_edge=0.9,
+        most_explained=0.9,
     )  # fmt: skip
     truth = ORACLE.render(case.scene, stages_of(case.scene))
     twins = truth[Stage.OBJECT][..., 0] == 0

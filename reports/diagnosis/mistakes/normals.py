@@ -105,7 +105,7 @@ def _hits(how: _Meeting) -> dict[Stage, Wrong]:
         shape: Shape, eye: np.ndarray, rays: np.ndarray, low: np.ndarray, high: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
         if isinstance(shape, Triangle | Mesh):
-            crossing, face = surface_of(how.face(shape)).first(eye, rays, low, high)
+            crossing, face = surface_of(how.face(shape)).first(eye, rays, low, high)[:2]
             return crossing, face % len(_faces(shape)[1])
         origins, directions = how.into(*placed(shape), np.broadcast_to(eye, rays.shape), rays)
         return _meet(shape, origins, directions, low, high, unit_a=how.unit_a), np.zeros(len(rays))
@@ -164,7 +164,7 @@ def _blocked(scene: Scene, points: np.ndarray, source: np.ndarray, how: _Meeting
     found = np.zeros(len(points), dtype=bool)
     for shape in scene.shapes:
         if isinstance(shape, Triangle | Mesh):
-            crossing, _ = surface_of(how.face(shape)).first(
+            crossing, *_ = surface_of(how.face(shape)).first(
                 source, points - source, low, high
             )  # from the light, one for all
         else:

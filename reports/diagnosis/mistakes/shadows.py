@@ -44,7 +44,7 @@ def _beyond(given: Given) -> np.ndarray:
         offsets = source - positions[rows, columns]
         for shape in given.scene.shapes:
             left = found[rows, columns, column] > 0
-            crossing, _ = surface_of(shape).first(
+            crossing, *_ = surface_of(shape).first(
                 source, offsets[left], np.zeros(np.count_nonzero(left)), np.full(np.count_nonzero(left), np.inf)
             )
             found[rows[left], columns[left], column] = np.where(np.isfinite(crossing), 0.0, 1.0)

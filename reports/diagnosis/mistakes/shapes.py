@@ -96,7 +96,7 @@ class Counting:
         surface, high = surface_of(shape), np.minimum(high, self.below)
         # A cube is six faces to the oracle; to others it is one shape.
         if self.of_faces == "nearest" or not isinstance(surface, Polygons) or not surface.numbers.any():
-            return surface.first(eye, rays, low, high)
+            return surface.first(eye, rays, low, high)[:2]
         found, number = np.full(len(rays), np.inf), np.zeros(len(rays))
         for some, faces, crossing in surface.meetings(eye, rays):
             inside = (crossing > low[some, np.newaxis]) & (crossing < high[some, np.newaxis])
@@ -144,7 +144,7 @@ def _on_the_line(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return the hit of the line that a ray lies on, the farthest behind the eye first."""
     surface, behind = surface_of(shape), np.full_like(low, np.inf)
-    crossing, face = surface.first(eye, rays, -behind, high)
+    crossing, face = surface.first(eye, rays, -behind, high)[:2]
     if isinstance(shape, Mesh):  # of its many faces those before the eye alone are asked: look the other way, too
         there, number = Counting(of_faces="farthest").met(shape, eye, -rays, np.zeros_like(low), behind)
         crossing, face = np.where(np.isfinite(there), -there, crossing), np.where(np.isfinite(there), number, face)
@@ -156,7 +156,7 @@ def _smaller_root(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return the hit where of a sphere's two crossings the first counts or none, wherever the second lies."""
     start = np.full_like(low, -np.inf) if isinstance(shape, Sphere) else low
-    crossing, face = surface_of(shape).first(eye, rays, start, high)
+    crossing, face = surface_of(shape).first(eye, rays, start, high)[:2]
     return np.where(crossing > low, crossing, np.inf), face
 
 
@@ -165,8 +165,8 @@ def _larger_root(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return the hit where of a sphere's crossings inside the clip interval the larger counts."""
     if not isinstance(shape, Sphere):
-        return surface_of(shape).first(eye, rays, low, high)
-    crossing, face = surface_of(shape).first(eye, -rays, -high, -low)  # of the same line the other way, the first
+        return surface_of(shape).first(eye, rays, low, high)[:2]
+    crossing, face = surface_of(shape).first(eye, -rays, -high, -low)[:2]  # of the same line the other way, the first
     return np.where(np.isfinite(crossing), -crossing, np.inf), face
 
 

@@ -6,16 +6,18 @@ in which it is used; the derivatives by which that moves light are those of the 
 """
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Any, Protocol
 
 import numpy as np
 from msgspec import structs
 
+from rayproof.cases.scene import Scene
 from rayproof.cases.stages import Stage, StageImages
-from rayproof.reports.judge.answers import dot, length
-from rayproof.reports.judge.comparison import Comparison, roundoff
-from rayproof.reports.judge.forward.limits import Coarseness, Roundoff, continued_light_limit, irradiance_moved
+from rayproof.reports.judge.answers import Answers, dot, length
+from rayproof.reports.judge.forward.limits import Coarseness, Limits, Roundoff, continued_light_limit, irradiance_moved
 from rayproof.reports.results.case_records import CHANCE, LEAST_DISTINCT, Bias, FactorGroup, Leaning, least_share
 
 # Roundings of what all pixels under one light share: flux, 4 pi and their quotient; then albedo and its product with
@@ -63,149 +65,177 @@ class StageBounds:
     allowance: float
 
 
-def floor(pair: Comparison) -> float:
-    """Return the value below which a rounding is no longer small beside it."""
-    numbers = np.finfo(pair.subject.precision)
-    return float(numbers.tiny / numbers.eps)
+ORACLES = Roundoff("float64")
 
 
-def stage_bounds(pair: Comparison, stage: Stage, *, continued: bool) -> StageBounds:
-    """Return the bounds of every group at one stage, end to end or given the subject's own previous stages."""
-    key = ("bias bounds", stage, pair.rules, continued)
-    return pair.base.once(key, lambda: _stage_bounds(pair, stage, continued=continued))
+@dataclass(frozen=True, eq=False)
+class CommonFactors:
+    """The groups of a scene's pixels, and the factors that they share in a renderer's light over the oracle's.
 
-
-def _stage_bounds(pair: Comparison, stage: Stage, *, continued: bool) -> StageBounds:
-    truth, subject = pair.truth, pair.subject
-    constants = sum(Roundoff(renderer.precision)(CONSTANTS[stage]) for renderer in (subject, pair.reference))
-    (shared_own, whole_own), (shared, whole) = pair.base.once(("bias light", pair.rules), lambda: _light_bounds(pair))
-    if continued:
-        # Passes of their own are each off by their own end-to-end error, and so is what they are continued from.
-        own, passes = float(stage is Stage.IRRADIANCE), 0.0 if subject.chained else 2.0
-        with np.errstate(invalid="ignore"):  # 0 times infinity, where no light arrives and no group is
-            shared, whole = own * shared_own + passes * shared, own * whole_own + passes * whole
-    steps = _steps(pair, stage, continued=continued)
-    values = truth[stage].reshape(-1, truth[stage].shape[-1])
-    pixels = wide_pixels(pair)
-    with np.errstate(divide="ignore", invalid="ignore"):  # the back of a surface is black
-        wide = constants + shared[pixels] + (0.0 if steps is None else steps[pixels] / values[pixels])
-    found, share = [], []
-    for group in groups(pair):
-        here = np.ix_(group.pixels, group.channels)
-        theirs = values[here]
-        stepped = 0.0 if steps is None else np.divide(steps[here], theirs, out=np.zeros_like(theirs), where=theirs > 0)
-        limits = constants + whole[here] + stepped
-        usual = np.median(limits, axis=0)
-        found.append(Bounds(shared=constants + shared[here] + stepped, whole=limits, usual=usual))
-        if not group.wide:
-            share.append(float(np.median(stepped)))
-    return StageBounds(groups=tuple(found), wide=wide, allowance=constants + max(share, default=0.0))
-
-
-def _steps(pair: Comparison, stage: Stage, *, continued: bool) -> np.ndarray | None:
-    """Return what the steps of the renderers' outputs add, (n, 3) in the stage's unit, or None where there are none."""
-    renderers = pair.subject, pair.reference
-    if not any(renderer.resolutions for renderer in renderers):
-        return None
-    mine, other = (Coarseness(resolutions=renderer.resolutions) for renderer in renderers)
-    value = pair.truth[stage]
-    steps = np.zeros_like(value) + mine.step(stage, value) + other.step(stage, value)
-    if continued:
-        steps = steps + mine.handed_down(pair.scene, stage, pair.truth, pair.conditioning)
-    return steps.reshape(-1, value.shape[-1])
-
-
-def _light_bounds(pair: Comparison) -> tuple[tuple[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]:
-    """Return what is shared and all of what light may be off by, relative (n, 3): on its own, and end to end.
-
-    Constants are not in it. Albedo and pi are such: what is relative to irradiance is so to exitance and radiance.
+    Groups are made by the truth of the scene, so that no renderer decides which of its pixels are tested together;
+    pixels over their limits that a nearby problem explains have another surface's light and are left out.
     """
-    scene, truth, renderers, c = pair.scene, pair.truth, (pair.subject, pair.reference), pair.conditioning
-    irradiance, roundoffs = truth[Stage.IRRADIANCE], tuple(map(roundoff, renderers))
-    limits = pair.base.together(*roundoffs, by_matrices=(renderers[0].by_matrices, renderers[1].by_matrices))
-    own = sum(
-        (continued_light_limit(scene, Stage.IRRADIANCE, truth, irradiance, g) for g in roundoffs),
-        np.zeros_like(irradiance),
-    )
-    point, turned = limits.continued[Stage.POSITION], limits.continued[Stage.NORMAL]
-    moved = SHARED * (limits.position - limits.aimed) + (HALF - SHARED) * point + limits.aimed
-    turned = np.where(c.curvature > 0, SHARED, HALF) * turned + c.turned(moved)
-    shared = HALF * own + irradiance_moved(scene, truth, moved, turned)
-    images = HALF * own, own, shared, limits.end_to_end[Stage.IRRADIANCE]
-    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-        relative = [(image / irradiance).reshape(-1, irradiance.shape[-1]) for image in images]
-    return (relative[0], relative[1]), (relative[2], relative[3])
+
+    base: Any  # the SceneTruth
+    renderer: Answers
+    roundoff: Roundoff
+    limits: Limits  # of the renderer's rounding and the oracle's
+    explained: Mapping[Stage, np.ndarray]  # (height, width), by stage
+
+    @cached_property
+    def floor(self) -> float:
+        """Return the value below which a rounding is no longer small beside it."""
+        numbers = np.finfo(self.renderer.precision)
+        return float(numbers.tiny / numbers.eps)
+
+    @cached_property
+    def _coarseness(self) -> Coarseness:
+        return Coarseness(resolutions=self.renderer.resolutions)
+
+    def of(self, stage: Stage, continued: "StageValue | None" = None) -> "Factors":
+        """Return the factors of a stage end to end, or against what the oracle continued from the renderer's stages."""
+        ours = self.renderer.answers[stage]
+        explained = self.explained.get(stage) if continued is None else continued.explained
+        return bias(self, stage, ours, None if continued is None else continued.value, explained)
+
+    def stage_bounds(self, stage: Stage, *, continued: bool) -> StageBounds:
+        """Return the bounds of every group at one stage, end to end or given the renderer's own previous stages."""
+        truth = self.base.truth
+        constants = Roundoff(self.renderer.precision)(CONSTANTS[stage]) + ORACLES(CONSTANTS[stage])
+        (shared_own, whole_own), (shared, whole) = self._light_bounds
+        if continued:
+            # Passes of their own are each off by their own end-to-end error, and so is what they are continued from.
+            own, passes = float(stage is Stage.IRRADIANCE), 0.0 if self.renderer.chained else 2.0
+            with np.errstate(invalid="ignore"):  # 0 times infinity, where no light arrives and no group is
+                shared, whole = own * shared_own + passes * shared, own * whole_own + passes * whole
+        steps = self._steps(stage, continued=continued)
+        values = truth[stage].reshape(-1, truth[stage].shape[-1])
+        pixels = self.wide_pixels
+        with np.errstate(divide="ignore", invalid="ignore"):  # the back of a surface is black
+            wide = constants + shared[pixels] + (0.0 if steps is None else steps[pixels] / values[pixels])
+        bounds, share = [], []
+        for group in self.groups:
+            here = np.ix_(group.pixels, group.channels)
+            theirs = values[here]
+            stepped = 0.0
+            if steps is not None:
+                stepped = np.divide(steps[here], theirs, out=np.zeros_like(theirs), where=theirs > 0)
+            limits = constants + whole[here] + stepped
+            usual = np.median(limits, axis=0)
+            bounds.append(Bounds(shared=constants + shared[here] + stepped, whole=limits, usual=usual))
+            if not group.wide:
+                share.append(float(np.median(stepped)))
+        return StageBounds(groups=tuple(bounds), wide=wide, allowance=constants + max(share, default=0.0))
+
+    def _steps(self, stage: Stage, *, continued: bool) -> np.ndarray | None:
+        """Return what the steps of the renderer's output add, (n, 3) in the stage's unit, or None where it has none."""
+        if not self.renderer.resolutions:
+            return None
+        value = self.base.truth[stage]
+        steps = np.zeros_like(value) + self._coarseness.step(stage, value)
+        if continued:
+            base = self.base
+            steps = steps + self._coarseness.handed_down(base.scene, stage, base.truth, base.conditioning)
+        return steps.reshape(-1, value.shape[-1])
+
+    @cached_property
+    def _light_bounds(self) -> tuple[tuple[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]:
+        """Return what is shared and all of what light may be off by, relative (n, 3): on its own, and end to end.
+
+        Constants are not in it. Albedo and pi are such: what is relative to irradiance is so to exitance and radiance.
+        """
+        scene, truth, c, limits = self.base.scene, self.base.truth, self.base.conditioning, self.limits
+        irradiance = truth[Stage.IRRADIANCE]
+        own = sum(
+            (continued_light_limit(scene, Stage.IRRADIANCE, truth, irradiance, g) for g in (self.roundoff, ORACLES)),
+            np.zeros_like(irradiance),
+        )
+        point, turned = limits.continued[Stage.POSITION], limits.continued[Stage.NORMAL]
+        moved = SHARED * (limits.position - limits.aimed) + (HALF - SHARED) * point + limits.aimed
+        turned = np.where(c.curvature > 0, SHARED, HALF) * turned + c.turned(moved)
+        shared = HALF * own + irradiance_moved(scene, truth, moved, turned)
+        images = HALF * own, own, shared, limits.end_to_end[Stage.IRRADIANCE]
+        with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+            relative = [(image / irradiance).reshape(-1, irradiance.shape[-1]) for image in images]
+        return (relative[0], relative[1]), (relative[2], relative[3])
+
+    @cached_property
+    def wide_pixels(self) -> tuple[np.ndarray, np.ndarray]:
+        """Return the pixels that receive light and are held to a limit of more than `WIDE` of it.
+
+        As flat indices (n,) and each one's brightest channel (n,).
+        """
+        value, pixels = self._irradiance, self._receiving
+        limit = self.limits.end_to_end[Stage.IRRADIANCE].reshape(value.shape)[pixels]
+        pixels = pixels[(limit > WIDE * value[pixels]).any(axis=1)]
+        return pixels, value[pixels].argmax(axis=1)
+
+    @cached_property
+    def _irradiance(self) -> np.ndarray:
+        image = self.base.truth[Stage.IRRADIANCE]
+        return image.reshape(-1, image.shape[-1])
+
+    @cached_property
+    def _lit(self) -> np.ndarray:
+        """Return the channels (pixels, 3) that receive light of a size at which a rounding is small."""
+        return (self._irradiance > self.floor) & np.isfinite(self._irradiance)
+
+    @cached_property
+    def _receiving(self) -> np.ndarray:
+        """Return the pixels that receive light, as flat indices."""
+        return np.flatnonzero(self.base.conditioning.hit.ravel() & self._lit.any(axis=1))
+
+    @cached_property
+    def groups(self) -> tuple[Group, ...]:
+        """Return the groups of pixels that receive light, of `LEAST_DISTINCT` pixels at least."""
+        truth, receiving = self.base.truth, self._receiving
+        seen = truth[Stage.VISIBILITY].reshape(len(self._irradiance), -1)[receiving] > 0
+        shapes = truth[Stage.OBJECT][..., 0].ravel()[receiving]
+        kinds = np.unique(shapes, return_inverse=True)[1]
+        for light in range(seen.shape[1]):
+            kinds = np.unique(2 * kinds + seen[:, light], return_inverse=True)[1]
+        groups = []
+        for kind in np.flatnonzero(np.bincount(kinds) >= LEAST_DISTINCT):
+            here = kinds == kind
+            first = int(np.argmax(here))
+            lights = tuple(int(light) for light in np.flatnonzero(seen[first]))
+            pixels = receiving[here]
+            channels = np.flatnonzero(self._lit[pixels].any(axis=0))
+            weights = _weights(self.base.scene, truth, pixels, channels, lights) if len(lights) > 1 else None
+            group = Group(shape=int(shapes[first]), lights=lights, pixels=pixels, channels=channels, weights=weights)
+            groups.append(group)
+            wide = pixels[np.isin(pixels, self.wide_pixels[0])]
+            if LEAST_DISTINCT <= len(wide) < len(pixels):
+                groups.append(replace(group, pixels=wide, weights=None, wide=True))
+        return tuple(groups)
 
 
-def wide_pixels(pair: Comparison) -> tuple[np.ndarray, np.ndarray]:
-    """Return the interior pixels that receive light and are held to a limit of more than `WIDE` of it.
+class StageValue(Protocol):
+    """A stage continued from a renderer's own stages, as far as factors are concerned."""
 
-    As flat indices (n,) and each one's brightest channel (n,).
-    """
-    return pair.base.once(("wide pixels", pair.rules), lambda: _wide_pixels(pair))
+    @property
+    def value(self) -> np.ndarray:
+        """Return what the oracle continued, (height, width, 3)."""
+        ...
 
-
-def _wide_pixels(pair: Comparison) -> tuple[np.ndarray, np.ndarray]:
-    value = pair.truth[Stage.IRRADIANCE].reshape(-1, pair.truth[Stage.IRRADIANCE].shape[-1])
-    pixels = _receiving(pair)
-    limit = pair.limits.end_to_end[Stage.IRRADIANCE].reshape(value.shape)[pixels]
-    pixels = pixels[(limit > WIDE * value[pixels]).any(axis=1)]
-    return pixels, value[pixels].argmax(axis=1)
-
-
-def groups(pair: Comparison) -> tuple[Group, ...]:
-    """Return the groups of interior pixels that receive light, of `LEAST_DISTINCT` pixels at least."""
-    return pair.base.once(("bias groups", pair.rules), lambda: _groups(pair))
-
-
-def _lit(pair: Comparison) -> np.ndarray:
-    """Return the channels (pixels, 3) that receive light of a size at which a rounding is small."""
-    value = pair.truth[Stage.IRRADIANCE].reshape(-1, pair.truth[Stage.IRRADIANCE].shape[-1])
-    return (value > floor(pair)) & np.isfinite(value)
-
-
-def _receiving(pair: Comparison) -> np.ndarray:
-    """Return the interior pixels that receive light, as flat indices."""
-    interior = pair.conditioning.hit & ~pair.classes.edge(Stage.IRRADIANCE) & ~pair.near
-    return np.flatnonzero(interior.ravel() & _lit(pair).any(axis=1))
-
-
-def _groups(pair: Comparison) -> tuple[Group, ...]:
-    truth, lit, receiving = pair.truth, _lit(pair), _receiving(pair)
-    value = truth[Stage.IRRADIANCE].reshape(-1, truth[Stage.IRRADIANCE].shape[-1])
-    seen = truth[Stage.VISIBILITY].reshape(len(value), -1)[receiving] > 0
-    shapes = truth[Stage.OBJECT][..., 0].ravel()[receiving]
-    kinds = np.unique(shapes, return_inverse=True)[1]
-    for light in range(seen.shape[1]):
-        kinds = np.unique(2 * kinds + seen[:, light], return_inverse=True)[1]
-    found = []
-    for kind in np.flatnonzero(np.bincount(kinds) >= LEAST_DISTINCT):
-        here = kinds == kind
-        first = int(np.argmax(here))
-        lights = tuple(int(light) for light in np.flatnonzero(seen[first]))
-        pixels = receiving[here]
-        channels = np.flatnonzero(lit[pixels].any(axis=0))
-        weights = _weights(pair, truth, pixels, channels, lights) if len(lights) > 1 else None
-        group = Group(shape=int(shapes[first]), lights=lights, pixels=pixels, channels=channels, weights=weights)
-        found.append(group)
-        wide = pixels[np.isin(pixels, wide_pixels(pair)[0])]
-        if LEAST_DISTINCT <= len(wide) < len(pixels):
-            found.append(replace(group, pixels=wide, weights=None, wide=True))
-    return tuple(found)
+    @property
+    def explained(self) -> np.ndarray:
+        """Return the pixels (height, width) over their limits that are explained."""
+        ...
 
 
 def _weights(
-    pair: Comparison, truth: StageImages, pixels: np.ndarray, channels: np.ndarray, lights: tuple[int, ...]
+    scene: Scene, truth: StageImages, pixels: np.ndarray, channels: np.ndarray, lights: tuple[int, ...]
 ) -> np.ndarray:
     """Return each light's share of the irradiance, (n, channels, lights)."""
     position, normal = (truth[stage].reshape(-1, 3)[pixels] for stage in (Stage.POSITION, Stage.NORMAL))
     parts = np.zeros((len(pixels), len(channels), len(lights)))
     for place, number in enumerate(lights):
-        light = pair.scene.lights[number]
+        light = scene.lights[number]
         towards = np.asarray(light.position, dtype=np.float64) - position
         r = length(towards)
         arriving = np.maximum(dot(normal, towards), 0.0) / r
-        if pair.scene.shading == "inverse_square":
+        if scene.shading == "inverse_square":
             arriving = arriving / r**2
         parts[..., place] = arriving[:, np.newaxis] * np.asarray(light.flux)[channels]
     total = parts.sum(axis=-1, keepdims=True)
@@ -323,30 +353,35 @@ class Factors:
         return list(groups.values())
 
 
-def bias(pair: Comparison, stage: Stage, ours: np.ndarray, value: np.ndarray | None) -> Factors:
+def bias(
+    factors: CommonFactors, stage: Stage, ours: np.ndarray, value: np.ndarray | None, explained: np.ndarray | None
+) -> Factors:
     """Return the factors of `ours` (height, width, 3) over the oracle's stage, or over `value`.
 
-    `value` is what the oracle continued from the subject's own stages.
+    `value` is what the oracle continued from the renderer's own stages; `explained` are the pixels (height, width) that
+    have another surface's light.
     """
-    bounds = stage_bounds(pair, stage, continued=value is not None)
+    bounds = factors.stage_bounds(stage, continued=value is not None)
     mine = ours.reshape(-1, ours.shape[-1])
-    theirs = np.asarray(pair.truth[stage] if value is None else value, dtype=np.float64).reshape(mine.shape)
+    theirs = np.asarray(factors.base.truth[stage] if value is None else value, dtype=np.float64).reshape(mine.shape)
+    if explained is not None and explained.any():
+        theirs = np.where(explained.reshape(-1, 1), 0.0, theirs)  # below every floor
     # Where an output has steps it has a last one, and what is beyond is clamped to it.
-    coarse = pair.subject.resolutions.get(stage)
+    coarse = factors.renderer.resolutions.get(stage)
     top = float(ours.max(initial=0.0)) if coarse is not None and coarse.absolute > TINY else math.inf
-    top = min(top, _ceiling(pair))
-    factors: list[Factor] = []
-    for group, bound in zip(groups(pair), bounds.groups, strict=True):
+    top = min(top, float(np.finfo(factors.renderer.precision).max))
+    shared: list[Factor] = []
+    for group, bound in zip(factors.groups, bounds.groups, strict=True):
         if group.wide and value is not None:
             continue  # given the stages before, these pixels have no wide limits
         here = np.ix_(group.pixels, group.channels)
-        factors += _factors(group, bound, mine[here], theirs[here], top, floor(pair))
+        shared += _factors(group, bound, mine[here], theirs[here], top, factors.floor)
     wide = None
     if value is None:
-        pixels = wide_pixels(pair)
-        good = (theirs[pixels] > floor(pair)) & (theirs[pixels] < top) & np.isfinite(mine[pixels])
+        pixels = factors.wide_pixels
+        good = (theirs[pixels] > factors.floor) & (theirs[pixels] < top) & np.isfinite(mine[pixels])
         wide = _leaning(mine[pixels][good], theirs[pixels][good], bounds.wide[good])
-    return Factors(factors=tuple(factors), allowance=bounds.allowance, wide=wide)
+    return Factors(factors=tuple(shared), allowance=bounds.allowance, wide=wide)
 
 
 def _leaning(ours: np.ndarray, theirs: np.ndarray, shared: np.ndarray) -> Leaning:
@@ -354,10 +389,6 @@ def _leaning(ours: np.ndarray, theirs: np.ndarray, shared: np.ndarray) -> Leanin
     off, first = np.unique((ours - theirs) / theirs, return_index=True)
     shared = shared[first]
     return Leaning(pixels=len(off), above=int(np.sum(off > shared)), below=int(np.sum(-off > shared)))
-
-
-def _ceiling(pair: Comparison) -> float:
-    return float(np.finfo(pair.subject.precision).max)
 
 
 def _factors(

@@ -169,7 +169,7 @@ def continued_light_limit(scene: Scene, stage: Stage, given: StageImages, value:
 def _light(
     scene: Scene, answers: StageImages, g: Roundoff, position_error, normal_error
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return the limits of each light's irradiance if visible (height, width, lights, 3) and of its cos / r^2 (..., lights)."""
+    """Return the limits of each visible light's irradiance (height, width, lights, 3) and of its cos / r^2."""
     position = answers[Stage.POSITION]
     lights = np.zeros((*position.shape[:2], len(scene.lights), 3))
     each_relative = np.zeros((*position.shape[:2], len(scene.lights)))
@@ -190,7 +190,7 @@ def _light(
 
 
 def _visible(lights: np.ndarray, answers: StageImages) -> np.ndarray:
-    """Return the sum (height, width, 3) of what the visible lights' irradiance (height, width, lights, 3) may be off by."""
+    """Return the sum (height, width, 3) of the visible lights' limits (height, width, lights, 3)."""
     seen = answers[Stage.VISIBILITY]
     limit = np.zeros((*lights.shape[:2], 3))
     for index in range(lights.shape[2]):

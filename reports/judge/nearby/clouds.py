@@ -97,14 +97,16 @@ def joined(clouds: Sequence[Cloud]) -> Cloud:
     return Cloud(
         rows={stage: np.concatenate([one.rows[stage] for one in clouds]) for stage in first.rows},
         codes=np.concatenate([one.codes for one in clouds]),
-        shares=None if first.shares is None else np.concatenate([one.shares for one in clouds if one.shares is not None]),
+        shares=None
+        if first.shares is None
+        else np.concatenate([one.shares for one in clouds if one.shares is not None]),
         factors={stage: np.concatenate([one.factors[stage] for one in clouds]) for stage in first.factors},
         ambient={stage: np.concatenate([one.ambient[stage] for one in clouds]) for stage in first.ambient},
     )
 
 
 def codes_of(rows: Mapping[Stage, np.ndarray], pieces: np.ndarray) -> np.ndarray:
-    """Return a number (...) for what is hit: shape, face, piece and whether it is seen from its lit side; -1: nothing."""
+    """Return a number (...) for what is hit: shape, face, piece and which side is seen; -1 for nothing."""
     shape, face = (rows[Stage.OBJECT][..., place].astype(np.int64) for place in range(2))
     lit = np.zeros(shape.shape, dtype=np.int64)
     if Stage.NORMAL in rows:
@@ -153,7 +155,8 @@ def is_of_lights(
 
     Of the latter (n,) nothing is known but that the value lies within what all choices of lights span.
     """
-    assert cloud.shares is not None and allowed.lights is not None
+    assert cloud.shares is not None
+    assert allowed.lights is not None
     factor, here = cloud.factors[stage], answers[..., np.newaxis]
     with np.errstate(invalid="ignore"):
         shares = np.where(cloud.shares != 0, cloud.shares * factor[:, :, np.newaxis], 0.0)

@@ -1,4 +1,4 @@
-"""Which pixels of a continued stage are explained: the oracle continues from the renderer's own stages, moved by rounding.
+"""Which pixels of a continued stage are explained: the oracle continues from the renderer's stages, moved by rounding.
 
 What a renderer handed over is moved as this table says, by up to 2, 8 and 16 times the size given; u is the unit
 roundoff of its precision.
@@ -45,7 +45,9 @@ class Handed:
     rounding: Mapping[Stage, np.ndarray]  # (n, 1) or (n, channels): per unit of roundoff
     whole: Mapping[Stage, np.ndarray]  # likewise: by an output's step, and by passes of their own
 
-    def moved(self, amount: float, draw: np.random.Generator, pixels: np.ndarray, total: int) -> dict[Stage, np.ndarray]:
+    def moved(
+        self, amount: float, draw: np.random.Generator, pixels: np.ndarray, total: int
+    ) -> dict[Stage, np.ndarray]:
         """Return the rows moved; what is drawn for a pixel does not depend on which others are asked."""
         moved = {}
         for stage, values in self.rows.items():
@@ -69,7 +71,9 @@ class Continuing:
     reach: Reach
     declared: Declared
     unit: float  # unit roundoff
-    whole: Mapping[Stage, np.ndarray | float]  # by what a stage's numbers are moved beyond rounding, (height, width, ...)
+    whole: Mapping[
+        Stage, np.ndarray | float
+    ]  # by what a stage's numbers are moved beyond rounding, (height, width, ...)
 
     def explain(self, over: np.ndarray) -> Explained:
         """Return what became of the pixels (height, width) that are over the limit."""
@@ -149,7 +153,9 @@ class Continuing:
         eye = float(np.linalg.norm(self.problems.scene.camera.eye))
         away = np.zeros((len(rows), 1))
         if Stage.POSITION in flat:
-            away = np.linalg.norm(flat[Stage.POSITION] - np.asarray(self.problems.scene.camera.eye), axis=1)[:, np.newaxis]
+            away = np.linalg.norm(flat[Stage.POSITION] - np.asarray(self.problems.scene.camera.eye), axis=1)[
+                :, np.newaxis
+            ]
         sizes = {
             Stage.RAY: lambda values: np.ones((len(values), 1)),
             Stage.DISTANCE: np.abs,

@@ -1,4 +1,4 @@
-"""`ExactOracle`: the oracle with every decision, what is hit first and what blocks a light, made by certified arithmetic.
+"""`ExactOracle`: the oracle with what is hit first and what blocks a light decided by certified arithmetic.
 
 float64 does not tell which of two surfaces comes first that are a few units of its own roundoff apart. For subjects in
 float64, and before anything is failed by a few pixels, exact mathematics does.
@@ -15,7 +15,7 @@ from rayproof.reference.certified.stages import continued
 
 
 class ExactOracle(Analytic):
-    """What is hit and what is visible by exact mathematics on the numbers of each step, the rest as the oracle has it."""
+    """What is hit and what is visible by exact mathematics on each step's numbers, the rest as the oracle has it."""
 
     def nearest(self, scene: Scene, directions: np.ndarray, freedom: Freedom | None = None) -> Hits:
         """Return what rays meet first; which of coinciding surfaces is left open as for the oracle."""
@@ -23,7 +23,7 @@ class ExactOracle(Analytic):
             return super().nearest(scene, directions, freedom)
         rows = {Stage.RAY: directions}
         objects = continued(scene, Stage.OBJECT, rows)
-        undecided = np.isnan(objects).any(axis=1)
+        undecided = np.asarray(np.isnan(objects).any(axis=1))
         hits = super().nearest(scene, directions, freedom)
         objects = np.where(undecided[:, np.newaxis], hits.objects, objects)
         rows[Stage.OBJECT] = objects

@@ -169,6 +169,20 @@ class Asking:
         """Return the pixels that nothing has explained so far."""
         return self._left
 
+    def reach_of(self, stage: Stage, truth: StageImages) -> np.ndarray:
+        """Return how far the answers of nearby problems lie from the oracle's own, (height, width, channels).
+
+        By the first round, and by problems whose scenes move.
+        """
+        off = np.zeros(np.shape(truth[stage]))
+        rows, columns = pixels = self._pixels(np.ones_like(self.reach.image, dtype=bool))
+        if len(rows):
+            problems = list(self.problems.within(range(1)))
+            clouds = [self._of_itself(rows, columns, self.declared), self._cloud(pixels, problems, self.declared)]
+            values = joined(clouds).rows[stage]
+            off[rows, columns] = np.abs(values - truth[stage][rows, columns]).max(axis=0)
+        return off
+
     # Rounds.
 
     def _lost(self) -> bool:
@@ -212,15 +226,13 @@ class Asking:
 
     def _sample(self) -> np.ndarray:
         """Return the pixels (height, width) that are asked on: at most `MOST_ASKED`, the same ones in every image."""
-        waiting = np.any([mask for mask in self._left.values()], axis=0)
+        waiting = np.any(list(self._left.values()), axis=0)
         if np.count_nonzero(waiting) <= MOST_ASKED:
             return waiting
         order = np.where(waiting, np.random.default_rng(self.problems.seed).random(waiting.shape), np.inf)
         return order <= np.partition(order.ravel(), MOST_ASKED - 1)[MOST_ASKED - 1]
 
-    def _put_to(
-        self, pixels: tuple[np.ndarray, np.ndarray], problems: Sequence[Problem], *, times: int = 1
-    ) -> None:
+    def _put_to(self, pixels: tuple[np.ndarray, np.ndarray], problems: Sequence[Problem], *, times: int = 1) -> None:
         """Ask pixels of problems whose scenes move, of directed draws, and at last with what the renderer declares."""
         for declared, kind in ((NOTHING, "rounding"), (self.declared, "epsilon")):
             left = self._pixels(_mask(self.reach.image.shape, pixels))
@@ -233,7 +245,7 @@ class Asking:
 
     def _pixels(self, where: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return rows and columns of the pixels of `where` that are left."""
-        left = np.any([mask for mask in self._left.values()], axis=0) & where
+        left = np.any(list(self._left.values()), axis=0) & where
         rows, columns = np.nonzero(left)
         return rows, columns
 
@@ -439,4 +451,3 @@ def varied(cloud: Cloud) -> Iterator[tuple[str, int]]:
         place = int(np.flatnonzero(cloud.codes[:, 0] == code)[0])
         shape, face = cloud.rows[Stage.OBJECT][place, 0].astype(int)
         yield (f"shapes[{shape}] face {face}" if shape >= 0 else "nothing"), int(count)
-

@@ -8,14 +8,14 @@ moved by up to 2, 8 and 16 u of the size given here, drawn at random:
     image point of a ray      the ray's own forward limit, in pixels. It shows outlines, shadows' edges, terminators
     eye and target            |eye| + |target - eye|, together: the direction is moved by the image point
     shapes                    the length of the vectors that place them, by one affine map of the world, and of each
-                              number that only one shape has; corners at one place move as one, whatever their index, and
-                              shapes that share a corner are moved by one map. So no nearby scene has a crack, and a
-                              hole is never explained
+                              number that only one shape has; corners at one place move as one, whatever their index,
+                              and shapes that share a corner are moved by one map. So no nearby scene has a crack, and
+                              a hole is never explained
     lights                    |position| + |target - eye|
     near and far plane        themselves
     start of a shadow ray     from the hit up to the hit's own error across the surface, never below it: so shadow acne
                               is never explained. Whether a light is above the horizon is asked of hit and start
-    coinciding surfaces       whichever of the surfaces within four limits of the first is hit, in a third of the problems
+    coinciding surfaces       whichever of the surfaces within four limits of the first is hit, in every third problem
     the scene as it is read   rounded once to the precision, as one problem: far from the origin it is another scene
 
 What a renderer declares moves more of the same kind (`Declared`): the start of shadow rays by its shadow epsilon, or
@@ -214,5 +214,3 @@ def _vector(numbers: Vector, off: np.ndarray) -> Vector:
 
 def _length(numbers: Vector) -> float:
     return math.hypot(*numbers)
-
-

@@ -27,7 +27,7 @@ import numpy as np
 
 from rayproof.cases.scene_json import pack, unpack
 from rayproof.cases.stages import IMAGE_STAGES, Stage, exr_channels
-from rayproof.reports.judge.pixel_classes import NAMES
+from rayproof.reports.judge.against_oracle import MASK_NAMES
 from rayproof.reports.program_name import NAME
 from rayproof.reports.publish.scene3d.parts import look, thinned
 from rayproof.reports.publish.scene3d.stills import compared, picture_path
@@ -182,7 +182,7 @@ def write_case_data(folder: Path, path: Path, case: CaseRecord) -> list[Path]:
         "small": small_of(folder, case),
         "notes": [f"{note.get('reference')}: {note.get('note')}" for note in case.get("notes", [])] + notes,
         "channels": {stage.value: [_short(name) for name in exr_channels(stage, lights=lights)] for stage in Stage},
-        "mask_names": {str(bit): name for bit, name in NAMES.items()},
+        "mask_names": {str(bit): name for bit, name in MASK_NAMES.items()},
     }
     text = pack_json(compact_case(record))
     return [write_text(path, script(path.relative_to(folder).as_posix(), text)), *written]

@@ -47,7 +47,7 @@ def test_cases_come_by_family_in_alphabetical_order():
 def test_a_case_asks_for_no_more_than_its_image_has(case):
     camera = case.scene.camera
     assert 0 < case.least_interior <= camera.width * camera.height
-    assert 0 < case.most_edge <= 0.2
+    assert 0 < case.most_explained <= 0.2
     assert case.covers == tuple(item for item in ITEMS if item in case.covers)
     for expectation in case.expectations:
         assert expectation.because

@@ -120,7 +120,7 @@ def test_whatever_the_slab_test_makes_of_zero_by_zero_is_a_side_of_the_outline(t
         stresses="The middle column's rays run in the plane of a face.",
         covers=("HIT-3",),
         least_interior=10,
-        most_edge=0.5,
+        most_explained=0.5,
     )
     faults = tuple(fault for fault in planted("cube/*") if fault.equivalent)
 

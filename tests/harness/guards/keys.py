@@ -53,7 +53,7 @@ CASE = Case(
     stresses="Nothing.",
     covers=("HIT-1",),
     least_interior=0,
-    most_edge=0.5,
+    most_explained=0.5,
     expectations=(
         PixelValue(stage=Stage.RAY, column=0, row=0, channel=0, value=0.5, relative=0.5, because="a guard says so"),
     ),

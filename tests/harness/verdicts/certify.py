@@ -18,8 +18,8 @@ from rayproof.reference.certified.camera import camera_answer
 from rayproof.reference.certified.stages import continued
 from rayproof.reports.judge import camera_check
 from rayproof.reports.judge.answers import Answers
-from rayproof.reports.judge.forward.common_factors import bias
 from rayproof.reports.judge.comparison import GEOMETRY
+from rayproof.reports.judge.forward.common_factors import bias
 from rayproof.reports.judge.forward.limits import HIT, MATRICES, RAY, Roundoff
 from rayproof.reports.judge.measurement import jsonable, ratios
 from rayproof.reports.judge.oracle import ORACLE, FullOracle, stages_of

@@ -14,8 +14,8 @@ from rayproof.reference.certified import Certified
 from rayproof.reference.certified.stages import continued
 from rayproof.reports.judge.answers import Answers, all_of, any_of, largest, widest_near
 from rayproof.reports.judge.comparison import GEOMETRY, LIGHT, Comparison
-from rayproof.reports.judge.forward.conditioning import LEAST_COSINE
 from rayproof.reports.judge.declared_epsilons import ALLOWED, needed_shadow
+from rayproof.reports.judge.forward.conditioning import LEAST_COSINE
 from rayproof.reports.judge.forward.limits import HIT, Roundoff, calibration, continued_light_limit
 from rayproof.reports.judge.measurement import ratios
 from rayproof.reports.judge.scene_truth import SceneTruth

@@ -29,7 +29,7 @@ from tests.harness.verdicts.trials import answers_of
 ORACLE = Analytic()
 (FULL,) = select(["random_scenes/seed_2"])
 SMALL = replace(FULL.scene, camera=replace(FULL.scene.camera, width=32, height=24))
-CASE = replace(FULL, scene=SMALL, least_interior=0, most_edge=0.5)
+CASE = replace(FULL, scene=SMALL, least_interior=0, most_explained=0.5)
 TRUTH = ORACLE.render(CASE.scene, stages_of(CASE.scene))
 INSIDE = (16, 12)  # a pixel that hits something
 

@@ -24,7 +24,7 @@ CASE = Case(
     stresses="A ball on a floor.",
     covers=("CAM-4", "HIT-1", "HIT-4", "RAD-2"),
     least_interior=500,
-    most_edge=0.05,
+    most_explained=0.05,
 )
 ITEMS = ITEMS_OF_OTHERS
 ORACLE = Analytic()

@@ -56,7 +56,7 @@ def case_of(shape) -> Case:
     light = PointLight(position=point(middle + size * TURNED @ (0.4, -0.2, 0.9)), flux=(10.0, 8.0, 6.0))
     return Case(
         name="test/corners", scene=Scene(camera=camera, shapes=(shape,), lights=(light,)), stresses="Corners.",
-        covers=("NRM-3",), least_interior=1, most_edge=0.9,
+        covers=("NRM-3",), least_interior=1, most_explained=0.9,
     )  # fmt: skip
 
 

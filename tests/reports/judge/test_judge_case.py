@@ -191,7 +191,7 @@ def test_when_all_references_agree_against_the_tracer_it_fails():
     [
         pytest.param({"least_interior": 1200}, Outcome.ERROR, "interior", id="few"),
         # The edges are those of a declared epsilon: who declares it answers for them.
-        pytest.param({"most_edge": 0.0}, Outcome.FAIL, "declares", id="edgy"),
+        pytest.param({"most_explained": 0.0}, Outcome.FAIL, "declares", id="edgy"),
     ],
 )
 def test_a_case_with_too_little_to_judge_is_no_pass(change, outcome, word):
@@ -259,7 +259,7 @@ def test_outlines_that_rounding_carries_everywhere_are_an_error_and_nobodys_fail
     answers = ORACLE.render(scene, stages_of(scene))
     ours = rounded(answers)
     ours[Stage.NORMAL] = np.roll(ours[Stage.NORMAL], 3, axis=0)
-    case = replace(CASE, scene=scene, least_interior=0, most_edge=0.5)
+    case = replace(CASE, scene=scene, least_interior=0, most_explained=0.5)
 
     judged = judge_case(case, [candidate(ours)], [witness(answers)], ORACLE, {})
 
@@ -275,7 +275,7 @@ def test_a_case_whose_every_hit_is_an_edge_is_no_pass():
     narrow = ((side, 0.0, 0.0, PIXEL / 2), (0.0, 1.0, 0.0, 0.0), (0.0, 0.0, 1.0, 0.0), (0.0, 0.0, 0.0, 1.0))
     scene = Scene(camera=camera, shapes=(Square(albedo=(0.7, 0.5, 0.3), to_world=narrow),))
     answers = ORACLE.render(scene, stages_of(scene))
-    case = replace(CASE, scene=scene, least_interior=0, most_edge=0.9)
+    case = replace(CASE, scene=scene, least_interior=0, most_explained=0.9)
 
     judged = judge_case(case, [candidate(rounded(answers))], [witness(answers)], ORACLE, {})
 

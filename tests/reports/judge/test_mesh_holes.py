@@ -36,7 +36,7 @@ def case_of(scene: Scene) -> Case:
         stresses="A vertex on each ray.",
         covers=("HIT-5",),
         least_interior=0,
-        most_edge=0.5,
+        most_explained=0.5,
         tuned=False,
     )
 

@@ -151,7 +151,7 @@ def test_a_plain_blunder_is_explained_by_no_convention():
 
 def seen(scene: Scene) -> tuple[Case, StageImages]:
     """Return a case of a scene and the oracle's answers."""
-    case = replace(CASE, scene=scene, least_interior=0, most_edge=0.9)
+    case = replace(CASE, scene=scene, least_interior=0, most_explained=0.9)
     return case, ORACLE.render(scene, stages_of(scene))
 
 

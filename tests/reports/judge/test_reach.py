@@ -10,7 +10,13 @@ from rayproof.cases.families import select
 from rayproof.cases.scene import Cube, Plane, Sphere, Square
 from rayproof.cases.stages import Stage
 from rayproof.reports.judge.comparison import Comparison
-from rayproof.reports.judge.forward.conditioning import aim_condition, basis_condition, error_at_eye, facing, ray_condition
+from rayproof.reports.judge.forward.conditioning import (
+    aim_condition,
+    basis_condition,
+    error_at_eye,
+    facing,
+    ray_condition,
+)
 from rayproof.reports.judge.measurement import Kind
 from rayproof.reports.judge.oracle import stages_of
 from rayproof.reports.judge.scene_truth import scene_truth

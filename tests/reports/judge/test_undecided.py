@@ -186,7 +186,9 @@ def test_a_light_a_millimetre_below_a_blocker_excuses_nothing():
 def test_who_does_not_see_the_end_of_a_feeler_is_excused_as_far_as_that_and_no_farther(epsilon, outcome):
     light = LAMP.scene.lights[0]
     x, y, z = light.position
-    case = replace(LAMP, scene=replace(LAMP.scene, lights=(replace(light, position=(x, y, z + 1e-3)),)), most_edge=0.99)
+    case = replace(
+        LAMP, scene=replace(LAMP.scene, lights=(replace(light, position=(x, y, z + 1e-3)),)), most_explained=0.99
+    )
     truth = truth_of(case)
     (end,) = ORACLE.edges(case.scene).light_ends
     visible = truth[Stage.VISIBILITY].copy()
@@ -216,7 +218,7 @@ def test_outlines_reach_as_far_as_a_reference_declares_and_the_pixels_are_counte
     other = replace(
         witness(answered(TWINS, truth, Stage.OBJECT, objects), name="second", precision="float32"), edge_epsilon=epsilon
     )
-    case = replace(TWINS, least_interior=0, most_edge=0.99)
+    case = replace(TWINS, least_interior=0, most_explained=0.99)
 
     result = judge_case(case, [candidate(rounded(truth))], [witness(truth), other], ORACLE, {})
 
@@ -266,7 +268,7 @@ WAY = 1.5e-6  # m, a few float32 roundings of these coordinates: so far the ligh
 
 
 def test_a_chord_just_before_a_light_on_a_ball_hides_it_only_where_it_is_deeper_than_rounding():
-    case = replace(LAMP, name="nearest/chords", scene=CHORDS, tuned=False, least_interior=0, most_edge=0.9)
+    case = replace(LAMP, name="nearest/chords", scene=CHORDS, tuned=False, least_interior=0, most_explained=0.9)
     truth = truth_of(case)
     light = CHORDS.lights[0]
     seen = []
@@ -298,7 +300,12 @@ def wall_at(end: str, moved: float) -> Case:
     light = PointLight(position=(1.5, -1.0, 4.0), flux=(100.0, 80.0, 60.0))
     scene = Scene(camera=camera, shapes=(wall, before, behind), lights=(light,))
     return Case(
-        name="test/ball", scene=scene, stresses="A wall at an end.", covers=("CAM-4",), least_interior=5, most_edge=0.9
+        name="test/ball",
+        scene=scene,
+        stresses="A wall at an end.",
+        covers=("CAM-4",),
+        least_interior=5,
+        most_explained=0.9,
     )
 
 
@@ -380,7 +387,7 @@ def test_what_a_surface_hides_by_rounding_alone_is_seen_as_far_as_rounding_moves
     ours = ORACLE.render(replace(case.scene, shapes=(plane, raised)), stages_of(case.scene))
     assert np.flatnonzero(ours[Stage.OBJECT][..., 0])[-1] == (107 if along == 0 else 111)
 
-    result = judged(replace(case, most_edge=0.9), rounded(ours), truth)
+    result = judged(replace(case, most_explained=0.9), rounded(ours), truth)
 
     assert result.outcome is outcome, result.reason
 
@@ -403,7 +410,7 @@ def test_at_the_outline_of_a_mesh_the_face_that_is_turned_away_may_be_seen_as_fa
     )  # fmt: skip
     box = Mesh(albedo=(0.5, 0.5, 0.5), to_world=at, vertices=CORNERS, faces=BOX, two_sided=True)
     scene = Scene(camera=view, shapes=(box,), lights=())
-    case = replace(TWINS, name="nearest/box", scene=scene, tuned=False, least_interior=0, most_edge=0.9)
+    case = replace(TWINS, name="nearest/box", scene=scene, tuned=False, least_interior=0, most_explained=0.9)
     truth, way = truth_of(case), roundings * 2.0**-24 * np.abs(place).max()
     moved = replace(box, to_world=compose(translation(way, way, 0.0), at))
     front = ORACLE.render(replace(scene, shapes=(moved,)), stages_of(scene))
@@ -443,7 +450,7 @@ def shell_at(end: str, moved: float) -> Case:
         covers=("CAM-4",),
         tuned=False,
         least_interior=0,
-        most_edge=0.5,
+        most_explained=0.5,
     )
 
 

@@ -9,8 +9,8 @@ from rayproof.cases.families import select
 from rayproof.cases.scene import Cube, PointLight, Scene, Square
 from rayproof.cases.stages import Stage
 from rayproof.reports.judge.case import judge_case
-from rayproof.reports.judge.forward.common_factors import LEAST_DISTINCT, Factors
 from rayproof.reports.judge.comparison import Comparison
+from rayproof.reports.judge.forward.common_factors import LEAST_DISTINCT, Factors
 from rayproof.reports.judge.oracle import stages_of
 from rayproof.reports.judge.scene_truth import scene_truth
 from rayproof.reports.judge.stage_measuring import shared_factors

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from rayproof.cases.stages import Stage, StageImages
-from rayproof.reports.judge.copied_answers import copied
+from rayproof.reports.judge.copies import copied
 
 GENERATOR = np.random.default_rng(20061115)
 OURS: StageImages = {

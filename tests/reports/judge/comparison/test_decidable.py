@@ -68,7 +68,7 @@ def test_what_is_missed_before_the_eye_counts_against_the_edge_that_a_case_allow
     found = judge_case(replace(CASE, least_interior=0), [some], [witness(answers)], ORACLE, {})
 
     assert found.outcome is Outcome.FAIL
-    assert f"the case allows a share of {CASE.most_edge}" in found.reason
+    assert f"the case allows a share of {CASE.most_explained}" in found.reason
 
 
 def apart(height: float) -> Case:
@@ -78,7 +78,7 @@ def apart(height: float) -> Case:
     )  # fmt: skip
     squares = tuple(Square(albedo=(0.5, 0.4, 0.3), to_world=translation(0.0, 0.0, at)) for at in (0.0, height))
     light = PointLight(position=(1.0, 2.0, 5.0), flux=(10.0, 20.0, 30.0))
-    return replace(CASE, scene=Scene(camera=camera, shapes=squares, lights=(light,)), most_edge=0.5, tuned=False)
+    return replace(CASE, scene=Scene(camera=camera, shapes=squares, lights=(light,)), most_explained=0.5, tuned=False)
 
 
 def judged_apart(height: float) -> Judged:
@@ -189,7 +189,7 @@ def test_the_reason_of_a_case_is_that_of_what_decides_it():
 
 
 def test_a_reference_that_declares_not_to_see_abstains_and_nobody_else_does():
-    case = replace(CASE, tuned=False, most_edge=0.5, least_interior=0)
+    case = replace(CASE, tuned=False, most_explained=0.5, least_interior=0)
     blind = witness(truth(), name="radiance", ray_epsilon=FAR_ABOVE_ALL)
 
     found = judge_case(case, [candidate(rounded(truth()))], [witness(truth()), blind], ORACLE, {})

@@ -7,7 +7,7 @@ import pytest
 
 from rayproof.cases.families import CASE_FAMILIES
 from rayproof.cases.stages import Stage
-from rayproof.reports.judge.copied_answers import with_equal_answers_shared
+from rayproof.reports.judge.copies import with_equal_answers_shared
 from rayproof.reports.judge.forward.limits import Roundoff
 from rayproof.reports.judge.oracle import stages_of
 from rayproof.reports.judge.pixel_classes import classify

@@ -34,7 +34,7 @@ CASE = Case(
     stresses="A small triangle far from the origin.",
     covers=("NRM-3",),
     least_interior=50,
-    most_edge=0.9,
+    most_explained=0.9,
 )
 TRUTH = ORACLE.render(CASE.scene, stages_of(CASE.scene))
 

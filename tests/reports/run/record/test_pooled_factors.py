@@ -9,8 +9,8 @@ import pytest
 
 from rayproof.cases.scene import PointLight, Scene
 from rayproof.cases.stages import Stage
-from rayproof.reports.judge.forward.common_factors import LEAST_DISTINCT, bias
 from rayproof.reports.judge.comparison import Comparison
+from rayproof.reports.judge.forward.common_factors import LEAST_DISTINCT, bias
 from rayproof.reports.judge.oracle import stages_of
 from rayproof.reports.judge.scene_truth import scene_truth
 from rayproof.reports.results.case_records import Bias, Check

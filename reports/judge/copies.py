@@ -1,46 +1,8 @@
-"""Bit-identical answers become one object, so that they are measured once; and which renderers copied each other.
-
-Configurations that differ in one formula share every stage before it.
-"""
-
-from collections.abc import Sequence
-from dataclasses import replace
-from typing import Any
+"""Which stages a reference copied from the renderer under test: numbers that nobody computes alike by chance."""
 
 import numpy as np
 
 from rayproof.cases.stages import Stage, StageImages
-from rayproof.reports.judge.answers import Answers
-
-
-def with_equal_answers_shared(subjects: Sequence[Answers]) -> list[Answers]:
-    """Return the subjects, equal answers of theirs being one object that goes by the name of the first of them."""
-    known: dict[Stage, list[tuple[str, Any]]] = {}
-    return [_shared(subject, known) for subject in subjects]
-
-
-def _shared(subject: Answers, known: dict[Stage, list[tuple[str, Any]]]) -> Answers:
-    if subject.error is not None:
-        return subject
-    answers: StageImages = {}
-    authors = {}
-    for stage, image in subject.answers.items():
-        seen = known.setdefault(stage, [])
-        name, first = next((one for one in seen if _same(stage, one[1], image)), (subject.name, image))
-        answers[stage] = first
-        if name == subject.name:
-            seen.append((name, image))
-        else:
-            authors[stage] = name
-    return replace(subject, answers=answers, authors=authors)
-
-
-def _same(stage: Stage, one: Any, other: Any) -> bool:
-    """Say whether two answers are equal to the last bit; a NaN equals nothing, which costs time and nothing else."""
-    if stage is not Stage.CAMERA:
-        return np.shape(one) == np.shape(other) and np.array_equal(one, other)
-    return one.keys() == other.keys() and all(np.array_equal(one[part], other[part]) for part in one)
-
 
 # A reference must have computed its own answer: one that repeats the subject's to the last bit is a copy.
 #

@@ -1,0 +1,99 @@
+"""What a case promises: how many pixels are decided by their limits, how few by rounding or a declared epsilon.
+
+Where much of an image is explained, the limits say too little of it. A case fixes in advance how much that may be. The
+tracer's own answers hold the promise, and a case of the suite in which they do not is an error of ours; any other
+subject beyond it is undecided, for nobody fails by what could not be told.
+"""
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from msgspec import structs
+
+from rayproof.cases.case import Case
+from rayproof.cases.scene import Scene
+from rayproof.cases.stages import Stage
+from rayproof.reports.judge.against_oracle import AgainstOracle, StagePixels, needed_shadow
+from rayproof.reports.judge.forward.conditioning import error_at_eye
+from rayproof.reports.judge.forward.limits import HIT, Roundoff
+from rayproof.reports.judge.measurement import Kind
+from rayproof.reports.results.case_records import Check
+from rayproof.reports.results.outcomes import Outcome
+
+ALWAYS = (Stage.CAMERA, Stage.RAY)  # decided whatever the scene
+# How many times what rounding needs an epsilon may be: a bound is a few times what it bounds, taken for a whole scene
+# it is a few times more, and a strategy may double it at either end.
+ALLOWED = 16
+
+
+def held_to_promise(case: Case, check: Check, renderers: Mapping[str, AgainstOracle], *, own: bool) -> Check:
+    """Return the check; one that passed is undecided, or an error of ours (`own`), where the promise is not held."""
+    if check.outcome is not Outcome.PASS or check.stage in ALWAYS or check.end_to_end is None:
+        return check
+    subject = renderers.get(check.configuration)
+    if subject is None or not subject.answers(check.stage):
+        return check
+    pixels, hit = subject.end_to_end[check.stage], subject.base.conditioning.hit
+    share = float(np.mean(pixels.explained))
+    within = int(np.count_nonzero(hit & (pixels.ratio <= 1)))
+    last = Stage.RADIANCE if case.scene.lights else Stage.NORMAL
+    reason = ""
+    if share > case.most_explained:
+        reason = f"rounding explains {share:.4f} of the pixels, and the case allows {case.most_explained}"
+    elif check.stage is last and case.tuned and within < case.least_interior:
+        reason = f"{within} pixels that hit something are within their limits, the case asks for {case.least_interior}"
+    elif not within and hit.any():
+        reason = "no pixel that hits something is within its limit"
+    if not reason:
+        return check
+    return structs.replace(check, outcome=Outcome.ERROR if own else Outcome.UNDECIDED, reason=reason)
+
+
+# Epsilons that a renderer declares, against what rounding needs.
+#
+# A computed hit lies off its surface, along the normal, by the surface's own error and by the rounding of eye + t d;
+# the shadow ray that starts there finds that surface off by as much again as its data are. So much a strategy against
+# acne must leave unseen. An epsilon that is larger than a few times that is a choice, which costs pixels that nobody
+# can judge.
+
+
+def held_to_epsilons(
+    checks: Sequence[Check], renderers: Mapping[str, AgainstOracle], most_explained: float
+) -> list[Check]:
+    """Return the checks: what passed is a warning, and what has too many pixels explained so is a failure."""
+    return [_held(check, renderers.get(check.configuration), most_explained) for check in checks]
+
+
+def _held(check: Check, subject: AgainstOracle | None, most_explained: float) -> Check:
+    if subject is None or check.end_to_end is None or check.outcome is not Outcome.PASS:
+        return check
+    if check.stage in ALWAYS or not subject.answers(check.stage):
+        return check
+    beyond = beyond_need(subject, subject.end_to_end[check.stage])
+    count = int(np.count_nonzero(beyond))
+    why = (
+        f"{count} of {beyond.size} pixels are explained only by the epsilon that {check.configuration} "
+        f"declares, which is more than {ALLOWED} times what rounding needs"
+    )
+    if count > most_explained * beyond.size:
+        return structs.replace(
+            check, outcome=Outcome.FAIL, reason=f"{why}; the case allows a share of {most_explained:.3g}"
+        )
+    return structs.replace(check, outcome=Outcome.WARN, reason=why) if count else check
+
+
+def beyond_need(subject: AgainstOracle, pixels: StagePixels) -> np.ndarray:
+    """Return the pixels (height, width) that only an epsilon of more than `ALLOWED` times what is needed explains."""
+    explained = pixels.kinds == Kind.EPSILON
+    if not explained.any():
+        return explained
+    large = np.asarray(subject.renderer.shadow_epsilon) > ALLOWED * needed_shadow(subject)
+    if subject.renderer.ray_epsilon > ALLOWED * needed_ray(subject.base.scene, subject.renderer.precision):
+        large = np.ones_like(explained)
+    return explained & large
+
+
+def needed_ray(scene: Scene, precision: str) -> float:
+    """Return how far [m] a surface through the eye may seem off it."""
+    eye = np.asarray(scene.camera.eye, dtype=np.float64)
+    return Roundoff(precision)(HIT) * max((error_at_eye(shape, eye) for shape in scene.shapes), default=0.0)
