@@ -94,9 +94,8 @@ def run(
         Also hold the subject against itself: a law relates its images of a scene to those of a changed scene. SELECTORS
         may name laws as well. Named cases are held against these, or every law; other cases against a usual choice.
     require
-        References that must answer, separated by commas. A case that one of them cannot answer at all fails. A
-        run fails if an optional program answers nothing in it, and ends if one is not installed. References that
-        answer on request only are asked. Repeatable.
+        References that must answer, separated by commas: a case that one of them cannot answer at all fails. Beside the
+        panel, certified and double_double, which answer on request only. Repeatable.
     jobs
         Worker processes at once. Default: the number of processors.
     timeout

@@ -125,7 +125,7 @@ def test_each_column_has_its_own_numbers_in_however_many_groups(
     columns = importlib.import_module("rayproof.reports.results.parquet")
     monkeypatch.setattr(columns, "ROWS", 2)
     measured = {"worst_error": 1e-3, "limit": 2e-3, "pixel": [7, 3], "interior": 90, "edge": 6}
-    words = {"configuration": "float32", "reference": "embree", "verdict": "fail", "reason": "it is off"}
+    words = {"configuration": "float32", "reference": "radiance", "verdict": "fail", "reason": "it is off"}
     checks = [recorded(**words, stage=stage, ratio="inf", end_to_end=measured) for stage in ("ray", "object", "normal")]
     results = {"cases": [{"name": "walls/far", "family": "walls", "checks": checks}]}
 

@@ -24,7 +24,7 @@ def results(ratio: float | str = 0.2, seconds: float = 0.1, verdict: str = "pass
     renders = [
         {"renderer": "tracer-float32", "configuration": "float32", "seconds": seconds},
         {"renderer": "analytic", "configuration": None, "seconds": 9.0},
-        {"renderer": "tachyon", "configuration": None, "seconds": 9.0},  # which no check is against
+        {"renderer": "radiance", "configuration": None, "seconds": 9.0},  # which no check is against
     ]
     case = {"name": "shadows/one", "verdict": verdict, "seconds": 10.0, "renders": renders, "checks": [check]}
     return {
@@ -51,11 +51,11 @@ def test_a_run_comes_back_as_it_went_in(tmp_path: Path) -> None:
 def test_of_a_stages_checks_the_worst_is_kept_with_its_place(tmp_path: Path) -> None:
     run = results(0.2)
     (check,) = run["cases"][0]["checks"]
-    run["cases"][0]["checks"] += [replace(check, ratio=0.7, reference="embree"), replace(check, ratio=0.1)]
+    run["cases"][0]["checks"] += [replace(check, ratio=0.7, reference="radiance"), replace(check, ratio=0.1)]
 
     (series,) = kept(tmp_path / "h.sqlite", [run])
 
-    assert [(point.ratio, point.place) for point in series.points] == [(0.7, "float32 embree")]
+    assert [(point.ratio, point.place) for point in series.points] == [(0.7, "float32 radiance")]
 
 
 def test_each_subject_has_a_history_of_its_own(tmp_path: Path) -> None:
