@@ -22,7 +22,7 @@ from rayproof.reference.analytic.vectors import ON_SURFACE, Ends, cross, dot, le
 
 
 class Crossing(NamedTuple):
-    """The meeting of each ray (N,) with a surface: t, inf for none; the face's number in the scene; the smooth piece."""
+    """The meeting of each ray (N,) with a surface: t, inf for none; the face's number in the scene; the piece."""
 
     distance: np.ndarray
     face: np.ndarray

@@ -11,7 +11,7 @@ import numpy as np
 
 from rayproof.cases.rounding import UNIT_ROUNDOFF
 from rayproof.cases.stages import IMAGE_STAGES, Stage, StageImages, upto
-from rayproof.reports.judge.answers import Answers, length
+from rayproof.reports.judge.answers import Answers, any_of, length
 from rayproof.reports.judge.forward.common_factors import ORACLES, CommonFactors
 from rayproof.reports.judge.forward.conditioning import condition
 from rayproof.reports.judge.forward.limits import (
@@ -29,7 +29,7 @@ from rayproof.reports.judge.measurement import Kind, held_to, kinds_of, ratios
 from rayproof.reports.judge.nearby.clouds import LIGHT, SURFACE, Allowed
 from rayproof.reports.judge.nearby.continued import Continuing
 from rayproof.reports.judge.nearby.explaining import Asking, Declared, Explained, Reach
-from rayproof.reports.judge.nearby.problems import Problems
+from rayproof.reports.judge.nearby.problems import Problems, problems_of
 from rayproof.reports.judge.scene_truth import SceneTruth
 
 # The mask that lies over images for people: bits of a pixel.
@@ -53,6 +53,14 @@ class StagePixels:
     def wrong(self) -> np.ndarray:
         """Return the pixels (height, width) that nothing explains."""
         return self.kinds == Kind.WRONG
+
+    def ratio(self, stage: Stage) -> np.ndarray:
+        """Return error over limit of a stage, (height, width), whatever nearby problems say."""
+        return self._compared[stage][1]
+
+    def over(self, stage: Stage) -> np.ndarray:
+        """Return the pixels (height, width) of a stage that are over their limits."""
+        return ~(self.ratio(stage) <= 1)
 
     @cached_property
     def explained(self) -> np.ndarray:
@@ -96,7 +104,7 @@ class AgainstOracle:
     @cached_property
     def problems(self) -> Problems:
         """Return the problems within its rounding."""
-        return self.base.problems(self.renderer.precision, baked=self.roundoff.baked)
+        return problems_of(self.base.scene, self.renderer.precision, baked=self.roundoff.baked)
 
     @cached_property
     def declared(self) -> Declared:
@@ -139,10 +147,18 @@ class AgainstOracle:
                 found[stage] = (limit, *ratios(stage, self.renderer.answers[stage], self.base.truth[stage], limit))
         return found
 
+    def ratio(self, stage: Stage) -> np.ndarray:
+        """Return error over limit of a stage, (height, width), whatever nearby problems say."""
+        return self._compared[stage][1]
+
+    def over(self, stage: Stage) -> np.ndarray:
+        """Return the pixels (height, width) of a stage that are over their limits."""
+        return ~(self.ratio(stage) <= 1)
+
     @cached_property
     def explained(self) -> Mapping[Stage, Explained]:
         """Return what nearby problems say of the pixels that are over their limits end to end."""
-        over = {stage: ~(ratio <= 1) for stage, (_, ratio, _) in self._compared.items()}
+        over = {stage: self.over(stage) for stage in self._compared}
         over = {stage: mask for stage, mask in over.items() if mask.any()}
         if not over:
             return {}
@@ -199,7 +215,7 @@ class AgainstOracle:
         return found
 
     def continued_value(self, stage: Stage) -> np.ndarray:
-        """Return a stage (height, width, channels) as the oracle computes it from the renderer's own previous stages."""
+        """Return a stage (height, width, channels) as the oracle continues it from the renderer's own stages."""
         pixels = self._continued.get(stage)
         if pixels is not None:
             return pixels.value
@@ -246,6 +262,8 @@ class AgainstOracle:
         """Return the limit of a stage against `value`, continued from the renderer's own stages."""
         answers, g = self.renderer.answers, self.roundoff
         limit = self.limits.continued.get(stage, self.base.no_limit)
+        if stage in (Stage.DISTANCE, Stage.NORMAL):
+            limit = self._where_it_hit(stage, limit)
         if stage is Stage.POSITION:
             # By the renderer's own distance: at an outline it may have hit where the oracle's ray misses.
             limit = continued_position_limit(self.base.scene, answers, (g, ORACLES))
@@ -259,6 +277,33 @@ class AgainstOracle:
             # Stages by passes of their own: each is off by its own end-to-end error, and so is what it goes on from.
             limit = limit + 2 * self.own_limits.end_to_end[stage]
         return limit
+
+    def _where_it_hit(self, stage: Stage, limit: np.ndarray) -> np.ndarray:
+        """Return a continued limit (height, width) that holds where the renderer hits another object than the oracle.
+
+        There the conditioning of its own hit counts, not that of what the oracle sees in the same pixel.
+        """
+        answers, scene = self.renderer.answers, self.base.scene
+        rows, columns = np.nonzero(any_of(answers[Stage.OBJECT] != self.base.truth[Stage.OBJECT]))
+        if not len(rows):
+            return limit
+        met = {one: np.asarray(answers[one][rows, columns], dtype=np.float64) for one in (Stage.RAY, Stage.OBJECT)}
+        named = (met[Stage.OBJECT][:, :1] >= 0) & (met[Stage.OBJECT][:, :1] < len(scene.shapes))  # nor is NaN
+        met[Stage.OBJECT] = np.where(named, met[Stage.OBJECT], -1.0)
+        with np.errstate(all="ignore"):
+            distance = self.base.oracle.continued(scene, Stage.DISTANCE, met)
+            # Where its ray misses the shape by rounding, its own distance says where it hit.
+            own = np.asarray(answers[Stage.DISTANCE][rows, columns], dtype=np.float64)
+            met[Stage.DISTANCE] = np.where(named & ~np.isfinite(distance), own, distance)
+            met[Stage.OBJECT] = np.where(np.isfinite(met[Stage.DISTANCE]), met[Stage.OBJECT], -1.0)
+            for one in (Stage.POSITION, Stage.NORMAL):
+                met[one] = self.base.oracle.continued(scene, one, met)
+        image = {one: values[:, np.newaxis] for one, values in met.items()}
+        c = condition(scene, image)
+        each = (limits(scene, image, c, g, by_matrices=self.renderer.by_matrices) for g in (self.roundoff, ORACLES))
+        changed = limit.copy()
+        changed[rows, columns] = sum(found.continued[stage][:, 0] for found in each)
+        return changed
 
     def allowed(self, rows: np.ndarray, columns: np.ndarray, answer: Mapping[Stage, np.ndarray]) -> Allowed:
         """Return how far values may be from a nearby problem's answer at pixels: by the limits of that answer itself.
@@ -274,7 +319,7 @@ class AgainstOracle:
         steps = {}
         if self.renderer.resolutions:
             for stage in (*SURFACE, *LIGHT):
-                if stage in self.renderer.resolutions:
+                if stage in self.renderer.resolutions and self.answers(stage):
                     value = np.asarray(self.renderer.answers[stage][rows, columns], dtype=np.float64)
                     steps[stage] = np.asarray(self.coarseness.step(stage, value[:, np.newaxis]))[:, 0]
         return Allowed(

@@ -10,7 +10,7 @@ from rayproof.cases.case import ITEMS_OF_OTHERS, Case
 from rayproof.cases.stages import Stage
 from rayproof.reference.analytic import Analytic
 from rayproof.reports.judge.against_oracle import AgainstOracle
-from rayproof.reports.judge.answers import Answers, lost, well_shaped, without
+from rayproof.reports.judge.answers import Answers, lost, without
 from rayproof.reports.judge.answers import misshapen as misshapen_answers
 from rayproof.reports.judge.box_filter import mean_checks
 from rayproof.reports.judge.checks import pair_checks, unmeasured
@@ -129,7 +129,8 @@ def _settled(
     checks = [_with_known_defect(check, renderers, versions) for check in checks]
     checks = held_to_epsilons(checks, renderers, case.most_explained)
     own = {subject.renderer.name for subject in subjects if subject.renderer.items != ITEMS_OF_OTHERS}
-    return [held_to_promise(case, check, renderers, own=check.configuration in own and case.tuned) for check in checks]
+    base = references[0].base
+    return [held_to_promise(case, check, base, own=check.configuration in own and case.tuned) for check in checks]
 
 
 def _with_known_defect(check: Check, renderers: Mapping[str, AgainstOracle], versions: Mapping[str, str]) -> Check:
@@ -163,18 +164,13 @@ def _failing(check: Check, renderers: Mapping[str, AgainstOracle], base: SceneTr
 # What a case's record says of the panel: each stage's matrix, who stands alone, and which convention explains it.
 
 
-def adjudication(
-    judged: Judged, subjects: Sequence[Answers], references: Sequence[Answers], oracle: Analytic
-) -> dict[str, AdjudicationRecord]:
+def adjudication(judged: Judged, subjects: Sequence[Answers], oracle: Analytic) -> dict[str, AdjudicationRecord]:
     """Return {stage: matrix, baseline of interior and limits, who stands alone, why} as docs/results.md describes it.
 
     Conventions are put to the test for each voice that stands alone, at the first image stage at which it does: what
     follows from there follows from that.
     """
     names = {subject.name for subject in subjects}
-    renderers = {subject.name: subject for subject in subjects}
-    renderers |= {reference.name: reference for reference in references}
-    renderers = {name: well_shaped(judged.case.scene, renderer) for name, renderer in renderers.items()}
     record: dict[str, AdjudicationRecord] = {}
     first: dict[str, Stage] = {}
     for stage, matrix in judged.panel.items():
@@ -186,7 +182,7 @@ def adjudication(
             words = f" It is off from {first[who]} on."
         elif who is not None and stage is not Stage.CAMERA:
             first[who] = stage
-            results = tested(judged.case.scene, renderers[who], stage, oracle)
+            results = tested(judged.case.scene, judged.against[who], stage, oracle)
             words = in_words(results)
         record[stage.value] = {
             "baseline": ORACLE,

@@ -34,6 +34,7 @@ CORNERS = {
     (1, 0): "samples each pixel at its bottom left corner",
     (1, 1): "samples each pixel at its bottom right corner",
 }
+HOPELESS = 0.05  # of the pixels over their limits: no nearby problem explains so many
 LIT = (Stage.IRRADIANCE, Stage.EXITANCE, Stage.RADIANCE)
 
 
@@ -62,12 +63,14 @@ class Tested:
         }
 
 
-def tested(scene: Scene, renderer: Answers, stage: Stage, oracle: Analytic) -> list[Tested]:
+def tested(scene: Scene, judged: AgainstOracle, stage: Stage, oracle: Analytic) -> list[Tested]:
     """Return every known convention that could matter to the scene, tested at one image stage of the renderer."""
+    renderer = judged.renderer
     if stage not in IMAGE_STAGES or renderer.error is not None or stage not in renderer.answers:
         return []
     truth = cache(lambda other: scene_truth(other, stages_of(other), oracle, known={}))
-    found = [_under(what, truth(other), renderer, stage, moved) for what, other, moved in _questions(scene)]
+    wrong = judged.over(stage) if judged.answers(stage) else np.zeros_like(judged.base.conditioning.hit)
+    found = [_under(what, truth(other), renderer, stage, moved, wrong) for what, other, moved in _questions(scene)]
     if stage in LIT and len(scene.lights) > 1:
         found.append(_one_light(scene, renderer, stage, oracle))
     return found
@@ -108,16 +111,23 @@ def _placed(down: int, right: int) -> Moved:
     return moved
 
 
-def _under(what: str, base: SceneTruth, renderer: Answers, stage: Stage, moved: Moved | None) -> Tested:
+def _under(
+    what: str, base: SceneTruth, renderer: Answers, stage: Stage, moved: Moved | None, wrong: np.ndarray
+) -> Tested:
     """Judge the renderer against the oracle's answer to another question."""
-    ours = (
-        renderer
-        if moved is None
-        else replace(renderer, answers=moved(renderer.answers, base.truth), shadow_epsilon=_most(renderer))
-    )
-    if not AgainstOracle(base, ours).answers(stage):
+    ours = renderer
+    if moved is not None:
+        ours = replace(renderer, answers=moved(renderer.answers, base.truth), shadow_epsilon=_most(renderer))
+    against = AgainstOracle(base, replace(ours, answers={stage: ours.answers[stage]}))
+    if not against.answers(stage):
         return Tested(what=what, ratio=math.inf, differing=0, interior=0)
-    numbers = measured(AgainstOracle(base, ours), AgainstOracle(base, ours).end_to_end[stage])
+    over = against.over(stage)
+    unmoved = moved is None and np.count_nonzero(over & wrong) > np.count_nonzero(wrong) / 2
+    if unmoved or over.mean() > HOPELESS:
+        # Nearby problems explain few pixels, and a convention that leaves most wrong ones where they are, none.
+        ratio = float(against.ratio(stage).max())
+        return Tested(what=what, ratio=ratio, differing=int(np.count_nonzero(over)), interior=int(np.sum(~over)))
+    numbers = measured(against, against.end_to_end[stage])
     return Tested(what=what, ratio=numbers.worst_ratio, differing=numbers.wrong, interior=numbers.interior)
 
 
@@ -128,9 +138,8 @@ def _one_light(scene: Scene, renderer: Answers, stage: Stage, oracle: Analytic) 
         red, green, blue = (len(scene.lights) * flux for flux in light.flux)
         alone = replace(scene, lights=(replace(light, flux=(red, green, blue)),))
         base = scene_truth(alone, stages_of(alone), oracle, known={})
-        seeing = replace(renderer, shadow_epsilon=_most(renderer))
-        pixels = AgainstOracle(base, seeing).end_to_end[stage]
-        each.append(np.where(pixels.explained, 0.0, pixels.ratio))
+        seeing = replace(renderer, answers={stage: renderer.answers[stage]}, shadow_epsilon=_most(renderer))
+        each.append(np.where(base.beside_changes, 0.0, AgainstOracle(base, seeing).ratio(stage)))
     best = np.min(each, axis=0)
     return Tested(
         what="picks one light at random in each pixel",

@@ -12,10 +12,10 @@ from pathlib import Path
 
 import numpy as np
 
-from rayproof.cases.placement import placed
-from rayproof.cases.scene import Scene, Sphere
+from rayproof.cases.placement import placed, world_triangles
+from rayproof.cases.scene import Mesh, Scene, Sphere
 from rayproof.cases.stages import Stage, StageImages
-from rayproof.reports.judge.answers import length
+from rayproof.reports.judge.answers import dot, length
 from rayproof.reports.results.records import FindingRecord
 
 
@@ -53,7 +53,7 @@ class KnownFinding:
         """Say whether every one of the pixels (height, width), of which there are some, is under its circumstances."""
         if not self.where or not pixels.any():
             return False
-        return bool(np.all(CIRCUMSTANCES[self.where](scene, truth)[pixels] >= self.at_least))
+        return bool(np.all(CIRCUMSTANCES[self.where](scene, truth, pixels) >= self.at_least))
 
 
 @lru_cache(maxsize=1)
@@ -82,40 +82,70 @@ def explained(
 
 # Circumstances under which a finding about a reference holds: properties of a scene, pixel by pixel.
 #
-# To add one: a function (scene, the oracle's answers) -> (height, width) and its line in `CIRCUMSTANCES`, whose name a
+# To add one: a function (scene, the oracle's answers, pixels) -> (n,) and its line in `CIRCUMSTANCES`, whose name a
 # finding gives with a threshold. Its docstring derives why the defect grows with the number.
 
 
-def light_nearness(scene: Scene, truth: StageImages) -> np.ndarray:
+def light_nearness(scene: Scene, truth: StageImages, pixels: np.ndarray) -> np.ndarray:
     """Return the size of its coordinates over the distance of what is seen from the nearest light, 0 on a miss.
 
     From 2^22 on the distance is lost in float32's rounding of the coordinates, and may come out as 0.
     """
-    position, found = truth[Stage.POSITION], np.zeros(truth[Stage.OBJECT].shape[:2])
+    position, found = truth[Stage.POSITION][pixels], np.zeros(np.count_nonzero(pixels))
     for light in scene.lights:
         place = np.asarray(light.position, dtype=np.float64)
         with np.errstate(divide="ignore", invalid="ignore"):
             near = (np.linalg.norm(place) + length(position)) / length(place - position)
         found = np.maximum(found, np.nan_to_num(near, nan=0.0))
-    return np.where(truth[Stage.OBJECT][..., 0] >= 0, found, 0.0)
+    return np.where(truth[Stage.OBJECT][pixels, 0] >= 0, found, 0.0)
 
 
-def center_over_hit(scene: Scene, truth: StageImages) -> np.ndarray:
+def center_over_hit(scene: Scene, truth: StageImages, pixels: np.ndarray) -> np.ndarray:
     """Return of the sphere that is seen its centre's distance from the origin and its radius over 1 m and the hit's.
 
     A hit in float32 is off its surface by 16 u of the former at most, and Mitsuba's feelers start 1500 u of the latter
     above it, the largest coordinate standing for the distance: from 1500 / 16 on the sphere may block its own light.
     """
-    objects, found = truth[Stage.OBJECT][..., 0], np.zeros(truth[Stage.OBJECT].shape[:2])
+    objects, found = truth[Stage.OBJECT][pixels, 0], np.zeros(np.count_nonzero(pixels))
     for index, shape in enumerate(scene.shapes):
         if isinstance(shape, Sphere):
             linear, shift = placed(shape)
             size = np.linalg.norm(linear @ shape.center + shift) + shape.radius * np.linalg.norm(linear, 2)
-            found = np.where(objects == index, size / (1 + np.abs(truth[Stage.POSITION]).max(axis=-1)), found)
+            found = np.where(objects == index, size / (1 + np.abs(truth[Stage.POSITION][pixels]).max(axis=-1)), found)
     return found
 
 
-CIRCUMSTANCES: dict[str, Callable[[Scene, StageImages], np.ndarray]] = {
+def edge_nearness(scene: Scene, truth: StageImages, pixels: np.ndarray) -> np.ndarray:
+    """Return by what part of its length, inverted, a pixel's ray or one of its shadow rays passes an edge of a mesh.
+
+    A program that does not round a shared edge alike for the two faces beside it has a hole there: whoever asks whether
+    a point is inside a polygon, and no more than a few roundings of the ray's length decide, may say no of both.
+    """
+    corners = [world_triangles(shape).astype(np.float64) for shape in scene.shapes if isinstance(shape, Mesh)]
+    nearness = np.zeros(np.count_nonzero(pixels))
+    if not corners:
+        return nearness
+    faces = np.concatenate(corners)
+    edges = np.stack([faces, np.roll(faces, -1, axis=1)], axis=2).reshape(-1, 2, 3)
+    eye, rays, hits = np.asarray(scene.camera.eye), truth[Stage.RAY][pixels], truth[Stage.POSITION][pixels]
+    ways = [(eye, rays)]
+    ways += [(np.asarray(light.position), hits - np.asarray(light.position)) for light in scene.lights]
+    for start, directions in ways:
+        for number, direction in enumerate(directions):
+            with np.errstate(divide="ignore", invalid="ignore"):
+                unit = direction / length(direction)
+                along = (edges - start) @ unit
+                off = edges - start - along[..., np.newaxis] * unit
+                first, side = off[:, 0], off[:, 1] - off[:, 0]
+                share = np.clip(-dot(first, side) / dot(side, side), 0.0, 1.0)
+                close = length(first + np.nan_to_num(share)[:, np.newaxis] * side)
+                least = np.min(close / np.abs(along).min(axis=1))
+                nearness[number] = max(nearness[number], 1 / least if least > 0 else np.inf)
+    return nearness
+
+
+CIRCUMSTANCES: dict[str, Callable[[Scene, StageImages, np.ndarray], np.ndarray]] = {
     "center_over_hit": center_over_hit,
+    "edge_nearness": edge_nearness,
     "light_nearness": light_nearness,
 }

@@ -62,6 +62,7 @@ class Sentinel:
     case: Case = CASE
     others: tuple[Answers, ...] = ()  # who is heard beside the oracle
     steps: Mapping[Stage, Resolution] = field(default_factory=dict)  # how coarse the subject's output is
+    oracle: Analytic | None = None  # that is wrong on purpose; None: the right one
 
 
 def rounded(answers: StageImages) -> StageImages:

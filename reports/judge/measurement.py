@@ -75,12 +75,25 @@ def unexamined(stage: Stage, camera: Camera) -> Examined:
 class Explained(Protocol):
     """The pixels (height, width) over their limits that nearby problems explain, or of which nobody knows."""
 
-    rounding: np.ndarray
-    epsilon: np.ndarray
-    unexamined: np.ndarray
+    @property
+    def rounding(self) -> np.ndarray:
+        """Return the pixels that have the answer to a problem within rounding."""
+        ...
+
+    @property
+    def epsilon(self) -> np.ndarray:
+        """Return the pixels that only a declared epsilon explains."""
+        ...
+
+    @property
+    def unexamined(self) -> np.ndarray:
+        """Return the pixels of which nobody knows."""
+        ...
 
 
-def kinds_of(ratio: np.ndarray, wide: np.ndarray, bounded: np.ndarray, explained: Explained | None = None) -> np.ndarray:
+def kinds_of(
+    ratio: np.ndarray, wide: np.ndarray, bounded: np.ndarray, explained: Explained | None = None
+) -> np.ndarray:
     """Return each pixel's kind, uint8 (height, width).
 
     `ratio` is error over limit; `wide` and `bounded` say of the limit that it is above 1 % of the value and that it is

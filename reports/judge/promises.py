@@ -17,6 +17,7 @@ from rayproof.reports.judge.against_oracle import AgainstOracle, StagePixels, ne
 from rayproof.reports.judge.forward.conditioning import error_at_eye
 from rayproof.reports.judge.forward.limits import HIT, Roundoff
 from rayproof.reports.judge.measurement import Kind
+from rayproof.reports.judge.scene_truth import SceneTruth
 from rayproof.reports.results.case_records import Check
 from rayproof.reports.results.outcomes import Outcome
 
@@ -26,16 +27,12 @@ ALWAYS = (Stage.CAMERA, Stage.RAY)  # decided whatever the scene
 ALLOWED = 16
 
 
-def held_to_promise(case: Case, check: Check, renderers: Mapping[str, AgainstOracle], *, own: bool) -> Check:
+def held_to_promise(case: Case, check: Check, base: SceneTruth, *, own: bool) -> Check:
     """Return the check; one that passed is undecided, or an error of ours (`own`), where the promise is not held."""
     if check.outcome is not Outcome.PASS or check.stage in ALWAYS or check.end_to_end is None:
         return check
-    subject = renderers.get(check.configuration)
-    if subject is None or not subject.answers(check.stage):
-        return check
-    pixels, hit = subject.end_to_end[check.stage], subject.base.conditioning.hit
-    share = float(np.mean(pixels.explained))
-    within = int(np.count_nonzero(hit & (pixels.ratio <= 1)))
+    measured, hit = check.end_to_end, base.conditioning.hit
+    share, within = measured.explained / hit.size, measured.interior
     last = Stage.RADIANCE if case.scene.lights else Stage.NORMAL
     reason = ""
     if share > case.most_explained:

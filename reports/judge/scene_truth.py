@@ -11,7 +11,6 @@ from rayproof.reference.analytic import Analytic
 from rayproof.reports.judge.answers import dot, widest_near
 from rayproof.reports.judge.forward.conditioning import Conditioning, condition
 from rayproof.reports.judge.forward.limits import Limits, Roundoff, limits
-from rayproof.reports.judge.nearby.problems import Problems
 
 SMOOTH = 0.9  # cosine of the angle between neighbours' normals; at a cube's edge it is less
 
@@ -65,14 +64,6 @@ class SceneTruth:
             found = limits(self.scene, self.truth, self.conditioning, g, by_matrices=by_matrices)
             self._limits[g, by_matrices] = found
         return self._limits[g, by_matrices]
-
-    @cached_property
-    def _problems(self) -> dict[tuple[str, bool], Problems]:
-        return {}
-
-    def problems(self, precision: str, *, baked: bool) -> Problems:
-        """Return the problems within the rounding of one precision."""
-        return self._problems.setdefault((precision, baked), Problems(self.scene, precision, baked))
 
 
 def _cut(image: np.ndarray, axis: int, part: slice) -> np.ndarray:

@@ -132,7 +132,13 @@ def witness_sentinels(truth: StageImages) -> Iterator[Sentinel]:
             others=(third(wrong),),
         )
         yield Sentinel(
-            name=f"{stage} of the oracle wrong", ours=good, theirs=wrong, outcome=suspect, stage=stage, others=(honest,)
+            name=f"{stage} of the oracle wrong",
+            ours=good,
+            theirs=wrong,
+            outcome=suspect,
+            stage=stage,
+            others=(honest,),
+            oracle=BlunderingOracle(stage),
         )
         mine = good | {stage: good[stage] * BLUNDER}
         yield Sentinel(
@@ -156,6 +162,17 @@ def witness_sentinels(truth: StageImages) -> Iterator[Sentinel]:
     yield Sentinel(
         name="copy of one stage", ours=good, theirs=truth, outcome=suspect, stage=None, others=(third(copy),)
     )
+
+
+class BlunderingOracle(Analytic):
+    """An oracle that is wrong in one stage."""
+
+    def __init__(self, stage: Stage) -> None:
+        self._stage = stage
+
+    def image(self, scene: Scene, stage: Stage, values: np.ndarray, points: np.ndarray) -> np.ndarray:
+        """Return what is written of a stage."""
+        return values * BLUNDER if stage is self._stage else values
 
 
 def third(answers: StageImages) -> Answers:
@@ -207,8 +224,8 @@ def panel_sentinels(truth: StageImages, oracle: Analytic) -> Iterator[tuple[Sent
             name="a third off at an edge",
             ours=rounded(edge),
             theirs=edge,
-            outcome=Outcome.PASS,
-            stage=None,
+            outcome=Outcome.REFERENCE_SUSPECT,
+            stage=Stage.DISTANCE,
             case=EDGE_CASE,
             others=(third(between),),
         ),
@@ -241,8 +258,8 @@ def _off_at_an_edge(record: Record) -> str | None:
     ratio = _numbers(record["distance"]["ratio"])
     if not (ratio[2][1] > 1 and ratio[2][0] > 1):
         return "the row of who has neither side's value at an edge passes"
-    if not (ratio[1][2] <= 1 and ratio[0][2] <= 1):
-        return "the rows of those who have a side's value at an edge fail"
+    if not (ratio[0][1] <= 1 and ratio[1][0] <= 1):
+        return "two who have a side's value at an edge differ"
     return None
 
 
@@ -350,8 +367,8 @@ def stand_guard(oracle: Analytic) -> int:
         try:
             # Spoilt numbers overflow on purpose; a comparison that ends in 0/0 is the judge's own fault.
             with np.errstate(over="ignore", under="ignore", divide="raise", invalid="raise"):
-                judged, subject, references = _judge(sentinel, oracle)
-                wrong = said(adjudication(judged, [subject], references, oracle)) if said is not None else None
+                judged, subject = _judge(sentinel, oracle)
+                wrong = said(adjudication(judged, [subject], oracle)) if said is not None else None
         except Exception as fall:  # whatever a broken judge raises
             raise BrokenJudgeError(
                 f"the judge is broken: it fell over sentinel {sentinel.name!r}: {type(fall).__name__}: {fall}"
@@ -370,7 +387,7 @@ def stand_guard(oracle: Analytic) -> int:
     return count
 
 
-def _judge(sentinel: Sentinel, oracle: Analytic) -> tuple[Judged, Answers, list[Answers]]:
+def _judge(sentinel: Sentinel, oracle: Analytic) -> tuple[Judged, Answers]:
     subject = Answers(
         name="sentinel",
         precision="float32",
@@ -382,7 +399,8 @@ def _judge(sentinel: Sentinel, oracle: Analytic) -> tuple[Judged, Answers, list[
     )
     reference = Answers(name="analytic", precision="float64", independent=True, answers=sentinel.theirs)
     references = [reference, *sentinel.others]
-    return case.judge_case(sentinel.case, [subject], references, oracle, {}), subject, references
+    oracle = sentinel.oracle or oracle
+    return case.judge_case(sentinel.case, [subject], references, oracle, {}), subject
 
 
 def _clear(truth: StageImages) -> tuple[int, int]:

@@ -134,7 +134,7 @@ def judge(task: JudgeTask | GuardTask) -> CaseRecord | None:
         if reference.name in task.require and not reference.answers:
             why = reference.error or next(iter(reference.unsupported.values()), "it answered nothing")
             judged = judged.worsened(Outcome.FAIL, f"{reference.name} is required and could not answer: {why}")
-    panel = adjudication(judged, task.subjects, task.references, _ORACLE)
+    panel = adjudication(judged, task.subjects, _ORACLE)
     scene = write_scene(task.folder, task.case)
     images, pixels = keep_images(task, judged.outcome)
     record = _record(task, judged, scene, images)

@@ -9,11 +9,13 @@ roundoff of its precision.
     irradiance, exitance               u times themselves
     object, visibility                 nothing: they are whole numbers
 
-An output that is coarser than its arithmetic moves them by its own step. Where stages were computed by passes of their
-own (`chained: false`), each is moved by its own end-to-end limit as well. The scene moves as it does for stages end to
-end, and for visibility the start of shadow rays.
+Where all these problems show the same piece, hit or miss and side as the oracle does from the unmoved numbers, the
+forward limit is all. An output that is coarser than its arithmetic moves them by its own step. Where stages were
+computed by passes of their own (`chained: false`), each is moved by its own end-to-end limit as well. The scene moves
+as it does for stages end to end, and for visibility the start of shadow rays.
 """
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
@@ -22,9 +24,10 @@ import numpy as np
 from rayproof.cases.stages import Stage, StageImages
 from rayproof.reference.analytic import Analytic, Freedom
 from rayproof.reports.judge.answers import all_of, dot
-from rayproof.reports.judge.nearby.explaining import FIRST, NOTHING, ROUNDS, Declared, Explained, Reach
-from rayproof.reports.judge.nearby.problems import AMOUNTS, Problem, Problems
+from rayproof.reports.judge.nearby.explaining import FIRST, HALVINGS, NOTHING, ROUNDS, Declared, Explained, Reach
+from rayproof.reports.judge.nearby.problems import AMOUNTS, FARTHEST, Problem, Problems
 
+MOVING = 2  # rounds in which scenes move
 READ_BY: Mapping[Stage, tuple[Stage, ...]] = {
     Stage.OBJECT: (Stage.RAY,),
     Stage.DISTANCE: (Stage.RAY, Stage.OBJECT),
@@ -41,21 +44,22 @@ READ_BY: Mapping[Stage, tuple[Stage, ...]] = {
 class Handed:
     """What a renderer handed over at some pixels (n,), and by how much each number of it is moved."""
 
+    pixels: np.ndarray  # (n,): flat indices
     rows: Mapping[Stage, np.ndarray]  # (n, channels)
     rounding: Mapping[Stage, np.ndarray]  # (n, 1) or (n, channels): per unit of roundoff
     whole: Mapping[Stage, np.ndarray]  # likewise: by an output's step, and by passes of their own
 
-    def moved(
-        self, amount: float, draw: np.random.Generator, pixels: np.ndarray, total: int
-    ) -> dict[Stage, np.ndarray]:
+    def moved(self, amount: float, draw: np.random.Generator, total: int) -> dict[Stage, np.ndarray]:
         """Return the rows moved; what is drawn for a pixel does not depend on which others are asked."""
         moved = {}
         for stage, values in self.rows.items():
             if stage not in self.rounding:
                 moved[stage] = values
                 continue
-            drawn = draw.uniform(-1, 1, (total, values.shape[1]))[pixels]
-            moved[stage] = values + (amount * self.rounding[stage] + self.whole.get(stage, 0.0)) * drawn
+            drawn = draw.uniform(-1, 1, (total, values.shape[1]))[self.pixels]
+            with np.errstate(invalid="ignore"):  # a miss is infinitely far away, wherever it moves
+                off = (amount * self.rounding[stage] + self.whole.get(stage, 0.0)) * drawn
+                moved[stage] = np.where(np.isfinite(values), values + off, values)
         return moved
 
 
@@ -79,16 +83,29 @@ class Continuing:
         """Return what became of the pixels (height, width) that are over the limit."""
         nothing = {name: np.zeros_like(over) for name in ("rounding", "epsilon", "unexamined")}
         found = Explained(**nothing)
-        left = over.copy()
-        for number, declared in ((0, NOTHING), (1, NOTHING), (2, NOTHING), (1, self.declared)):
-            if declared is self.declared and not declared:
-                break
-            good = self._explained(left, self._problems(number), declared)
-            (found.epsilon if declared is self.declared else found.rounding)[good] = True
-            left &= ~good
-            if not left.any():
-                break
+        settled = over & ~self._changing(over, self._far())
+        left = over & ~settled
+        self._judge(left, 0, NOTHING, found.rounding)
+        # A stage that is wrong in a settled pixel is wrong; its others are asked no more.
+        if not settled.any():
+            for number in range(1, 1 + MOVING):
+                self._judge(left, number, NOTHING, found.rounding)
+        if self.declared:
+            self._judge(left, 1, self.declared, found.epsilon)
         return found
+
+    def _judge(self, left: np.ndarray, number: int, declared: Declared, found: np.ndarray) -> None:
+        """Move the pixels that a round of problems explains from `left` to `found`, (height, width) both."""
+        if left.any():
+            good = self._explained(left, self._problems(number), declared)
+            found |= good
+            left &= ~good
+
+    def _far(self) -> list[Problem]:
+        """Return problems that are moved as far as `FARTHEST`."""
+        scenes = [self.problems.moved(FARTHEST, number) for number in range(FIRST)]
+        still = [replace(self.problems.itself(number), amount=FARTHEST) for number in range(FIRST)]
+        return [*still, *(problem for problem in scenes if problem is not None)]
 
     def _problems(self, number: int) -> list[Problem]:
         if number == 0:
@@ -96,33 +113,84 @@ class Continuing:
         start = sum(ROUNDS[: number - 1])
         return list(self.problems.within(range(start, start + ROUNDS[number - 1])))
 
+    def _changing(self, where: np.ndarray, problems: list[Problem]) -> np.ndarray:
+        """Return those of some pixels (height, width) of which a problem shows another piece, side or miss."""
+        changing = np.zeros_like(where)
+        rows, columns = np.nonzero(where)
+        if len(rows):
+            changing[rows, columns] = self._answers(rows, columns, problems, self.declared)[2]
+        return changing
+
     def _explained(self, left: np.ndarray, problems: list[Problem], declared: Declared) -> np.ndarray:
         """Return the pixels (height, width) that one of the problems explains."""
-        rows, columns = np.nonzero(left)
         good = np.zeros_like(left)
-        if not len(rows) or not problems:
-            return good
-        handed, pixels = self._handed(rows, columns), rows * left.shape[1] + columns
+        rows, columns = np.nonzero(left)
+        if len(rows) and problems:
+            answers, pieces, changes = self._answers(rows, columns, problems, declared)
+            own = np.asarray(self.answers[self.stage][rows, columns], dtype=np.float64)
+            limit = np.asarray(self.limit)[rows, columns]
+            limit = limit if limit.ndim == 2 else limit[:, np.newaxis]
+            good[rows, columns] = changes & self._among(own, answers, pieces, limit)
+        return good
+
+    def _answers(
+        self, rows: np.ndarray, columns: np.ndarray, problems: list[Problem], declared: Declared
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return problems' answers at pixels (K, n, channels), their pieces (K, n), and where these change (n,)."""
+        handed = self._handed(rows, columns)
         values, pieces = [], []
         for problem in problems:
             draw = problem.draw
-            given = handed.moved(problem.amount, draw, pixels, left.size)
+            given = handed.moved(problem.amount, draw, self.reach.image.size)
             freedom = self._freedom(rows, columns, problem, declared, draw)
             with np.errstate(all="ignore"):  # from whatever was handed over, infinities too
                 values.append(self.oracle.continued(problem.scene, self.stage, given, freedom))
             pieces.append(self._pieces(problem, given))
-        own = np.asarray(self.answers[self.stage][rows, columns], dtype=np.float64)
-        limit = np.asarray(self.limit)[rows, columns]
-        limit = limit if limit.ndim == 2 else limit[:, np.newaxis]
-        good[rows, columns] = self._among(own, np.stack(values), np.stack(pieces), limit)
-        return good
+        for given in self._towards(handed):
+            values.append(self.oracle.continued(self.problems.scene, self.stage, given))
+            pieces.append(self._pieces(self.problems.itself(), given))
+        with np.errstate(all="ignore"):
+            usual = self.oracle.continued(self.problems.scene, self.stage, handed.rows)
+        places = self._pieces(self.problems.itself(), handed.rows)
+        answers, shown = np.stack(values), np.stack(pieces)
+        changes = (shown != places).any(axis=0) | (np.isfinite(answers) != np.isfinite(usual)).any(axis=(0, 2))
+        if self.stage in (Stage.OBJECT, Stage.VISIBILITY):
+            changes |= (answers != usual).any(axis=(0, 2))
+        return answers, shown, changes
+
+    def _towards(self, handed: Handed) -> list[Mapping[Stage, np.ndarray]]:
+        """Return what was handed over with its rays turned towards the objects that the renderer names, ever less.
+
+        Between many thin faces no ray turned at random meets a given one.
+        """
+        if self.stage not in (Stage.OBJECT, Stage.DISTANCE):
+            return []
+        scene, rays = self.problems.scene, handed.rows[Stage.RAY]
+        objects = self.answers[Stage.OBJECT].reshape(-1, 2)[handed.pixels]
+        with np.errstate(all="ignore"):
+            way = self.oracle.rays(scene, self.oracle.image_points_of(scene, objects)) - rays
+            # An eye that moves turns the way to a surface as a ray does that is turned.
+            camera = scene.camera
+            apart = math.dist(camera.eye, camera.target)
+            turned = 1 + (math.hypot(*camera.eye) + apart) / self._distances(handed.pixels, apart)
+            most = AMOUNTS[-1] * handed.rounding[Stage.RAY] * turned + handed.whole.get(Stage.RAY, 0.0)
+            size = np.abs(way).max(axis=1, keepdims=True)
+            step = np.nan_to_num(way * np.minimum(1.0, most / np.where(size > 0, size, 1.0)))
+        return [{**handed.rows, Stage.RAY: rays + step * 0.5**halved} for halved in range(HALVINGS)]
+
+    def _distances(self, pixels: np.ndarray, otherwise: float) -> np.ndarray:
+        """Return how far away [m] the renderer's hits are, (n, 1), or another length where it has none."""
+        if Stage.DISTANCE not in self.answers:
+            return np.full((len(pixels), 1), otherwise)
+        distances = np.asarray(self.answers[Stage.DISTANCE], dtype=np.float64).reshape(-1, 1)[pixels]
+        return np.where(np.isfinite(distances) & (distances > 0), distances, otherwise)
 
     def _among(self, own: np.ndarray, values: np.ndarray, pieces: np.ndarray, limit: np.ndarray) -> np.ndarray:
         """Return which values (n, channels) are a problem's, or lie between those (K, n, channels) of one piece."""
         if self.stage is Stage.OBJECT:
-            return all_of(values == own).any(axis=0)
+            return np.asarray(all_of(values == own).any(axis=0))
         if self.stage is Stage.VISIBILITY:
-            return all_of((values == own).any(axis=0))
+            return all_of(np.asarray((values == own).any(axis=0)))
         good, left = np.zeros(len(own), dtype=bool), np.ones(pieces.shape, dtype=bool)
         with np.errstate(invalid="ignore"):
             while (pixels := np.flatnonzero(left.any(axis=0) & ~good)).size:
@@ -140,8 +208,9 @@ class Continuing:
         """Return a number (n,) that values have in common which may span an interval."""
         objects = given[Stage.OBJECT] if Stage.OBJECT in given else np.zeros((len(given[Stage.RAY]), 2))
         if self.stage is Stage.NORMAL:
-            turned = dot(self.oracle.continued(problem.scene, self.stage, given), given[Stage.RAY]) < 0
-            return 2 * self.oracle.pieces_at(problem.scene, given) + turned
+            with np.errstate(all="ignore"):
+                turned = dot(self.oracle.continued(problem.scene, self.stage, given), given[Stage.RAY]) < 0
+                return 2 * self.oracle.pieces_at(problem.scene, given) + turned
         if self.stage is Stage.RADIANCE:
             return (dot(given[Stage.NORMAL], given[Stage.RAY]) < 0).astype(int)
         return np.zeros(len(objects), dtype=int)
@@ -171,7 +240,7 @@ class Continuing:
             if stage in rounding:
                 off = np.broadcast_to(off, (*self.reach.image.shape, *np.shape(off)[2:]))[rows, columns]
                 whole[stage] = off if off.ndim == 2 else off[:, np.newaxis]
-        return Handed(rows=flat, rounding=rounding, whole=whole)
+        return Handed(pixels=rows * self.reach.image.shape[1] + columns, rows=flat, rounding=rounding, whole=whole)
 
     def _freedom(
         self, rows: np.ndarray, columns: np.ndarray, problem: Problem, declared: Declared, draw: np.random.Generator
@@ -181,8 +250,10 @@ class Continuing:
         shape = self.reach.image.shape
         drawn = draw.uniform(0, 1, (*shape, 3))[rows, columns]
         shadow = np.broadcast_to(declared.shadow, shape)[rows, columns] * drawn[:, 1]
+        shadow = shadow * max(1.0, problem.amount / AMOUNTS[-1])
         skips = drawn[:, 2] < 1 / 3
-        lift = self.reach.lift[rows, columns] * drawn[:, 0] * min(1.0, problem.amount / AMOUNTS[-1])
+        share = problem.amount / AMOUNTS[-1]
+        lift = self.reach.lift[rows, columns] * drawn[:, 0] * share
         return Freedom(
             lift=lift + np.where(skips, 0.0, shadow),
             blind=np.where(skips, shadow, 0.0),

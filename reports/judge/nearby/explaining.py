@@ -1,9 +1,8 @@
 """Which pixels over their limits are explained: by rounding, by a declared epsilon, or not at all.
 
-Pixels are asked in rounds. The first moves only the image points and the starts of shadow rays, all of them in one call
-of the oracle. Then pixels in which nothing changes even `FARTHEST` units of roundoff away are left to their forward
-limits. The others are asked of problems whose scenes move as well: 18, 72 and 288 of them. A pixel is asked on until a
-problem explains it.
+Pixels in which nothing changes even `FARTHEST` units of roundoff away are left to their forward limits. The others are
+asked in rounds. The first moves only the image points and the starts of shadow rays, all of them in one call of the
+oracle. Then the scenes move as well: 18, 72 and 288 of them. A pixel is asked on until a problem explains it.
 """
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -32,6 +31,7 @@ from rayproof.reports.judge.nearby.problems import AMOUNTS, COINCIDING, EVERY_TI
 
 FIRST = 8  # draws of the first round
 FAR = 16  # problems that are moved as far as `FARTHEST`
+SMOOTH = 4  # times what the limits allow in proportion: several data that move at once change a value by less
 ROUNDS = (6, 24, 96)  # problems of each amount in the rounds in which scenes move
 MOST_ASKED = 400  # pixels that go on to the rounds in which scenes move: a wrong renderer is wrong in its first ones
 HALVINGS = 40  # of the way from a pixel's centre to the object that a renderer names
@@ -129,11 +129,15 @@ class Asking:
             return self._found
         if self._lost():
             return self._found
-        self._first_round()
         asked = self._sample()
-        self._moving = asked & ~self._settled(asked)
+        settled = self._settled(asked)
+        self._first_round(~settled)
+        # A stage that is wrong in a settled pixel is wrong; its others are asked no more.
+        decided = {stage: mask for stage, mask in self._left.items() if (mask & settled).any()}
+        self._left = {stage: mask for stage, mask in self._left.items() if stage not in decided}
+        moving = asked & ~settled
         for number, more in enumerate(ROUNDS):
-            pixels = self._pixels(self._moving)
+            pixels = self._pixels(moving)
             if not len(pixels[0]):
                 break
             start = sum(ROUNDS[:number])
@@ -141,25 +145,26 @@ class Asking:
             if number == 0 and (read := self.problems.as_read()) is not None:
                 problems.insert(0, read)
             self._put_to(pixels, problems)
-        if 0 < np.count_nonzero(np.any(list(self._left.values()), axis=0)) <= FEW:
-            self._ask_again()
-        # If one of the pixels that were asked is wrong, those that were not count as wrong as well.
-        if not any((mask & asked).any() for mask in self._left.values()):
-            for stage, mask in self._left.items():
+        if self._left and 0 < np.count_nonzero(np.any(list(self._left.values()), axis=0)) <= FEW:
+            self._ask_again(moving)
+        # If one of a stage's pixels that were asked is wrong, those that were not asked count as wrong as well.
+        for stage, mask in self._left.items():
+            if not (mask & asked).any():
                 self._found[stage].unexamined[mask] = True
                 mask[:] = False
+        self._left |= decided
         return self._found
 
-    def _ask_again(self) -> None:
+    def _ask_again(self, moving: np.ndarray) -> None:
         """Ask the few pixels that are left of ten times as many problems, and of an oracle that decides exactly."""
-        pixels = self._pixels(self._moving)
+        pixels = self._pixels(moving)
         start = sum(ROUNDS)
         for number in range(start, start + max(ROUNDS), ROUNDS[0]):
             if not len(pixels[0]):
                 return
             problems = list(self.problems.within(range(number, number + ROUNDS[0])))
             self._put_to(pixels, problems, times=AGAIN)
-            pixels = self._pixels(self._moving)
+            pixels = self._pixels(moving)
         if len(pixels[0]):
             self.oracle = ExactOracle()
             self._put_to(pixels, [self.problems.itself(), *self.problems.within(range(ROUNDS[0]))])
@@ -194,24 +199,34 @@ class Asking:
                 mask &= ~lost
         return not any(mask.any() for mask in self._left.values())
 
-    def _first_round(self) -> None:
-        """Ask all pixels of the scene itself, with the points moved."""
-        rows, columns = pixels = self._pixels(np.ones_like(self.reach.image, dtype=bool))
-        self._judge(pixels, self._of_itself(rows, columns, NOTHING), self._found, "rounding")
-        if self.declared:
-            pixels = self._pixels(np.ones_like(self.reach.image, dtype=bool))
-            if len(pixels[0]):
-                self._judge(pixels, self._of_itself(*pixels, self.declared), self._found, "epsilon", self.declared)
+    def _first_round(self, where: np.ndarray) -> None:
+        """Ask pixels of the scene itself, with the points moved."""
+        pixels = self._pixels(where)
+        if len(pixels[0]):
+            self._judge(pixels, self._of_itself(*pixels, NOTHING), self._found, "rounding")
+        pixels = self._pixels(where)
+        if self.declared and len(pixels[0]):
+            self._judge(pixels, self._of_itself(*pixels, self.declared), self._found, "epsilon", self.declared)
 
     def _settled(self, asked: np.ndarray) -> np.ndarray:
-        """Return those of some pixels (height, width) that show the same even far away, so that their limits decide."""
-        final = np.zeros_like(asked)
+        """Return those of some pixels (height, width) that show the same even far away, so that their limits decide.
+
+        What changes by no more than in proportion to how far the problem is, is a matter of the limits.
+        """
+        settled = self._unchanged(asked, [replace(self.problems.itself(), amount=FARTHEST)], times=FIRST)
+        if settled.any():
+            problems = [self.problems.moved(FARTHEST, number) for number in range(FAR)]
+            settled = self._unchanged(settled, [problem for problem in problems if problem is not None])
+        return settled
+
+    def _unchanged(self, asked: np.ndarray, problems: Sequence[Problem], *, times: int = 1) -> np.ndarray:
+        """Return those of some pixels (height, width) that show the same piece and lights in all of some problems."""
+        unchanged = np.zeros_like(asked)
         rows, columns = pixels = self._pixels(asked)
-        if not len(rows):
-            return final
-        problems = [self.problems.moved(FARTHEST, number) for number in range(FAR)]
-        moved = [problem for problem in problems if problem is not None]
-        cloud = self._cloud(pixels, moved or [self.problems.itself()], self.declared, by_light=False)
+        if not len(rows) or not problems:
+            return unchanged
+        cloud = self._cloud(pixels, problems, self.declared, times=times, by_light=False)
+        cloud = joined([cloud, *self._directed(pixels, cloud, by_light=False)])
         center = self._centre(pixels)
         changes = (cloud.codes != center.codes).any(axis=0)
         if Stage.VISIBILITY in cloud.rows:
@@ -219,10 +234,10 @@ class Asking:
         allowed = self.allowed(rows, columns, {stage: image[0] for stage, image in center.rows.items()})
         for stage in SURFACE:
             with np.errstate(invalid="ignore"):
-                off = np.abs(cloud.rows[stage] - center.rows[stage])
-            changes |= ~(np.nan_to_num(off, nan=0.0, posinf=np.inf) <= allowed.at(stage)).all(axis=(0, 2))
-        final[rows[~changes], columns[~changes]] = True
-        return final
+                off = np.nan_to_num(np.abs(cloud.rows[stage] - center.rows[stage]), nan=0.0, posinf=np.inf)
+            changes |= ~(off <= SMOOTH * FARTHEST / AMOUNTS[-1] * allowed.at(stage)).all(axis=(0, 2))
+        unchanged[rows[~changes], columns[~changes]] = True
+        return unchanged
 
     def _sample(self) -> np.ndarray:
         """Return the pixels (height, width) that are asked on: at most `MOST_ASKED`, the same ones in every image."""
@@ -245,7 +260,9 @@ class Asking:
 
     def _pixels(self, where: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return rows and columns of the pixels of `where` that are left."""
-        left = np.any(list(self._left.values()), axis=0) & where
+        left = np.zeros_like(where)
+        for mask in self._left.values():
+            left |= mask & where
         rows, columns = np.nonzero(left)
         return rows, columns
 
@@ -302,8 +319,8 @@ class Asking:
         share = problem.amount / AMOUNTS[-1]
         reach = (self.reach.image + declared.edge)[rows, columns] * share
         half = np.abs(drawn[:, 2:])
-        lift = self.reach.lift[rows, columns] * half[:, 0] * min(1.0, share)
-        shadow = np.broadcast_to(declared.shadow, shape)[rows, columns] * half[:, 2]
+        lift = self.reach.lift[rows, columns] * half[:, 0] * share
+        shadow = np.broadcast_to(declared.shadow, shape)[rows, columns] * half[:, 2] * max(1.0, share)
         skips = half[:, 1] < 1 / 3  # a renderer moves the start or skips blockers near it; nobody says which
         return _centers(rows, columns) + reach[:, np.newaxis] * drawn[:, :2], Freedom(
             lift=lift + np.where(skips, 0.0, shadow),
@@ -315,7 +332,7 @@ class Asking:
             draw=draw,
         )
 
-    def _directed(self, pixels: tuple[np.ndarray, np.ndarray], cloud: Cloud) -> list[Cloud]:
+    def _directed(self, pixels: tuple[np.ndarray, np.ndarray], cloud: Cloud, *, by_light: bool = True) -> list[Cloud]:
         """Return answers on the way from pixels' centres to the objects that the renderer names and no problem hit.
 
         Between many thin faces no draw at random meets a given one. The way is halved, so that however narrow the face
@@ -340,7 +357,7 @@ class Asking:
         points = np.repeat(centers[np.newaxis], HALVINGS, axis=0)
         steps = (0.5 ** np.arange(HALVINGS))[:, np.newaxis, np.newaxis]
         points[:, missed] += steps * (share[:, np.newaxis] * np.where(known[:, np.newaxis], way, 0.0))
-        samples = self.oracle.samples(self.scene, points.reshape(-1, 2), self.last, by_light=True)
+        samples = self.oracle.samples(self.scene, points.reshape(-1, 2), self.last, by_light=by_light)
         return [split(samples, HALVINGS)]
 
     # Judging.

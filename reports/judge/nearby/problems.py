@@ -123,6 +123,12 @@ class Problems:
         return Problem(scene=scene, amount=AMOUNTS[-1], seed=(self.seed, 2))
 
 
+@lru_cache(maxsize=4)
+def problems_of(scene: Scene, precision: str, *, baked: bool) -> Problems:
+    """Return the problems within rounding of a scene; kept, since all renderers of one precision have the same."""
+    return Problems(scene, precision, baked)
+
+
 def _moved(
     scene: Scene, groups: tuple[tuple[int, ...], ...], amount: float, seed: tuple[int, ...], *, baked: bool
 ) -> Scene:
