@@ -54,14 +54,6 @@ class StagePixels:
         """Return the pixels (height, width) that nothing explains."""
         return self.kinds == Kind.WRONG
 
-    def ratio(self, stage: Stage) -> np.ndarray:
-        """Return error over limit of a stage, (height, width), whatever nearby problems say."""
-        return self._compared[stage][1]
-
-    def over(self, stage: Stage) -> np.ndarray:
-        """Return the pixels (height, width) of a stage that are over their limits."""
-        return ~(self.ratio(stage) <= 1)
-
     @cached_property
     def explained(self) -> np.ndarray:
         """Return the pixels (height, width) over their limits that rounding or a declared epsilon explains."""
