@@ -25,7 +25,7 @@ from rayproof.reports.judge.forward.limits import (
     limits,
     roundoff_of,
 )
-from rayproof.reports.judge.measurement import Kind, held_to, kinds_of, ratios
+from rayproof.reports.judge.measurement import Kind, StagePixels, held_to, kinds_of, ratios
 from rayproof.reports.judge.nearby.clouds import LIGHT, SURFACE, Allowed
 from rayproof.reports.judge.nearby.continued import Continuing
 from rayproof.reports.judge.nearby.explaining import Asking, Declared, Explained, Reach
@@ -36,28 +36,6 @@ from rayproof.reports.judge.scene_truth import SceneTruth
 BY_ROUNDING, BY_EPSILON = 1, 2
 MASK_NAMES = {BY_ROUNDING: "explained by rounding", BY_EPSILON: "explained by a declared epsilon"}
 AFTER_IRRADIANCE = 7  # roundings from irradiance to radiance, as the end-to-end limits count them
-
-
-@dataclass(frozen=True, kw_only=True)
-class StagePixels:
-    """One stage of a renderer against a value, pixel by pixel."""
-
-    stage: Stage
-    value: np.ndarray  # (height, width, channels) that it is compared with
-    limit: np.ndarray  # (height, width) or (height, width, channels)
-    ratio: np.ndarray  # (height, width): error over limit
-    error: np.ndarray  # (height, width) or (height, width, channels)
-    kinds: np.ndarray  # uint8 (height, width): each pixel's `Kind`
-
-    @cached_property
-    def wrong(self) -> np.ndarray:
-        """Return the pixels (height, width) that nothing explains."""
-        return self.kinds == Kind.WRONG
-
-    @cached_property
-    def explained(self) -> np.ndarray:
-        """Return the pixels (height, width) over their limits that rounding or a declared epsilon explains."""
-        return (self.kinds == Kind.ROUNDING) | (self.kinds == Kind.EPSILON)
 
 
 @dataclass(frozen=True, eq=False)

@@ -9,12 +9,12 @@ from msgspec import structs
 from rayproof.cases.scene import Scene
 from rayproof.cases.stages import Stage
 from rayproof.reports.judge import camera_check
-from rayproof.reports.judge.against_oracle import AgainstOracle, StagePixels
+from rayproof.reports.judge.against_oracle import AgainstOracle
 from rayproof.reports.judge.answers import Answers, abstention
 from rayproof.reports.judge.copies import copied
 from rayproof.reports.judge.forward.common_factors import Factors
 from rayproof.reports.judge.forward.limits import BECAUSE, Roundoff, calibration
-from rayproof.reports.judge.measurement import Kind, cells_of, counted, measure, unexamined
+from rayproof.reports.judge.measurement import Kind, StagePixels, cells_of, counted, measure, unexamined
 from rayproof.reports.judge.metrics import METRICS
 from rayproof.reports.judge.nearby.clouds import LIGHT
 from rayproof.reports.judge.oracle import ORACLE

@@ -2,7 +2,9 @@
 
 import math
 from collections.abc import Sequence
+from dataclasses import dataclass
 from enum import IntEnum
+from functools import cached_property
 from itertools import product
 from typing import Any, Protocol
 
@@ -41,6 +43,28 @@ def counted(kinds: np.ndarray) -> Examined:
     if len(counts) != len(Kind) - 1:
         raise ValueError(f"a pixel is of kind {len(counts)}, and there are {len(Kind)} kinds")
     return Examined(*counts, pixels=strict + sum(counts))
+
+
+@dataclass(frozen=True, kw_only=True)
+class StagePixels:
+    """One stage of a renderer against a value, pixel by pixel."""
+
+    stage: Stage
+    value: np.ndarray  # (height, width, channels) that it is compared with
+    limit: np.ndarray  # (height, width) or (height, width, channels)
+    ratio: np.ndarray  # (height, width): error over limit
+    error: np.ndarray  # (height, width) or (height, width, channels)
+    kinds: np.ndarray  # uint8 (height, width): each pixel's `Kind`
+
+    @cached_property
+    def wrong(self) -> np.ndarray:
+        """Return the pixels (height, width) that nothing explains."""
+        return self.kinds == Kind.WRONG
+
+    @cached_property
+    def explained(self) -> np.ndarray:
+        """Return the pixels (height, width) over their limits that rounding or a declared epsilon explains."""
+        return (self.kinds == Kind.ROUNDING) | (self.kinds == Kind.EPSILON)
 
 
 CELLS = 8  # rows, and columns, of the grid over an image by which a gate remembers where pixels are wrong

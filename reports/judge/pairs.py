@@ -9,9 +9,9 @@ from functools import cached_property
 import numpy as np
 
 from rayproof.cases.stages import Stage
-from rayproof.reports.judge.against_oracle import AgainstOracle, StagePixels
+from rayproof.reports.judge.against_oracle import AgainstOracle
 from rayproof.reports.judge.answers import Answers
-from rayproof.reports.judge.measurement import Kind, held_to, kinds_of, ratios
+from rayproof.reports.judge.measurement import Kind, StagePixels, held_to, kinds_of, ratios
 from rayproof.reports.judge.nearby.explaining import Explained
 from rayproof.reports.judge.oracle import ORACLE
 from rayproof.reports.judge.scene_truth import SceneTruth

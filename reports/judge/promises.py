@@ -13,10 +13,10 @@ from msgspec import structs
 from rayproof.cases.case import Case
 from rayproof.cases.scene import Scene
 from rayproof.cases.stages import Stage
-from rayproof.reports.judge.against_oracle import AgainstOracle, StagePixels, needed_shadow
+from rayproof.reports.judge.against_oracle import AgainstOracle, needed_shadow
 from rayproof.reports.judge.forward.conditioning import error_at_eye
 from rayproof.reports.judge.forward.limits import HIT, Roundoff
-from rayproof.reports.judge.measurement import Kind
+from rayproof.reports.judge.measurement import Kind, StagePixels
 from rayproof.reports.judge.scene_truth import SceneTruth
 from rayproof.reports.results.case_records import Check
 from rayproof.reports.results.outcomes import Outcome

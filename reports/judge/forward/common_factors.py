@@ -9,7 +9,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from msgspec import structs
@@ -18,10 +18,8 @@ from rayproof.cases.scene import Scene
 from rayproof.cases.stages import Stage, StageImages
 from rayproof.reports.judge.answers import Answers, dot, length
 from rayproof.reports.judge.forward.limits import Coarseness, Limits, Roundoff, continued_light_limit, irradiance_moved
+from rayproof.reports.judge.measurement import StagePixels
 from rayproof.reports.results.case_records import CHANCE, LEAST_DISTINCT, Bias, FactorGroup, Leaning, least_share
-
-if TYPE_CHECKING:
-    from rayproof.reports.judge.against_oracle import StagePixels
 
 # Roundings of what all pixels under one light share: flux, 4 pi and their quotient; then albedo and its product with
 # these; then pi, the quotient by it and the product with the constants before it.
@@ -95,7 +93,7 @@ class CommonFactors:
     def _coarseness(self) -> Coarseness:
         return Coarseness(resolutions=self.renderer.resolutions)
 
-    def of(self, stage: Stage, continued: "StagePixels | None" = None) -> "Factors":
+    def of(self, stage: Stage, continued: StagePixels | None = None) -> "Factors":
         """Return the factors of a stage end to end, or against what the oracle continued from the renderer's stages."""
         ours = self.renderer.answers[stage]
         explained = self.explained.get(stage) if continued is None else continued.explained
