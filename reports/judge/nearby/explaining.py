@@ -1,8 +1,9 @@
 """Which pixels over their limits are explained: by rounding, by a declared epsilon, or not at all.
 
 Pixels in which nothing changes even `FARTHEST` units of roundoff away are left to their forward limits. The others are
-asked in rounds. The first moves only the image points and the starts of shadow rays, all of them in one call of the
-oracle. Then the scenes move as well: 18, 72 and 288 of them. A pixel is asked on until a problem explains it.
+asked in rounds. The first two move only the image points and the starts of shadow rays, all of them in one call of the
+asked in rounds. The first two move only the image points and the starts of shadow rays, all of them in one call of the
+problem explains it.
 """
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -29,10 +30,12 @@ from rayproof.reports.judge.nearby.clouds import (
 from rayproof.reports.judge.nearby.exact import ExactOracle
 from rayproof.reports.judge.nearby.problems import AMOUNTS, COINCIDING, EVERY_TIE, FARTHEST, Problem, Problems
 
-FIRST = 8  # draws of the first round
+FIRST, SECOND = 8, 64  # draws of the rounds in which only points move
 FAR = 16  # problems that are moved as far as `FARTHEST`
 SMOOTH = 4  # times what the limits allow in proportion: several data that move at once change a value by less
-ROUNDS = (6, 24, 96)  # problems of each amount in the rounds in which scenes move
+ROUNDS = (6, 24)  # scenes of each amount in the rounds in which these move
+POINTS = (8, 16)  # points of each pixel that are asked in each of these scenes
+DRAWN = 5  # numbers for each point: two of its place, its lift, its epsilon, and what that is
 MOST_ASKED = 400  # pixels that go on to the rounds in which scenes move: a wrong renderer is wrong in its first ones
 HALVINGS = 40  # of the way from a pixel's centre to the object that a renderer names
 AGAIN = 10  # times as many problems before a renderer is failed by few pixels
@@ -131,12 +134,13 @@ class Asking:
             return self._found
         asked = self._sample()
         settled = self._settled(asked)
-        self._first_round(~settled)
+        self._ask_itself(~settled, FIRST)
         # A stage that is wrong in a settled pixel is wrong; its others are asked no more.
         decided = {stage: mask for stage, mask in self._left.items() if (mask & settled).any()}
         self._left = {stage: mask for stage, mask in self._left.items() if stage not in decided}
         moving = asked & ~settled
-        for number, more in enumerate(ROUNDS):
+        self._ask_itself(moving, SECOND)
+        for number, (more, times) in enumerate(zip(ROUNDS, POINTS, strict=True)):
             pixels = self._pixels(moving)
             if not len(pixels[0]):
                 break
@@ -144,7 +148,7 @@ class Asking:
             problems = list(self.problems.within(range(start, start + more)))
             if number == 0 and (read := self.problems.as_read()) is not None:
                 problems.insert(0, read)
-            self._put_to(pixels, problems)
+            self._put_to(pixels, problems, times=times)
         if self._left and 0 < np.count_nonzero(np.any(list(self._left.values()), axis=0)) <= FEW:
             self._ask_again(moving)
         # If one of a stage's pixels that were asked is wrong, those that were not asked count as wrong as well.
@@ -159,11 +163,11 @@ class Asking:
         """Ask the few pixels that are left of ten times as many problems, and of an oracle that decides exactly."""
         pixels = self._pixels(moving)
         start = sum(ROUNDS)
-        for number in range(start, start + max(ROUNDS), ROUNDS[0]):
+        for number in range(start, start + AGAIN * ROUNDS[0], ROUNDS[0]):
             if not len(pixels[0]):
                 return
             problems = list(self.problems.within(range(number, number + ROUNDS[0])))
-            self._put_to(pixels, problems, times=AGAIN)
+            self._put_to(pixels, problems, times=AGAIN * POINTS[0])
             pixels = self._pixels(moving)
         if len(pixels[0]):
             self.oracle = ExactOracle()
@@ -199,14 +203,12 @@ class Asking:
                 mask &= ~lost
         return not any(mask.any() for mask in self._left.values())
 
-    def _first_round(self, where: np.ndarray) -> None:
-        """Ask pixels of the scene itself, with the points moved."""
-        pixels = self._pixels(where)
-        if len(pixels[0]):
-            self._judge(pixels, self._of_itself(*pixels, NOTHING), self._found, "rounding")
-        pixels = self._pixels(where)
-        if self.declared and len(pixels[0]):
-            self._judge(pixels, self._of_itself(*pixels, self.declared), self._found, "epsilon", self.declared)
+    def _ask_itself(self, where: np.ndarray, times: int) -> None:
+        """Ask pixels of the scene itself, with so many points of each moved, in one call of the oracle."""
+        for declared, kind in ((NOTHING, "rounding"), (self.declared, "epsilon")):
+            pixels = self._pixels(where)
+            if len(pixels[0]) and (declared or kind == "rounding"):
+                self._judge(pixels, self._of_itself(*pixels, declared, times), self._found, kind, declared)
 
     def _settled(self, asked: np.ndarray) -> np.ndarray:
         """Return those of some pixels (height, width) that show the same even far away, so that their limits decide.
@@ -254,8 +256,7 @@ class Asking:
             if not len(left[0]) or (kind == "epsilon" and not declared):
                 return
             cloud = self._cloud(left, problems, declared, times=times)
-            more = [self._of_itself(*left, declared), cloud] if times == 1 else [cloud]
-            more += self._directed(left, joined(more))
+            more = [cloud, *self._directed(left, cloud)]
             self._judge(left, joined(more), self._found, kind, declared)
 
     def _pixels(self, where: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -268,11 +269,11 @@ class Asking:
 
     # Answers.
 
-    def _of_itself(self, rows: np.ndarray, columns: np.ndarray, declared: Declared) -> Cloud:
+    def _of_itself(self, rows: np.ndarray, columns: np.ndarray, declared: Declared, times: int = FIRST) -> Cloud:
         """Return the scene's own answers at the centre and at points around it, in one call of the oracle."""
-        points, freedom = self._points(rows, columns, self.problems.itself(), declared, times=FIRST)
+        points, freedom = self._points(rows, columns, self.problems.itself(times), declared, times=times)
         still = np.zeros(len(rows))
-        ties = np.arange(FIRST) % EVERY_TIE == EVERY_TIE - 1
+        ties = np.arange(times) % EVERY_TIE == EVERY_TIE - 1
         freedom = replace(
             freedom,
             lift=np.concatenate([still, freedom.lift]),
@@ -281,7 +282,7 @@ class Asking:
             named=None if freedom.named is None else np.concatenate([freedom.named[: len(rows)], freedom.named]),
         )
         points = np.concatenate([_centers(rows, columns), points])
-        return split(self.oracle.samples(self.scene, points, self.last, freedom, by_light=True), 1 + FIRST)
+        return split(self.oracle.samples(self.scene, points, self.last, freedom, by_light=True), 1 + times)
 
     def _cloud(
         self,
@@ -313,8 +314,9 @@ class Asking:
 
         What is drawn for a pixel does not depend on which others are asked.
         """
-        draw, shape = problem.draw, self.reach.image.shape
-        drawn = draw.uniform(-1, 1, (times, *shape, 6))[:, rows, columns].reshape(times * len(rows), 6)
+        shape = self.reach.image.shape
+        drawn = problem.drawn(rows * shape[1] + columns, times * DRAWN).reshape(-1, times, DRAWN)
+        drawn = drawn.swapaxes(0, 1).reshape(-1, DRAWN)
         rows, columns = np.tile(rows, times), np.tile(columns, times)
         share = problem.amount / AMOUNTS[-1]
         reach = (self.reach.image + declared.edge)[rows, columns] * share
@@ -329,7 +331,7 @@ class Asking:
             near=declared.ray,
             blind=np.where(skips, shadow, 0.0),
             light=declared.light,
-            draw=draw,
+            draw=problem.draw,
         )
 
     def _directed(self, pixels: tuple[np.ndarray, np.ndarray], cloud: Cloud, *, by_light: bool = True) -> list[Cloud]:
