@@ -258,6 +258,7 @@ class Continuing:
             lift=lift + np.where(skips, 0.0, shadow),
             blind=np.where(skips, shadow, 0.0),
             light=declared.light,
+            by_plane=drawn[:, 1] < 1 / 2,
             near=declared.ray,
             tie=self.reach.tie[rows, columns] + declared.tie,
             draw=problem.draw,

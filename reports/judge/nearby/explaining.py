@@ -2,8 +2,8 @@
 
 Pixels in which nothing changes even `FARTHEST` units of roundoff away are left to their forward limits. The others are
 asked in rounds. The first two move only the image points and the starts of shadow rays, all of them in one call of the
-asked in rounds. The first two move only the image points and the starts of shadow rays, all of them in one call of the
-problem explains it.
+oracle. Then the scenes move as well, 18 and 72 of them, each with several points of a pixel. A pixel is asked on until
+a problem explains it.
 """
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -280,6 +280,7 @@ class Asking:
             tie=np.concatenate([still, freedom.tie * np.repeat(ties, len(rows))]),
             blind=np.concatenate([still, freedom.blind]),
             named=None if freedom.named is None else np.concatenate([freedom.named[: len(rows)], freedom.named]),
+            by_plane=np.concatenate([still > 0, freedom.by_plane]),
         )
         points = np.concatenate([_centers(rows, columns), points])
         return split(self.oracle.samples(self.scene, points, self.last, freedom, by_light=True), 1 + times)
@@ -331,6 +332,7 @@ class Asking:
             near=declared.ray,
             blind=np.where(skips, shadow, 0.0),
             light=declared.light,
+            by_plane=half[:, 2] < 1 / 2,
             draw=problem.draw,
         )
 
