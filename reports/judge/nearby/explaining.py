@@ -14,7 +14,7 @@ import numpy as np
 
 from rayproof.cases.scene import Scene
 from rayproof.cases.stages import IMAGE_STAGES, Stage, StageImages
-from rayproof.reference.analytic import Analytic, Freedom
+from rayproof.reference.analytic import NOWHERE, Analytic, Freedom
 from rayproof.reports.judge.answers import all_of
 from rayproof.reports.judge.nearby.clouds import (
     LIGHT,
@@ -35,7 +35,7 @@ FAR = 16  # problems that are moved as far as `FARTHEST`
 SMOOTH = 4  # times what the limits allow in proportion: several data that move at once change a value by less
 ROUNDS = (6, 24)  # scenes of each amount in the rounds in which these move
 POINTS = (8, 16)  # points of each pixel that are asked in each of these scenes
-DRAWN = 5  # numbers for each point: two of its place, its lift, its epsilon, and what that is
+DRAWN = 6  # numbers for each point: two of its place, its lift, its epsilon, what that is, and which horizon
 MOST_ASKED = 400  # pixels that go on to the rounds in which scenes move: a wrong renderer is wrong in its first ones
 HALVINGS = 40  # of the way from a pixel's centre to the object that a renderer names
 AGAIN = 10  # times as many problems before a renderer is failed by few pixels
@@ -328,11 +328,11 @@ class Asking:
         return _centers(rows, columns) + reach[:, np.newaxis] * drawn[:, :2], Freedom(
             lift=lift + np.where(skips, 0.0, shadow),
             tie=COINCIDING * self.reach.tie[rows, columns] + declared.tie,
-            named=None if self.objects is None else np.asarray(self.objects[rows, columns], dtype=np.float64),
+            named=self._preferred(rows, columns, half[:, 3] < 1 / 4),
             near=declared.ray,
             blind=np.where(skips, shadow, 0.0),
             light=declared.light,
-            by_plane=half[:, 2] < 1 / 2,
+            by_plane=half[:, 3] < 1 / 2,
             draw=problem.draw,
         )
 
