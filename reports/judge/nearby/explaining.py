@@ -336,6 +336,13 @@ class Asking:
             draw=problem.draw,
         )
 
+    def _preferred(self, rows: np.ndarray, columns: np.ndarray, others: np.ndarray) -> np.ndarray | None:
+        """Return which of coinciding objects (n, 2) is hit: the one that is named, or any, as `others` (n,) says."""
+        if self.objects is None:
+            return None
+        named = np.asarray(self.objects[rows, columns], dtype=np.float64)
+        return named if self.chained else np.where(others[:, np.newaxis], NOWHERE, named)
+
     def _directed(self, pixels: tuple[np.ndarray, np.ndarray], cloud: Cloud, *, by_light: bool = True) -> list[Cloud]:
         """Return answers on the way from pixels' centres to the objects that the renderer names and no problem hit.
 
