@@ -227,7 +227,7 @@ class Asking:
         rows, columns = pixels = self._pixels(asked)
         if not len(rows) or not problems:
             return unchanged
-        cloud = self._cloud(pixels, problems, self.declared, times=times, by_light=False)
+        cloud = self._cloud(pixels, problems, self.declared, times=times, every_tie=1, by_light=False)
         cloud = joined([cloud, *self._directed(pixels, cloud, by_light=False)])
         center = self._centre(pixels)
         changes = (cloud.codes != center.codes).any(axis=0)
@@ -292,13 +292,17 @@ class Asking:
         declared: Declared,
         *,
         times: int = 1,
+        every_tie: int = EVERY_TIE,
         by_light: bool = True,
     ) -> Cloud:
-        """Return the oracle's answers to problems at pixels, each at so many points of every pixel."""
+        """Return the oracle's answers to problems at pixels, each at so many points of every pixel.
+
+        In one of `every_tie` problems coinciding surfaces come in another order.
+        """
         clouds = []
         for number, problem in enumerate(problems):
             points, freedom = self._points(*pixels, problem, declared, times=times)
-            if number % EVERY_TIE != EVERY_TIE - 1:
+            if number % every_tie != every_tie - 1:
                 freedom = replace(freedom, tie=0.0)
             samples = self.oracle.samples(problem.scene, points, self.last, freedom, by_light=by_light)
             clouds.append(split(samples, times))
@@ -328,7 +332,7 @@ class Asking:
         return _centers(rows, columns) + reach[:, np.newaxis] * drawn[:, :2], Freedom(
             lift=lift + np.where(skips, 0.0, shadow),
             tie=COINCIDING * self.reach.tie[rows, columns] + declared.tie,
-            named=self._preferred(rows, columns, half[:, 3] < 1 / 4),
+            named=self._preferred(rows, columns, half[:, 3] < 1 / 2),
             near=declared.ray,
             blind=np.where(skips, shadow, 0.0),
             light=declared.light,
