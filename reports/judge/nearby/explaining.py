@@ -132,32 +132,39 @@ class Asking:
             return self._found
         if self._lost():
             return self._found
-        asked = self._sample()
-        settled = self._settled(asked)
-        self._ask_itself(~settled, FIRST)
-        # A stage that is wrong in a settled pixel is wrong; its others are asked no more.
-        decided = {stage: mask for stage, mask in self._left.items() if (mask & settled).any()}
-        self._left = {stage: mask for stage, mask in self._left.items() if stage not in decided}
-        moving = asked & ~settled
+        decided: dict[Stage, np.ndarray] = {}
+        waiting = np.ones_like(self.reach.image, dtype=bool)
+        while (asked := self._sample(waiting)).any():
+            settled = self._settled(asked)
+            self._ask_itself(waiting & ~settled, FIRST)
+            # A stage that is wrong in a settled pixel is wrong; its others are asked no more.
+            self._decide(settled, decided)
+            self._ask(asked & ~settled)
+            # If one of a stage's pixels that were asked is wrong, those that were not asked count as wrong as well.
+            self._decide(asked, decided)
+            waiting &= ~asked
+        self._left |= decided
+        return self._found
+
+    def _decide(self, pixels: np.ndarray, decided: dict[Stage, np.ndarray]) -> None:
+        """Move the stages that are left in some of the pixels (height, width) to those that are decided."""
+        for stage in [stage for stage, mask in self._left.items() if (mask & pixels).any()]:
+            decided[stage] = self._left.pop(stage)
+
+    def _ask(self, moving: np.ndarray) -> None:
+        """Ask pixels (height, width) of the rounds, up to the last that are left."""
         self._ask_itself(moving, SECOND)
         for number, (more, times) in enumerate(zip(ROUNDS, POINTS, strict=True)):
             pixels = self._pixels(moving)
             if not len(pixels[0]):
-                break
+                return
             start = sum(ROUNDS[:number])
             problems = list(self.problems.within(range(start, start + more)))
             if number == 0 and (read := self.problems.as_read()) is not None:
                 problems.insert(0, read)
             self._put_to(pixels, problems, times=times)
-        if self._left and 0 < np.count_nonzero(np.any(list(self._left.values()), axis=0)) <= FEW:
+        if 0 < len(self._pixels(moving)[0]) <= FEW:
             self._ask_again(moving)
-        # If one of a stage's pixels that were asked is wrong, those that were not asked count as wrong as well.
-        for stage, mask in self._left.items():
-            if not (mask & asked).any():
-                self._found[stage].unexamined[mask] = True
-                mask[:] = False
-        self._left |= decided
-        return self._found
 
     def _ask_again(self, moving: np.ndarray) -> None:
         """Ask the few pixels that are left of ten times as many problems, and of an oracle that decides exactly."""
@@ -241,9 +248,9 @@ class Asking:
         unchanged[rows[~changes], columns[~changes]] = True
         return unchanged
 
-    def _sample(self) -> np.ndarray:
-        """Return the pixels (height, width) that are asked on: at most `MOST_ASKED`, the same ones in every image."""
-        waiting = np.any(list(self._left.values()), axis=0)
+    def _sample(self, where: np.ndarray) -> np.ndarray:
+        """Return which pixels of `where` are asked next: at most `MOST_ASKED`, the same ones in every image."""
+        waiting = _mask(where.shape, self._pixels(where))
         if np.count_nonzero(waiting) <= MOST_ASKED:
             return waiting
         order = np.where(waiting, np.random.default_rng(self.problems.seed).random(waiting.shape), np.inf)
