@@ -123,8 +123,11 @@ def _of_cases(results: RunRecord) -> str:
     shared += "".join(f" Warning: {legible(sentence)}." for sentence in results.get("growing", []))
     for name, cases in _stopped(results).items():
         shared += f" A time limit stopped {name} in {several(len(cases), 'case')}."
+    lost = _lost(results)
+    shared += "".join(f" {sentence}." for sentence in lost.values())
     for name, cases in _abstained(results).items():
-        shared += f" {name} had no say in {several(len(cases), 'case')}."
+        if name not in lost:
+            shared += f" {name} had no say in {several(len(cases), 'case')}."
     shared += "".join(f" {sentence}." for sentence in left_out_in_words(results))
     answered = answered_in_words(results)
     if worst_first == [Outcome.PASS]:
@@ -199,11 +202,25 @@ def no_say(results: RunRecord) -> list[str]:
     for name, names in _stopped(results).items():
         more = f" and {len(names) - 1} more" if len(names) > 1 else ""
         silenced.append(f"a time limit stopped {name} in {names[0]}{more}")
+    lost = _lost(results)
+    silenced += lost.values()
     for name, cases in _abstained(results).items():
+        if name in lost:
+            continue
         case, why = next(iter(cases.items()))
         more = f" and {len(cases) - 1} more" if len(cases) > 1 else ""
         silenced.append(f"{name} had no say in {case}{more}, where it was asked: {why}")
     return silenced
+
+
+def _lost(results: RunRecord) -> dict[str, str]:
+    """Return, for each reference that ended with an error in every case of the run, a sentence with its first error."""
+    abstained, summary = _abstained(results), results.get("summary")
+    if not abstained or not isinstance(summary, Mapping):
+        return {}
+    done = sum(summary[outcome.value] for outcome in Outcome if outcome is not Outcome.MISSING)
+    errors = {name: next(iter(cases.values())) for name, cases in abstained.items() if len(cases) == done}
+    return {name: f"The panel lost {name}: {legible(error).rstrip('.')}" for name, error in errors.items()}
 
 
 def _abstained(results: RunRecord) -> dict[str, dict[str, str]]:
