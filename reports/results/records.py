@@ -250,10 +250,11 @@ class ReviewRecord(TypedDict, total=False):
 
 
 class ImagesKeptRecord(TypedDict):
-    """The numbers of cases whose images a run kept, and of passing ones whose images it did not."""
+    """The numbers of cases whose images a run kept, of passing ones without, and of others with a preview only."""
 
     cases: Count
     left_out: Count
+    previews: NotRequired[Count]
 
 
 class FindingRecord(TypedDict, total=False):

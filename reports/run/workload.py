@@ -48,14 +48,15 @@ class Journal:
         """Return the record of a case that was finished under exactly this key, or None.
 
         An error, or a reference that abstained, may have been the machine's or the time limit's fault, so that such a
-        case is done again.
+        case is done again. So is a case without its images, in which a cause is sought.
         """
         try:
             record = self._table.finished(key)
         except DamagedTableError:
             return None  # its case is simply done again
-        again = record is None or record.get("verdict") == Outcome.ERROR or bool(record.get("abstained"))
-        return None if again else record
+        if record is None or record.get("verdict") == Outcome.ERROR or record.get("abstained") or "preview" in record:
+            return None
+        return record
 
     def append(self, key: str, record: CaseRecord) -> None:
         """Write one finished case and make sure that it reached the disk."""

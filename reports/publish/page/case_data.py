@@ -29,6 +29,7 @@ from rayproof.cases.scene_json import pack, unpack
 from rayproof.cases.stages import IMAGE_STAGES, Stage, exr_channels
 from rayproof.reports.judge.pixel_classes import NAMES
 from rayproof.reports.program_name import NAME
+from rayproof.reports.publish.page.previews import preview_of
 from rayproof.reports.publish.scene3d.parts import look, thinned
 from rayproof.reports.publish.scene3d.stills import compared, picture_path
 from rayproof.reports.results.case_records import CaseRecord
@@ -167,6 +168,8 @@ def write_case_data(folder: Path, path: Path, case: CaseRecord) -> list[Path]:
     if pixels is None and not keeps_images(case) and case["verdict"] == Outcome.PASS:
         notes.append("It passed, and this run keeps no images of such a case; its command makes them again.")
     command, probe = commands_of(case)
+    if "preview" in case:
+        notes.append(f"The run's images of the worst cases fill its space; `{command} --keep-images all` makes these.")
     if pixels is not None and pixels == case.get("pixels") and case["verdict"] == Outcome.PASS:
         kept = f"`{command} --keep-images all`"
         notes.append(f"Of a case that passed a run keeps the images of two renderers; {kept} keeps everybody's.")
@@ -178,6 +181,7 @@ def write_case_data(folder: Path, path: Path, case: CaseRecord) -> list[Path]:
         "command": command,
         "probe": probe,
         "picture": picture_of(folder, case),
+        "preview": preview_of(folder, case),
         "view": None if scene is None else view_of(scene, case),
         "small": small_of(folder, case),
         "notes": [f"{note.get('reference')}: {note.get('note')}" for note in case.get("notes", [])] + notes,

@@ -131,7 +131,7 @@
       }],
     ];
 
-    const root = e("main", { class: "case" }, rayproof.shoutBars(results), header(row, data, around),
+    const root = e("main", { class: "case" }, rayproof.shoutBars(results), header(row, data, around), rayproof.preview(data),
       stages.length ? [panel.tabs,
         e("section", { class: "panel", role: "tabpanel", id: "stage-panel", "aria-label": "Stage" }, e("h2", { class: "offscreen" }, "Images and checks of this stage"), panel.meaning, view.controls, view.node, panel.checks, panel.panel),
         e("div", { class: "pair" }, e("div", {}, inspector.node), scene?.node)]

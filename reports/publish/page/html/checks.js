@@ -189,6 +189,13 @@
       e("img", { src: `${at}/picture.png`, alt: "the failing stage, the renderer's left, the right one right" }));
   };
 
+  // In the place of images that the run left out.
+  rayproof.preview = function (data) {
+    if (!data.preview) return null;
+    return e("section", { class: "panel", "aria-label": "Preview" }, e("figure", {}, e("img", { class: "worst", src: rayproof.source(data.preview), alt: "ours, the reference and the error, small" }),
+      e("figcaption", { class: "muted" }, "Ours, the reference and the error. The images themselves are made by ", rayproof.code(`${data.command} --keep-images all`))));
+  };
+
   rayproof.renders = function (data) {
     const rows = (data.renders || []).map((render) => e("li", {}, e("strong", {}, render.renderer), " ", render.cached ? "from the cache" : rayproof.seconds(render.seconds),
       render.error ? [" ", rayproof.pill("error"), " ", rayproof.prose(render.error)] : null,
