@@ -290,9 +290,9 @@ def cases_of(selectors: tuple[str, ...]) -> tuple[Case, ...]:
     names = tuple(selector for selector in selectors if selector not in files)
     cases = select(names) if selectors else all_cases()
     if files:
-        from rayproof.reports.run.scenes import cases_of_files
+        from rayproof.reports.run.scenes import cases_of_files, scene_path
 
-        cases += cases_of_files([Path(file) for file in files])
+        cases += cases_of_files([*map(scene_path, files)])
     return cases
 
 

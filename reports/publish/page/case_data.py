@@ -41,6 +41,7 @@ from rayproof.reports.results.images import handed_over, inside, keeps_images, k
 from rayproof.reports.results.outcomes import Outcome
 from rayproof.reports.results.records import RunRecord
 
+SCENES = "scenes"  # the folder of scene files in a results folder
 FEW = 16  # cases with images to compress that one process writes sooner than another one starts
 AT_ONCE = 32  # cases in memory
 
@@ -196,19 +197,26 @@ def commands_of(case: CaseRecord) -> tuple[str, tuple[str, str]]:
     """Return the command that runs a case again, and of that which shows a pixel what stands before and after it.
 
     The page may be read on another machine: the program's and the scene's paths are not absolute ones. A scene of the
-    user's is found from the results folder.
+    user's is found from the folder in which the run was started, and from the results folder.
     """
     try:
         program, _, file, *options = shlex.split(str(case.get("reproduce") or ""))
     except ValueError:
         program, file, options = NAME, "", []
-    name = str(case.get("scene")) if file.endswith(".json") else case["name"]
+    name = _scene_file(file, str(case.get("scene"))) if file.endswith(".json") else case["name"]
     head = NAME if PurePath(program).is_absolute() else program
     # Of the tracer the page names the configuration that is looked at.
     pairs = zip(options[::2], options[1::2], strict=False)
     asked = [word for pair in pairs if pair[0] in ("--subject", "--env") for word in pair]
     tail = f" {shlex.join(asked)}" if asked else ""
     return shlex.join([head, "run", name, *options]), (shlex.join([head, "probe", name]), tail)
+
+
+def _scene_file(file: str, scene: str) -> str:
+    """Return a scene's path with its results folder as the run was told it, or that folder's name if it is absolute."""
+    path = PurePath(file)
+    folder = path.parts[: -1 - path.parts[::-1].index(SCENES)] if SCENES in path.parts else ()
+    return PurePath(*(folder[-1:] if path.is_absolute() else folder), scene).as_posix()
 
 
 def picture_of(folder: Path, case: CaseRecord) -> str | None:
