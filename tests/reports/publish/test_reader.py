@@ -1,5 +1,6 @@
 """What a reader stumbled over: words, a phone, paper, the dark, which value decides, and whose pixels are wrong."""
 
+import json
 from io import BytesIO
 
 import pytest
@@ -10,6 +11,7 @@ from rayproof.reports.publish import publish_all
 from rayproof.reports.publish.page.page import publish
 from rayproof.reports.publish.page.thumbnails import picture
 from rayproof.reports.results.files import legible
+from tests.reports.publish.page.test_plots import DIAGRAMS, POINT
 from tests.reports.publish.sample import HOSTILE, make_folder, results_of
 from tests.reports.publish.visits import Visit
 
@@ -175,4 +177,25 @@ def test_a_run_without_failures_says_nothing_of_what_is_wrong(browser, tmp_path)
     visit = Visit(browser, tmp_path)
 
     assert visit.open().locator(".blamed").count() == 0
+    visit.end()
+
+
+def test_a_formula_that_decides_all_pixels_wrongly_is_drawn_at_the_edge(browser, tmp_path):
+    make_folder(tmp_path)
+    lost = POINT | {"variant": "astray", "label": "astray, float32", "error": "nan", "wrong": 1.0, "front": False}
+    for name in ("error_low", "error_high"):
+        lost[name] = "nan"
+    (diagram,) = DIAGRAMS["diagrams"]
+    (tmp_path / "tradeoff").mkdir()
+    content = DIAGRAMS | {"diagrams": [diagram | {"points": [POINT, lost]}]}
+    (tmp_path / "tradeoff" / "tradeoff.json").write_text(json.dumps(content))
+    publish_all(tmp_path)
+    visit = Visit(browser, tmp_path)
+
+    page = visit.open(page="tradeoff")
+
+    page.wait_for_selector(".plot[data-drawn]")
+    assert "astray (all wrong)" in page.locator(".plot .legend").first.text_content()
+    page.get_by_text("numbers", exact=True).first.click()
+    assert "all wrong" in page.get_by_role("group", name="table of points").inner_text()
     visit.end()
