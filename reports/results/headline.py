@@ -163,7 +163,7 @@ def _of_cases(results: RunRecord) -> str:
     if not any(summary[outcome.value] for outcome in Outcome):
         return "Nothing was measured"
     wrong = _by_cause(results)
-    whole = [legible(sentence) for sentence in of_the_whole(results)]
+    whole = [f"but {legible(sentence)}" for sentence in of_the_whole(results)]
     return "; ".join([_totals(results), *([wrong] if wrong else []), *whole])
 
 
