@@ -1,9 +1,10 @@
 """The table of references; none imports another or the tracer.
 
 To add one: a class that keeps `cases.stages.Reference`, in a new file, and a line in the table.
-`independent=True` says that it shares neither code nor Dr.Jit's compiler with the tracer and so can be a witness;
-`optional=True` that it is a program which may not be installed, `on_request=True` that only `--require` asks it,
-`sleeps=True` that its program sleeps for most of a call, so that several calls run side by side.
+`independent=True` says that it shares neither code nor Dr.Jit's compiler with the tracer and so has a vote.
+`shares_code_with="NAME"` says that its answers come from the code of another reference: the two have one vote together.
+`on_request=True` says that only `--require` asks it. All others are the panel of every run, whatever is installed: of
+a reference that does not start, every check is undecided, and the run's headline says so.
 A process imports only the references that it asks.
 
 Beyond the protocol a class may have, each looked up by name:
@@ -30,13 +31,14 @@ REFERENCES: Table[type[Reference]] = Table(
     entries={
         "analytic": Entry("analytic:Analytic", independent=True),
         "certified": Entry("certified:Certified", independent=True, on_request=True),
-        "cycles": Entry("cycles:Cycles", independent=True, optional=True),
         "double_double": Entry("double_double:DoubleDouble", independent=False, on_request=True),
-        "embree": Entry("embree:Embree", independent=True),
-        "mitsuba_llvm": Entry("mitsuba3:MitsubaLlvm", independent=False),
+        "mitsuba_llvm": Entry("mitsuba3:MitsubaLlvm", independent=False, shares_code_with="mitsuba_scalar"),
         "mitsuba_scalar": Entry("mitsuba3:MitsubaScalar", independent=True),
-        "povray": Entry("povray:PovRay", independent=True, optional=True, sleeps=True),
         "radiance": Entry("radiance:Radiance", independent=True),
-        "tachyon": Entry("tachyon:Tachyon", independent=True, optional=True),
     },
 )
+
+
+def code_of(name: str) -> str:
+    """Return the name of the reference whose code a reference runs: another's where its entry says so, or its own."""
+    return str(REFERENCES.about(name).get("shares_code_with", name))

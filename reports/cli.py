@@ -66,7 +66,7 @@ GROUPS: dict[str, tuple[str, dict[str, tuple[str, str]]]] = {
         {
             "render": (f"{_IN}.scenes:render", "Render a scene file with the tracer alone."),
             "import": (f"{_IN}.scenes:import_scene", "Turn another program's scene into a scene file."),
-            "export": (f"{_IN}.scenes:export_scene", "Write a scene as Mitsuba 3 XML."),
+            "export": (f"{_IN}.scenes:export_scene", "Write a scene as Mitsuba 3 XML or for POV-Ray."),
         },
     ),
     "upkeep": ("cache verify", {"cache": (f"{_IN}.cache:cache", "List, verify or clear what earlier runs kept.")}),

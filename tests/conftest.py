@@ -23,15 +23,12 @@ compiler.choose_packaged_llvm()
 
 HERE = Path(__file__).parent
 STARTS = {"os.exec", "os.fork", "os.forkpty", "os.posix_spawn", "os.system", "subprocess.Popen"}
-RENDERERS = {"bpy", "mitsuba", "pyradiance"}  # not embreex: trimesh imports it, whatever it is asked
+RENDERERS = {"mitsuba", "pyradiance"}
 # Who asks for one of these fixtures has its marker: what they start serves all tests, and is heard of in the first.
 MARKED = {
     "browser": "browser",
-    "embree": "references",
     "mitsuba": "references",
-    "povray": "references",
     "radiance": "references",
-    "tachyon": "references",
 }
 # Files that take half a minute or more of about twenty, the longest first. Where files run side by side they are
 # begun in this order, since one that is begun last is waited for alone.

@@ -44,13 +44,18 @@ class _Mitsuba:
     light_epsilon = SHADOW_EPSILON
     variant: ClassVar[str]
 
+    @staticmethod
+    def missing() -> str | None:
+        """Return how to install Mitsuba, or None if it is there."""
+        return program.missing()
+
     def version(self) -> str:
         """Return program, version and variant."""
         return program.program_version(self.variant)
 
     def unsupported(self, scene: Scene, stage: Stage) -> str | None:
         """Return a sentence that says why it cannot answer here, or None if it can."""
-        return program.unavailable(self.variant) or refusal(scene, stage)
+        return refusal(scene, stage)
 
     def render(self, scene: Scene, stages: Collection[Stage], *, samples: int = 1) -> StageImages:
         """Answer `stages`; with samples > 1, radiance only, the mean over samples x samples points per pixel.

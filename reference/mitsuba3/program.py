@@ -24,17 +24,28 @@ def switch_to(variant: str) -> Any:
 
     Objects made under another variant stay valid but do not mix with those made afterwards, so every render
     switches first and keeps nothing.
+
+    Raises:
+        RuntimeError: the variant cannot run on this machine.
+
     """
+    if (why := unavailable(variant)) is not None:
+        raise RuntimeError(why)
     import mitsuba
 
     mitsuba.set_variant(variant)
     return mitsuba
 
 
+def missing() -> str | None:
+    """Return how to install Mitsuba, or None if it is there."""
+    return "Mitsuba is not installed; pip install mitsuba." if find_spec("mitsuba") is None else None
+
+
 def unavailable(variant: str) -> str | None:
     """Return a sentence that says why the variant cannot run on this machine, or None if it can."""
-    if find_spec("mitsuba") is None:
-        return "Mitsuba is not installed; pip install mitsuba."
+    if (why := missing()) is not None:
+        return why
     if variant.startswith("llvm"):
         import drjit
 

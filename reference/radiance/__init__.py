@@ -92,7 +92,7 @@ class Radiance:
 
     def unsupported(self, scene: Scene, stage: Stage) -> str | None:
         """Return a sentence that says why it cannot answer here, or None if it can."""
-        return program.missing() or refusal(scene, stage)
+        return refusal(scene, stage)
 
     def settings(self, scene: Scene) -> dict[str, str]:
         """Return what its answer depends on besides the scene."""

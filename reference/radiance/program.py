@@ -101,7 +101,7 @@ def _run(program: str, *arguments: str, place: Path | None = None, data: bytes =
     """Return what a program writes; raise RuntimeError with its own words if it fails."""
     home = folder()
     if home is None:
-        raise RuntimeError("Radiance is not installed")
+        raise RuntimeError(missing())
     # Nothing of the user's own Radiance settings (RAYPATH, .rtracerc) takes part.
     environment = {"PATH": str(home / "bin"), "RAYPATH": str(home / "lib"), "LC_ALL": "C"}
     if sys.platform == "win32":

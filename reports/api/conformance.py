@@ -119,7 +119,8 @@ class Conformance:
             reference = REFERENCES[name]()
             independent = bool(REFERENCES.about(name).get("independent", False))
             witnesses.append(ask_reference(name, reference, task, independent=independent))
-            versions[name] = reference.version()
+            if witnesses[-1].error is None:
+                versions[name] = reference.version()
         return witnesses, versions
 
     def _traced(self) -> Answers:

@@ -66,5 +66,5 @@ def merge(
     console = terminal(width=suite.LOG_WIDTH)
     suite.find_out(request, results, console, tracer=tracer, whole=True)
     pictures = str(results["environment"]["pictures"])
-    suite.conclude(request, results, None if pictures == "drawn" else pictures, console, found)
+    suite.conclude(request, results, None if pictures == "drawn" else pictures, console)
     return suite.code_of(request, results, found, console, tracer=tracer)

@@ -58,7 +58,7 @@ def probe(
 ) -> int:
     """Show one pixel, every stage, as each renderer answers it.
 
-    For example: rayproof probe primitives/sphere 48 36 --subject embree
+    For example: rayproof probe primitives/sphere 48 36 --subject radiance
 
     Parameters
     ----------
@@ -210,11 +210,14 @@ def tracer_pixel(configuration: "Configuration", scene: Scene, x: int, y: int) -
 def reference_pixel(name: str, scene: Scene, x: int, y: int, *, cached: bool) -> Column:
     """Return what a reference answers at a pixel, or why it cannot."""
     from rayproof.reference import REFERENCES
+    from rayproof.reports.judge.oracle import stages_of
     from rayproof.reports.run.messages import ReferenceTask
     from rayproof.reports.run.worker_tasks import ask_reference
 
     task = ReferenceTask(scene=scene, samples=1, cached=cached)
     witness = ask_reference(name, REFERENCES[name](), task, independent=False)
+    if witness.error is not None:
+        return {str(stage): f"error: {witness.error}" for stage in stages_of(scene)}
     refused = {str(stage): f"unsupported: {why}" for stage, why in witness.unsupported.items()}
     return pixel(scene, x, y, witness.answers) | refused
 

@@ -87,9 +87,8 @@ def run(
         Combine the parts that --shard made into one run; SELECTORS are their folders. All parts must have the same
         code, plan, subject and options. Cases of an absent part are missing.
     require
-        References that must answer, separated by commas. A case that one of them cannot answer at all fails. A
-        run fails if an optional program answers nothing in it, and ends if one is not installed. References that
-        answer on request only are asked. Repeatable.
+        References that must answer, separated by commas: a case that one of them cannot answer at all fails. Beside the
+        panel, certified and double_double, which answer on request only. Repeatable.
     jobs
         Worker processes at once. Default: the number of processors.
     timeout

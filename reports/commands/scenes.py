@@ -177,14 +177,14 @@ def summary(imported: "Imported", target: Path, copies: Sequence[str]) -> list[s
 
 
 def export_scene(scene: str, file: Path) -> int:
-    """Write a scene as Mitsuba 3 XML, its meshes beside it, and list what that format cannot say.
+    """Write a scene as Mitsuba 3 XML, its meshes beside it, or for POV-Ray; list what that program does differently.
 
     Parameters
     ----------
     scene
         A scene file ending in .json, or the name of a case.
     file
-        The file to write, ending in .xml.
+        The file to write, ending in .xml (Mitsuba) or .pov (POV-Ray).
 
     """
     loaded = scene_named(scene)

@@ -86,21 +86,6 @@ def explained(
 # finding gives with a threshold. Its docstring derives why the defect grows with the number.
 
 
-def distance_over_radius(scene: Scene, truth: StageImages) -> np.ndarray:
-    """Return of the sphere that is seen the eye's distance over the radius, both in object space; 0 elsewhere.
-
-    A difference of squares as long as that distance keeps (distance / radius)^2 roundings of the radius' square, and a
-    squeeze is distance in object space.
-    """
-    objects, found = truth[Stage.OBJECT][..., 0], np.zeros(truth[Stage.OBJECT].shape[:2])
-    for index, shape in enumerate(scene.shapes):
-        if isinstance(shape, Sphere):
-            linear, shift = placed(shape)
-            eye = np.linalg.solve(linear, np.asarray(scene.camera.eye) - shift)
-            found[objects == index] = np.linalg.norm(eye - shape.center) / shape.radius
-    return found
-
-
 def light_nearness(scene: Scene, truth: StageImages) -> np.ndarray:
     """Return the size of its coordinates over the distance of what is seen from the nearest light, 0 on a miss.
 
@@ -132,6 +117,5 @@ def center_over_hit(scene: Scene, truth: StageImages) -> np.ndarray:
 
 CIRCUMSTANCES: dict[str, Callable[[Scene, StageImages], np.ndarray]] = {
     "center_over_hit": center_over_hit,
-    "distance_over_radius": distance_over_radius,
     "light_nearness": light_nearness,
 }

@@ -206,27 +206,18 @@ def _albedo(scene: Scene, truth: StageImages) -> np.ndarray:
 # are ours to count. A constant here is never widened to make a run pass; it is measured again, and the origin says how.
 
 
-# Mitsuba makes a mesh of its cube and two triangles of its rectangle; Radiance, Tachyon and Cycles get polygons.
-# POV-Ray keeps box and polygon in their own space, and Embree's normals are the shapes' own.
+# Mitsuba makes a mesh of its cube and two triangles of its rectangle; Radiance gets polygons.
 # Over the default suite no stage of Mitsuba 3.9.1 leaves the limits derived for float32: nothing to allow for.
 # An ellipsoid is an instance to Mitsuba, which puts the hit back on the sphere before it carries it to the world. Its
 # LLVM variant solves for that hit in float32, the scalar one in float64.
 MITSUBA = "calibrated on Mitsuba 3.9.1: factor 1 at float32; normals from world-space corners, hits from object space"
 # Its geometry is float64 with no more roundings than are counted; what it adds up in float32 it declares itself.
 RADIANCE = "derived: float64 with the same counts of roundings; normals from world-space corners"
-EMBREE = "derived: float32 decides what is hit; the values, continued in float64, are held to its counts"
-POVRAY = "derived: float64 with the same counts of roundings; triangles' normals from baked float32 corners"
-TACHYON = "derived: the scene is read as float32, what follows is float64; normals from float32 corners"
-CYCLES = "calibrated on Cycles of Blender 5.0.1: factor 1 at float32; normals from world-space corners"
 SCALAR = Roundoff("float32", origin=MITSUBA, baked=True, placed=True, local=True)
 CALIBRATED: dict[str, Roundoff] = {
     "mitsuba_scalar": SCALAR,
     "mitsuba_llvm": replace(SCALAR, short=True),
-    "cycles": Roundoff("float32", origin=CYCLES, baked=True, placed=True),
-    "embree": Roundoff("float64", origin=EMBREE),
-    "povray": Roundoff("float64", origin=POVRAY, baked=True),
     "radiance": Roundoff("float64", origin=RADIANCE, baked=True, placed=True),
-    "tachyon": Roundoff("float64", origin=TACHYON, baked=True, placed=True),
 }
 
 

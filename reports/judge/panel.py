@@ -9,7 +9,7 @@ import numpy as np
 from msgspec import structs
 
 from rayproof.cases.stages import Stage, upto
-from rayproof.reference import REFERENCES
+from rayproof.reference import REFERENCES, code_of
 from rayproof.reports.judge.answers import Answers
 from rayproof.reports.judge.checks import check_camera
 from rayproof.reports.judge.comparison import Comparison
@@ -25,12 +25,10 @@ SUBJECT = "the one under test"
 
 
 def voice(name: str, tested: Iterable[str]) -> str:
-    """Return the program whose code a renderer runs: the folder that a reference lives in, or the subject."""
+    """Return the name under which a renderer votes: references that share code have one vote, all subjects another."""
     if name in tested:
         return SUBJECT
-    if name not in REFERENCES:
-        return name
-    return REFERENCES[name].__module__.split(".")[2]
+    return code_of(name) if name in REFERENCES else name
 
 
 # Everybody against everybody: for each stage, every renderer judged against every other as the baseline.

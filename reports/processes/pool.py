@@ -10,9 +10,9 @@ of its kind comes. The files that it left in its own temporary folder go with it
 task and taking back the reply, so that nobody waits for a worker that was stopped in the middle of either.
 
 A sleeping program takes no processor from anybody: kinds whose programs poll or wait have several workers each, and
-these come on top of the `jobs`. Some kinds are known to sleep; of others the processor time of their last tasks shows
-it. Where all workers of a kind have been at their tasks for long and a processor is idle, the kind gets one worker
-more. A large task takes much of the machine's memory, so that one of them runs at a time, and its worker ends with it.
+these come on top of the `jobs`. The processor time of a kind's last tasks shows whether it sleeps. Where all workers of
+a kind have been at their tasks for long and a processor is idle, the kind gets one worker more. A large task takes much
+of the machine's memory, so that one of them runs at a time, and its worker ends with it.
 """
 
 import contextlib
@@ -210,9 +210,9 @@ class Pool:
     """Run tasks in workers by kind; `step` waits for something to happen and calls back.
 
     A kind has one worker, or as many as `copies` says; a renderer with a compiler of its own wants only one. Its tasks
-    have `timeout` seconds each, or as many as `timeouts` says. The kinds in `sleeping` sleep, and those in `may_sleep`
-    where they are found to. A worker calls `target`, a function at the top of its module, with its kind and its end of
-    the channel. Each has a folder for temporary files in `folder`, or where this process has its own.
+    have `timeout` seconds each, or as many as `timeouts` says. The kinds in `may_sleep` sleep where they are found to.
+    A worker calls `target`, a function at the top of its module, with its kind and its end of the channel. Each has a
+    folder for temporary files in `folder`, or where this process has its own.
     """
 
     def __init__(
@@ -222,7 +222,6 @@ class Pool:
         timeout: float,
         copies: Mapping[str, int] | None = None,
         timeouts: Mapping[str, float] | None = None,
-        sleeping: Collection[str] = (),
         may_sleep: Collection[str] = (),
         folder: Path | None = None,
         target: Callable[[str, Any], None],
@@ -233,7 +232,6 @@ class Pool:
         self._timeouts = timeouts or {}
         self._target, self._folder = target, folder
         self._workers: dict[tuple[str, int], _Worker] = {}
-        self.sleeping = sleeping  # may be said later
         self.memory = float("inf")  # bytes that a worker may have; may be said later
         self.relief = float("inf")  # s after which a kind gets one worker more; may be said later
         # Kind -> s that its last tasks took, and computed.
@@ -385,12 +383,10 @@ class Pool:
 
     @property
     def _sleeping(self) -> set[str]:
-        return {kind for kind in (*self.sleeping, *self._last) if self._sleeps(kind)}
+        return {kind for kind in self._last if self._sleeps(kind)}
 
     def _sleeps(self, kind: str) -> bool:
         """Say whether the tasks of a kind leave the processors to others."""
-        if kind in self.sleeping:
-            return True
         last = self._last.get(kind, ())
         seconds, computed = sum(took for took, _ in last), sum(took for _, took in last)
         return len(last) == LAST_TASKS and seconds >= LONG_ENOUGH and computed <= SLEEPING * seconds

@@ -150,11 +150,8 @@ LEAST_SHARE = 0.5  # of the planned checks
 
 def remarks(results: RunRecord) -> list[str]:
     """Return in sentences what a reader of the headline must know beside it, each about something of its own."""
-    return [
-        *(f"{legible(sentence)}." for sentence in of_the_whole(results)),
-        *(f"{sentence}." for sentence in no_say(results)),
-        *(f"{sentence}." for sentence in left_out_in_words(results)),
-    ]
+    sentences = [*map(legible, of_the_whole(results)), *no_say(results), *left_out_in_words(results)]
+    return [f"{sentence[:1].upper()}{sentence[1:]}." for sentence in sentences]
 
 
 def _of_cases(results: RunRecord) -> str:
@@ -164,6 +161,7 @@ def _of_cases(results: RunRecord) -> str:
         return "Nothing was measured"
     wrong = _by_cause(results)
     whole = [f"but {legible(sentence)}" for sentence in of_the_whole(results)]
+    whole += [f"{sentence[:1].lower()}{sentence[1:]}" for sentence in _lost(results).values()]
     return "; ".join([_totals(results), *([wrong] if wrong else []), *whole])
 
 
@@ -293,11 +291,27 @@ def no_say(results: RunRecord) -> list[str]:
     for name, names in _stopped(results).items():
         more = f" and {len(names) - 1} more" if len(names) > 1 else ""
         silenced.append(f"a time limit stopped {display_name(name)} in {names[0]}{more}")
+    lost = _lost(results)
+    silenced += lost.values()
     for name, cases in _abstained(results).items():
+        if name in lost:
+            continue
         case, why = next(iter(cases.items()))
         more = f" and {len(cases) - 1} more" if len(cases) > 1 else ""
         silenced.append(f"{display_name(name)} had no say in {case}{more}, where it was asked: {why}")
     return silenced
+
+
+def _lost(results: RunRecord) -> dict[str, str]:
+    """Return, for each reference that ended with an error in every case of the run, a sentence with its first error."""
+    abstained, summary = _abstained(results), results.get("summary")
+    if not abstained or not isinstance(summary, Mapping):
+        return {}
+    done = sum(summary[outcome.value] for outcome in Outcome if outcome is not Outcome.MISSING)
+    errors = {name: next(iter(cases.values())) for name, cases in abstained.items() if len(cases) == done}
+    return {
+        name: f"The panel lost {display_name(name)}: {legible(error).rstrip('.')}" for name, error in errors.items()
+    }
 
 
 def _abstained(results: RunRecord) -> dict[str, dict[str, str]]:

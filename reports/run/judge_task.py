@@ -9,7 +9,7 @@ from rayproof.cases.stages import IMAGE_STAGES, Stage, StageImages
 from rayproof.reference import REFERENCES
 from rayproof.reference.analytic import Analytic
 from rayproof.reports.interchange.framing import DARK
-from rayproof.reports.judge.answers import Answers, well_shaped
+from rayproof.reports.judge.answers import well_shaped
 from rayproof.reports.judge.case import adjudication, judge_case
 from rayproof.reports.judge.comparison import Comparison
 from rayproof.reports.judge.oracle import ORACLE, stages_of
@@ -119,11 +119,6 @@ def _guarded(*, cached: bool) -> None:
         stand_guard(_ORACLE)
 
 
-def _excused(reference: Answers) -> bool:
-    """Say whether an optional program said of a scene that it cannot; that it answered none, the run's end tells."""
-    return reference.error is None and bool(REFERENCES.about(reference.name).get("optional", False))
-
-
 def do(task: JudgeTask | GuardTask | RepeatTask) -> CaseRecord | RepeatedRecord | None:
     """Do a task of the judge's worker."""
     if not isinstance(task, RepeatTask):
@@ -141,7 +136,7 @@ def judge(task: JudgeTask | GuardTask) -> CaseRecord | None:
     judged = judge_case(task.case, task.subjects, task.references, oracle, task.versions, panel=task.panel)
     judged = of_what_is_supported(judged, task.subjects)
     for reference in task.references:
-        if reference.name in task.require and not reference.answers and not _excused(reference):
+        if reference.name in task.require and not reference.answers:
             why = reference.error or next(iter(reference.unsupported.values()), "it answered nothing")
             judged = judged.worsened(Outcome.FAIL, f"{reference.name} is required and could not answer: {why}")
     panel = adjudication(judged, task.subjects, task.references, oracle)

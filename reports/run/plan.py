@@ -16,7 +16,6 @@ from rayproof.reports.run.options import Demands
 from rayproof.reports.run.reference_cache import Key, code, machine
 from rayproof.reports.run.scenes import SceneStream
 from rayproof.reports.subjects import THE_TRACER, Subject
-from rayproof.reports.subjects.choosing import reason_missing
 from rayproof.reports.subjects.protocol import Capabilities, rebuilt
 
 GEOMETRY = IMAGE_STAGES[: IMAGE_STAGES.index(Stage.IRRADIANCE)]
@@ -220,32 +219,31 @@ def record_key(planned: PlannedCase, demands: Demands) -> RecordKey:
 
 @dataclass(frozen=True, kw_only=True)
 class Panel:
-    """The references of a run, the oracle first, and the reasons of those that are left out."""
+    """The references of a run, the oracle first, and the reasons of those that may not judge its subject."""
 
     names: tuple[str, ...]
     absent: dict[str, str] = field(default_factory=dict)
 
 
 def panel(require: Sequence[str], subject: Subject = THE_TRACER) -> Panel:
-    """Return the references that judge `subject`: the usual ones and the required.
+    """Return the references that judge `subject`: the usual ones, whatever is installed, and the required.
 
-    A program that is not installed is left out, and so is whatever shares its code with the subject.
+    The subject itself is left out, and so is a reference that shares its code with the subject.
 
     Raises:
-        LookupError: a required reference is not known, not installed, or the one under test.
+        LookupError: a required reference is not known, or is left out.
 
     """
-    from rayproof.reference import REFERENCES
+    from rayproof.reference import REFERENCES, code_of
 
     names, absent = [], {}
     for name in REFERENCES:
-        about = REFERENCES.about(name)
-        if about.get("on_request", False) and name not in require:
+        if REFERENCES.about(name).get("on_request", False) and name not in require:
             continue
-        why = reason_missing(name) if about.get("optional", False) else None
-        if why is None and name == subject.name:
+        why = None
+        if name == subject.name:
             why = "It is under test."
-        if why is None and _kin(name, subject):
+        elif subject.name in REFERENCES and code_of(name) == code_of(subject.name):
             why = f"It shares its code with {subject.name}, which is under test: its word would prove nothing."
         if why is None:
             names.append(name)
@@ -256,13 +254,3 @@ def panel(require: Sequence[str], subject: Subject = THE_TRACER) -> Panel:
     for name in require:
         REFERENCES[name]  # an unknown one is explained here
     return Panel(names=tuple(sorted(names, key=lambda name: (name != ORACLE, name))), absent=absent)
-
-
-def _kin(reference: str, subject: Subject) -> bool:
-    """Say whether a reference lives in the same file or folder as the subject."""
-    from rayproof.reference import REFERENCES
-
-    if subject.name not in REFERENCES:
-        return False
-    one, other = (REFERENCES[name].__module__.split(".")[2] for name in (reference, subject.name))
-    return one == other

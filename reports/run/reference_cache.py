@@ -32,7 +32,6 @@ from rayproof.reports.run.cache_store import About, DamagedEntryError, Entry, St
 # Whose numbers are in an answer or a verdict.
 PACKAGES = (
     "drjit",
-    "embreex",
     "mitsuba",
     "numpy",
     "openexr",

@@ -22,7 +22,7 @@ from rayproof.reports.run.cache_store import usual_store
 from rayproof.reports.run.case_pipeline import CasesUnderWay, Instructions
 from rayproof.reports.run.options import Demands, KeptImages
 from rayproof.reports.run.plan import DEFAULTS, PlannedCase, panel, plan
-from rayproof.reports.run.workers import RELIEF, sleeping, workers
+from rayproof.reports.run.workers import RELIEF, workers
 from rayproof.reports.studies.stability.limit_records import LimitRecord, ScaleRecord
 from rayproof.reports.subjects import THE_TRACER, TRACER, Subject
 
@@ -193,7 +193,7 @@ def measure(
 ) -> Iterator[LimitRecord]:
     """Yield the limit of each renderer on each ladder, renderer by renderer."""
     pool = workers(renderers[0].subject, jobs=jobs, timeout=seconds)
-    pool.sleeping, pool.relief = sleeping(), RELIEF
+    pool.relief = RELIEF
     try:
         for column in renderers:
             climbs = [SceneClimb(ladder=ladder) for ladder in ladders]

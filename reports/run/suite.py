@@ -53,7 +53,7 @@ from rayproof.reports.run.scenes import place_of
 from rayproof.reports.run.shards import part, told
 from rayproof.reports.run.totals import results_document
 from rayproof.reports.run.verdict_memory import passed
-from rayproof.reports.run.workers import RELIEF, sleeping
+from rayproof.reports.run.workers import RELIEF
 from rayproof.reports.run.workers import workers as pool_of
 from rayproof.reports.run.workload import render_and_judge
 from rayproof.reports.terminal import console as terminal
@@ -117,7 +117,7 @@ def run(request: RunOptions, workers: "Pool | Dispatch | None" = None) -> int:
     start, started = time.perf_counter(), datetime.now(UTC)
     workers = workers or pool_of(subject, jobs=request.jobs, timeout=request.timeout)
     if isinstance(workers, Pool):
-        workers.sleeping, workers.relief, workers.memory = sleeping(), RELIEF, request.worker_memory
+        workers.relief, workers.memory = RELIEF, request.worker_memory
     records, interrupted, stopped = render_and_judge(request, planned, heard.names, console, store, workers)
     found = totals.of(records)
     results = results_document(planned, records, found, heard, faults, started, subject)
@@ -134,7 +134,7 @@ def run(request: RunOptions, workers: "Pool | Dispatch | None" = None) -> int:
     remove_stale(request.out, records)
     find_out(request, results, console, tracer=subject.is_tracer, whole=not interrupted)
     results["seconds"] = round(time.perf_counter() - start, 3)
-    conclude(request, results, why, console, found)
+    conclude(request, results, why, console)
     if found.dark:
         more = f" (and of {len(found.dark) - 1} others)" if len(found.dark) > 1 else ""
         console.print(legible(f"{found.dark[0]}{more}: {DARK}"), style="yellow", soft_wrap=True, markup=False)
@@ -158,19 +158,14 @@ def find_out(request: RunOptions, results: RunRecord, console: Console, *, trace
         _diagnose(request, results, console)
 
 
-def conclude(
-    request: RunOptions, results: RunRecord, why: str | None, console: Console, found_in: totals.Totals
-) -> None:
+def conclude(request: RunOptions, results: RunRecord, why: str | None, console: Console) -> None:
     """Hold a run against what is demanded, keep it in its history, publish it; `why` says why pictures are left out."""
     demanded = request.demanded
-    silent = [f"{name} is required and answered nothing" for name in found_in.silent(request.require)]
     if demanded is not None:
         from rayproof.reports.history.gating import held
 
         # Before the run is in its history: it may be held against what that held so far.
-        found = held(results, demanded)
-        found.regressions += [f"the whole run: {sentence}" for sentence in silent]
-        results["gate"] = found.record()
+        results["gate"] = held(results, demanded).record()
     worse = _remember(request, results, console)
     _publish(request, results, why, console)
     for sentence in worse:
@@ -178,17 +173,15 @@ def conclude(
 
 
 def code_of(request: RunOptions, results: RunRecord, found: totals.Totals, console: Console, *, tracer: bool) -> int:
-    """Return the exit code of a run that came to its end; say which required reference answered nothing."""
-    demanded, silent = request.demanded, found.silent(request.require)
-    for name in silent:
-        console.print(f"{name} is required and answered nothing in this run", style="red", soft_wrap=True)
+    """Return the exit code of a run that came to its end."""
+    demanded = request.demanded
     missing = results["summary"]["planned"] - found.cases.total()
     code = exit_code([*concerning(found.cases.elements(), tracer=tracer), *[Outcome.MISSING] * (missing > 0)])
     if demanded is not None:
         if demanded.lets_through:
-            return FAILED if results["gate"]["red"] or silent else 0
+            return FAILED if results["gate"]["red"] else 0
         code = max(code, FAILED) if results["gate"]["red"] else code
-    return max(code, FAILED) if silent or of_the_whole(results) else code
+    return max(code, FAILED) if of_the_whole(results) else code
 
 
 def _remember(request: RunOptions, results: RunRecord, console: Console) -> list[str]:

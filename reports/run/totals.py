@@ -79,7 +79,6 @@ class Totals:
         self._limits = Limits()
         self._answered = Answered()
         self._met: dict[str, list[str]] = {}
-        self._heard: set[str] = set()
 
     def add(self, record: CaseRecord) -> None:
         """Take up another case."""
@@ -110,8 +109,6 @@ class Totals:
                     self._passing += check.examined
             if (finding := check.finding) and len(met := self._met.setdefault(finding, [])) < LISTED:
                 met.append(_name(record, check))
-            if check.outcome in MEASURED:
-                self._heard.add(check.reference)
 
     def case_ledger(self, *, planned: int) -> LedgerRecord:
         """Return the ledger of cases; raise ValueError if it does not add up to the plan.
@@ -182,10 +179,6 @@ class Totals:
         Of more than `LISTED` checks the first ones.
         """
         return [{**entry.as_json(), "met": self._met.get(entry.name, [])} for entry in known_findings()]
-
-    def silent(self, required: Iterable[str]) -> tuple[str, ...]:
-        """Return the required references that measured nothing in any case."""
-        return tuple(name for name in dict.fromkeys(required) if name not in self._heard)
 
 
 NEITHER = frozenset({Outcome.UNSUPPORTED, Outcome.MISSING, Outcome.ERROR})  # of a check that was not answered

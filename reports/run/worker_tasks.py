@@ -30,8 +30,12 @@ from rayproof.tracer.kernel.compiler import choose_packaged_llvm
 
 
 def ask_reference(name: str, reference: Reference, task: ReferenceTask, *, independent: bool) -> Answers:
-    """Return a reference's answers to a task's scene, with all that it says of them."""
+    """Return a reference's answers to a task's scene with all that it declares, or an error if it is not installed."""
     question, unsupported = _question(name, reference, task)
+    missing = _ability(reference, "missing")
+    if missing is not None and (why := missing()) is not None:
+        about = {"name": name, "precision": reference.precision, "independent": independent}
+        return Answers(**about, unsupported=unsupported, error=why)
     found = _rendered(question, task)
     return _witness(question, found, unsupported, independent=independent)
 
@@ -154,7 +158,7 @@ def _refer(name: str) -> Callable[[ReferenceTask], tuple[Answers, dict[str, str]
 
     def refer(task: ReferenceTask) -> tuple[Answers, dict[str, str]]:
         answers = ask_reference(name, reference, task, independent=independent)
-        return answers, {name: reference.version()}
+        return answers, {} if answers.error is not None else {name: reference.version()}
 
     return refer
 
@@ -175,6 +179,8 @@ def _recall(task: RecallTask) -> tuple[dict[str, tuple[Answers, str]], dict[str,
         except DamagedEntryError as wrong:
             damaged[name] = damage(wrong)
             continue
+        except (ImportError, OSError, RuntimeError):  # it does not start, as its own worker will report
+            continue
         if answers is not None:
             found[name] = (answers, reference.version())
     return found, damaged
@@ -189,7 +195,7 @@ def _tested(name: str) -> Callable[[SubjectTask], tuple[Answers, dict[str, str],
     def test(task: SubjectTask) -> tuple[Answers, dict[str, str], tuple[str, ...]]:
         asked = ReferenceTask(scene=task.scene, samples=task.samples)
         answers = ask_reference(name, reference, asked, independent=False)
-        return put_to_test(answers), {name: reference.version()}, answers.notes
+        return put_to_test(answers), {} if answers.error is not None else {name: reference.version()}, answers.notes
 
     return test
 

@@ -43,19 +43,10 @@ def early_workers(name: str, *, jobs: int, timeout: float) -> Iterator[Pool]:
         pool.close()
 
 
-# A program of the user's may sleep; that of a reference that does says so. What one computes that stays alive is not
-# seen until it ends.
+# A program of the user's may sleep. What one computes that stays alive is not seen until it ends.
 MAY_SLEEP = (PROGRAM,)
 RELIEF = 10.0  # s that a reference may take for one case before another of it renders the others
 PATIENCE = 120.0  # s for references and the judge, where --timeout speaks of another program's renders
-
-
-def sleeping() -> frozenset[str]:
-    """Return the kinds of workers whose programs sleep for most of a call, as references or under test."""
-    from rayproof.reference import REFERENCES
-
-    names = [name for name in REFERENCES if REFERENCES.about(name).get("sleeps", False)]
-    return frozenset(f"{role}{name}" for name in names for role in ("reference:", UNDER_TEST))
 
 
 def workers(subject: Subject, *, jobs: int, timeout: float, folder: Path | None = None) -> Pool:

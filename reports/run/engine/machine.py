@@ -31,7 +31,7 @@ from rayproof.reports.run.plan import PlannedCase
 from rayproof.reports.run.reference_cache import PACKAGES, code, processor
 from rayproof.reports.run.scenes import place_of
 from rayproof.reports.run.verdict_memory import version as reference_version
-from rayproof.reports.run.workers import RELIEF, sleeping, workers
+from rayproof.reports.run.workers import RELIEF, workers
 from rayproof.reports.subjects.choosing import identity
 from rayproof.tracer.kernel.compiler import VARIABLE, choose_packaged_llvm, packaged_library
 
@@ -134,7 +134,7 @@ class _Machine:
         self.pool = workers(
             batch.instructions.subject, jobs=batch.jobs or allowed, timeout=batch.timeout, folder=folder
         )
-        self.pool.memory, self.pool.sleeping, self.pool.relief = batch.memory, sleeping(), RELIEF
+        self.pool.memory, self.pool.relief = batch.memory, RELIEF
         self._store = usual_store() if batch.instructions.cached else None
         if (nanny := multiprocessing.parent_process()) is not None and nanny.pid is not None:
             end_with_parent(nanny.pid)  # Dask has a thread watch it, which does not run where a worker is stopped

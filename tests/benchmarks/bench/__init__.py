@@ -56,7 +56,6 @@ CONTENDERS: Table[type[Contender]] = Table(
     "contender",
     package="tests.benchmarks.bench.contenders",
     entries={
-        "embree": Entry("references:Embree"),
         "mitsuba_direct": Entry("mitsuba:Direct"),
         "mitsuba_minimal": Entry("mitsuba:Minimal"),
         "mitsuba_minimal_frozen": Entry("mitsuba:MinimalFrozen"),
@@ -65,7 +64,6 @@ CONTENDERS: Table[type[Contender]] = Table(
         "ours_again": Entry("ours:OursAgain"),
         "ours_default": Entry("ours:OursByDefault"),
         "ours_float64": Entry("ours:OursDouble"),
-        "povray": Entry("references:Povray"),
         "radiance": Entry("references:Radiance"),
     },
 )

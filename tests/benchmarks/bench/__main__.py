@@ -24,7 +24,7 @@ def bench(
     json: Path | None = None,
     formula: Repeated = (),
 ) -> int:
-    """Time the tracer beside Mitsuba, Embree, Radiance and POV-Ray, interleaved, with the errors beside the times.
+    """Time the tracer beside Mitsuba and Radiance, interleaved, with the errors beside the times.
 
     Each ratio is another renderer's time over ours, the median of ratios within rounds, with a 95 % interval; the
     control is our own time over our own. Both pictures are compared first. Compile and build times stand apart.

@@ -65,7 +65,7 @@ def begun(machine: MachineRecord) -> BenchRecord:
     return {
         "schema": SCHEMA,
         "started": datetime.now(UTC).isoformat(timespec="seconds"),
-        "versions": {name: version(name) for name in ("rayproof", "drjit", "mitsuba", "embreex", "pyradiance")},
+        "versions": {name: version(name) for name in ("rayproof", "drjit", "mitsuba", "pyradiance")},
         "machine": machine,
         "scenes": [],
     }
@@ -156,5 +156,5 @@ def everybody(*, quick: bool, formulas: bool = False) -> tuple[str, ...]:
 
     Our default formulas are one of them where it is about other `formulas`.
     """
-    left_out = {"radiance", "povray", "mitsuba_scalar", "embree"} if quick else set()
+    left_out = {"radiance", "mitsuba_scalar"} if quick else set()
     return tuple(name for name in CONTENDERS if name not in left_out and (formulas or name != DEFAULT))

@@ -108,18 +108,18 @@ def test_what_is_brief_runs_once_uncounted_before_it_is_timed(rivals) -> None:
 
 
 def test_what_refuses_a_scene_is_left_out_with_its_reason(rivals) -> None:
-    names = rivals(ours=contender(0.1), embree=contender(0.1, refuses="it traces triangles only"))
+    names = rivals(ours=contender(0.1), radiance=contender(0.1, refuses="it traces triangles only"))
 
     found = timed(scene(), names, budget=1.0)
 
-    assert found["embree"].left_out == "it traces triangles only"
-    assert ratio(found, ("embree",)) is None
+    assert found["radiance"].left_out == "it traces triangles only"
+    assert ratio(found, ("radiance",)) is None
 
 
 def test_what_takes_too_long_is_left_out(rivals) -> None:
-    names = rivals(ours=contender(0.1), povray=contender(60.0))
+    names = rivals(ours=contender(0.1), radiance=contender(60.0))
 
-    assert "60 s" in (timed(scene(), names, budget=1.0)["povray"].left_out or "")
+    assert "60 s" in (timed(scene(), names, budget=1.0)["radiance"].left_out or "")
 
 
 @pytest.mark.parametrize(

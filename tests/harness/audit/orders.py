@@ -8,7 +8,7 @@ from rayproof.reports.results.outcomes import Outcome
 from tests.harness.audit.planted import PlantedFault
 
 # Those that every installation has; a fault must be found without the others.
-REFERENCES = ("analytic", "mitsuba_scalar", "mitsuba_llvm", "radiance", "embree")
+REFERENCES = ("analytic", "mitsuba_scalar", "mitsuba_llvm", "radiance")
 
 
 @dataclass(frozen=True, kw_only=True)

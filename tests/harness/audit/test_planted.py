@@ -10,7 +10,8 @@ import pytest
 from rayproof.cases.case import ITEMS
 from rayproof.cases.families import all_cases
 from rayproof.cases.scene import Scene, Square
-from rayproof.reference.embree import scene as embree_scene
+from rayproof.cases.stages import Stage
+from rayproof.reference import radiance
 from rayproof.reports.results import outcomes
 from rayproof.tracer.configuration import Configuration
 from tests.harness.audit.faults import FAULTS, altered, replaced
@@ -157,13 +158,13 @@ def test_a_function_is_replaced_wherever_it_was_imported_to() -> None:
 def test_what_was_kept_of_right_answers_is_forgotten_and_so_is_what_was_kept_of_wrong_ones() -> None:
     scene = Scene(camera=SCENE.camera, shapes=(Square(albedo=(0.5, 0.5, 0.5)),))
 
-    def count() -> int:
-        return len(embree_scene.facets(scene).shape)
+    def refused() -> bool:
+        return radiance.refusal(scene, Stage.OBJECT) is not None
 
-    assert count() == 2
-    with altered(embree_scene, "HALVES", embree_scene.HALVES[:1]):
-        assert count() == 1
-    assert count() == 2
+    assert not refused()
+    with altered(radiance, "COARSEST", 1e-9):
+        assert refused()
+    assert not refused()
 
 
 def test_a_fault_that_would_not_be_planted_is_told() -> None:

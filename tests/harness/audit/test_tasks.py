@@ -49,7 +49,7 @@ def test_a_fault_of_the_tracer_is_killed_by_each_reference_alone_and_blamed_on_i
     assert entry["blamed_right"]
     assert entry["blamed_stage"] == fault.stage
     assert report.sightings[0].items
-    # Embree sees no sphere, and neither it nor a camera-less program every stage; who sees must kill.
+    # A program without a camera does not see every stage; a reference that sees the stage must kill.
     seeing = [one for one in entry["references"].values() if one["sees"]]
     assert len(seeing) >= 3
     assert all(one["killed"] for one in seeing)

@@ -302,7 +302,7 @@ def _results() -> RunRecord:
         "because": 0,
         "end_to_end": measured,
         "continued": measured,
-        "evidence": {"with": {"embree": "normal"}, "against": {}},
+        "evidence": {"with": {"radiance": "normal"}, "against": {}},
     }
     case = {
         "name": "a/b",
@@ -328,10 +328,10 @@ def _results() -> RunRecord:
         "renders": [
             {"renderer": "tracer-float32", "configuration": "float32", "seconds": 1, "image": None, "error": None}
         ],
-        "unsupported": [{"reference": "tachyon", "stage": "ray", "why": "It cannot."}],
+        "unsupported": [{"reference": "radiance", "stage": "ray", "why": "It cannot."}],
         "expectations": [],
-        "notes": [{"reference": "tachyon", "note": "a disc"}],
-        "settings": {"embree": {"a": "b"}},
+        "notes": [{"reference": "radiance", "note": "a disc"}],
+        "settings": {"radiance": {"a": "b"}},
         "reproduce": "rayproof run a/b",
         "masks": {"configuration": "float32", "height": 3, "width": 4, "data": ""},
         "adjudication": {

@@ -116,12 +116,12 @@ def test_a_right_renderer_that_an_unjust_judge_fails_is_found() -> None:
 @pytest.mark.parametrize(("factor", "guilty"), [(1.001, True), (1.0, False)])
 def test_a_reference_is_suspected_rightly_only_if_it_is_wrong(factor: float, *, guilty: bool) -> None:
     ours = candidate(rounded())
-    other = witness(rounded({Stage.RADIANCE: factor}), name="embree", precision="float32")
+    other = witness(rounded({Stage.RADIANCE: factor}), name="radiance", precision="float32")
     panel = [witness(TRUTH), replace(other, answers=other.answers | {Stage.RAY: TRUTH[Stage.RAY]})]
     judged = judge(CASE, ours, panel)
     checks = []
     for check in judged.checks:
-        if check.reference == "embree" and check.stage is Stage.RADIANCE:
+        if check.reference == "radiance" and check.stage is Stage.RADIANCE:
             assert (check.outcome is Outcome.REFERENCE_SUSPECT) == guilty or not guilty
             checks.append(structs.replace(check, outcome=Outcome.REFERENCE_SUSPECT))
         elif check.outcome is Outcome.REFERENCE_SUSPECT:
@@ -134,7 +134,9 @@ def test_a_reference_is_suspected_rightly_only_if_it_is_wrong(factor: float, *, 
 
     found = certified(judged, ours, panel)
 
-    assert [(wrong.configuration, wrong.stage) for wrong in found.wrong] == ([] if guilty else [("embree", "radiance")])
+    assert [(wrong.configuration, wrong.stage) for wrong in found.wrong] == (
+        [] if guilty else [("radiance", "radiance")]
+    )
 
 
 def test_garbage_at_one_pixel_is_found_wherever_the_judge_does_not_look() -> None:

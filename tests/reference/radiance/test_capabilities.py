@@ -75,7 +75,7 @@ def test_it_is_an_independent_witness_that_is_always_asked(radiance):
     about = REFERENCES.about("radiance")
 
     assert about["independent"]
-    assert not about.get("optional", False)
+    assert not about.get("on_request", False)
     assert radiance.version().startswith("Radiance rtrace 6.0a (pyradiance 1.3.1")
 
 

@@ -34,7 +34,7 @@ def test_a_call_that_fails_is_told_with_its_exit_code_and_its_words(rayproof: Ra
 
 
 def test_a_call_of_what_is_no_program_is_refused_in_one_line(rayproof: Rayproof, tmp_path: Path) -> None:
-    ended = rayproof("probe", "primitives/sphere", "--subject", "embree", "--keep", tmp_path / "call")
+    ended = rayproof("probe", "primitives/sphere", "--subject", "radiance", "--keep", tmp_path / "call")
 
     assert ended.code == 2
     assert len(ended.error.splitlines()) == 1

@@ -151,7 +151,7 @@ def test_the_action_s_lines_run_gate_and_keep_a_report(tmp_path: Path) -> None:
     (tmp_path / "rayproof").chmod(0o755)
     inputs = {
         "SELECTORS": "primitives/plane",
-        "SUBJECT": "embree",
+        "SUBJECT": "radiance",
         "EXPECT": "",
         "LEAST_COVERAGE": "1",
         "OUT": "a report",

@@ -87,14 +87,14 @@ def test_a_reference_on_request_is_asked_if_required(rayproof: Rayproof, tmp_pat
 def test_a_pixel_fits_80_columns_and_absent_programs_take_one_line(
     rayproof: Rayproof, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    for name in ("povray", "tachyon"):
-        monkeypatch.setattr(REFERENCES[name], "missing", classmethod(lambda cls: "it is not installed. " * 9))
+    for name in ("mitsuba_llvm", "mitsuba_scalar"):
+        monkeypatch.setattr(REFERENCES[name], "missing", staticmethod(lambda: "it is not installed. " * 9))
 
     ended = rayproof("probe", "primitives/sphere", 48, 36, "--formula", "sphere/textbook")
 
     lines = ended.out.splitlines()
     assert max(map(len, lines)) <= 80
-    (told,) = (line for line in lines if "povray" in line)
-    assert "povray, tachyon" in told
+    (told,) = (line for line in lines if "mitsuba" in line)
+    assert "mitsuba_llvm, mitsuba_scalar" in told
     assert any(line.split()[:1] == ["analytic"] and len(line.split()) == 4 for line in lines)
     assert "tracer-float32/sphere=textbook" in ended.out

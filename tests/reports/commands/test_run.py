@@ -49,11 +49,11 @@ def test_the_options_arrive(rayproof: Rayproof, asked: list[RunOptions], tmp_pat
 def test_another_renderer_is_put_under_test(rayproof: Rayproof, asked: list[RunOptions], tmp_path: Path) -> None:
     rayproof(
         *("run", "primitives", "--out", tmp_path / "out", "--subject", "mitsuba_scalar", "--no-cache"),
-        *("--require", "radiance, embree", "--require", "analytic"),
+        *("--require", "radiance, certified", "--require", "analytic"),
     )
 
     assert asked[0].subject == Subject(name="mitsuba_scalar", title="mitsuba_scalar")
-    assert asked[0].require == ("radiance", "embree", "analytic")
+    assert asked[0].require == ("radiance", "certified", "analytic")
     assert not asked[0].cached
 
 

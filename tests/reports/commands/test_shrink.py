@@ -62,7 +62,7 @@ def test_what_cannot_be_shrunk_ends_in_one_line(rayproof: Rayproof, tmp_path: Pa
         (["primitives/sphere", "--stage", "colour"], "no stage is called 'colour'"),
         (["primitives/sphere", "--tries", "0"], "--tries must be at least 1"),
         (["primitives/sphere", "--seconds", "0"], "--seconds must be positive"),
-        (["primitives/sphere", "--subject", "embree", "--formula", "sphere/textbook"], "--formula are the tracer's"),
+        (["primitives/sphere", "--subject", "radiance", "--formula", "sphere/textbook"], "--formula are the tracer's"),
     ):
         ended = rayproof("shrink", *words, "--out", tmp_path / "small")
         assert ended.code == 2

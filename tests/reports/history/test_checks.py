@@ -96,10 +96,10 @@ def test_times_are_those_of_what_was_under_test() -> None:
             "renders": [
                 {"renderer": "tracer-float32", "seconds": seconds},
                 {"renderer": "analytic", "seconds": 50.0},
-                {"renderer": "embree", "seconds": 50.0},
+                {"renderer": "radiance", "seconds": 50.0},
             ],
         }
 
-    assert ours(case(1), ["embree"]) == ["tracer-float32"]
-    assert times(case(1.0), case(3.0), (["embree"], ["embree"])) == [1.0, 3.0, 3.0]
-    assert times({}, case(3.0), ([], ["embree"])) == [None, 3.0, None]
+    assert ours(case(1), ["radiance"]) == ["tracer-float32"]
+    assert times(case(1.0), case(3.0), (["radiance"], ["radiance"])) == [1.0, 3.0, 3.0]
+    assert times({}, case(3.0), ([], ["radiance"])) == [None, 3.0, None]

@@ -103,11 +103,11 @@ def test_what_fails_less_is_red_as_well(results: dict[str, Any]):
 
 
 def test_entries_that_meet_nothing_are_stale_but_only_of_planned_cases():
-    gone, unplanned = replace(ENTRY, checks={"float32 embree distance": CHECK}), replace(ENTRY, case="other/*")
+    gone, unplanned = replace(ENTRY, checks={"float32 radiance distance": CHECK}), replace(ENTRY, case="other/*")
 
     found = held(run(check()), ENTRY, gone, unplanned)
 
-    assert found.stale == ["shadows/one (HIT-4): no check of the run is called float32 embree distance"]
+    assert found.stale == ["shadows/one (HIT-4): no check of the run is called float32 radiance distance"]
 
 
 def test_an_entry_holds_on_its_last_day_and_not_after_it():

@@ -21,13 +21,14 @@ SCENES = {
 }
 
 
+@pytest.mark.process
+@pytest.mark.references
 @pytest.mark.parametrize("number", SCENES, ids=SCENES.get)
 def test_nobody_is_accused_of_what_the_scene_itself_leaves_open(number):
     case = random_case(1, number)
     candidate, *_ = trace(TracerTask(scene=case.scene, configuration="float64", samples=1))
     task = ReferenceTask(scene=case.scene, samples=1)
-    names = [name for name in ("analytic", "embree") if getattr(REFERENCES[name], "missing", lambda: None)() is None]
-    witnesses = [ask_reference(name, REFERENCES[name](), task, independent=True) for name in names]
+    witnesses = [ask_reference(name, REFERENCES[name](), task, independent=True) for name in ("analytic", "radiance")]
 
     judged = judge_case(case, [candidate], witnesses, Analytic(), {})
 

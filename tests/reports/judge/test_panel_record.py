@@ -9,6 +9,8 @@ import pytest
 from rayproof.cases.case import Case
 from rayproof.cases.scene import PointLight, Scene
 from rayproof.cases.stages import Stage, StageImages
+from rayproof.reference import REFERENCES
+from rayproof.reference.analytic import Analytic
 from rayproof.reports.judge.answers import Answers
 from rayproof.reports.judge.case import adjudication, judge_case
 from rayproof.reports.judge.oracle import stages_of
@@ -106,6 +108,26 @@ def test_programs_that_share_code_are_one_voice():
 
     assert judged.outcome is Outcome.REFERENCE_SUSPECT
     assert record["radiance"]["alone"] == "mitsuba_scalar, mitsuba_llvm"
+
+
+@pytest.mark.parametrize("shared", [True, False])
+def test_two_references_with_shared_code_cannot_outvote_the_oracle(monkeypatch, shared):
+    for name in ("pair_one", "pair_two"):
+        monkeypatch.setitem(REFERENCES._things, name, Analytic)
+        monkeypatch.setitem(REFERENCES._about, name, {"independent": True})
+    if shared:
+        monkeypatch.setitem(REFERENCES._about, "pair_two", {"independent": True, "shares_code_with": "pair_one"})
+    wrong = spoilt(Stage.RADIANCE)
+    panel = [witness(truth()), other(truth(), "radiance"), other(wrong, "pair_one"), other(wrong, "pair_two")]
+
+    judged, _ = heard(candidate(rounded(wrong)), panel)
+
+    (check,) = (one for one in judged.checks if (one.reference, one.stage) == ("analytic", Stage.RADIANCE))
+    assert check.evidence == {
+        "with": dict.fromkeys(("pair_one", "pair_two"), "radiance"),
+        "against": {"radiance": "radiance"},
+    }
+    assert judged.outcome is (Outcome.FAIL if shared else Outcome.REFERENCE_SUSPECT)
 
 
 def test_who_lacks_a_stage_is_not_compared_there():
@@ -221,13 +243,13 @@ def continued_wrong(*others: Answers) -> Judged:
 
 def test_two_independent_voices_overrule_what_the_oracle_continued():
     alone = continued_wrong()
-    settled = continued_wrong(other(truth(), "certified"), other(truth(), "embree"))
+    settled = continued_wrong(other(truth(), "certified"), other(truth(), "radiance"))
 
     assert (alone.outcome, alone.stage) == (Outcome.FAIL, Stage.VISIBILITY)
     assert (settled.outcome, settled.stage) == (Outcome.REFERENCE_SUSPECT, Stage.VISIBILITY)
     check = next(check for check in settled.checks if check.outcome is Outcome.REFERENCE_SUSPECT)
     assert check.reference == "analytic"
-    assert check.evidence["with"] == {"certified": "visibility", "embree": "visibility"}
+    assert check.evidence["with"] == {"certified": "visibility", "radiance": "visibility"}
 
 
 def test_witnesses_that_the_oracle_does_not_contradict_excuse_nothing():
@@ -236,7 +258,7 @@ def test_witnesses_that_the_oracle_does_not_contradict_excuse_nothing():
     ours[Stage.EXITANCE] = ours[Stage.EXITANCE] * (1 + 2.0**-21)
 
     found = judge_case(
-        CASE, [candidate(ours)], [witness(truth()), other(truth(), "certified"), other(truth(), "embree")], ORACLE, {}
+        CASE, [candidate(ours)], [witness(truth()), other(truth(), "certified"), other(truth(), "radiance")], ORACLE, {}
     )
 
     assert (found.outcome, found.stage) == (Outcome.FAIL, Stage.EXITANCE)

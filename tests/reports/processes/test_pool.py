@@ -248,9 +248,8 @@ def test_large_tasks_run_one_at_a_time_and_their_workers_end_with_them():
     assert not any(psutil.pid_exists(pid) for pid in pids)
 
 
-@pytest.mark.parametrize("said", ["sleeping", "may_sleep"])
-def test_who_sleeps_takes_no_place_of_those_who_compute(said):
-    pool = Pool(jobs=1, timeout=60.0, target=sleep_or_compute, **{said: ("sleeps",)})
+def test_who_sleeps_takes_no_place_of_those_who_compute():
+    pool = Pool(jobs=1, timeout=60.0, target=sleep_or_compute, may_sleep=("sleeps",))
     answered: list[Reply] = []
     for kind, count in (("sleeps", 16), ("computes", 3)):
         for _ in range(count):

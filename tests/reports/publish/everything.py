@@ -19,7 +19,7 @@ def make_everything(folder: Path) -> None:
     results = make_folder(folder)
     results["cases"] = results["cases"][:2]
     results["references"]["analytic"]["version"] = "numpy <b>2</b>"
-    results["absent"] = {"tachyon": "passagemath-tachyon is not installed"}
+    results["absent"] = {"radiance": "It is under test."}
     for case in results["cases"]:
         case["notes"] = [{"reference": "mitsuba_scalar", "note": "a disc for a plane"}]
         case["settings"] = {"mitsuba_scalar": {"ray epsilon": "0.001 m"}}

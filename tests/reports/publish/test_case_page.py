@@ -361,8 +361,8 @@ def test_the_worst_pixel_is_that_of_the_check_and_ours_come_first(browser, publi
          "rayproof probe sphere/plain 3 4 --configuration float32/sphere=textbook"),
         ("./rayproof run sphere/plain --subject 'exec:a b {scene}' --env KEY --timeout 9", "exec",
          "./rayproof probe sphere/plain 3 4 --subject 'exec:a b {scene}' --env KEY"),
-        ("rayproof run '/tmp/o u/scenes/a.json' --subject embree", "embree",
-         "rayproof probe scenes/sphere/plain.json 3 4 --subject embree"),
+        ("rayproof run '/tmp/o u/scenes/a.json' --subject radiance", "radiance",
+         "rayproof probe scenes/sphere/plain.json 3 4 --subject radiance"),
     ],
 )  # fmt: skip
 def test_the_command_of_a_pixel_names_configuration_subject_and_scene(browser, reproduce, ours, probe):

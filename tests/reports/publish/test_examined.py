@@ -38,7 +38,7 @@ def told(results: dict[str, Any]) -> dict[str, Any]:
     why = "it did not end within 120 s and was stopped"
     return results | {
         "examined": LEDGER,
-        "abstained": {"embree": {"lights/acne": why, "mesh/huge": why}},
+        "abstained": {"radiance": {"lights/acne": why, "mesh/huge": why}},
         "common_factors": [POOLED | {"verdict": "fail"}],
         "wrong_factors": [FACTOR],
     }
@@ -55,7 +55,7 @@ def test_the_ledger_is_one_line_with_every_kind_that_there_is_and_always_what_wa
 
 def test_a_run_that_lost_a_reference_on_the_way_does_not_say_that_all_was_checked():
     counts = {"planned": 147, **dict.fromkeys((outcome.value for outcome in Outcome), 0)}
-    lost = {"embree": {"mesh/huge": "a crash"}}
+    lost = {"radiance": {"mesh/huge": "a crash"}}
     run = {
         "summary": counts | {"planned": 9, "pass": 9},
         "checks": counts | {"pass": 144, "undecided": 3},
@@ -63,18 +63,37 @@ def test_a_run_that_lost_a_reference_on_the_way_does_not_say_that_all_was_checke
     }
 
     assert headline(run | {"abstained": lost}) == "9 cases: all pass, in 144 of 147 checks (3 undecided)."
-    assert remarks(run | {"abstained": lost}) == ["embree had no say in mesh/huge, where it was asked: a crash."]
-    assert no_say({"abstained": lost}) == ["embree had no say in mesh/huge, where it was asked: a crash"]
+    silent = "Radiance (rtrace) had no say in mesh/huge, where it was asked: a crash"
+    assert remarks(run | {"abstained": lost}) == [f"{silent}."]
+    assert no_say({"abstained": lost}) == [silent]
     assert no_say({"abstained": "nobody"}) == no_say({}) == []
     late = {
-        "abstained": {"embree": {"mesh/huge": "a crash", "a/b": "no answer within 120 s"}},
-        "stopped": {"embree": ["a/b"]},
+        "abstained": {"radiance": {"mesh/huge": "a crash", "a/b": "no answer within 120 s"}},
+        "stopped": {"radiance": ["a/b"]},
     }
     assert no_say(late) == [
-        "a time limit stopped embree in a/b",
-        "embree had no say in mesh/huge, where it was asked: a crash",
+        "a time limit stopped Radiance (rtrace) in a/b",
+        silent,
     ]
-    assert [f"{sentence}." for sentence in no_say(late)] == remarks(run | late)
+    assert remarks(run | late) == ["A time limit stopped Radiance (rtrace) in a/b.", f"{silent}."]
+
+
+def test_the_headline_says_that_the_panel_lost_a_member_and_why():
+    counts = {"planned": 6, **dict.fromkeys((outcome.value for outcome in Outcome), 0)}
+    cases = [f"primitives/{shape}" for shape in ("cube", "mesh", "sphere")]
+    run = {
+        "summary": counts | {"planned": 4, "pass": 3, "missing": 1},
+        "checks": counts | {"pass": 3, "undecided": 3},
+        "cases": [],
+        "abstained": {
+            "radiance": dict.fromkeys(cases, "Radiance is not installed; pip install pyradiance."),
+            "mitsuba_scalar": {cases[0]: "a crash"},
+        },
+    }
+    lost = "The panel lost Radiance (rtrace): Radiance is not installed; pip install pyradiance"
+
+    assert headline(run).endswith(f"; t{lost[1:]}.")
+    assert no_say(run) == [lost, "mitsuba_scalar had no say in primitives/cube, where it was asked: a crash"]
 
 
 def test_the_summary_says_so_too(tmp_path):
@@ -84,7 +103,7 @@ def test_the_summary_says_so_too(tmp_path):
 
     text = path.read_text()
     assert "4,300,000 strictly" in text
-    assert "embree had no say in lights/acne and 1 more, where it was asked" in text
+    assert "had no say in lights/acne and 1 more, where it was asked" in text
     assert FACTOR in text.splitlines()[0].replace("\\", "")
 
 
@@ -105,7 +124,7 @@ def test_the_page_shows_them_on_its_first_screen_and_each_checks_on_its_case(bro
     assert page.locator(".remarks").bounding_box()["y"] < 900
     assert "4,300,000 strictly" in page.locator(".kinds").inner_text()
     assert "0 not examined" in page.locator(".kinds").inner_text()
-    assert "embree had no say in lights/acne and 1 more" in page.locator(".remarks").inner_text()
+    assert "(rtrace) had no say in lights/acne and 1 more" in page.locator(".remarks").inner_text()
     assert page.locator("details", has_text="Factors that the whole run shares (1 wrong)").get_attribute("open") == ""
     assert page.evaluate("document.documentElement.scrollWidth") <= width
 

@@ -51,7 +51,7 @@ def test_what_checks_have_in_common_stands_once_and_comes_back():
     checks = [
         CHECK | {"configuration": configuration, "reference": reference, "stage": stage, "because": because}
         for configuration, because in (("float32", "gamma(16)"), ("float64", "another"))
-        for reference in ("analytic", "embree")
+        for reference in ("analytic", "radiance")
         for stage in ("ray", "object")
     ]
     results = results_of(*checks)
@@ -62,7 +62,7 @@ def test_what_checks_have_in_common_stands_once_and_comes_back():
     usual = {
         "end_to_end": {"worst_ratio": 0.5, "worst_error": 1e-7, "limit": 2e-7, "ulp": 1.5, "pixel": (3, 1), "edge": 3}
     }
-    assert case["because"] == {"analytic": {"ray": 0, "object": 0}, "embree": {"ray": 0, "object": 0}}
+    assert case["because"] == {"analytic": {"ray": 0, "object": 0}, "radiance": {"ray": 0, "object": 0}}
     assert [group["stages"]["ray"] for group in case["checks"]] == [usual] * 2 + [usual | {"because": 1}] * 2
     assert results == before
     assert there_and_back(results) == results

@@ -18,7 +18,7 @@ json.dump({"code": code, "modules": sorted(sys.modules)}, open(sys.argv[2], "w")
 """
 MOST = 190  # of our modules
 # Imported only by the processes that use them: workers that render or draw, and commands that plot.
-HEAVY = {"skimage", "matplotlib", "pyvista", "trimesh", "scipy", "mitsuba", "drjit", "embreex"}
+HEAVY = {"skimage", "matplotlib", "pyvista", "trimesh", "scipy", "mitsuba", "drjit"}
 
 
 def test_a_run_of_one_case_imports_few_modules_and_no_heavy_library(tmp_path: Path) -> None:

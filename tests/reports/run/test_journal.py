@@ -78,7 +78,7 @@ def test_a_full_disk_is_told_as_one_and_loses_nothing_before_it(tmp_path):
 def test_a_case_that_ended_in_an_error_is_done_again(tmp_path):
     with Journal(tmp_path, resume=False) as journal:
         journal.append("timed out", _case("a/b", "error"))
-        journal.append("abstained", _case("a/c") | {"abstained": {"embree": "no answer within 120 s; stopped"}})
+        journal.append("abstained", _case("a/c") | {"abstained": {"radiance": "no answer within 120 s; stopped"}})
         journal.append("failed", _case("a/d", "fail"))
 
     with Journal(tmp_path, resume=True) as journal:

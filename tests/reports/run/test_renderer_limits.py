@@ -126,6 +126,6 @@ def test_beside_a_subject_stand_the_tracer_and_the_references_once_each() -> Non
     titles = [column.title for column in columns(THE_TRACER, alone=False)]
 
     assert titles[:2] == ["tracer float32", "tracer float64"]
-    assert "embree" in titles
+    assert "radiance" in titles
     assert "analytic" not in titles
     assert [column.title for column in columns(THE_TRACER, alone=True)] == ["tracer float32"]

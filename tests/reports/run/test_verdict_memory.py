@@ -107,7 +107,7 @@ def test_other_answers_and_runs_without_memory_are_judged_anew(
 
 
 def test_a_case_whose_references_or_judge_failed_is_not_kept() -> None:
-    abstained = Answers(name="embree", precision="float32", independent=True, error="it was killed")
+    abstained = Answers(name="radiance", precision="float32", independent=True, error="it was killed")
 
     assert flawless({"verdict": "fail"}, ())
     assert not flawless({"verdict": "error"}, ())

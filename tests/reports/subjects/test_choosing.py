@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from rayproof.reference import REFERENCES
+from rayproof.reference import REFERENCES, code_of
 from rayproof.reports.run.plan import panel
 from rayproof.reports.subjects import Subject
 from rayproof.reports.subjects.choosing import chosen
@@ -86,32 +86,28 @@ def test_neither_the_subject_nor_its_kin_is_a_witness() -> None:
     assert "shares its code" in found.absent["mitsuba_scalar"]
 
 
-class Absent:
-    """A reference whose program is not installed."""
-
-    @staticmethod
-    def missing() -> str | None:
-        return "lumen is not installed; `apt install lumen`."
+THE_PANEL = ("analytic", "mitsuba_llvm", "mitsuba_scalar", "radiance")
 
 
-@pytest.fixture
-def lumen(monkeypatch: pytest.MonkeyPatch) -> None:
-    REFERENCES.load()
-    monkeypatch.setitem(REFERENCES._things, "lumen", Absent)
-    monkeypatch.setitem(REFERENCES._about, "lumen", {"optional": True})
+def test_the_panel_is_the_same_whatever_is_installed(monkeypatch: pytest.MonkeyPatch) -> None:
+    assert panel(()).names == THE_PANEL
+    monkeypatch.setenv("PATH", "")
+    for name in THE_PANEL[1:]:
+        monkeypatch.setattr(REFERENCES[name], "missing", staticmethod(lambda: "It is not installed."))
+
+    assert panel(()).names == THE_PANEL
+    assert panel(()).absent == {}
 
 
-@pytest.mark.usefixtures("lumen")
-def test_what_is_not_installed_is_left_out_with_the_reason() -> None:
-    found = panel(())
+def test_what_shares_code_is_a_reference_that_shares_with_nobody_else() -> None:
+    shared = {name: code_of(name) for name in REFERENCES if code_of(name) != name}
 
-    assert "lumen" not in found.names
-    assert found.absent["lumen"] == "lumen is not installed; `apt install lumen`."
+    assert shared == {"mitsuba_llvm": "mitsuba_scalar"}
+    assert all(code_of(name) == name for name in shared.values())
 
 
-@pytest.mark.usefixtures("lumen")
-def test_what_is_required_must_be_installed() -> None:
-    with pytest.raises(LookupError, match="--require lumen: lumen is not installed"):
-        panel(("lumen",))
-    with pytest.raises(ValueError, match="--subject lumen: lumen is not installed"):
-        choose("lumen")
+def test_what_is_not_installed_cannot_be_put_under_test(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(REFERENCES["radiance"], "missing", staticmethod(lambda: "Radiance is not installed."))
+
+    with pytest.raises(ValueError, match="--subject radiance: Radiance is not installed"):
+        choose("radiance")

@@ -10,8 +10,6 @@ import numpy as np
 from rayproof.cases.scene import Camera, Scene
 from rayproof.cases.stages import Stage
 from rayproof.reference.analytic import camera, light, stages, surfaces
-from rayproof.reference.embree import scene as embree_scene
-from rayproof.reference.embree.program import World
 from rayproof.reference.mitsuba3 import program
 from rayproof.reference.mitsuba3 import scene as mitsuba_scene
 from rayproof.reference.radiance import scene as radiance_scene
@@ -221,49 +219,6 @@ def analytic_shell() -> Iterator[None]:
         return right(replace(scene, clip="shell" if scene.clip == "depth" else scene.clip), directions)
 
     with replaced(right, wrong):
-        yield
-
-
-@FAULTS.register(
-    "reference/embree_half_squares",
-    where="reference",
-    stage=Stage.OBJECT,
-    who=("embree",),
-    cases=(
-        "primitives/square",
-        "primitives/cube",
-        "meshes/*",
-    ),
-)
-@contextmanager
-def embree_half_squares() -> Iterator[None]:
-    """Leave out the second triangle of each square.
-
-    Embree is given one half of every square.
-    """
-    with altered(embree_scene, "HALVES", embree_scene.HALVES[:1]):
-        yield
-
-
-@FAULTS.register(
-    "reference/embree_past_the_light",
-    where="reference",
-    stage=Stage.VISIBILITY,
-    who=("embree",),
-    cases=("flux_conservation/*",),
-)
-@contextmanager
-def embree_past_the_light() -> Iterator[None]:
-    """Stretch the feelers tenfold.
-
-    Embree's feelers go on past the light.
-    """
-    right = World.blocked
-
-    def wrong(world: World, origin: np.ndarray, target: np.ndarray, least: np.ndarray) -> np.ndarray:
-        return right(world, origin, origin + 10 * (target - origin), least)
-
-    with altered(World, "blocked", wrong):
         yield
 
 

@@ -152,14 +152,14 @@ def test_nobody_chooses_what_is_decidable_of_him(epsilon):
 
 def test_a_reference_that_crashed_abstains_and_one_that_was_lost_is_missing():
     ours, right = candidate(rounded(truth())), witness(truth())
-    fallen = replace(witness({}, name="embree"), error="no answer within 120 s; stopped")
+    fallen = replace(witness({}, name="radiance"), error="no answer within 120 s; stopped")
 
-    abstains = judge_case(CASE, [ours], [right, fallen], ORACLE, {}, panel=("analytic", "embree"))
-    lost = judge_case(CASE, [ours], [right], ORACLE, {}, panel=("analytic", "embree"))
+    abstains = judge_case(CASE, [ours], [right, fallen], ORACLE, {}, panel=("analytic", "radiance"))
+    lost = judge_case(CASE, [ours], [right], ORACLE, {}, panel=("analytic", "radiance"))
 
     assert abstains.planned == lost.planned == len(abstains.checks) == len(lost.checks) == 2 * len(Stage)
     assert abstains.outcome is Outcome.PASS
-    assert {check.outcome for check in abstains.checks if check.reference == "embree"} == {Outcome.UNDECIDED}
+    assert {check.outcome for check in abstains.checks if check.reference == "radiance"} == {Outcome.UNDECIDED}
     assert "no answer within 120 s" in abstains.checks[-1].reason
     assert not any(check.stopped for check in abstains.checks)
     assert lost.outcome is Outcome.MISSING
@@ -168,15 +168,15 @@ def test_a_reference_that_crashed_abstains_and_one_that_was_lost_is_missing():
 def test_whom_a_time_limit_stopped_is_told_apart_from_what_cannot_be_decided():
     late = {"error": "no answer within 120 s; stopped", "stopped": True}
     ours, right = candidate(rounded(truth())), witness(truth())
-    reference, tested = replace(witness({}, name="embree"), **late), replace(ours, name="slow", answers={}, **late)
+    reference, tested = replace(witness({}, name="radiance"), **late), replace(ours, name="slow", answers={}, **late)
 
     found = judge_case(CASE, [ours, tested], [right, reference], ORACLE, {})
     named = certify(found, [ours, tested], [right, reference], ORACLE)
 
     stopped = {(check.configuration, check.reference) for check in found.checks if check.recorded().stopped}
-    assert stopped == {("float32", "embree"), ("slow", "analytic"), ("slow", "embree")}
-    assert "embree was stopped by its time limit" in "".join(check.reason for check in found.checks)
-    assert (named.stopped, named.undecided, named.undecidable, named.abstained) == (("embree", "slow"), (), (), ())
+    assert stopped == {("float32", "radiance"), ("slow", "analytic"), ("slow", "radiance")}
+    assert "radiance was stopped by its time limit" in "".join(check.reason for check in found.checks)
+    assert (named.stopped, named.undecided, named.undecidable, named.abstained) == (("radiance", "slow"), (), (), ())
 
 
 def test_the_reason_of_a_case_is_that_of_what_decides_it():

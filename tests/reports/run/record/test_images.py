@@ -65,11 +65,11 @@ def test_a_case_that_passed_keeps_ours_and_the_oracle_s_in_one_file(task, answer
 def test_without_the_oracle_it_keeps_the_independent_references(task, tmp_path, lost):
     asked = task()
     first, second = asked.references
-    third = replace(first, name="embree")
+    third = replace(first, name="radiance")
 
     _, pixels = keep_images(replace(asked, references=(replace(first, **lost), second, third)), Outcome.PASS)
 
-    independent = {"embree", *([lost["name"]] if "name" in lost else [])}
+    independent = {"radiance", *([lost["name"]] if "name" in lost else [])}
     assert set(read_pixels(tmp_path / pixels)) == {"tracer-float32"} | independent
 
 

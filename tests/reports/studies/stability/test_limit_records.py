@@ -38,11 +38,11 @@ def limit(renderer: str, reached: float | None, breaks_at: float | None) -> Limi
 DOCUMENT: LimitsRecord = {
     "schema": 1,
     "subject": "mine",
-    "renderers": ["mine", "embree"],
+    "renderers": ["mine", "radiance"],
     "ladders": [
         {"ladder": "offset", "quantity": "Offset", "unit": "m", "values": [1.0, 10.0, 100.0, 1000.0], "control": True}
     ],
-    "limits": [limit("mine", 10.0, 100.0), limit("embree", 1000.0, None)],
+    "limits": [limit("mine", 10.0, 100.0), limit("radiance", 1000.0, None)],
     "environment": {},
 }
 
@@ -56,7 +56,7 @@ def with_limit(reached: float | None) -> LimitsRecord:
 def test_the_table_names_unit_and_blamed_items_and_the_others() -> None:
     columns, rows = table(DOCUMENT)
 
-    assert columns[-1] == "embree"
+    assert columns[-1] == "radiance"
     assert rows == [["offset", "Offset", "m", "10", "normal: XF-1, XF-2, NRM-1, ...", "all, 1000"]]
 
 
