@@ -69,9 +69,11 @@ def publish_annotations(folder: Path, results: RunRecord) -> list[Path]:
         said = ": ".join(filter(None, [verdict, group.what.removesuffix("."), why]))
         more = f" and {several(group.count - 1, 'more case')}" if group.count > 1 else ""
         lines.append(f"::error title={prop('rayproof ' + case['name'] + more)}::{message(said)}")
-    for group in (group for group in groups if group.accepted):
-        said = f"accepted: {several(group.count, 'case')}: {group.what.removesuffix('.') or group.verdict}"
-        lines.append(f"::notice title=rayproof::{message(said)}")
+    if accepted := [group for group in groups if group.accepted]:
+        largest = accepted[0].what.removesuffix(".") or accepted[0].verdict
+        more = f", and {several(len(accepted) - 1, 'more cause')}" if len(accepted) > 1 else ""
+        count = several(sum(group.count for group in accepted), "case")
+        lines.append(f"::notice title=rayproof::{message(f'accepted: {count}: {largest}{more}')}")
     if mended := mended_in(gate):
         lines.append(f"::notice title=rayproof::{message(f'mended: {len(mended)}: {mended[0]}')}")
     left = f" The largest {MOST} of {len(new)} causes are annotated." if len(new) > MOST else ""

@@ -56,9 +56,11 @@ def headline(results: RunRecord) -> str:
     if "gate" not in results:
         return f"{_of_cases(results)}."
     gate = results["gate"]
-    said, wrong = ", ".join(gate_counts(gate)) or "nothing fails", _by_cause(results)
+    parts, wrong = gate_counts(gate), _by_cause(results)
+    # The causes are those of what is new, which comes first.
+    said = ", ".join([f"{parts[0]} ({wrong})", *parts[1:]] if wrong and parts else parts) or "nothing fails"
     file = f"The gate {legible(gate['file'])}" if gate.get("file") else "The gate"
-    return f"{file} is {'red' if gate['red'] else 'green'}: {said}{f' ({wrong})' if wrong else ''}; {_totals(results)}."
+    return f"{file} is {'red' if gate['red'] else 'green'}: {said}; {_totals(results)}."
 
 
 def gate_counts(gate: GateRecord) -> list[str]:

@@ -120,7 +120,7 @@ def test_what_is_new_comes_before_what_is_accepted_and_what_is_mended() -> None:
     results: Any = {"summary": counts, "checks": counts, "cases": cases, "gate": gate}
 
     assert headline(results) == (
-        "The gate known.json is red: 2 new, 5 accepted, 1 mended (normal NRM-3 (world normal by the inverse transpose) "
-        "in 2 cases); 9 cases: 7 fail, 2 pass."
+        "The gate known.json is red: 2 new (normal NRM-3 (world normal by the inverse transpose) in 2 cases), "
+        "5 accepted, 1 mended; 9 cases: 7 fail, 2 pass."
     )
     assert [(group.accepted, group.count) for group in failure_groups(results)] == [(False, 2), (True, 5)]
