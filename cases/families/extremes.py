@@ -48,7 +48,7 @@ def many_lights() -> Case:
         stresses=f"{LIGHTS} lights, seen in a direction {STEEP:g} degrees from straight down.",
         covers=covering(scene),
         least_interior=1000,
-        most_edge=0.1,
+        most_explained=0.1,
     )
 
 
@@ -71,7 +71,7 @@ def many_shapes() -> Case:
         stresses=f"{count} shapes, seen in a direction {STEEP:g} degrees from straight up.",
         covers=covering(scene),
         least_interior=300,
-        most_edge=0.2,
+        most_explained=0.2,
     )
 
 
@@ -97,7 +97,7 @@ def eye_in_a_plane() -> Case:
         stresses="The eye and the rays of the middle row lie in an infinite plane: they miss it.",
         covers=covering(scene),
         least_interior=250,
-        most_edge=0.1,
+        most_explained=0.1,
     )
 
 
@@ -128,7 +128,7 @@ def lights_in_solids() -> Case:
         stresses="Lights in a closed sphere and in a closed cube light nothing outside; albedos are 0 and 1.",
         covers=covering(scene),
         least_interior=1400,
-        most_edge=0.1,
+        most_explained=0.1,
     )
 
 
@@ -158,7 +158,7 @@ def _wide(name: str, stresses: str, width: int, height: int, fovy: float, flux: 
         stresses=stresses,
         covers=covering(scene),
         least_interior=least_interior,
-        most_edge=0.1,
+        most_explained=0.1,
     )
 
 
