@@ -171,7 +171,8 @@ def conclude(request: RunOptions, results: RunRecord, why: str | None, console: 
         from rayproof.reports.publish.page.previews import leave_previews
 
         count = leave_previews(request.out, results)
-        results["images_kept"] |= {"cases": results["images_kept"]["cases"] - count, "previews": count}
+        kept = results["images_kept"]
+        results["images_kept"] = {**kept, "cases": kept["cases"] - count, "previews": count}
     _publish(request, results, why, console)
     for sentence in worse:
         console.print(legible(f"worse than its history: {sentence}"), style="yellow", soft_wrap=True, markup=False)
