@@ -110,8 +110,9 @@ def faces_of_two_bytes(scene: Scene, stages: Stages) -> Images:
     """Render the first 65 536 faces of a mesh."""
 
     def cut(shape: Shape) -> Shape:
-        too_many = isinstance(shape, Mesh) and len(shape.faces) > 65_536
-        return replace(shape, faces=shape.faces[:65_536]) if too_many else shape
+        if not isinstance(shape, Mesh) or len(shape.faces) <= 65_536:
+            return shape
+        return replace(shape, faces=shape.faces[:65_536])
 
     return right(replace(scene, shapes=tuple(map(cut, scene.shapes))), stages)
 
