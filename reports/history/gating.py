@@ -29,7 +29,7 @@ from rayproof.reports.history.run_difference import LEAST_RATIO, ORDER, both, pa
 from rayproof.reports.results.case_records import CaseRecord, Check
 from rayproof.reports.results.document import load_results
 from rayproof.reports.results.files import several
-from rayproof.reports.results.headline import blamed_items, of_the_whole
+from rayproof.reports.results.headline import blamed_items, gate_counts, of_the_whole
 from rayproof.reports.results.outcomes import MEASURED, Outcome
 from rayproof.reports.results.records import SHUTTING, GateRecord, RunRecord
 
@@ -68,6 +68,7 @@ class Standing:
     worse: list[str]
     as_before: list[str]  # what fails, and did not become worse
     cases: list[str]  # names of cases that fail, and in which nothing became worse
+    mended: list[str] = field(default_factory=list)  # cases that failed, and pass
 
 
 def standing(results: RunRecord, base: Base) -> Standing:
@@ -78,9 +79,11 @@ def standing(results: RunRecord, base: Base) -> Standing:
 def _before_run(results: RunRecord, name: str, earlier: RunRecord) -> Standing:
     known = {case["name"]: case for case in earlier["cases"]}
     pairs = paired(*([str(one) for one in run.get("configurations", ())] for run in (earlier, results)))
-    found, same, cases = [], [], []
+    found, same, cases, mended = [], [], [], []
     for case in results["cases"]:
         before = known.get(case["name"])
+        if before is not None and before["verdict"] not in GOOD and case["verdict"] in RIGHT:
+            mended.append(f"{case['name']}: {case['verdict']}, was {before['verdict']} in {name}")
         worsened, kept = [], []
         if before is None:
             worsened = [f"{case['verdict']}, and {name} does not have it"] if case["verdict"] not in GOOD else []
@@ -97,7 +100,7 @@ def _before_run(results: RunRecord, name: str, earlier: RunRecord) -> Standing:
         same += _for_a_case(case["name"], kept)
         if case["verdict"] not in GOOD and not worsened:
             cases.append(case["name"])
-    return Standing(worse=found, as_before=same, cases=cases)
+    return Standing(worse=found, as_before=same, cases=cases, mended=mended)
 
 
 def _for_a_case(name: str, sentences: Sequence[str]) -> list[str]:
@@ -169,6 +172,7 @@ class Gate:
     uncovered: list[str] = field(default_factory=list)  # that too few of the checks were measured, or answered
     matched: list[str] = field(default_factory=list)  # cases with checks that fail as expected, and the reason given
     cases: list[str] = field(default_factory=list)  # names of cases of which all that fails is expected
+    mended: list[str] = field(default_factory=list)  # cases that failed in the run that it is held against, and pass
 
     @property
     def red(self) -> bool:
@@ -178,16 +182,7 @@ class Gate:
     @property
     def sentence(self) -> str:
         """Return what came of it in one sentence."""
-        words = {
-            "regressions": "not expected",
-            "worse": "worse than before",
-            "tighten": "better than expected",
-            "stale": "expected and not there",
-            "expired": "expired",
-        }
-        parts = [f"{len(listed)} {what}" for key, what in words.items() if (listed := getattr(self, key))]
-        parts += [*self.uncovered[:1], *([f"and {len(self.uncovered) - 1} more"] if len(self.uncovered) > 1 else [])]
-        said = ", ".join(parts) or ("nothing fails" if not self.matched else "what fails is known")
+        said = ", ".join(gate_counts(cast(GateRecord, asdict(self)))) or "nothing fails"
         return f"The gate {self.file} is {'red' if self.red else 'green'}: {said}."
 
     def record(self) -> GateRecord:
@@ -223,7 +218,7 @@ def held(results: RunRecord, demanded: Demanded, *, today: date | None = None) -
         _hold_the_whole(results, result)
     if demanded.against is not None:
         stands = standing(results, demanded.against)
-        result.worse = stands.worse
+        result.worse, result.mended = stands.worse, stands.mended
         if demanded.expected is None:
             result.matched, result.cases = stands.as_before, stands.cases
     if demanded.least_coverage is not None:

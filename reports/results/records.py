@@ -199,6 +199,7 @@ class GateRecord(TypedDict):
     cases: list[str]
     worse: NotRequired[list[str]]
     uncovered: NotRequired[list[str]]
+    mended: NotRequired[list[str]]  # what failed in an earlier run, and passes
 
 
 class RefusedRecord(TypedDict):

@@ -24,10 +24,10 @@ from pathlib import Path, PurePath
 from typing import Any, TypedDict, TypeVar
 
 import numpy as np
+from msgspec import structs
 
 from rayproof.cases.scene_json import pack, unpack
 from rayproof.cases.stages import IMAGE_STAGES, Stage, exr_channels
-from rayproof.reports.judge.pixel_classes import NAMES
 from rayproof.reports.program_name import NAME
 from rayproof.reports.publish.page.previews import preview_of
 from rayproof.reports.publish.scene3d.parts import look, thinned
@@ -40,6 +40,7 @@ from rayproof.reports.results.float_codec import inflated, pack_json
 from rayproof.reports.results.images import handed_over, inside, keeps_images, kept_images, script, write_pixels
 from rayproof.reports.results.outcomes import Outcome
 from rayproof.reports.results.records import RunRecord
+from rayproof.reports.results.wrong_pixels import plain_reason
 
 SCENES = "scenes"  # the folder of scene files in a results folder
 FEW = 16  # cases with images to compress that one process writes sooner than another one starts
@@ -187,7 +188,11 @@ def write_case_data(folder: Path, path: Path, case: CaseRecord) -> list[Path]:
         "small": small_of(folder, case),
         "notes": [f"{note.get('reference')}: {note.get('note')}" for note in case.get("notes", [])] + notes,
         "channels": {stage.value: [_short(name) for name in exr_channels(stage, lights=lights)] for stage in Stage},
-        "mask_names": {str(bit): name for bit, name in NAMES.items()},
+        "adjudication": {
+            stage: {**matrix, "why": plain_reason(matrix.get("why"))}
+            for stage, matrix in (case.get("adjudication") or {}).items()
+        },
+        "checks": [structs.replace(check, reason=plain_reason(check.reason)) for check in case.get("checks", [])],
     }
     text = pack_json(compact_case(record))
     return [write_text(path, script(path.relative_to(folder).as_posix(), text)), *written]

@@ -58,7 +58,7 @@ from rayproof.reports.results.records import FindingRecord, RunRecord
 # In the order in which they build on each other.
 SCRIPTS = (
     "elements", "address", "floats", "records", "paint", "metrics", "front",
-    "plot", "stability", "checks", "history", "cases", "pane", "viewer", "stage_view", "scene",
+    "plot", "stability", "checks", "terms", "history", "cases", "pane", "viewer", "stage_view", "scene",
     "case", "start",
 )  # fmt: skip
 

@@ -113,7 +113,8 @@ def picture(folder: Path, case: CaseRecord) -> bytes | None:
         return None
     step = max(1, -(-panels[0].shape[1] // WIDTH))
     small = [panel[::step, ::step] for panel in panels]
-    gap = np.ones((small[0].shape[0], GAP, 3))
+    opaque = [np.concatenate([panel, np.ones((*panel.shape[:2], 1))], axis=2) for panel in small]
+    gap = np.zeros((small[0].shape[0], GAP, 4))  # transparent: a page has its own colour, light or dark
     file = BytesIO()
-    imsave(file, np.concatenate([small[0], gap, small[1], gap, small[2]], axis=1), format="png")
+    imsave(file, np.concatenate([opaque[0], gap, opaque[1], gap, opaque[2]], axis=1), format="png")
     return file.getvalue()

@@ -25,7 +25,7 @@ def test_only_ten_causes_are(tmp_path: Path) -> None:
 
     lines = path.read_text().splitlines()
     assert len([line for line in lines if "many/" in line]) == MOST
-    assert "The worst 10 of 25 causes" in lines[-1]
+    assert "The largest 10 of 25 causes" in lines[-1]
 
 
 def test_a_cause_is_annotated_once_with_the_number_of_its_cases_and_the_programs_own_name(tmp_path: Path) -> None:
@@ -37,7 +37,7 @@ def test_a_cause_is_annotated_once_with_the_number_of_its_cases_and_the_programs
     (path,) = publish(tmp_path, many)
 
     (line,) = [line for line in path.read_text().splitlines() if "many/" in line]
-    assert line.startswith("::error title=rayproof many/0 and 24 more cases::fail")
+    assert line.startswith("::error title=rayproof many/0 and 24 more cases::fail (12 of 4,000 pixels wrong at")
     assert line.endswith("mine 1.2 against analytic, normal: off")
 
 
