@@ -52,6 +52,7 @@ def run(
     subject: Annotated[str, SUBJECT] = "tracer",
     memory: Annotated[float, LIMITS] = 8.0,
     env: Annotated[Repeated, SUBJECT] = (),
+    declare: Annotated[Path | None, SUBJECT] = None,
     diagnose: Annotated[Literal["auto", "off"], OUTPUT] = "auto",
     cache: Annotated[bool, LIMITS] = True,
     keep_images: Annotated[str | None, OUTPUT] = None,
@@ -103,12 +104,17 @@ def run(
         sphere=./mine.py:nearest_hit. Repeatable.
     subject
         The renderer under test instead of the tracer: a reference by name, "exec:COMMAND {scene} {output}" (called for
-        each scene), "serve:COMMAND" (started once), or "python:FILE.py:FUNCTION".
+        each scene), "serve:COMMAND" (started once), or "python:FILE.py:FUNCTION". {scene.xml}, {scene.gltf},
+        {scene.pbrt} and {scene.pov} hand the scene over in other formats; {output.pfm}, {output.hdr} and {output.png}
+        name other pictures.
     memory
         Limit [GiB] of the address space of a program under test.
     env
         An environment variable to pass to a program under test. PATH, HOME, TMPDIR, the locale and variables of
         libraries, Python, Conda, CUDA and threads are always passed. Repeatable.
+    declare
+        A JSON file with what a program under test does not say itself: its capabilities, the file that it always
+        `writes`, and the `transfer` curve of its pictures.
     diagnose
         auto: after a run with failures, look for the known mistake that explains them. off: do not look.
     cache
@@ -177,6 +183,7 @@ def run(
                 configuration,
                 formula,
                 subject != TRACER,
+                declare,
                 dry_run,
                 count,
                 seed,
@@ -232,7 +239,7 @@ def run(
 
         with told_in_one_line():
             chosen = configurations(configuration, formula)
-            about = {"seconds": timeout, "memory": memory, "variables": env}
+            about = {"seconds": timeout, "memory": memory, "variables": env, "declare": declare}
             tested = under_test(subject, **about, pool=pool if stays else None)
             check_selectors(selectors, tested)
             stream = None

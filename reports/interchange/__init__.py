@@ -1,7 +1,7 @@
 """Import and export of other programs' scenes: the registries of formats.
 
 To add a format: a function `(path, options) -> Imported` under `@IMPORTERS.register(".suffix")`, a function `(scene,
-path) -> dropped` under `@EXPORTERS.register(".suffix")`, in a new file or folder here. A reader has a sentence for each
+path) -> dropped` under `@EXPORTERS.register(".suffix", says=SceneFormat(...))`, in a new file or folder here. A reader has a sentence for each
 thing that it left out or changed; nothing is dropped in silence. Files are distrusted: an error ends in a SceneError of
 one line that names the file and the place, and nothing gets in from outside of the scene's own folder and of the
 folders that the options allow.
@@ -17,8 +17,8 @@ import numpy as np
 
 from rayproof.cases.mesh_files import mesh_path
 from rayproof.cases.registry import Registry
-from rayproof.cases.scene import Mesh, Scene, SceneError, Shape
-from rayproof.cases.scene_json import PACKED, save_scene
+from rayproof.cases.scene import CLIPS, SHADINGS, Clip, Mesh, Scene, SceneError, Shading, Shape
+from rayproof.cases.scene_json import PACKED, SHAPES, save_scene
 from rayproof.reports.results.files import replacing
 
 Size = tuple[int, int] | None
@@ -41,6 +41,21 @@ class Imported:
 
     scene: Scene  # a mesh as its file has it names that file by its whole path
     dropped: tuple[str, ...]
+
+
+@dataclass(frozen=True, kw_only=True)
+class SceneFormat:
+    """What the files of a format can say of a scene. The rest is replaced by what is equal, or refused with a reason."""
+
+    title: str
+    # What the format has no word for -> what becomes of it in a run.
+    cannot_say: Mapping[str, str]
+    shapes: tuple[str, ...] = tuple(SHAPES)
+    shading: tuple[Shading, ...] = SHADINGS
+    clip: tuple[Clip, ...] = CLIPS
+    two_sided: bool | Literal["always"] = True  # "always": a program sees and shades both sides of all surfaces
+    greatest_albedo: float = float("inf")
+    lights: int = 0  # 1: programs take one of several lights at random, so that each is rendered by itself
 
 
 IMPORTERS: Registry[Callable[[Path, ImportOptions], Imported]] = Registry(

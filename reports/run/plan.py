@@ -7,9 +7,11 @@ formula, in float32, on the cases that cover its specification item.
 from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
+from itertools import islice
 from typing import overload
 
 from rayproof.cases.case import ITEMS, Case, Expectation, ShadowOutline, covering
+from rayproof.cases.scene_json import NAMES
 from rayproof.cases.stages import IMAGE_STAGES, Stage
 from rayproof.reports.judge.oracle import ORACLE
 from rayproof.reports.run.options import Demands
@@ -17,7 +19,8 @@ from rayproof.reports.run.reference_cache import Key, code, machine
 from rayproof.reports.run.scenes import SceneStream
 from rayproof.reports.subjects import THE_TRACER, Subject
 from rayproof.reports.subjects.choosing import reason_missing
-from rayproof.reports.subjects.protocol import Capabilities, rebuilt
+from rayproof.reports.subjects.protocol import Capabilities
+from rayproof.reports.subjects.stand_ins import rebuilt
 
 GEOMETRY = IMAGE_STAGES[: IMAGE_STAGES.index(Stage.IRRADIANCE)]
 OF_SHAPES = {"HIT-3", "HIT-7", "HIT-8", "NRM-2", "NRM-3", "XF-1", "XF-2"}  # which triangles in their place do not cover
@@ -79,7 +82,9 @@ def with_some_twice(planned: Sequence[PlannedCase], subject: Subject = THE_TRACE
     places: Sequence[int] = range(len(planned))
     if subject.is_program and not isinstance(planned, PlannedScenes):  # a stream is not read for it
         able = subject.capabilities
-        places = [place for place in places if able.refusal(planned[place].case.scene) is None]
+        drawn = (place for place in places if able.refusal(planned[place].case.scene) is None)
+        # A refusal may need two images of the oracle: of a program that is called for each image the first ones do.
+        places = [*drawn] if subject.stays else [*islice(drawn, LOOKED_AT)]
     if subject.stays:
         count = min(ASKED_AGAIN, len(places))
         chosen = [places[(2 * number + 1) * len(places) // (2 * count)] for number in range(count)]
@@ -172,7 +177,9 @@ def within_reach(case: Case, able: Capabilities) -> Case:
     Where it has not the case's own light, everything but light is the same question, and light is an extra one: what it
     covers and its closed forms are those of the other model.
     """
-    if able.told(case.scene):
+    case = _with_meshes(case, able)
+    kinds = {NAMES[type(shape)] for shape in case.scene.shapes}
+    if kinds & set(able.stand_ins):
         own = covering(rebuilt(case.scene, able.stand_ins).scene)
         kept = [item for item in case.covers if item in own or item not in OF_SHAPES]
         case = replace(case, covers=tuple(item for item in ITEMS if item in kept or (item == "HIT-6" and item in own)))
@@ -188,6 +195,28 @@ def within_reach(case: Case, able: Capabilities) -> Case:
         covers=tuple(item for item in ITEMS if item in items),
         stresses=f"{case.stresses} {told}",
         expectations=tuple(one for one in case.expectations if _about_shadows(one)),
+    )
+
+
+def _with_meshes(case: Case, able: Capabilities) -> Case:
+    """Return the case about the meshes, or squares, that a program gets for spheres and planes that it does not draw.
+
+    They are other surfaces: the case does not count for the items of those shapes, nor hold by closed forms about them.
+    How many of its pixels must be decidable was found out for the original.
+    """
+    notes = able.not_equal(case.scene)
+    if not notes:
+        return case
+    scene = replace(able.asked(case.scene), shading=case.scene.shading)
+    own, before = covering(scene), covering(case.scene)
+    covers = tuple(item for item in ITEMS if (item in case.covers and item not in before) or item in own)
+    return replace(
+        case,
+        scene=scene,
+        covers=covers,
+        stresses=" ".join((case.stresses, *notes)),
+        expectations=(),
+        tuned=False,
     )
 
 

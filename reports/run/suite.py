@@ -341,7 +341,7 @@ def _shrinking(request: RunOptions, results: RunRecord) -> str | None:
         return None
     program, _, name = shlex.split(str(case["reproduce"]))[:3]
     subject = request.subject
-    who = ["--configuration", failed[0].configuration] if subject.is_tracer else ["--subject", subject.title]
+    who = ["--configuration", failed[0].configuration] if subject.is_tracer else subject.options
     return shlex.join([program, "shrink", name, *who, "--out", str(request.out / SMALL / place_of(case["name"]))])
 
 

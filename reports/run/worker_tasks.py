@@ -223,7 +223,7 @@ def _program() -> Callable[[SubjectTask | QuestionTask], Any]:
                 return str(wrong)
         able, stays = subject.capabilities, server(subject)
         # A run's environment names Python's own version, too.
-        who = "function" if subject.name == FUNCTION else subject.name
+        who = "function" if subject.transport == FUNCTION else subject.name
         versions = {who: f"{able.title} ({able.precision}, written as float32)"}
         answered = ask_program(subject, task.scene, samples=task.samples, keep=task.keep, server=stays)
         notes = able.told(task.scene)
