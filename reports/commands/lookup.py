@@ -173,7 +173,8 @@ def under_test(
 ) -> "Subject":
     """Return the subject that is named so; raise ValueError, LookupError or OSError if it cannot be put under test.
 
-    The file `declare` says of a program what it does not say itself. One that stays alive is started in the `pool` that will ask it, if there is one.
+    The file `declare` says of a program what it does not say itself. One that stays alive is started in the `pool` that
+    will ask it, if there is one.
     """
     from rayproof.reports.run.workers import ask
     from rayproof.reports.subjects import THE_TRACER

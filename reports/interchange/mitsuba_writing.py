@@ -30,6 +30,7 @@ SAYS = SceneFormat(
     clip=("depth",),
     greatest_albedo=1.0,
     lights=1,
+    world_normals=True,
     cannot_say={
         "clip `shell` and `none`": "clip `depth`, if the planes touch nothing; else `unsupported`",
         "simplified light": "`inverse_square`",

@@ -6,13 +6,14 @@ formula, in float32, on the cases that cover its specification item.
 
 from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, field, replace
-from functools import lru_cache
-from itertools import islice
+from functools import cache, lru_cache
+from itertools import islice, pairwise
 from typing import overload
 
 from rayproof.cases.case import ITEMS, Case, Expectation, ShadowOutline, covering
 from rayproof.cases.scene_json import NAMES
 from rayproof.cases.stages import IMAGE_STAGES, Stage
+from rayproof.reports.interchange.stand_ins import rebuilt
 from rayproof.reports.judge.oracle import ORACLE
 from rayproof.reports.run.options import Demands
 from rayproof.reports.run.reference_cache import Key, code, machine
@@ -20,7 +21,6 @@ from rayproof.reports.run.scenes import SceneStream
 from rayproof.reports.subjects import THE_TRACER, Subject
 from rayproof.reports.subjects.choosing import reason_missing
 from rayproof.reports.subjects.protocol import Capabilities
-from rayproof.reports.subjects.stand_ins import rebuilt
 
 GEOMETRY = IMAGE_STAGES[: IMAGE_STAGES.index(Stage.IRRADIANCE)]
 OF_SHAPES = {"HIT-3", "HIT-7", "HIT-8", "NRM-2", "NRM-3", "XF-1", "XF-2"}  # which triangles in their place do not cover
@@ -80,21 +80,30 @@ def with_some_twice(planned: Sequence[PlannedCase], subject: Subject = THE_TRACE
     from one scene to the next, as many as `ASKED_AGAIN` all over the plan.
     """
     places: Sequence[int] = range(len(planned))
+    drawn: Callable[[int], bool] = lambda place: True  # noqa: E731
     if subject.is_program and not isinstance(planned, PlannedScenes):  # a stream is not read for it
+        # Whether a scene is refused may need images of the oracle: no more are looked at than are needed.
         able = subject.capabilities
-        drawn = (place for place in places if able.refusal(planned[place].case.scene) is None)
-        # A refusal may need two images of the oracle: of a program that is called for each image the first ones do.
-        places = [*drawn] if subject.stays else [*islice(drawn, LOOKED_AT)]
+        drawn = cache(lambda place: able.refusal(planned[place].case.scene) is None)
     if subject.stays:
-        count = min(ASKED_AGAIN, len(places))
-        chosen = [places[(2 * number + 1) * len(places) // (2 * count)] for number in range(count)]
-        return _with_twice(planned, chosen)
+        return _with_twice(planned, _spread(len(planned), drawn))
+    places = [*islice(filter(drawn, places), LOOKED_AT)]
     firsts = [(place, planned[place]) for place in places[:LOOKED_AT]]
     small = [(place, one) for place, one in firsts if one.case.samples == 1 and _pixels(one) <= MOST_TWICE]
     lit = [(place, one) for place, one in small if one.case.scene.lights]
     if not small and subject.is_program:
         small = sorted(firsts, key=lambda entry: _pixels(entry[1]) * entry[1].case.samples ** 2)[:1]
     return _with_twice(planned, {place for place, _ in (lit or small)[:1]})
+
+
+def _spread(cases: int, drawn: Callable[[int], bool]) -> list[int]:
+    """Return `ASKED_AGAIN` places of a plan that are drawn, spread over it; all that are drawn if they are fewer."""
+    count = min(ASKED_AGAIN, cases)
+    starts = [(2 * number + 1) * cases // (2 * count) for number in range(count)]
+    pieces = [range(first, after) for first, after in pairwise([*starts, cases])]
+    chosen = [place for piece in pieces if (place := next(filter(drawn, piece), None)) is not None]
+    more = (place for place in range(cases) if len(chosen) < count and place not in chosen and drawn(place))
+    return [*chosen, *islice(more, count - len(chosen))]
 
 
 def _with_twice(planned: Sequence[PlannedCase], places: Collection[int]) -> Sequence[PlannedCase]:

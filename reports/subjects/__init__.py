@@ -30,8 +30,7 @@ def environment(variables: Collection[str] = ()) -> dict[str, str]:
 
 
 TRACER = "tracer"
-# How a user's program is asked: it is called for each image, it stays alive, or it is a Python function, which is called
-# by a program of ours that stays alive.
+# How a user's program is asked: it is called for each image, it stays alive, or it is a Python function.
 PROGRAM, SERVED, FUNCTION = "exec", "serve", "python"
 
 

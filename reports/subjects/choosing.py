@@ -11,9 +11,9 @@ from dataclasses import replace
 from pathlib import Path
 
 from rayproof import HOLDER, ROOT
-from rayproof.reports.judge.oracle import ORACLE
 from rayproof.cases.stages import Stage
 from rayproof.reports.interchange import EXPORTERS
+from rayproof.reports.judge.oracle import ORACLE
 from rayproof.reports.subjects import FUNCTION, PROGRAM, SERVED, TRACER, Subject
 from rayproof.reports.subjects.calls import SCENE_WORD
 from rayproof.reports.subjects.image_files import FORMATS
@@ -128,7 +128,7 @@ def _as_far_as_files_say(subject: Subject, word: str | None) -> Capabilities:
 
 
 def _scene_word(text: str, command: tuple[str, ...]) -> str | None:
-    """Return the format of `{scene.FORMAT}` in a command, or None; raise ValueError if it is not known, or not alone."""
+    """Return the format of `{scene.FORMAT}` in a command, or None; raise ValueError if there are several."""
     formats = [suffix.removeprefix(".") for suffix in EXPORTERS]
     words = list(dict.fromkeys(match[1] for part in command for match in SCENE_WORD.finditer(part)))
     for word in words:

@@ -15,6 +15,7 @@ from rayproof.cases.case import ITEMS_OF_OTHERS
 from rayproof.cases.scene import Scene
 from rayproof.cases.stages import IMAGE_STAGES, Resolution, Stage, exr_channels
 from rayproof.reference.analytic import Analytic
+from rayproof.reports.interchange.stand_ins import rebuilt
 from rayproof.reports.judge.answers import Answers
 from rayproof.reports.judge.box_filter import box_mean, finer
 from rayproof.reports.judge.oracle import stages_of
@@ -30,7 +31,6 @@ from rayproof.reports.subjects.protocol import (
     scene_name,
 )
 from rayproof.reports.subjects.serving import Server
-from rayproof.reports.subjects.stand_ins import rebuilt
 
 CAMERA = "The camera stage is no image, so that no program is asked about it."
 ROOM = 64 * 2**20  # bytes that a program may write beside its image, for logs and the like

@@ -18,15 +18,16 @@ from rayproof.cases.scene import CLIPS, SHADINGS, Clip, Matrix, Mesh, Scene, is_
 from rayproof.cases.scene_json import NAMES, SHAPES, scene_to_json
 from rayproof.cases.stages import IMAGE_STAGES, Stage
 from rayproof.reports.interchange import EXPORTERS, SceneFormat, export_scene
-from rayproof.reports.results.files import number
-from rayproof.reports.subjects.image_files import FORMATS, LINEAR, SRGB, Transfer
-from rayproof.reports.subjects.stand_ins import (
+from rayproof.reports.interchange.stand_ins import (
+    FLAT,
     NoStandInError,
     is_alike_with_sides,
     is_untouched,
     tessellated,
     with_sides,
 )
+from rayproof.reports.results.files import number
+from rayproof.reports.subjects.image_files import FORMATS, LINEAR, SRGB, Transfer
 
 ONCE, STAYS = 1, 2  # versions of the protocol: a program is called for each image, or stays alive
 OF_STAYS = ("samples", "format", "scene_format")  # keys of the second alone
@@ -40,7 +41,6 @@ OF_DECLARATION = ("writes", "transfer")  # keys that only the file of --declare 
 JSON = "json"  # the scene format of this protocol itself
 ALWAYS = "always"
 EPSILONS = ("shadow", "ray")
-FLAT = ("cube", "square", "triangle", "mesh")  # types of shapes that triangles can stand for
 LONGEST_NAME = 80
 PIECES = {"mesh": "a mesh of triangles", "triangle": "single triangles"}
 
@@ -203,6 +203,8 @@ class Capabilities:
             found["two_sided"] = says.two_sided
         if self.lights is None:
             found["lights"] = says.lights
+        if says.world_normals:
+            found["world_normals"] = True
         if self.stages is None:
             found["stages"] = (Stage.RADIANCE,)
         return replace(self, **found)

@@ -5,7 +5,7 @@ meshes that do not, so that a case is judged as the scene with those meshes. Whe
 no back of a surface is seen, scenes of different clip modes or sides have the same image.
 """
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 
@@ -14,10 +14,11 @@ import numpy as np
 from rayproof.cases.placement import matrix
 from rayproof.cases.scene import Clip, Cube, Mesh, Plane, Scene, Shape, Sphere, Square, Triangle
 from rayproof.cases.scene_json import NAMES
-from rayproof.cases.stages import IMAGE_STAGES, Stage
+from rayproof.cases.stages import IMAGE_STAGES, Stage, StageImages
 from rayproof.reference.analytic import Analytic
 from rayproof.reports.interchange.framing import box
 
+FLAT = ("cube", "square", "triangle", "mesh")  # types of shapes that triangles can stand for
 # Halves are exact in float32, so that the mesh is the shape itself. Counter-clockwise seen from outside.
 _CORNERS = np.array([(x, y, z) for x in (-0.5, 0.5) for y in (-0.5, 0.5) for z in (-0.5, 0.5)], dtype=np.float32)
 _SIDES = ((0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3))
@@ -221,7 +222,7 @@ def _image_corners(scene: Scene) -> np.ndarray:
 
 ASIDE = 1e-3  # share of their distance by which near and far plane are moved towards each other
 FINER = 3  # points a side of each pixel that are looked at, if the scene has few triangles
-RAY_TRIANGLES = 2e8  # rays times triangles of such an image
+RAY_TRIANGLES = 2e7  # rays times triangles of such an image
 CLIPPING = (Stage.OBJECT, Stage.DISTANCE)
 
 
@@ -256,8 +257,18 @@ def _within_depths(scene: Scene, shape: Shape, near: float, far: float) -> bool:
 
 @lru_cache(maxsize=1024)
 def is_alike_with_sides(scene: Scene, two_sided: bool, stages: tuple[Stage, ...]) -> bool:
-    """Return whether some stages of a scene are the same if all of its surfaces are two-sided, or if none is."""
-    return _same_images(scene, with_sides(scene, two_sided=two_sided), stages)
+    """Return whether some stages of a scene are the same if all of its surfaces are two-sided, or if none is.
+
+    Sides matter where the back of a surface is seen; what is hit, and what blocks light, does not depend on them.
+    """
+    changing = np.array([shape.two_sided != two_sided for shape in scene.shapes])
+    looked_at = (Stage.RAY, Stage.OBJECT, Stage.NORMAL)
+    for images in _images(with_sides(scene, two_sided=False), looked_at):
+        ray, objects, normal = (images[stage] for stage in looked_at)
+        seen = objects[..., 0].astype(int)
+        if bool(((seen >= 0) & changing[seen] & ((ray * normal).sum(axis=-1) >= 0)).any()):
+            return Stage.NORMAL not in stages and _same_images(scene, with_sides(scene, two_sided=two_sided), stages)
+    return True
 
 
 def with_sides(scene: Scene, *, two_sided: bool) -> Scene:
@@ -266,16 +277,19 @@ def with_sides(scene: Scene, *, two_sided: bool) -> Scene:
 
 
 def _same_images(scene: Scene, another: Scene, stages: Collection[Stage]) -> bool:
-    """Return whether the oracle answers alike to two scenes, at each pixel's centre and at points around it."""
+    """Return whether the oracle answers alike to two scenes of one size and as many triangles."""
     asked = [stage for stage in IMAGE_STAGES if stage in stages]
+    for first, second in zip(_images(scene, asked), _images(another, asked), strict=True):
+        if not all(np.array_equal(first[stage], second[stage], equal_nan=True) for stage in asked):
+            return False
+    return True
+
+
+def _images(scene: Scene, stages: Collection[Stage]) -> Iterator[StageImages]:
+    """Yield the oracle's images at each pixel's centre, then at points around it, if there are few triangles."""
     camera = scene.camera
     triangles = sum(len(shape.faces) for shape in scene.shapes if isinstance(shape, Mesh)) + len(scene.shapes)
     fine = FINER**2 * camera.width * camera.height * triangles <= RAY_TRIANGLES
     for factor in (1, FINER) if fine else (1,):
         size = {"width": factor * camera.width, "height": factor * camera.height}
-        first, second = (
-            Analytic().render(replace(each, camera=replace(each.camera, **size)), asked) for each in (scene, another)
-        )
-        if not all(np.array_equal(first[stage], second[stage], equal_nan=True) for stage in asked):
-            return False
-    return True
+        yield Analytic().render(replace(scene, camera=replace(camera, **size)), stages)
