@@ -34,9 +34,9 @@ SAYS = SceneFormat(
     title="POV-Ray 3.7's scene description language",
     world_normals=True,
     cannot_say={
-        "that blockers within 1e-3 units of a surface or a light count": "a lit scene is written 1024 times as large",
-        "hits farther than 1e7 units": "nothing: there POV-Ray sees the background",
-        "light that is exactly 2 / (1 + (d / f)^2) f^2 / d^2 times too weak near a lamp": "f is 1e-6 m",
+        "blockers within 1e-3 units of a surface or a light": "the scene, 1024 times as large: within 1e-6 m",
+        "hits farther than 1e7 units": "the scene; POV-Ray sees the background there",
+        "an inverse square up to the light": "a falloff of 2 / (1 + (d / f)^2) with f = 1e-6 m",
     },
 )
 

@@ -40,17 +40,24 @@ def standing(results: RunRecord) -> str:
 
 
 def last_line(results: RunRecord) -> str:
-    """Return how a run stands, what its cases come to where a gate is set, and how much was answered if not all."""
+    """Return how a run stands, what its cases come to where a gate is set, and how much was answered if not all.
+
+    Where few cases were answered that comes first.
+    """
     cases = [f"cases: {results['verdict']}"] if "gate" in results and "verdict" in results else []
-    return "; ".join([standing(results), *cases, *answered_in_words(results)])
+    return "; ".join([*few_answers(results), standing(results), *cases, *answered_in_words(results)])
 
 
 def headline(results: RunRecord) -> str:
-    """Return what the run comes to: of its gate, where one is set, and then of its cases."""
+    """Return what the run comes to: of its gate, where one is set, and then of its cases.
+
+    That few cases were answered comes first.
+    """
+    few = "".join(f"{sentence[:1].upper()}{sentence[1:]}. " for sentence in few_answers(results))
     if "gate" not in results:
-        return _of_cases(results)
+        return f"{few}{_of_cases(results)}"
     through = "" if results["gate"]["red"] or not results["gate"]["cases"] else "Let through: "
-    return f"{legible(results['gate']['sentence'])} {through}{_of_cases(results)}"
+    return f"{few}{legible(results['gate']['sentence'])} {through}{_of_cases(results)}"
 
 
 def subject_of(results: RunRecord) -> str:
@@ -96,18 +103,23 @@ def left_out_in_words(results: RunRecord) -> list[str]:
 
 
 def says_little(results: RunRecord) -> bool:
-    """Say whether a pass would say less than it seems to: cases are left out, or less than half is answered.
+    """Return whether a pass would say less than it seems to: parts of cases are left out, or few cases answered."""
+    return bool(left_out_in_words(results) or few_answers(results))
 
-    A program that declares that it writes radiance alone does what it says if it answers it wherever its shapes allow.
+
+LEAST_COVERAGE = 50.0  # % of the cases
+
+
+def few_answers(results: RunRecord) -> list[str]:
+    """Return in a sentence that nothing failed but too few of the cases were answered; nothing where that is not so.
+
+    A case is answered if some stage that the subject writes was judged in it.
     """
-    if left_out_in_words(results):
-        return True
-    alone = results.get("declared", {}).get("stages") == [Stage.RADIANCE.value]
-    left = (results.get("answered") or {}).get("without_radiance", 0)
-    return share_answered(results) < LEAST_SHARE and not (alone and not left)
-
-
-LEAST_SHARE = 0.5  # of the planned checks
+    answered, least = results.get("answered") or {}, results.get("least_coverage", LEAST_COVERAGE)
+    cases, planned = answered.get("cases", 0), answered.get("planned_cases", 0)
+    if not planned or 100 * cases >= float(least) * planned or results.get("verdict") in BAD:
+        return []
+    return [f"few answers: {cases} of {several(planned, 'case')} answered, and {least:g} % are asked for"]
 
 
 def _of_cases(results: RunRecord) -> str:

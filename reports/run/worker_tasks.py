@@ -196,7 +196,7 @@ def _tested(name: str) -> Callable[[SubjectTask], tuple[Answers, dict[str, str],
 
 def _program() -> Callable[[SubjectTask | QuestionTask], Any]:
     """Return the task of a user's program, which renders or says what it can; one that stays alive is started once."""
-    from rayproof.reports.subjects.program import ask_capabilities, ask_program
+    from rayproof.reports.subjects.program import ask_capabilities, ask_program, notes_on
     from rayproof.reports.subjects.serving import Server
 
     kept: list[Server] = []
@@ -226,7 +226,7 @@ def _program() -> Callable[[SubjectTask | QuestionTask], Any]:
         who = "function" if subject.transport == FUNCTION else subject.name
         versions = {who: f"{able.title} ({able.precision}, written as float32)"}
         answered = ask_program(subject, task.scene, samples=task.samples, keep=task.keep, server=stays)
-        notes = able.told(task.scene)
+        notes = notes_on(subject, task.scene)
         if stays is not None:
             return answered, versions, (*notes, *stays.notes()), stays.standing()
         return answered, versions, notes

@@ -220,6 +220,15 @@ def _rendered(asking: _Asking, scene: Scene, handed: Scene, samples: int, keep: 
 # Sums over lights, and images of formats that end at 1: the lights are made brighter or darker by a power of two, which
 # rounds nothing, and so are the images.
 
+
+def notes_on(subject: Subject, scene: Scene) -> tuple[str, ...]:
+    """Return in sentences what of a scene is handed over as something else that has the same image."""
+    able = subject.capabilities
+    power = _power(subject, scene) if able.refusal(scene) is None else 0
+    what = f"Handed over with the flux of each light times 2^{power}, since the picture ends at 1; it is scaled back."
+    return (*able.told(scene), *[what] * (power != 0))
+
+
 LIT = (Stage.IRRADIANCE, Stage.EXITANCE, Stage.RADIANCE)
 BRIGHTEST = 0.9  # of what a format holds that clips: a radiance that is too large by more is cut off, which is seen
 
