@@ -80,7 +80,7 @@ def test_trimesh_reads_the_triangles_that_gltf_was_given(tmp_path: Path) -> None
     scene = replace(SCENE, shapes=tuple(replace(mesh, albedo=(0.2, 0.4, 0.6)) for mesh in meshes))
     export_scene(scene, tmp_path / "scene.gltf")
 
-    read = trimesh.load(tmp_path / "scene.gltf", process=False)
+    read = trimesh.load_scene(tmp_path / "scene.gltf", process=False)
 
     assert len(read.geometry) == len(meshes) > 3
     for index, mesh in enumerate(meshes):
