@@ -17,9 +17,11 @@ The camera space of `view` has x right, y up and z forward (depth along F), so t
 
 import math
 from collections.abc import Collection
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import StrEnum
 from typing import TYPE_CHECKING, Any, Protocol
+
+import numpy as np
 
 if TYPE_CHECKING:
     from rayproof.cases.scene import Scene
@@ -113,6 +115,14 @@ class Resolution:
     relative: float  # of the value
     absolute: float  # in the stage's unit: half a step of a 16-bit format, or the like
     because: str  # which format or setting, in words
+    # Of a format whose step differs from value to value: that of each, of the image's shape; `absolute` is the largest.
+    steps: np.ndarray | None = field(default=None, repr=False, compare=False)
+
+    def step(self, values: np.ndarray) -> np.ndarray:
+        """Return how far the output's step may have moved each of `values` (height, width, channels)."""
+        if self.steps is not None and self.steps.shape == values.shape:
+            return self.steps
+        return self.relative * np.abs(values) + self.absolute
 
 
 class Reference(Protocol):

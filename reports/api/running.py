@@ -99,6 +99,7 @@ def run(
     configurations: Sequence[str] = (),
     formulas: Sequence[str] = (),
     require: Sequence[str] = (),
+    declare: str | Path | None = None,
     out: str | Path | None = None,
     resume: bool = False,
     expect: str | Path | None = None,
@@ -115,7 +116,8 @@ def run(
     called in this process and thread, once for a scene, twice for twenty of them. Its arrays are (height, width,
     channels), of any library that speaks DLPack; they are written as float32 and judged as such. It answers the stages
     that it gives, or those that `stages` names; NotImplementedError says that it cannot draw a scene. Its attribute
-    `deterministic`, if False, says that two of its images of one scene may differ within the limits. The other
+    `deterministic`, if False, says that two of its images of one scene may differ within the limits. `declare` names a
+    JSON file with what a program does not say itself. The other
     arguments are the command's options (`rayproof run --help`). Without `out` results lie in a temporary folder that
     is removed with the returned object.
 
@@ -131,6 +133,7 @@ def run(
     folder = Path(tempfile.mkdtemp(prefix="rayproof-run-") if out is None else out)
     options = {
         "--out": folder,
+        "--declare": declare,
         "--expect": expect,
         "--jobs": jobs,
         "--timeout": timeout,

@@ -68,7 +68,7 @@ def gate(
     against
         With check: an earlier run's folder, or a history file; what became worse is red too.
     least_coverage
-        With check: the least share [%] of the checks that must be measured.
+        With check: the least share [%] of the cases that must be answered.
     json
         Also write the result to this file.
 

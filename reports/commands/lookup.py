@@ -4,6 +4,7 @@ import re
 from collections.abc import Sequence
 from functools import partial
 from math import inf
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
@@ -168,18 +169,21 @@ def under_test(
     variables: tuple[str, ...] = (),
     before_oracle: bool = True,
     pool: "Pool | None" = None,
+    declare: Path | None = None,
 ) -> "Subject":
     """Return the subject that is named so; raise ValueError, LookupError or OSError if it cannot be put under test.
 
-    One that stays alive is started in the `pool` that will ask it, if there is one.
+    The file `declare` says of a program what it does not say itself. One that stays alive is started in the `pool` that
+    will ask it, if there is one.
     """
     from rayproof.reports.run.workers import ask
     from rayproof.reports.subjects import THE_TRACER
     from rayproof.reports.subjects.choosing import KNOWN, chosen
 
     if subject == TRACER:
-        if variables:
-            raise ValueError(f"--env is for a program under test: --subject {KNOWN}")
+        if variables or declare is not None:
+            option = "--env" if variables else "--declare"
+            raise ValueError(f"{option} is for a program under test: --subject {KNOWN}")
         return THE_TRACER
     return chosen(
         subject,
@@ -188,10 +192,14 @@ def under_test(
         ask=partial(ask, pool=pool),
         variables=variables,
         before_oracle=before_oracle,
+        declare=declare,
     )
 
 
-def subject_named(subject: str, env: tuple[str, ...] = (), *, seconds: float = USUAL_LIMIT) -> "Subject":
+def subject_named(
+    subject: str, env: tuple[str, ...] = (), declare: Path | None = None, *, seconds: float = USUAL_LIMIT
+) -> "Subject":
     """Return the subject that is named so, with the usual limits; one line says why it cannot be put under test."""
     with told_in_one_line():
-        return under_test(subject, seconds=seconds, memory=8.0, variables=env, before_oracle=False)
+        about = {"variables": env, "declare": declare, "before_oracle": False}
+        return under_test(subject, seconds=seconds, memory=8.0, **about)

@@ -15,6 +15,7 @@ def merge(
     *,
     out: Path,
     demanded: "Demanded | None",
+    least_coverage: float | None,
     history: Path | None,
     json: Path | None,
 ) -> int:
@@ -52,6 +53,7 @@ def merge(
         json=json,
         history=history,
         demanded=demanded,
+        least_coverage=least_coverage,
         diagnose=about["diagnose"],
         images=images_to_keep(about.get("keep_images"), cases=about["planned"]),
     )

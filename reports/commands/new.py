@@ -178,7 +178,7 @@ def adapter(file: Path, *, language: Literal["python", "c++"] | None = None) -> 
     steps += [build.format(file=file.name)] if build else []
     words = call.format(file=file.name)
     for command in (f"serve:{words}", f"exec:{words} {{scene}} {{output}}"):
-        steps += [f'{called()} run primitives/sphere nearest --subject "{command}" --out report']
+        steps += [f'{called()} run primitives/sphere nearest/spheres --subject "{command}" --out report']
     for step in steps:
         say(f"    {step}")
     say("serve: starts it once for each worker, exec: for each scene.")
@@ -220,7 +220,7 @@ def workflow(
     expect
         The file of known failures and of how much is answered, which `rayproof gate accept` writes.
     least_coverage
-        The least share [%] of the checks that must be measured.
+        The least share [%] of the cases that must be answered. Default: 50.
     out
         The file to write. Default: where the service looks for it.
 

@@ -48,6 +48,7 @@ def probe(
     require: Repeated = (),
     subject: str = "tracer",
     env: Repeated = (),
+    declare: Path | None = None,
     cache: bool = True,
     json: Path | None = None,
     keep: Annotated[Path | None, OF_KEEP] = None,
@@ -80,6 +81,8 @@ def probe(
         "serve:COMMAND" or "python:FILE.py:FUNCTION".
     env
         An environment variable to pass to a program, as in `rayproof run`. Repeatable.
+    declare
+        A JSON file with what a program does not say itself, as in `rayproof run`.
     cache
         Reuse answers of references from the cache; the tracer always renders.
     json
@@ -107,10 +110,12 @@ def probe(
         raise UsageError("X and Y go together")
     if keep is not None:
         if certified or x is not None or configuration or formula or require or json is not None:
-            raise UsageError("--keep takes --subject, --env and --timeout only")
-        return keep_call(case, keep, subject=subject, timeout=USUAL_LIMIT if timeout is None else timeout, env=env)
+            raise UsageError("--keep takes --subject, --env, --declare and --timeout only")
+        return keep_call(
+            case, keep, subject=subject, timeout=USUAL_LIMIT if timeout is None else timeout, env=env, declare=declare
+        )
     if certified:
-        if configuration or formula or require or env or subject != "tracer":
+        if configuration or formula or require or env or declare is not None or subject != "tracer":
             raise UsageError("--certified takes --pixels, --stages and --json only")
         if x is not None and pixels is not None:
             raise UsageError("name either X and Y or --pixels")
@@ -124,8 +129,8 @@ def probe(
         raise UsageError(f"pixel ({x}, {y}) lies outside the image: X from 0 to {width - 1}, Y from 0 to {height - 1}")
     chosen = configurations(configuration or ("float32", "float64"), formula)
     names = references_named(require)
-    tested = subject_named(subject, env)
-    scene = tested.capabilities.under_its_light(scene)
+    tested = subject_named(subject, env, declare)
+    scene = tested.capabilities.asked(scene)
     shout(faults := sorted({fault for one in chosen for fault in one.faults}))
     from rayproof.tracer.kernel.compiler import choose_packaged_llvm
 
@@ -248,19 +253,21 @@ def short(value: float | str) -> str:
     return value if isinstance(value, str) else f"{value:.9g}"
 
 
-def keep_call(case: str, folder: Path, *, subject: str, timeout: float, env: tuple[str, ...]) -> int:
+def keep_call(
+    case: str, folder: Path, *, subject: str, timeout: float, env: tuple[str, ...], declare: Path | None
+) -> int:
     """Call a program under test once, and keep what it was handed, its command, and what it said and wrote."""
     if not timeout > 0:
         raise UsageError(f"--timeout must be positive, got {timeout} s")
     scene = scene_named(case)
-    tested = subject_named(subject, env, seconds=timeout)
+    tested = subject_named(subject, env, declare, seconds=timeout)
     from rayproof.reports.run.workers import answered
     from rayproof.reports.subjects.calls import TOLD
     from rayproof.reports.subjects.choosing import KNOWN
 
     if not tested.is_program:
         raise UsageError(f"--subject: a call is a program's, {KNOWN}; got {subject!r}")
-    scene = tested.capabilities.under_its_light(scene)
+    scene = tested.capabilities.asked(scene)
     with told_in_one_line():
         writable_folder(folder)
         answered_call = answered(tested, scene, keep=folder)

@@ -52,6 +52,7 @@ def run(
     subject: Annotated[str, SUBJECT] = "tracer",
     memory: Annotated[float, LIMITS] = 8.0,
     env: Annotated[Repeated, SUBJECT] = (),
+    declare: Annotated[Path | None, SUBJECT] = None,
     diagnose: Annotated[Literal["auto", "off"], OUTPUT] = "auto",
     cache: Annotated[bool, LIMITS] = True,
     keep_images: Annotated[str | None, OUTPUT] = None,
@@ -62,7 +63,7 @@ def run(
     expect: Annotated[Path | None, GATE] = None,
     patterns: Annotated[bool, GATE, Parameter(name="--any")] = False,
     against: Annotated[Path | None, GATE] = None,
-    least_coverage: Annotated[float | None, GATE] = None,
+    least_coverage: Annotated[float | None, SUBJECT] = None,
     json: Annotated[Path | None, OUTPUT] = None,
     count: Annotated[int | None, SELECTION] = None,
     seed: Annotated[int | None, SELECTION] = None,
@@ -102,12 +103,17 @@ def run(
         sphere=./mine.py:nearest_hit. Repeatable.
     subject
         The renderer under test instead of the tracer: a reference by name, "exec:COMMAND {scene} {output}" (called for
-        each scene), "serve:COMMAND" (started once), or "python:FILE.py:FUNCTION".
+        each scene), "serve:COMMAND" (started once), or "python:FILE.py:FUNCTION". {scene.xml}, {scene.gltf},
+        {scene.pbrt} and {scene.pov} hand the scene over in other formats; {output.pfm}, {output.hdr} and {output.png}
+        name other pictures.
     memory
         Limit [GiB] of the address space of a program under test.
     env
         An environment variable to pass to a program under test. PATH, HOME, TMPDIR, the locale and variables of
         libraries, Python, Conda, CUDA and threads are always passed. Repeatable.
+    declare
+        A JSON file with what a program under test does not say itself: its capabilities, the file that it always
+        `writes`, and the `transfer` curve of its pictures.
     diagnose
         auto: after a run with failures, look for the known mistake that explains them. off: do not look.
     cache
@@ -137,7 +143,8 @@ def run(
         The folder of an earlier run, or a history file (--history). The exit code is 1 if anything became worse, and 0
         if everything that fails failed there too.
     least_coverage
-        The least share [%] of the checks that must be measured. With fewer the exit code is 1.
+        The least share [%] of the cases that must be answered. With fewer, if nothing fails, the exit code is 3.
+        Default: 50, or 0 with --expect or --against.
     json
         Also write results.json to this file.
     count
@@ -177,6 +184,7 @@ def run(
                 configuration,
                 formula,
                 subject != TRACER,
+                declare,
                 dry_run,
                 count,
                 seed,
@@ -190,8 +198,9 @@ def run(
         from rayproof.reports.commands.merge import merge as merge_parts
 
         with told_in_one_line():
-            demanded = gate_demands(expect, against, least_coverage, patterns=patterns)
-        code = merge_parts(tuple(map(Path, selectors)), out=out, demanded=demanded, history=history, json=json)
+            demanded = gate_demands(expect, against, patterns=patterns)
+        about = {"demanded": demanded, "least_coverage": least_coverage, "history": history, "json": json}
+        code = merge_parts(tuple(map(Path, selectors)), out=out, **about)
         from rayproof.reports.commands.report import write_one_file
 
         write_one_file(out, asked=single_file)
@@ -232,7 +241,7 @@ def run(
 
         with told_in_one_line():
             chosen = configurations(configuration, formula)
-            about = {"seconds": timeout, "memory": memory, "variables": env}
+            about = {"seconds": timeout, "memory": memory, "variables": env, "declare": declare}
             tested = under_test(subject, **about, pool=pool if stays else None)
             check_selectors(selectors, tested)
             stream = None
@@ -241,7 +250,7 @@ def run(
 
                 stream = SceneStream(scenes, tested, say=say)
             heard = panel(required, tested)
-            demanded = gate_demands(expect, against, least_coverage, patterns=patterns)
+            demanded = gate_demands(expect, against, patterns=patterns)
             kept = images_to_keep(keep_images, cases=len(selectors if stream is None else stream))
         request = RunOptions(
             selectors=selectors,
@@ -261,6 +270,7 @@ def run(
             images=kept,
             history=history,
             demanded=demanded,
+            least_coverage=least_coverage,
             diagnose=diagnose == "auto",
         )
         cluster = None
@@ -320,14 +330,12 @@ def study(out: Path) -> None:
         sys.stderr.write(f"{name}: {told.getvalue().strip().splitlines()[-1]}\n")
 
 
-def gate_demands(
-    expect: Path | None, against: Path | None, least_coverage: float | None, *, patterns: bool
-) -> "Demanded | None":
+def gate_demands(expect: Path | None, against: Path | None, *, patterns: bool) -> "Demanded | None":
     """Return what a gate demands of a run, None where it is nothing; raise ValueError or OSError for an unusable file.
 
     They are read now: OUT may be the folder of the earlier run, and its results are those that are compared with.
     """
-    if expect is None and against is None and least_coverage is None:
+    if expect is None and against is None:
         return None
     from rayproof.reports.history.expectations import load_known
     from rayproof.reports.history.gating import Demanded, load_base
@@ -335,7 +343,6 @@ def gate_demands(
     return Demanded(
         expected=None if expect is None else (str(expect), load_known(expect, patterns=patterns)),
         against=None if against is None else load_base(against),
-        least_coverage=least_coverage,
     )
 
 

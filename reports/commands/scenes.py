@@ -177,14 +177,17 @@ def summary(imported: "Imported", target: Path, copies: Sequence[str]) -> list[s
 
 
 def export_scene(scene: str, file: Path) -> int:
-    """Write a scene as Mitsuba 3 XML, its meshes beside it, or for POV-Ray; list what that program does differently.
+    """Write a scene for another program, and list what that program's format cannot say.
+
+    Writes Mitsuba 3 XML (.xml) with meshes beside it, glTF (.gltf), scenes of pbrt, version 3 (.pbrt), and of POV-Ray
+    (.pov). Shapes that a format has no word for become meshes.
 
     Parameters
     ----------
     scene
         A scene file ending in .json, or the name of a case.
     file
-        The file to write, ending in .xml (Mitsuba) or .pov (POV-Ray).
+        The file to write, ending in .xml, .gltf, .pbrt or .pov.
 
     """
     loaded = scene_named(scene)

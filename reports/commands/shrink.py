@@ -25,6 +25,7 @@ def shrink(
     *,
     out: Path,
     subject: str = TRACER,
+    declare: Path | None = None,
     configuration: str = "float32",
     formula: Repeated = (),
     stage: str | None = None,
@@ -49,6 +50,8 @@ def shrink(
     subject
         The renderer that fails, if not the tracer: a reference by name, "exec:COMMAND {scene} {output}",
         "serve:COMMAND" or "python:FILE.py:FUNCTION".
+    declare
+        A JSON file with what a program does not say itself, as in `rayproof run`.
     configuration
         The tracer's configuration, such as float64/triangle=woop.
     formula
@@ -74,7 +77,7 @@ def shrink(
     with told_in_one_line():
         writable_folder(out)
         own(out)
-    tested = subject_named(subject)
+    tested = subject_named(subject, declare=declare)
     shout(chosen.faults)
     from rayproof.tracer.kernel.compiler import choose_packaged_llvm
 
@@ -85,7 +88,7 @@ def shrink(
     from rayproof.reports.shrinking.search import NothingFailsError
     from rayproof.reports.shrinking.search import shrink as search_smallest
 
-    scene, render = tested.capabilities.under_its_light(scene), renderer(tested, chosen)
+    scene, render = tested.capabilities.asked(scene), renderer(tested, chosen)
     try:
         smallest = search_smallest(
             scene, render, stage=at, limits=Limits(tries=tries, seconds=seconds), progress=_Progress(out)
@@ -95,6 +98,7 @@ def shrink(
     say(f"{case}: {in_words(scene)}; after {smallest.tries} renders: {in_words(smallest.scene)}")
     words = [f"--configuration={configuration}", *(f"--formula={one}" for one in formula)]
     words = words if tested.is_tracer else ["--subject", subject]
+    words += ["--declare", str(declare)] if declare is not None else []
     report = Report(
         scene=smallest.scene,
         failure=smallest.failure,
@@ -108,6 +112,7 @@ def shrink(
     confirmed, sentence = judged_by_all(
         out / "scene.json",
         subject=None if tested.is_tracer else subject,
+        declare=declare,
         configuration=configuration,
         formulas=formula,
     )

@@ -30,7 +30,7 @@ from rayproof.reports.results.case_records import CaseRecord, Check
 from rayproof.reports.results.document import load_results
 from rayproof.reports.results.files import several
 from rayproof.reports.results.headline import blamed_items, gate_counts, of_the_whole
-from rayproof.reports.results.outcomes import MEASURED, Outcome
+from rayproof.reports.results.outcomes import Outcome
 from rayproof.reports.results.records import SHUTTING, GateRecord, RunRecord
 
 GOOD = (Outcome.PASS, Outcome.WARN, Outcome.UNDECIDED, Outcome.UNSUPPORTED)
@@ -196,7 +196,7 @@ class Demanded:
 
     expected: tuple[str, Known] | None = None  # what is known to fail: a file's name, and what it holds
     against: Base | None = None  # nothing may be worse than there
-    least_coverage: float | None = None  # %, of the checks that must be measured
+    least_coverage: float | None = None  # %, of the cases that must be answered
 
     @property
     def lets_through(self) -> bool:
@@ -229,12 +229,11 @@ def held(results: RunRecord, demanded: Demanded, *, today: date | None = None) -
 
 
 def coverage(results: RunRecord) -> tuple[float, str]:
-    """Return the share [%] of the planned checks that were measured (0 where none was planned), and it in words."""
-    counted = cast("dict[str, int]", results["checks"])
-    planned = counted["planned"]
-    measured = sum(counted.get(one.value, 0) for one in MEASURED)
-    share = 100 * measured / planned if planned else 0.0
-    return share, f"{measured} of {several(planned, 'check')} ({share:.1f} %) were measured"
+    """Return the share [%] of the cases that were answered (0 where none was planned), and it in words."""
+    answered = results.get("answered") or {}
+    cases, planned = answered.get("cases", 0), answered.get("planned_cases", 0)
+    share = 100 * cases / planned if planned else 0.0
+    return share, f"{cases} of {several(planned, 'case')} ({share:.1f} %) were answered"
 
 
 def gate(results: RunRecord, known: Known, *, file: str, today: date | None = None) -> Gate:

@@ -1,10 +1,10 @@
 """Import and export of other programs' scenes: the registries of formats.
 
 To add a format: a function `(path, options) -> Imported` under `@IMPORTERS.register(".suffix")`, a function `(scene,
-path) -> dropped` under `@EXPORTERS.register(".suffix")`, in a new file or folder here. A reader has a sentence for each
-thing that it left out or changed; nothing is dropped in silence. Files are distrusted: an error ends in a SceneError of
-one line that names the file and the place, and nothing gets in from outside of the scene's own folder and of the
-folders that the options allow.
+path) -> dropped` under `@EXPORTERS.register(".suffix", says=SceneFormat(...))`, in a new file or folder here. A reader
+has a sentence for each thing that it left out or changed; nothing is dropped in silence. Files are distrusted: an error
+ends in a SceneError of one line that names the file and the place, and nothing gets in from outside of the scene's own
+folder and of the folders that the options allow. A writer gets shapes only of the types that its format says it has.
 """
 
 import hashlib
@@ -17,8 +17,8 @@ import numpy as np
 
 from rayproof.cases.mesh_files import mesh_path
 from rayproof.cases.registry import Registry
-from rayproof.cases.scene import Mesh, Scene, SceneError, Shape
-from rayproof.cases.scene_json import PACKED, save_scene
+from rayproof.cases.scene import CLIPS, SHADINGS, Clip, Mesh, Scene, SceneError, Shading, Shape
+from rayproof.cases.scene_json import NAMES, PACKED, SHAPES, save_scene
 from rayproof.reports.results.files import replacing
 
 Size = tuple[int, int] | None
@@ -41,6 +41,22 @@ class Imported:
 
     scene: Scene  # a mesh as its file has it names that file by its whole path
     dropped: tuple[str, ...]
+
+
+@dataclass(frozen=True, kw_only=True)
+class SceneFormat:
+    """What the files of a format can say of a scene; the rest is replaced by what is equal, or refused."""
+
+    title: str
+    # What the format has no word for -> what becomes of it in a run.
+    cannot_say: Mapping[str, str]
+    shapes: tuple[str, ...] = tuple(SHAPES)
+    shading: tuple[Shading, ...] = SHADINGS
+    clip: tuple[Clip, ...] = CLIPS
+    two_sided: bool | Literal["always"] = True  # "always": a program sees and shades both sides of all surfaces
+    greatest_albedo: float = float("inf")
+    world_normals: bool = False  # meshes are written with corners rounded to float32 in world space
+    lights: int = 0  # 1: programs take one of several lights at random, so that each is rendered by itself
 
 
 IMPORTERS: Registry[Callable[[Path, ImportOptions], Imported]] = Registry(
@@ -122,12 +138,26 @@ def _copied(source: Path, folder: Path) -> str:
 def export_scene(scene: Scene, path: Path) -> tuple[str, ...]:
     """Write `scene` as another program's file and return what could not be said there.
 
+    Shapes that the format has no word for are written as meshes: a cube, a square or a triangle as an equal one.
+
     Raises:
-        SceneError: the suffix is of no known kind.
+        SceneError: the suffix is of no known kind, or no mesh can stand for a shape.
         OSError: the file cannot be written.
 
     """
+    from rayproof.reports.interchange.stand_ins import FLAT, NoStandInError, rebuilt, tessellated
+
     suffix = path.suffix.lower()
     if suffix not in EXPORTERS:
         raise SceneError(f"{path}: must end in one of {', '.join(EXPORTERS)}")
-    return EXPORTERS[suffix](scene, path)
+    says: SceneFormat = EXPORTERS.about(suffix)["says"]
+    names = [NAMES[type(shape)] for shape in scene.shapes]
+    unsaid = [name for name in dict.fromkeys(names) if name not in says.shapes]
+    try:
+        scene = tessellated(scene, unsaid, squares="square" in says.shapes)
+    except NoStandInError as error:
+        raise SceneError(f"{path}: {error}") from None
+    scene = rebuilt(scene, dict.fromkeys((name for name in FLAT if name not in says.shapes), "mesh")).scene
+    how = {"sphere": "a mesh of flat triangles", "plane": "a square that ends beyond what is seen"}
+    notes = [f"each {name}: it is {how.get(name, 'an equal mesh')}" for name in unsaid]
+    return (*notes, *EXPORTERS[suffix](scene, path))

@@ -41,7 +41,7 @@ def bounds(shapes: tuple[Shape, ...]) -> tuple[np.ndarray, np.ndarray]:
     """Return the lowest and the highest corner [m] of a box around the shapes; a plane counts with its unit square."""
     if not shapes:
         return np.full(3, -1.0), np.full(3, 1.0)
-    boxes = [_box(shape) for shape in shapes]
+    boxes = [box(shape) for shape in shapes]
     return np.min([low for low, _ in boxes], axis=0), np.max([high for _, high in boxes], axis=0)
 
 
@@ -110,7 +110,8 @@ def _grid(camera: Camera, shapes: tuple[Shape, ...]) -> dict[str, int]:
     return {"width": 2 * int(width / 2) + 1, "height": 2 * int(height / 2) + 1}
 
 
-def _box(shape: Shape) -> tuple[np.ndarray, np.ndarray]:
+def box(shape: Shape) -> tuple[np.ndarray, np.ndarray]:
+    """Return the lowest and the highest corner [m] of a box around a shape; of a plane, of its unit square."""
     if isinstance(shape, Triangle | Mesh):
         corners = world_triangles(shape).reshape(-1, 3).astype(np.float64)
         return corners.min(axis=0), corners.max(axis=0)

@@ -16,7 +16,7 @@ from trimesh.exchange.ply import export_ply
 from rayproof.cases.placement import world_triangles
 from rayproof.cases.scene import Cube, Mesh, Plane, Rgb, Scene, SceneError, Shape, Sphere, Square, Triangle
 from rayproof.reference.mitsuba3.scene import disc_to_world, needs_instance, split_scale
-from rayproof.reports.interchange import EXPORTERS
+from rayproof.reports.interchange import EXPORTERS, SceneFormat
 from rayproof.reports.interchange.mitsuba_scene import PLANE
 from rayproof.reports.results.files import replacing, write_text
 
@@ -24,7 +24,24 @@ HALF = np.diag([0.5, 0.5, 0.5, 1.0])
 PLUGINS = {Sphere: "sphere", Cube: "cube", Square: "rectangle"}
 
 
-@EXPORTERS.register(".xml")
+SAYS = SceneFormat(
+    title="Mitsuba 3 XML",
+    shading=("inverse_square",),
+    clip=("depth",),
+    greatest_albedo=1.0,
+    lights=1,
+    world_normals=True,
+    cannot_say={
+        "clip `shell` and `none`": "clip `depth`, if the planes touch nothing; else `unsupported`",
+        "simplified light": "`inverse_square`",
+        "an albedo above 1": "`unsupported`",
+        "an infinite plane": "a disk that reaches beyond all that the camera sees",
+        "a sum over lights without noise (`direct` samples one of them)": "one render for each light, added",
+    },
+)
+
+
+@EXPORTERS.register(".xml", says=SAYS)
 def export_mitsuba(scene: Scene, path: Path) -> tuple[str, ...]:
     """Write `scene` to `path`, and its meshes beside it; return what Mitsuba's format cannot say.
 

@@ -13,7 +13,7 @@ import numpy as np
 
 from rayproof.cases.placement import world_triangles
 from rayproof.cases.scene import Cube, Mesh, Plane, Scene, SceneError, Shape, Sphere, Square, Triangle
-from rayproof.reports.interchange import EXPORTERS
+from rayproof.reports.interchange import EXPORTERS, SceneFormat
 from rayproof.reports.results.files import write_text
 
 LIT_SCALE = 1024.0  # POV-Ray's units per metre in a scene with lights; 1 in a scene without
@@ -30,7 +30,18 @@ global_settings {{ assumed_gamma 1.0 adc_bailout 0 max_trace_level 1 ambient_lig
 """
 
 
-@EXPORTERS.register(".pov")
+SAYS = SceneFormat(
+    title="POV-Ray 3.7's scene description language",
+    world_normals=True,
+    cannot_say={
+        "blockers within 1e-3 units of a surface or a light": "the scene, 1024 times as large: within 1e-6 m",
+        "hits farther than 1e7 units": "the scene; POV-Ray sees the background there",
+        "an inverse square up to the light": "a falloff of 2 / (1 + (d / f)^2) with f = 1e-6 m",
+    },
+)
+
+
+@EXPORTERS.register(".pov", says=SAYS)
 def export_povray(scene: Scene, path: Path) -> tuple[str, ...]:
     """Write `scene` to `path`, whose first line says how to render it; return what POV-Ray computes differently.
 

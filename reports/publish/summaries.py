@@ -23,6 +23,7 @@ from rayproof.reports.results.headline import (
     causes,
     examined_line,
     failure_groups,
+    few_answers,
     headline,
     left_out_in_words,
     mended_in,
@@ -122,6 +123,8 @@ def publish_badge(folder: Path, results: RunRecord) -> list[Path]:
         text_right = f"{verdict.value.replace('_', ' ')}: {text_right}"
     if (share := share_answered(results)) < 1:
         text_right += f", {math.floor(100 * share)} % answered"
+    if few_answers(results):
+        text_right = f"few answers: {text_right}"
     if verdict is Outcome.PASS and says_little(results):
         color = YELLOW
     if shouts(results):

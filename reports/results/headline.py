@@ -43,24 +43,29 @@ def standing(results: RunRecord) -> str:
 
 
 def last_line(results: RunRecord) -> str:
-    """Return how a run stands, what its cases come to where a gate is set, and how much was answered if not all."""
+    """Return how a run stands, what its cases come to where a gate is set, and how much was answered if not all.
+
+    Where few cases were answered that comes first.
+    """
     cases = [f"cases: {results['verdict']}"] if "gate" in results and "verdict" in results else []
-    return "; ".join([standing(results), *cases, *answered_in_words(results)])
+    return "; ".join([*few_answers(results), standing(results), *cases, *answered_in_words(results)])
 
 
 def headline(results: RunRecord) -> str:
     """Return in one sentence how the run stands: before its gate, where one is set, and by its cases.
 
-    What is new comes first, with its causes, then what is accepted, then what is mended.
+    That few cases were answered comes first. What is new is next, with its causes, then what is accepted, then what is
+    mended.
     """
+    few = "".join(f"{sentence[:1].upper()}{sentence[1:]}. " for sentence in few_answers(results))
     if "gate" not in results:
-        return f"{_of_cases(results)}."
+        return f"{few}{_of_cases(results)}."
     gate = results["gate"]
     parts, wrong = gate_counts(gate), _by_cause(results)
     # The causes are those of what is new, which comes first.
     said = ", ".join([f"{parts[0]} ({wrong})", *parts[1:]] if wrong and parts else parts) or "nothing fails"
     file = f"The gate {legible(gate['file'])}" if gate.get("file") else "The gate"
-    return f"{file} is {'red' if gate['red'] else 'green'}: {said}; {_totals(results)}."
+    return f"{few}{file} is {'red' if gate['red'] else 'green'}: {said}; {_totals(results)}."
 
 
 def gate_counts(gate: GateRecord) -> list[str]:
@@ -136,18 +141,23 @@ def left_out_in_words(results: RunRecord) -> list[str]:
 
 
 def says_little(results: RunRecord) -> bool:
-    """Say whether a pass would say less than it seems to: cases are left out, or less than half is answered.
+    """Return whether a pass would say less than it seems to: parts of cases are left out, or few cases answered."""
+    return bool(left_out_in_words(results) or few_answers(results))
 
-    A program that declares that it writes radiance alone does what it says if it answers it wherever its shapes allow.
+
+LEAST_COVERAGE = 50.0  # % of the cases
+
+
+def few_answers(results: RunRecord) -> list[str]:
+    """Return in a sentence that nothing failed but too few of the cases were answered; nothing where that is not so.
+
+    A case is answered if some stage that the subject writes was judged in it.
     """
-    if left_out_in_words(results):
-        return True
-    alone = results.get("declared", {}).get("stages") == [Stage.RADIANCE.value]
-    left = (results.get("answered") or {}).get("without_radiance", 0)
-    return share_answered(results) < LEAST_SHARE and not (alone and not left)
-
-
-LEAST_SHARE = 0.5  # of the planned checks
+    answered, least = results.get("answered") or {}, results.get("least_coverage", LEAST_COVERAGE)
+    cases, planned = answered.get("cases", 0), answered.get("planned_cases", 0)
+    if not planned or 100 * cases >= float(least) * planned or results.get("verdict") in BAD:
+        return []
+    return [f"few answers: {cases} of {several(planned, 'case')} answered, and {least:g} % are asked for"]
 
 
 def remarks(results: RunRecord) -> list[str]:

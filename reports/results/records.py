@@ -170,7 +170,8 @@ class AnsweredRecord(TypedDict, total=False):
     stages: list[str]  # of which some check was answered, in their order
     families: dict[str, tuple[Count, Count]]  # checks answered, and planned
     left_out: list[str]  # of whom answers some cases of a kind and leaves out others, in sentences
-    without_radiance: Count  # cases that the program does not refuse, and whose radiance it leaves out
+    cases: Count  # in which some stage was judged that the subject wrote
+    planned_cases: Count
 
 
 class DeclaredRecord(TypedDict, total=False):
@@ -314,6 +315,7 @@ class RunFacts(TypedDict, total=False):
     stopped: dict[str, list[str]]
     summary: Required[LedgerRecord]
     checks: Required[LedgerRecord]
+    least_coverage: Number  # %, of the cases that must be answered
     answered: AnsweredRecord
     declared: DeclaredRecord
     examined: dict[str, Count] | None

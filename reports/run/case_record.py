@@ -44,8 +44,7 @@ def reproduce(folder: Path, planned: PlannedCase, subject: Subject = THE_TRACER)
     """
     case, configurations = planned.case, planned.configurations
     if not subject.is_tracer:
-        chosen = f" --subject {shlex.quote(subject.title)}"
-        chosen += "".join(f" --env {shlex.quote(name)}" for name in subject.variables)
+        chosen = f" {shlex.join(subject.options)}"
     elif configurations[: len(DEFAULTS)] == DEFAULTS:
         chosen = ""
     else:

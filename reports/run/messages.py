@@ -107,4 +107,4 @@ def kind_of(subject: Subject) -> str:
     """Return the kind of the workers that ask a subject."""
     if subject.is_tracer:
         return TRACING
-    return subject.name if subject.is_program else f"{UNDER_TEST}{subject.name}"
+    return subject.transport or f"{UNDER_TEST}{subject.name}"

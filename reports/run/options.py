@@ -83,7 +83,8 @@ class RunOptions:
     subject: Subject = THE_TRACER  # who is under test
     cached: bool = True  # take references' renders from the cache
     history: Path | None = None  # where to keep what was found, for `rayproof report history`
-    demanded: "Demanded | None" = None  # what is known to fail, and how much must be measured
+    demanded: "Demanded | None" = None  # what is known to fail
+    least_coverage: float | None = None  # %, of the cases that must be answered; None: half, without a gate
     diagnose: bool = True  # say which known mistake explains the failures
     shard: tuple[int, int] | None = None  # the number of a part of the plan, and of how many
     images: KeptImages = EVERY_CASE  # of which cases they are kept

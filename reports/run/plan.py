@@ -6,17 +6,20 @@ formula, in float32, on the cases that cover its specification item.
 
 from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, field, replace
-from functools import lru_cache
+from functools import cache, lru_cache
+from itertools import islice, pairwise
 from typing import overload
 
 from rayproof.cases.case import ITEMS, Case, Expectation, ShadowOutline, covering
+from rayproof.cases.scene_json import NAMES
 from rayproof.cases.stages import IMAGE_STAGES, Stage
+from rayproof.reports.interchange.stand_ins import rebuilt
 from rayproof.reports.judge.oracle import ORACLE
 from rayproof.reports.run.options import Demands
 from rayproof.reports.run.reference_cache import Key, code, machine
 from rayproof.reports.run.scenes import SceneStream
 from rayproof.reports.subjects import THE_TRACER, Subject
-from rayproof.reports.subjects.protocol import Capabilities, rebuilt
+from rayproof.reports.subjects.protocol import Capabilities
 
 GEOMETRY = IMAGE_STAGES[: IMAGE_STAGES.index(Stage.IRRADIANCE)]
 OF_SHAPES = {"HIT-3", "HIT-7", "HIT-8", "NRM-2", "NRM-3", "XF-1", "XF-2"}  # which triangles in their place do not cover
@@ -76,19 +79,30 @@ def with_some_twice(planned: Sequence[PlannedCase], subject: Subject = THE_TRACE
     from one scene to the next, as many as `ASKED_AGAIN` all over the plan.
     """
     places: Sequence[int] = range(len(planned))
+    drawn: Callable[[int], bool] = lambda place: True  # noqa: E731
     if subject.is_program and not isinstance(planned, PlannedScenes):  # a stream is not read for it
+        # Whether a scene is refused may need images of the oracle: no more are looked at than are needed.
         able = subject.capabilities
-        places = [place for place in places if able.refusal(planned[place].case.scene) is None]
+        drawn = cache(lambda place: able.refusal(planned[place].case.scene) is None)
     if subject.stays:
-        count = min(ASKED_AGAIN, len(places))
-        chosen = [places[(2 * number + 1) * len(places) // (2 * count)] for number in range(count)]
-        return _with_twice(planned, chosen)
+        return _with_twice(planned, _spread(len(planned), drawn))
+    places = [*islice(filter(drawn, places), LOOKED_AT)]
     firsts = [(place, planned[place]) for place in places[:LOOKED_AT]]
     small = [(place, one) for place, one in firsts if one.case.samples == 1 and _pixels(one) <= MOST_TWICE]
     lit = [(place, one) for place, one in small if one.case.scene.lights]
     if not small and subject.is_program:
         small = sorted(firsts, key=lambda entry: _pixels(entry[1]) * entry[1].case.samples ** 2)[:1]
     return _with_twice(planned, {place for place, _ in (lit or small)[:1]})
+
+
+def _spread(cases: int, drawn: Callable[[int], bool]) -> list[int]:
+    """Return `ASKED_AGAIN` places of a plan that are drawn, spread over it; all that are drawn if they are fewer."""
+    count = min(ASKED_AGAIN, cases)
+    starts = [(2 * number + 1) * cases // (2 * count) for number in range(count)]
+    pieces = [range(first, after) for first, after in pairwise([*starts, cases])]
+    chosen = [place for piece in pieces if (place := next(filter(drawn, piece), None)) is not None]
+    more = (place for place in range(cases) if len(chosen) < count and place not in chosen and drawn(place))
+    return [*chosen, *islice(more, count - len(chosen))]
 
 
 def _with_twice(planned: Sequence[PlannedCase], places: Collection[int]) -> Sequence[PlannedCase]:
@@ -171,7 +185,9 @@ def within_reach(case: Case, able: Capabilities) -> Case:
     Where it has not the case's own light, everything but light is the same question, and light is an extra one: what it
     covers and its closed forms are those of the other model.
     """
-    if able.told(case.scene):
+    case = _with_meshes(case, able)
+    kinds = {NAMES[type(shape)] for shape in case.scene.shapes}
+    if kinds & set(able.stand_ins):
         own = covering(rebuilt(case.scene, able.stand_ins).scene)
         kept = [item for item in case.covers if item in own or item not in OF_SHAPES]
         case = replace(case, covers=tuple(item for item in ITEMS if item in kept or (item == "HIT-6" and item in own)))
@@ -187,6 +203,28 @@ def within_reach(case: Case, able: Capabilities) -> Case:
         covers=tuple(item for item in ITEMS if item in items),
         stresses=f"{case.stresses} {told}",
         expectations=tuple(one for one in case.expectations if _about_shadows(one)),
+    )
+
+
+def _with_meshes(case: Case, able: Capabilities) -> Case:
+    """Return the case about the meshes, or squares, that a program gets for spheres and planes that it does not draw.
+
+    They are other surfaces: the case does not count for the items of those shapes, nor hold by closed forms about them.
+    How many of its pixels must be decidable was found out for the original.
+    """
+    notes = able.not_equal(case.scene)
+    if not notes:
+        return case
+    scene = replace(able.asked(case.scene), shading=case.scene.shading)
+    own, before = covering(scene), covering(case.scene)
+    covers = tuple(item for item in ITEMS if (item in case.covers and item not in before) or item in own)
+    return replace(
+        case,
+        scene=scene,
+        covers=covers,
+        stresses=" ".join((case.stresses, *notes)),
+        expectations=(),
+        tuned=False,
     )
 
 

@@ -24,8 +24,10 @@ from rayproof.reports.results.case_table import CaseTable, DamagedTableError, am
 from rayproof.reports.results.document import save_early, save_results, write_results
 from rayproof.reports.results.files import legible, remove_drafts, several
 from rayproof.reports.results.headline import (
+    LEAST_COVERAGE,
     causes,
     examined_line,
+    few_answers,
     last_line,
     left_out_in_words,
     no_say,
@@ -161,6 +163,7 @@ def find_out(request: RunOptions, results: RunRecord, console: Console, *, trace
 def conclude(request: RunOptions, results: RunRecord, why: str | None, console: Console) -> None:
     """Hold a run against what is demanded, keep it in its history, publish it; `why` says why pictures are left out."""
     demanded = request.demanded
+    results["least_coverage"] = least_coverage(request)
     if demanded is not None:
         from rayproof.reports.history.gating import held
 
@@ -186,9 +189,17 @@ def code_of(request: RunOptions, results: RunRecord, found: totals.Totals, conso
     code = exit_code([*concerning(found.cases.elements(), tracer=tracer), *[Outcome.MISSING] * (missing > 0)])
     if demanded is not None:
         if demanded.lets_through:
-            return FAILED if results["gate"]["red"] else 0
+            code = FAILED if results["gate"]["red"] else 0
+            return NOT_MEASURED if code == 0 and few_answers(results) else code
         code = max(code, FAILED) if results["gate"]["red"] else code
-    return max(code, FAILED) if of_the_whole(results) else code
+    code = max(code, FAILED) if of_the_whole(results) else code
+    return NOT_MEASURED if code == 0 and few_answers(results) else code
+
+
+def least_coverage(request: RunOptions) -> float:
+    """Return the share [%] of the cases that must be answered; a file of known failures has its own demands."""
+    lenient = request.demanded is not None and request.demanded.lets_through
+    return (0.0 if lenient else LEAST_COVERAGE) if request.least_coverage is None else request.least_coverage
 
 
 def _remember(request: RunOptions, results: RunRecord, console: Console) -> list[str]:
@@ -341,7 +352,7 @@ def _shrinking(request: RunOptions, results: RunRecord) -> str | None:
         return None
     program, _, name = shlex.split(str(case["reproduce"]))[:3]
     subject = request.subject
-    who = ["--configuration", failed[0].configuration] if subject.is_tracer else ["--subject", subject.title]
+    who = ["--configuration", failed[0].configuration] if subject.is_tracer else subject.options
     return shlex.join([program, "shrink", name, *who, "--out", str(request.out / SMALL / place_of(case["name"]))])
 
 

@@ -189,6 +189,7 @@ class Answered:
 
     def __init__(self) -> None:
         self._families: dict[str, tuple[int, int]] = {}  # checks answered, and planned
+        self._answered = self._planned = 0  # cases
         # Kinds of a case, whether it is refused, the stages that are answered and those that are not: how many cases.
         self._cases: Counter[tuple[tuple[str, ...], bool, frozenset[str], frozenset[str]]] = Counter()
 
@@ -206,6 +207,7 @@ class Answered:
             there[answered].add(stage)
             done, planned = done + answered * len(found), planned + len(found)
         self._families[record["family"]] = done, planned
+        self._answered, self._planned = self._answered + bool(there[True]), self._planned + 1
         kinds = (*record.get("kinds", ()), f"of the family {record['family']}")
         refused = bool(record.get("refused")) or "kinds" not in record
         self._cases[kinds, refused, frozenset(there[True]), frozenset(there[False])] += 1
@@ -219,11 +221,8 @@ class Answered:
             "stages": [stage.value for stage in Stage if stage.value in answered],
             "families": self._families,
             "left_out": self._left_out(),
-            "without_radiance": sum(
-                count
-                for (_, refused, yes, _), count in self._cases.items()
-                if not refused and Stage.RADIANCE not in yes
-            ),
+            "cases": self._answered,
+            "planned_cases": self._planned,
         }
 
     def _left_out(self) -> list[str]:

@@ -203,7 +203,7 @@ def _tested(name: str) -> Callable[[SubjectTask], tuple[Answers, dict[str, str],
 
 def _program() -> Callable[[SubjectTask | QuestionTask], Any]:
     """Return the task of a user's program, which renders or says what it can; one that stays alive is started once."""
-    from rayproof.reports.subjects.program import ask_capabilities, ask_program
+    from rayproof.reports.subjects.program import ask_capabilities, ask_program, notes_on
     from rayproof.reports.subjects.serving import Server
 
     kept: list[Server] = []
@@ -230,10 +230,10 @@ def _program() -> Callable[[SubjectTask | QuestionTask], Any]:
                 return str(wrong)
         able, stays = subject.capabilities, server(subject)
         # A run's environment names Python's own version, too.
-        who = "function" if subject.name == FUNCTION else subject.name
+        who = "function" if subject.transport == FUNCTION else subject.name
         versions = {who: f"{able.title} ({able.precision}, written as float32)"}
         answered = ask_program(subject, task.scene, samples=task.samples, keep=task.keep, server=stays)
-        notes = able.told(task.scene)
+        notes = notes_on(subject, task.scene)
         if stays is not None:
             return answered, versions, (*notes, *stays.notes()), stays.standing()
         return answered, versions, notes

@@ -36,7 +36,7 @@ def early_workers(name: str, *, jobs: int, timeout: float) -> Iterator[Pool]:
         pool.prepare(TRACING)
     else:
         kind = name.partition(":")[0]
-        pool = workers(Subject(name=kind, title=name, seconds=timeout), jobs=jobs, timeout=timeout)
+        pool = workers(Subject(name=kind, title=name, transport=kind, seconds=timeout), jobs=jobs, timeout=timeout)
     try:
         yield pool
     finally:

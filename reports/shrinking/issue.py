@@ -173,7 +173,7 @@ def _single(numbers: Any) -> tuple[float, ...]:
 
 
 def judged_by_all(
-    scene_file: Path, *, subject: str | None, configuration: str, formulas: Sequence[str]
+    scene_file: Path, *, subject: str | None, declare: Path | None, configuration: str, formulas: Sequence[str]
 ) -> tuple[bool, str]:
     """Return whether all references together blame the subject in a scene file, and the sentence that says so.
 
@@ -182,7 +182,8 @@ def judged_by_all(
     from rayproof.reports.api.running import run
 
     configurations = [] if subject else [configuration]
-    found = run([scene_file], subject, configurations=configurations, formulas=formulas, diagnose=False, quiet=True)
+    about = {"configurations": configurations, "formulas": formulas, "declare": declare}
+    found = run([scene_file], subject, **about, diagnose=False, quiet=True)
     case = found.case(found.names[0])
     asked = {check["reference"] for check in case.checks if check["verdict"] not in ("unsupported", "undecided")}
     blaming = {check["reference"] for check in case.checks if check["verdict"] == Outcome.FAIL.value}

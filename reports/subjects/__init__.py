@@ -10,6 +10,7 @@ import os
 from collections.abc import Collection
 from dataclasses import dataclass, field
 
+from rayproof.reports.subjects.image_files import FORMATS
 from rayproof.reports.subjects.protocol import Capabilities
 
 # What a program needs to start, to find its libraries and devices, and to write numbers as everybody does.
@@ -29,8 +30,7 @@ def environment(variables: Collection[str] = ()) -> dict[str, str]:
 
 
 TRACER = "tracer"
-# The names of a stranger's program in checks, images and the report: one that is called for each image, one that stays
-# alive, and a Python function, which is called by a program of ours that stays alive.
+# How a user's program is asked: it is called for each image, it stays alive, or it is a Python function.
 PROGRAM, SERVED, FUNCTION = "exec", "serve", "python"
 
 
@@ -38,14 +38,23 @@ PROGRAM, SERVED, FUNCTION = "exec", "serve", "python"
 class Subject:
     """The renderer under test, as plain data that travels between processes."""
 
-    name: str  # TRACER, a reference's name, PROGRAM, SERVED or FUNCTION
+    name: str  # TRACER, a reference's name, or that of a program: what it declares, or else its file's
     title: str  # what the user wrote
+    transport: str | None = None  # of a program: PROGRAM, SERVED or FUNCTION
     command: tuple[str, ...] = ()  # of a program: its arguments; {scene} and {output} are filled in for each call
     capabilities: Capabilities = field(default_factory=Capabilities)
     identity: tuple[str, ...] = ()  # what a result of it depends on: a finished case of another one is not taken up
     seconds: float = 120.0  # of a program: how long one call may take
     memory: int = 8 * 2**30  # bytes of address space that a program may have
     variables: tuple[str, ...] = ()  # of the environment, by name, that a program gets beyond the usual ones
+    declare: str = ""  # the path of the file that says of a program what it does not say itself
+
+    @property
+    def options(self) -> list[str]:
+        """Return the options of a command that puts the same subject under test."""
+        words = [] if self.is_tracer else ["--subject", self.title]
+        words += ["--declare", self.declare] if self.declare else []
+        return words + [word for name in self.variables for word in ("--env", name)]
 
     @property
     def is_tracer(self) -> bool:
@@ -55,12 +64,12 @@ class Subject:
     @property
     def is_program(self) -> bool:
         """Say whether a user's program or function is under test."""
-        return self.name == PROGRAM or self.stays
+        return self.transport is not None
 
     @property
     def stays(self) -> bool:
         """Say whether it is a program that is started once and answers one scene after another."""
-        return self.name in (SERVED, FUNCTION)
+        return self.transport in (SERVED, FUNCTION)
 
     @property
     def averages(self) -> bool:
@@ -70,8 +79,10 @@ class Subject:
     @property
     def image_name(self) -> str:
         """Return the name of the file that a program writes."""
-        pfm = self.capabilities.format == "pfm" or any("{output.pfm}" in word for word in self.command)
-        return "image.pfm" if pfm else "image.exr"
+        if self.capabilities.writes:
+            return self.capabilities.writes
+        words = [word for word in FORMATS if any(f"{{output.{word}}}" in part for part in self.command)]
+        return f"image.{words[0] if words else self.capabilities.format}"
 
     def renderer(self, configuration: str) -> str:
         """Return the name under which a candidate's images are filed."""

@@ -4,6 +4,7 @@ A call that is kept can be looked at and made again: what the program was handed
 """
 
 import os
+import re
 import shutil
 import signal
 import subprocess
@@ -19,7 +20,8 @@ from rayproof.cases.scene import Scene
 from rayproof.reports.processes.signals import adopt_orphans, descendants, end_below
 from rayproof.reports.results.files import legible, legible_lines, several
 from rayproof.reports.subjects import environment
-from rayproof.reports.subjects.protocol import NAME, hand_over
+from rayproof.reports.subjects.image_files import FORMATS
+from rayproof.reports.subjects.protocol import JSON, NAME, hand_over, scene_name
 
 KEEPER = str(Path(__file__).with_name("keeper.py"))
 CANNOT = 77  # the exit code by which a program says that it cannot draw this scene, as test programs skip by it
@@ -171,36 +173,44 @@ def _lines(text: str) -> list[str]:
 
 
 TOLD = "call.txt"
+SCENE_WORD = re.compile(r"\{scene\.(\w+)\}")  # the path of a scene in another program's format
 LARGEST = 2**26  # bytes of an image that is kept
 
 
-def filled(command: Sequence[str], folder: Path, *, samples: int) -> list[str]:
+def filled(command: Sequence[str], folder: Path, scene: Scene, *, samples: int) -> list[str]:
     """Return the words of a call in a folder, its scene and image in it."""
+    camera = scene.camera
     names = {
         "{scene}": str(folder / NAME),
         "{output}": str(folder / "image.exr"),
-        "{output.pfm}": str(folder / "image.pfm"),
         "{samples}": str(samples),
+        "{spp}": str(samples**2),
+        "{seed}": "0",
+        "{width}": str(camera.width),
+        "{height}": str(camera.height),
+        **{f"{{output.{name}}}": str(folder / f"image.{name}") for name in FORMATS},
     }
     words = []
     for word in command:
         for name, value in names.items():
             word = word.replace(name, value)
-        words.append(word)
+        words.append(SCENE_WORD.sub(lambda match: str(folder / scene_name(match[1])), word))
     return words
 
 
-def keep_call(folder: Path, scene: Scene, line: str, ended: Ended, *, notes: Sequence[str]) -> None:
+def keep_call(
+    folder: Path, scene: Scene, line: str, ended: Ended, *, notes: Sequence[str], scene_format: str = JSON
+) -> None:
     """Write the scene and its meshes as they were handed over, and in call.txt the command and how it ended.
 
     `line` is the command as a shell takes it; `notes` say what of the scene was handed over as something else.
     """
     folder.mkdir(parents=True, exist_ok=True)
     if (folder / TOLD).is_file():  # an earlier call's: nothing of it must pass for this one's
-        for name in (NAME, "mesh-*.obj", "image.exr", "image.pfm"):
+        for name in ("scene.*", "scene-*.ply", "mesh-*.obj", "image.*"):
             for path in folder.glob(name):
                 path.unlink()
-    hand_over(scene, folder)
+    hand_over(scene, folder, scene_format)
     (folder / TOLD).write_text("\n".join(told(line, ended, notes)) + "\n", encoding="utf-8")
 
 

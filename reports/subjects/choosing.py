@@ -2,6 +2,7 @@
 
 import hashlib
 import os
+import re
 import shlex
 import shutil
 import sys
@@ -10,13 +11,20 @@ from dataclasses import replace
 from pathlib import Path
 
 from rayproof import HOLDER, ROOT
+from rayproof.cases.stages import Stage
+from rayproof.reports.interchange import EXPORTERS
 from rayproof.reports.judge.oracle import ORACLE
-from rayproof.reports.subjects import FUNCTION, PROGRAM, SERVED, Subject
-from rayproof.reports.subjects.protocol import Capabilities
+from rayproof.reports.subjects import FUNCTION, PROGRAM, SERVED, TRACER, Subject
+from rayproof.reports.subjects.calls import SCENE_WORD
+from rayproof.reports.subjects.image_files import FORMATS
+from rayproof.reports.subjects.protocol import JSON, Capabilities, capabilities_of, declaration
 
 PREFIXES = tuple(f"{name}:" for name in (PROGRAM, SERVED, FUNCTION))
 KNOWN = "exec:COMMAND, serve:COMMAND or python:FILE.py:FUNCTION"
-OUTPUTS = ("{output}", "{output.pfm}")
+OUTPUTS = ("{output}", *(f"{{output.{name}}}" for name in FORMATS if name != "exr"))
+# Programs that run the file in one of the words after them, which is the program's name.
+INTERPRETERS = re.compile(r"(python[\d.]*|node|deno|bun|ruby|perl|java|julia|Rscript|lua\w*|sh|bash|dash|zsh|wine\d*)")
+LONGEST = 40  # characters of a name
 START = "import sys; sys.path[0] = sys.argv[1]; from rayproof.reports.api.function import serve; serve(*sys.argv[3:])"
 
 
@@ -28,10 +36,12 @@ def chosen(
     ask: Callable[[Subject], Capabilities],
     variables: tuple[str, ...] = (),
     before_oracle: bool = True,
+    declare: Path | None = None,
 ) -> Subject:
     """Return the subject that `text` names; `ask` puts `--capabilities` to a program.
 
-    `before_oracle` says that it will be judged by the oracle, which nobody can be before himself.
+    `before_oracle` says that it will be judged by the oracle, which nobody can be before himself. The file `declare`
+    says of a program what it does not say itself.
 
     Raises:
         LookupError: no reference is called so; the message lists what is known.
@@ -40,9 +50,10 @@ def chosen(
 
     """
     if text.startswith(PREFIXES):
-        return _program(text, seconds=seconds, memory=memory, ask=ask, variables=variables)
-    if variables:
-        raise ValueError(f"--env is for a program under test, {KNOWN}; got {text!r}")
+        return _program(text, declare, seconds=seconds, memory=memory, ask=ask, variables=variables)
+    if variables or declare is not None:
+        option = "--env" if variables else "--declare"
+        raise ValueError(f"{option} is for a program under test, {KNOWN}; got {text!r}")
     from rayproof.reference import REFERENCES
 
     if text not in REFERENCES:
@@ -66,24 +77,81 @@ def reason_missing(reference: str) -> str | None:
 
 
 def _program(
-    text: str, *, seconds: float, memory: int, ask: Callable[[Subject], Capabilities], variables: tuple[str, ...]
+    text: str,
+    declare: Path | None,
+    *,
+    seconds: float,
+    memory: int,
+    ask: Callable[[Subject], Capabilities],
+    variables: tuple[str, ...],
 ) -> Subject:
-    name, _, rest = text.partition(":")
-    command = _function(text, rest) if name == FUNCTION else _command(text, rest, once=name == PROGRAM)
+    transport, _, rest = text.partition(":")
+    declared = {} if declare is None else declaration(declare)
+    if transport == FUNCTION:
+        command = _function(text, rest)
+    else:
+        command = _command(text, rest, once=transport == PROGRAM, writes="writes" in declared)
     for variable in variables:
         if variable not in os.environ:
             raise ValueError(f"--env {variable}: there is no environment variable of this name")
-    subject = Subject(name=name, title=text, command=command, seconds=seconds, memory=memory, variables=variables)
+    about = {"seconds": seconds, "memory": memory, "variables": variables}
+    subject = Subject(name=transport, title=text, transport=transport, command=command, **about)
+    subject = replace(subject, declare="" if declare is None else str(declare))
+    word = _scene_word(text, command)
     try:
-        capabilities = ask(subject)
+        # A program that reads other programs' scenes was not written for rayproof.
+        foreign = word is not None and not any("{scene}" in part for part in command)
+        capabilities = Capabilities() if foreign else ask(subject)
     except ValueError as error:
         what = {SERVED: "its answer to the request for capabilities", FUNCTION: "it cannot be loaded"}
-        raise ValueError(f"--subject {text}: {what.get(name, 'its answer to --capabilities')}: {error}") from None
-    subject = replace(subject, capabilities=capabilities)
+        raise ValueError(f"--subject {text}: {what.get(transport, 'its answer to --capabilities')}: {error}") from None
+    try:
+        capabilities = capabilities_of(declared, capabilities.protocol, capabilities, by_user=True)
+        capabilities = _as_far_as_files_say(replace(subject, capabilities=capabilities), word)
+    except ValueError as error:
+        raise ValueError(f"{f'--declare {declare}' if declared else f'--subject {text}'}: {error}") from None
+    subject = replace(subject, capabilities=capabilities, name=_name(capabilities.name, command))
     return replace(subject, identity=identity(subject))
 
 
-def _command(text: str, rest: str, *, once: bool) -> tuple[str, ...]:
+def _as_far_as_files_say(subject: Subject, word: str | None) -> Capabilities:
+    """Return a program's capabilities as far as the files that it reads and writes can say what they are about."""
+    able = subject.capabilities
+    if word is not None:
+        able = replace(able, scene_format=word)
+    if able.says is not None:
+        able = able.within(able.says)
+    suffix = Path(subject.image_name).suffix.removeprefix(".")
+    if able.stages is None and suffix != "exr":  # other pictures have three channels
+        able = replace(able, stages=(Stage.RADIANCE,))
+    return able
+
+
+def _scene_word(text: str, command: tuple[str, ...]) -> str | None:
+    """Return the format of `{scene.FORMAT}` in a command, or None; raise ValueError if there are several."""
+    formats = [suffix.removeprefix(".") for suffix in EXPORTERS]
+    words = list(dict.fromkeys(match[1] for part in command for match in SCENE_WORD.finditer(part)))
+    for word in words:
+        if word not in (*formats, JSON):
+            known = ", ".join(f"{{scene.{name}}}" for name in formats)
+            raise ValueError(f"--subject {text}: {{scene.{word}}} is no format that is written; known: {known}")
+    if len(words) > 1:
+        raise ValueError(f"--subject {text}: a scene is handed over in one format, got {', '.join(words)}")
+    return None if words in ([], [JSON]) else words[0]
+
+
+def _name(declared: str, command: tuple[str, ...]) -> str:
+    """Return the name of a program: the one that it declares, or that of its file; never a reference's."""
+    from rayproof.reference import REFERENCES
+
+    file = Path(command[0])
+    if INTERPRETERS.fullmatch(file.name):
+        file = next((Path(word) for word in command[1:] if _lies(word) and Path(word).is_file()), file)
+    name = re.sub(r"[^A-Za-z0-9._+-]+", "_", declared or file.stem).strip("_")[:LONGEST] or "program"
+    return f"{name}_under_test" if name.lower() in (TRACER, *map(str.lower, REFERENCES)) else name
+
+
+def _command(text: str, rest: str, *, once: bool, writes: bool) -> tuple[str, ...]:
     """Return the words of a command, with absolute paths; raise ValueError where it cannot be called."""
     try:
         words = shlex.split(rest)
@@ -95,9 +163,10 @@ def _command(text: str, rest: str, *, once: bool) -> tuple[str, ...]:
     if found is None:
         raise ValueError(f"--subject {text}: {words[0]!r} is no program that can be run")
     places = [output for word in words for output in OUTPUTS if output in word]
-    if once and not places:
+    if once and not places and not writes:
         raise ValueError(
-            f"--subject {text}: none of its words is {' or '.join(OUTPUTS)}, the path of the image that it is to write"
+            f"--subject {text}: none of its words is {', '.join(OUTPUTS[:-1])} or {OUTPUTS[-1]}, the path of the image "
+            "that it is to write; a program that always writes the same file is described by --declare"
         )
     if not once and places:
         raise ValueError(

@@ -1,21 +1,12 @@
-"""A user's program asked for a scene's images: EXR and PFM read, capabilities, refusals and failures as sentences.
+"""A user's program asked for a scene's images: its capabilities, its refusals and its failures as sentences."""
 
-Its image is OpenEXR with named channels, or PFM for radiance: three float32 channels, rows from the bottom up (Debevec,
-"PFM Portable FloatMap Image Format", 2001).
-"""
-
-import ctypes
-import io
 import json
 import os
-import re
 import shlex
 import shutil
-import stat
 import tempfile
-from collections.abc import Iterator
-from contextlib import contextmanager, redirect_stderr, redirect_stdout
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
+from functools import reduce
 from pathlib import Path
 
 import numpy as np
@@ -23,177 +14,29 @@ import numpy as np
 from rayproof.cases.case import ITEMS_OF_OTHERS
 from rayproof.cases.scene import Scene
 from rayproof.cases.stages import IMAGE_STAGES, Resolution, Stage, exr_channels
+from rayproof.reference.analytic import Analytic
+from rayproof.reports.interchange.stand_ins import rebuilt
 from rayproof.reports.judge.answers import Answers
 from rayproof.reports.judge.box_filter import box_mean, finer
 from rayproof.reports.judge.oracle import stages_of
 from rayproof.reports.subjects import FUNCTION, Subject
 from rayproof.reports.subjects.calls import Ended, call, filled, keep_call, keep_output
+from rayproof.reports.subjects.image_files import CLIPPED, FLOAT, Taken, take_back
 from rayproof.reports.subjects.protocol import (
-    NAME,
     STAYS,
     Capabilities,
     capabilities_from,
     capabilities_of,
     hand_over,
-    rebuilt,
+    scene_name,
 )
 from rayproof.reports.subjects.serving import Server
 
-MAGIC = b"PF"
-_HEADER = re.compile(rb"PF\s+(\d{1,9})\s+(\d{1,9})\s+([+-]?[0-9.eE+-]{1,20})\s")
-
-
-def read_pfm(content: bytes, *, width: int, height: int) -> np.ndarray:
-    """Return the image (height, width, 3), row 0 at the top.
-
-    Raises:
-        ValueError: it is no colour PFM of this size, or holds more or less than its header says.
-
-    """
-    header = _HEADER.match(content)
-    if header is None:
-        raise ValueError("it begins like a PFM but has no header of one: PF, width and height, scale")
-    size = (int(header[1]), int(header[2]))
-    if size != (width, height):
-        raise ValueError(f"it is {size[0]} x {size[1]} px, not {width} x {height}")
-    try:
-        scale = float(header[3])
-    except ValueError:
-        scale = 0.0
-    if scale not in (1.0, -1.0):
-        raise ValueError(f"its scale must be -1.0 (little-endian) or 1.0, got {header[3].decode(errors='replace')}")
-    pixels = content[header.end() :]
-    if len(pixels) != width * height * 12:
-        raise ValueError(f"it holds {len(pixels)} bytes of pixels, not {width * height * 12}")
-    image = np.frombuffer(pixels, dtype="<f4" if scale < 0 else ">f4").reshape(height, width, 3)
-    with np.errstate(invalid="ignore"):  # a signalling NaN is a NaN like others
-        return image[::-1].astype(np.float64)
-
-
-EXR_MAGIC = b"\x76\x2f\x31\x01"
-MOST_CHANNELS = 256
-HALF = Resolution(relative=2.0**-11, absolute=2.0**-25, because="written as half: 11 bits, at least 2^-24 apart")
-# What a file of floats keeps of numbers that a program had as doubles.
-FLOAT = Resolution(relative=2.0**-24, absolute=2.0**-150, because="written as float: each value rounded once")
-_VISIBILITY = re.compile(r"visibility\.\d+")
-
-
-@dataclass(frozen=True, kw_only=True)
-class Taken:
-    """The stages that an image holds, float64 (height, width, channels), and where they were written coarsely."""
-
-    images: dict[Stage, np.ndarray]
-    resolutions: dict[Stage, Resolution]
-    lacking: dict[Stage, str] = field(default_factory=dict)  # stages of which channels are missing, and which
-
-
-def take_back(path: Path, scene: Scene, *, most: int) -> Taken:
-    """Return what the image at `path` answers about `scene`; it may have `most` bytes.
-
-    Raises:
-        ValueError: there is none, or it cannot be used; one sentence says why.
-
-    """
-    try:
-        facts = os.lstat(path)
-    except OSError:
-        raise ValueError(f"it wrote no image to {path.name}") from None
-    if not stat.S_ISREG(facts.st_mode):
-        raise ValueError(f"it made of {path.name} something that is no regular file")
-    if facts.st_size > most:
-        raise ValueError(f"its image has {facts.st_size} bytes, more than {most}")
-    with path.open("rb") as file:
-        magic = file.read(4)
-    width, height = scene.camera.width, scene.camera.height
-    if magic[:2] == MAGIC:
-        image = read_pfm(path.read_bytes(), width=width, height=height)
-        return Taken(images={Stage.RADIANCE: image}, resolutions={})
-    if magic != EXR_MAGIC:
-        raise ValueError(f"its image is neither OpenEXR nor PFM: it has {facts.st_size} bytes and begins {magic!r}")
-    return _sorted(_exr(path, width=width, height=height), lights=len(scene.lights))
-
-
-def _exr(path: Path, *, width: int, height: int) -> dict[str, np.ndarray]:
-    """Return an OpenEXR image's channels; its header is looked at before a pixel is read."""
-    import OpenEXR
-
-    try:
-        with _silence():
-            with OpenEXR.File(str(path), separate_channels=True, header_only=True) as file:
-                parts = len(file.parts)
-                window = file.header()["dataWindow"]
-                named = {channel.name: (channel.xSampling, channel.ySampling) for channel in file.header()["channels"]}
-            low, high = (tuple(int(number) for number in corner) for corner in window)
-            size = (high[0] - low[0] + 1, high[1] - low[1] + 1)
-            if size != (width, height):
-                raise UnfitError(f"it is {size[0]} x {size[1]} px, not {width} x {height}")
-            if parts != 1 or len(named) > MOST_CHANNELS or any(step != (1, 1) for step in named.values()):
-                raise UnfitError(f"it must be one part of at most {MOST_CHANNELS} channels, none of them subsampled")
-            with OpenEXR.File(str(path), separate_channels=True) as file:
-                return {name: channel.pixels for name, channel in file.channels().items()}
-    except UnfitError:
-        raise
-    except (RuntimeError, ValueError, KeyError, TypeError) as error:
-        why = (str(error).splitlines() or [type(error).__name__])[0]
-        said = why.replace(f"{path.parent}{os.sep}", "").strip()
-        raise ValueError(f"its image is cut short or broken (OpenEXR says: {said})") from None
-
-
-class UnfitError(ValueError):
-    """An image that can be read and must not be used."""
-
-
-def _sorted(channels: dict[str, np.ndarray], *, lights: int) -> Taken:
-    """Return the stages among the channels; others than the specification's are left alone."""
-    images: dict[Stage, np.ndarray] = {}
-    resolutions: dict[Stage, Resolution] = {}
-    lacking: dict[Stage, str] = {}
-    for stage in IMAGE_STAGES:
-        names = exr_channels(stage, lights=lights)
-        present = [name for name in names if name in channels]
-        if stage is Stage.VISIBILITY:
-            present += [name for name in channels if _VISIBILITY.fullmatch(name) and name not in names]
-        if not present:
-            continue
-        if set(present) != set(names):
-            lacking[stage] = f"its {stage} has the channels {', '.join(present)}, not {', '.join(names) or 'none'}"
-            continue
-        kinds = {channels[name].dtype for name in names}
-        with np.errstate(invalid="ignore"):  # a signalling NaN is a NaN like others
-            images[stage] = np.stack([channels[name].astype(np.float64) for name in names], axis=-1)
-        if np.dtype(np.float16) in kinds:
-            resolutions[stage] = HALF
-    if not images and lacking:
-        raise ValueError(next(iter(lacking.values())))
-    if not images:
-        raise ValueError(f"its channels are {', '.join(sorted(channels)[:8]) or 'none'}; none of them is a stage's")
-    return Taken(images=images, resolutions=resolutions, lacking=lacking)
-
-
-@contextmanager
-def _silence() -> Iterator[None]:
-    """Keep what a library prints, by C or by Python, off the terminal; what it raises says enough."""
-    flush = ctypes.CDLL(None).fflush  # C keeps its lines until it is asked, and would print them later
-    flush(None)
-    kept = [(number, os.dup(number)) for number in (1, 2)]
-    nowhere = os.open(os.devnull, os.O_WRONLY)
-    try:
-        for number, _ in kept:
-            os.dup2(nowhere, number)
-        with redirect_stdout(io.StringIO()), redirect_stderr(io.StringIO()):
-            yield
-    finally:
-        flush(None)
-        for number, copy in kept:
-            os.dup2(copy, number)
-            os.close(copy)
-        os.close(nowhere)
-
-
-CAMERA = "The protocol has no channel for matrices."
+CAMERA = "The camera stage is no image, so that no program is asked about it."
 ROOM = 64 * 2**20  # bytes that a program may write beside its image, for logs and the like
 GENEROUS = 16  # times the bytes of an image with every channel: other channels, other formats, drafts
 UNSAID = "It wrote no channel of it."
+SEED = 0  # handed to programs that take one
 ASKING = "--capabilities"
 
 
@@ -218,7 +61,7 @@ def ask_capabilities(subject: Subject, *, seconds: float, server: Server | None 
     if server is not None:
         ended = server.ask({"capabilities": True}, seconds=subject.seconds, output=ROOM)
         unknown = ended.lost or ended.reported or ended.refusal is not None  # a program need not know the question
-        if ended.problem is not None and (subject.name == FUNCTION or not unknown):
+        if ended.problem is not None and (subject.transport == FUNCTION or not unknown):
             raise ValueError(ended.problem)
         return Capabilities(protocol=STAYS) if ended.declared is None else capabilities_of(ended.declared, STAYS)
     with _Place() as place:
@@ -297,26 +140,33 @@ class _Asking:
     subject: Subject
     server: Server | None
 
-    def ended(self, place: "_Place", scene: Path, *, samples: int, output: int) -> Ended:
-        """Return how a call ended of which the scene lies in `place`, and the image is to."""
-        subject, image = self.subject, place.folder / self.subject.image_name
+    def ended(self, place: "_Place", path: Path, scene: Scene, *, samples: int, output: int) -> Ended:
+        """Return how a call ended for the scene at `path`, whose image is to be in `place`."""
+        subject = self.subject
         if self.server is None:
-            arguments = filled(subject.command, place.folder, samples=samples)
+            arguments = filled(subject.command, place.folder, scene, samples=samples)
             return _called(subject, arguments, place, seconds=subject.seconds, output=output)
-        request = {"scene": str(scene), "output": str(image), "samples": samples}
+        request = self._request(path, place.folder / subject.image_name, scene, samples)
         return self.server.ask(request, seconds=subject.seconds, output=output)
 
-    def line(self, *, samples: int) -> str:
+    def line(self, scene: Scene, *, samples: int) -> str:
         """Return what makes the call again, for a shell in a folder with the scene."""
-        command = shlex.join(filled(self.subject.command, Path(), samples=samples))
+        command = shlex.join(filled(self.subject.command, Path(), scene, samples=samples))
         if self.server is None:
             return command
-        request = {"id": 0, "scene": NAME, "output": self.subject.image_name, "samples": samples}
+        name = scene_name(self.subject.capabilities.scene_format)
+        request = {"id": 0, **self._request(Path(name), Path(self.subject.image_name), scene, samples)}
         return f"echo {shlex.quote(json.dumps(request))} | {command}"
+
+    @staticmethod
+    def _request(path: Path, image: Path, scene: Scene, samples: int) -> dict[str, str | int]:
+        camera = scene.camera
+        about = {"width": camera.width, "height": camera.height, "seed": SEED, "spp": samples**2}
+        return {"scene": str(path), "output": str(image), "samples": samples, **about}
 
 
 def _image(asking: _Asking, scene: Scene, *, samples: int = 1, keep: Path | None = None) -> Taken:
-    """Return one image of the program.
+    """Return one image of the program, or the sum of its images of one light each, if it takes no more.
 
     Raises:
         ProgramError: it gave none that can be used.
@@ -324,19 +174,37 @@ def _image(asking: _Asking, scene: Scene, *, samples: int = 1, keep: Path | None
 
     """
     able = asking.subject.capabilities
+    if (why := able.refusal(scene)) is not None:  # of a finer image of the case, say
+        raise Refused(why)
+    handed, power = able.handed(scene), _power(asking.subject, scene)
+    if power:
+        handed = _brightened(handed, power)
+    if able.lights != 1 or len(scene.lights) < 2:
+        return _dimmed(_rendered(asking, scene, handed, samples, keep), power)
+    parts = [
+        _rendered(asking, scene, replace(handed, lights=(light,)), samples, keep and keep / f"light-{index}")
+        for index, light in enumerate(handed.lights)
+    ]
+    return _dimmed(reduce(_added, parts), power)
+
+
+def _rendered(asking: _Asking, scene: Scene, handed: Scene, samples: int, keep: Path | None) -> Taken:
+    """Return the program's image of `handed`, with the shapes of `scene`."""
+    able = asking.subject.capabilities
     with _Place(within=asking.server.folder if asking.server is not None else None) as place:
-        given = rebuilt(scene, able.stand_ins)
-        path = hand_over(given.scene, place.folder)
+        given = rebuilt(handed, able.stand_ins)
+        path = hand_over(given.scene, place.folder, able.scene_format)
         most = allowance(scene)
-        ended = asking.ended(place, path, samples=samples, output=most)
+        ended = asking.ended(place, path, given.scene, samples=samples, output=most)
         if keep is not None:
-            keep_call(keep, given.scene, asking.line(samples=samples), ended, notes=able.told(scene))
+            line = asking.line(given.scene, samples=samples)
+            keep_call(keep, given.scene, line, ended, notes=able.told(scene), scene_format=able.scene_format)
         _conclude(ended, place, asking.subject)
         image = place.folder / asking.subject.image_name
         if keep is not None:
             keep_output(keep, image)
         try:
-            taken = take_back(image, scene, most=most)
+            taken = take_back(image, handed, most=most, transfer=able.transfer)
         except ValueError as wrong:
             raise ProgramError(f"the program ended well, but {wrong}") from None
     wanted = IMAGE_STAGES if able.stages is None else able.stages
@@ -349,12 +217,79 @@ def _image(asking: _Asking, scene: Scene, *, samples: int = 1, keep: Path | None
     )
 
 
+# Sums over lights, and images of formats that end at 1: the lights are made brighter or darker by a power of two, which
+# rounds nothing, and so are the images.
+
+
+def notes_on(subject: Subject, scene: Scene) -> tuple[str, ...]:
+    """Return in sentences what of a scene is handed over as something else that has the same image."""
+    able = subject.capabilities
+    power = _power(subject, scene) if able.refusal(scene) is None else 0
+    what = f"Handed over with the flux of each light times 2^{power}, since the picture ends at 1; it is scaled back."
+    return (*able.told(scene), *[what] * (power != 0))
+
+
+LIT = (Stage.IRRADIANCE, Stage.EXITANCE, Stage.RADIANCE)
+BRIGHTEST = 0.9  # of what a format holds that clips: a radiance that is too large by more is cut off, which is seen
+
+
+def _power(subject: Subject, scene: Scene) -> int:
+    """Return the power of two by which the lights are multiplied, so that a format that clips holds the image."""
+    if Path(subject.image_name).suffix.removeprefix(".") not in CLIPPED or not scene.lights:
+        return 0
+    brightest = float(Analytic().render(scene, [Stage.RADIANCE])[Stage.RADIANCE].max())
+    return int(np.floor(np.log2(BRIGHTEST / brightest))) if 0 < brightest < np.inf else 0
+
+
+def _brightened(scene: Scene, power: int) -> Scene:
+    def flux(values: tuple[float, float, float]) -> tuple[float, float, float]:
+        red, green, blue = np.ldexp(values, power).tolist()
+        return red, green, blue
+
+    return replace(scene, lights=tuple(replace(light, flux=flux(light.flux)) for light in scene.lights))
+
+
+def _dimmed(taken: Taken, power: int) -> Taken:
+    """Return an image under the lights of the case, of one whose lights were brighter by a power of two."""
+    if not power:
+        return taken
+    images = {stage: np.ldexp(image, -power) if stage in LIT else image for stage, image in taken.images.items()}
+    resolutions = {
+        stage: _scaled(coarse, 2.0**-power) if stage in LIT else coarse for stage, coarse in taken.resolutions.items()
+    }
+    return replace(taken, images=images, resolutions=resolutions)
+
+
+def _scaled(coarse: Resolution, factor: float) -> Resolution:
+    steps = None if coarse.steps is None else coarse.steps * factor
+    return replace(coarse, absolute=coarse.absolute * factor, steps=steps)
+
+
+def _added(first: Taken, second: Taken) -> Taken:
+    """Return the image under the lights of two images of one scene; visibility has a channel for each light."""
+    images = dict(first.images)
+    for stage, image in second.images.items():
+        if stage in images and stage in LIT:
+            images[stage] = images[stage] + image
+        elif stage in images and stage is Stage.VISIBILITY:
+            images[stage] = np.concatenate([images[stage], image], axis=-1)
+    resolutions = dict(first.resolutions)
+    for stage, coarse in second.resolutions.items():
+        if stage in resolutions and stage in LIT:
+            before = resolutions[stage]
+            steps = None if before.steps is None or coarse.steps is None else before.steps + coarse.steps
+            relative = max(before.relative, coarse.relative)
+            about = {"relative": relative, "absolute": before.absolute + coarse.absolute, "steps": steps}
+            resolutions[stage] = replace(before, **about)
+    return Taken(images=images, resolutions=resolutions, lacking=first.lacking | second.lacking)
+
+
 def _conclude(ended: Ended, place: "_Place", subject: Subject) -> None:
     """Raise what the call came to, if it came to no image."""
     if ended.refusal is not None:
         raise Refused(ended.refusal)
     if ended.problem is not None:
-        said = "the function fails:" if subject.name == FUNCTION else "the program answers with an error:"
+        said = "the function fails:" if subject.transport == FUNCTION else "the program answers with an error:"
         error = ProgramError(f"{said if ended.reported else 'the program gave no image:'} {ended.problem}")
         error.stopped, error.lost = ended.stopped, ended.lost
         raise error

@@ -44,7 +44,7 @@ def built(folder: Path, source: Path, *flags: str) -> Subject:
     program = folder / "renderer"
     command = [str(COMPILER), "-O1", "-std=c++17", "-Wall", "-Wextra", "-Werror", *flags, "-o", str(program)]
     subprocess.run([*command, str(source)], check=True, capture_output=True, timeout=120)
-    return Subject(name=PROGRAM, title="exec:test", command=(str(program), "{scene}", "{output}"))
+    return Subject(name=PROGRAM, transport=PROGRAM, title="exec:test", command=(str(program), "{scene}", "{output}"))
 
 
 @pytest.fixture(scope="module")
@@ -251,8 +251,8 @@ def test_the_starter_in_cpp_passes_on_spheres(tmp_path: Path, capsys: pytest.Cap
 def answers_line_by_line(*command: str) -> None:
     """Have a starter answer a case as a program that stays alive, to the bit as when it is called for each scene."""
     (sphere,), lost = select(["primitives/sphere"]), {"scene": "nowhere.json", "output": "nowhere.exr"}
-    called = Subject(name=PROGRAM, title="exec:mine", command=(*command, "{scene}", "{output}"))
-    subject = Subject(name=SERVED, title="serve:mine", command=command)
+    called = Subject(name=PROGRAM, transport=PROGRAM, title="exec:mine", command=(*command, "{scene}", "{output}"))
+    subject = Subject(name=SERVED, transport=SERVED, title="serve:mine", command=command)
     server = Server(subject)
     able = replace(subject, capabilities=ask_capabilities(subject, seconds=10, server=server))
     answers = [ask_program(able, sphere.scene, samples=1, server=server).answers for _ in range(2)]

@@ -26,6 +26,7 @@ from rayproof.reports.results.headline import (
     examined_line,
     excluded,
     failure_groups,
+    few_answers,
     headline,
     mended_in,
     remarks,
@@ -376,9 +377,16 @@ def definitions() -> list[tuple[str, str]]:
 
 
 def _tone(results: RunRecord) -> str | None:
-    """Return the verdict that the page's first line is coloured by: that of the gate, where one is set."""
+    """Return the verdict that the page's first line is coloured by: that of the gate, where one is set.
+
+    Where few cases were answered it is a warning.
+    """
+    if "gate" in results and results["gate"]["red"]:
+        return Outcome.FAIL.value
+    if few_answers(results):
+        return Outcome.WARN.value
     if "gate" in results:
-        return (Outcome.FAIL if results["gate"]["red"] else Outcome.PASS).value
+        return Outcome.PASS.value
     return results.get("verdict")
 
 

@@ -243,7 +243,7 @@ def image() -> Target:
     import tempfile
 
     from rayproof.reports.results.images import write_answers
-    from rayproof.reports.subjects.program import take_back
+    from rayproof.reports.subjects.image_files import take_back
 
     pixels = np.linspace(0, 1, 36).reshape(3, 4, 3)
     with tempfile.TemporaryDirectory() as folder:

@@ -250,7 +250,13 @@ def answering(wrong: Wrong, program: Path) -> Renderer:
         *(("--only", "radiance") if wrong.written == ALONE else ()),
     )
     command = (str(program), *words, "{scene}", "{output}")
-    subject = Subject(name=PROGRAM, title=f"{PROGRAM}:{shutil.which(str(program))}", command=command, seconds=LONGEST)
+    subject = Subject(
+        name=PROGRAM,
+        transport=PROGRAM,
+        title=f"{PROGRAM}:{shutil.which(str(program))}",
+        command=command,
+        seconds=LONGEST,
+    )
     able = ask_capabilities(subject, seconds=LONGEST)
     return renderer(replace(subject, capabilities=able), Configuration())
 

@@ -64,7 +64,7 @@ def test_each_tenth_scene_has_a_fault_that_concerns_it() -> None:
 
 
 def test_the_example_is_tried_on_each_fifth_scene() -> None:
-    program = Subject(name=PROGRAM, title="exec:lecture")
+    program = Subject(name=PROGRAM, transport=PROGRAM, title="exec:lecture")
 
     tried = [any(one.name == PROGRAM for one in trials(random_case(4, number), program)) for number in range(10)]
 

@@ -136,7 +136,7 @@ def answers_of(case: Case, subject: Subject, configurations: Iterable[str]) -> t
         tasks = [TracerTask(scene=case.scene, configuration=name, samples=1) for name in configurations]
         told = [_task(TRACING)(task) for task in tasks]
     else:
-        kind = PROGRAM if subject.name == PROGRAM else f"{UNDER_TEST}{subject.name}"
+        kind = subject.transport or f"{UNDER_TEST}{subject.name}"
         told = [_task(kind)(SubjectTask(scene=case.scene, samples=1, subject=subject))]
     return [one[0] for one in told], {name: version for one in told for name, version in one[1].items()}
 

@@ -153,7 +153,7 @@ def test_a_case_has_its_images_and_their_limits(finished: Run) -> None:
     assert ours.dtype == np.float64
     assert np.array_equal(ours, 2 * theirs)
     assert (np.abs(ours - theirs) > case.limit("irradiance")).any(axis=-1).sum() > 500
-    with pytest.raises(LookupError, match="no renderer 'pbrt'; known: serve, analytic"):
+    with pytest.raises(LookupError, match="no renderer 'pbrt'; known: twice_as_bright, analytic"):
         case.image("radiance", "pbrt")
     with pytest.raises(LookupError, match="no case 'primitives/spher'"):
         finished.case("primitives/spher")

@@ -18,11 +18,13 @@ def test_the_starter_in_python_passes_on_spheres(rayproof: Rayproof, tmp_path: P
     ended = rayproof("new", "adapter", tmp_path / "mine.py")
 
     assert ended.code == 0
-    assert 'rayproof run primitives/sphere nearest --subject "exec:python3 mine.py {scene} {output}"' in ended.out
-    assert 'rayproof run primitives/sphere nearest --subject "serve:python3 mine.py"' in ended.out
+    assert (
+        'rayproof run primitives/sphere nearest/spheres --subject "exec:python3 mine.py {scene} {output}"' in ended.out
+    )
+    assert 'rayproof run primitives/sphere nearest/spheres --subject "serve:python3 mine.py"' in ended.out
     command = (sys.executable, "-I", "-W", "error", str(tmp_path / "mine.py"))
     answers_line_by_line(*command)
-    subject = Subject(name=PROGRAM, title="exec:mine", command=(*command, "{scene}", "{output}"))
+    subject = Subject(name=PROGRAM, transport=PROGRAM, title="exec:mine", command=(*command, "{scene}", "{output}"))
     able = replace(subject, capabilities=ask_capabilities(subject, seconds=10))
     (sphere,), (cube,) = select(["primitives/sphere"]), select(["primitives/cube"])
     assert judged(able, sphere).outcome == "pass"

@@ -53,5 +53,5 @@ def test_a_program_s_pixel_stands_beside_those_of_the_panel(rayproof: Rayproof, 
 
     shown = json.loads((tmp_path / "pixel.json").read_text())["renderers"]
     assert ended.code == 0
-    assert shown["exec"]["radiance.R"] == pytest.approx(shown["analytic"]["radiance.R"], rel=1e-6)
-    assert shown["exec"]["camera"].startswith("unsupported: ")
+    assert shown["program"]["radiance.R"] == pytest.approx(shown["analytic"]["radiance.R"], rel=1e-6)
+    assert shown["program"]["camera"].startswith("unsupported: ")

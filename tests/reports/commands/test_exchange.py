@@ -44,7 +44,7 @@ def test_what_is_dropped_is_listed(tmp_path: Path, capsys: pytest.CaptureFixture
         (["import", "scene.usd"], "must end in one of"),
         (["import", "a.obj", "--out", "a.txt"], "must end in .json"),
         (["import", "a.obj", "--width", "3"], "go together"),
-        (["export", "primitives/sphere", "a.gltf"], "must end in one of .xml"),
+        (["export", "primitives/sphere", "a.usd"], "must end in one of .gltf"),
         (["export", "no/such", "a.xml"], "no case matches"),
     ],
 )

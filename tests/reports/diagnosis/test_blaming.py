@@ -39,7 +39,7 @@ def shown(
 ) -> tuple[list[dict[str, Any]], dict[str, Evidence]]:
     """Return the records of a program with a mistake, judged before the oracle alone, and its evidence."""
     command = (str(program), "--mistake", mistake, *more, "{scene}", "{output}")
-    subject = Subject(name=PROGRAM, title="exec:mistaken", command=command)
+    subject = Subject(name=PROGRAM, transport=PROGRAM, title="exec:mistaken", command=command)
     records, evidence = [], {}
     for case in select(names):
         given = ask_program(subject, case.scene, samples=1)

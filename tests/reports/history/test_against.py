@@ -87,14 +87,14 @@ def test_expected_and_worse_than_before_is_red():
 
 
 def test_too_little_coverage_is_red_whatever_passes():
-    results = run(check(verdict="pass"), verdict="pass", checks=LEDGER)
+    results = {**run(check(verdict="pass"), verdict="pass"), "answered": {"cases": 3, "planned_cases": 4}}
 
     assert coverage(results)[0] == 75
     assert not held(results, Demanded(least_coverage=75)).red
     found = held(results, Demanded(least_coverage=76))
-    assert found.uncovered == ["3 of 4 checks (75.0 %) were measured, and 76 % are demanded"]
+    assert found.uncovered == ["3 of 4 cases (75.0 %) were answered, and 76 % are demanded"]
     assert found.red
-    assert held({**results, "checks": {"planned": 0}}, Demanded(least_coverage=1)).red
+    assert held({**results, "answered": {}}, Demanded(least_coverage=1)).red
 
 
 def test_the_record_has_every_list_that_keeps_a_gate_shut():

@@ -40,14 +40,16 @@ def test_one_early_case_is_rendered_twice_and_it_is_small_and_lit() -> None:
     camera = replace(one.case.scene.camera, width=1000, height=1000)
     large = replace(one, case=replace(one.case, scene=replace(one.case.scene, camera=camera)))
     assert not any(one.twice for one in with_some_twice((large,)))
-    assert all(one.twice for one in with_some_twice((large,), Subject(name=PROGRAM, title="exec:mine")))
+    assert all(
+        one.twice for one in with_some_twice((large,), Subject(name=PROGRAM, transport=PROGRAM, title="exec:mine"))
+    )
 
 
 @pytest.mark.parametrize(("count", "twice"), [(3, 3), (20, 20), (257, 20)])
 def test_of_a_program_that_stays_alive_twenty_cases_all_over_the_plan_are_asked_again(count: int, twice: int) -> None:
     (sphere,) = plan(select(["primitives/sphere"]), ("float32",))
 
-    planned = with_some_twice((sphere,) * count, Subject(name=SERVED, title="serve:mine"))
+    planned = with_some_twice((sphere,) * count, Subject(name=SERVED, transport=SERVED, title="serve:mine"))
 
     places = [place for place, one in enumerate(planned) if one.twice]
     assert len(places) == twice
@@ -57,7 +59,7 @@ def test_of_a_program_that_stays_alive_twenty_cases_all_over_the_plan_are_asked_
 @pytest.mark.parametrize(("name", "twice"), [(PROGRAM, 1), (SERVED, 7)])
 def test_what_a_program_says_that_it_cannot_draw_is_not_asked_twice(name: str, twice: int) -> None:
     (cube,), (sphere,) = (plan(select([f"primitives/{shape}"]), ("float32",)) for shape in ("cube", "sphere"))
-    subject = Subject(name=name, title="mine", capabilities=Capabilities(shapes=("sphere",)))
+    subject = Subject(name=name, transport=name, title="mine", capabilities=Capabilities(shapes=("sphere",)))
 
     planned = with_some_twice((cube,) * 40 + (sphere,) * 7, subject)
 

@@ -46,7 +46,7 @@ def record(error: str | None, name: str = "exec", *, lost: bool = False) -> dict
 
 
 def after(*errors: str | None, planned: int = 9) -> str | None:
-    calls = FirstCalls(Subject(name=PROGRAM, title="exec:mine"), planned)
+    calls = FirstCalls(Subject(name=PROGRAM, transport=PROGRAM, title="exec:mine"), planned)
     for error in errors:
         calls.finished(record(error))
     return calls.hopeless
@@ -67,7 +67,7 @@ def test_one_image_other_words_or_few_cases_are_a_reason_to_go_on():
 
 def test_a_program_that_is_lost_three_times_without_an_answer_between_is_hopeless():
     def hopeless(*lost: bool, again: bool = False) -> str | None:
-        calls = FirstCalls(Subject(name=SERVED, title="serve:mine"), 9)
+        calls = FirstCalls(Subject(name=SERVED, transport=SERVED, title="serve:mine"), 9)
         calls.finished(record(None, SERVED))
         for number, died in enumerate(lost):
             (calls.asked_again if again else calls.finished)(

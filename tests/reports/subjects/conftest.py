@@ -43,6 +43,8 @@ def program(tmp_path: Path) -> Writing:
         path = tmp_path / "program.py"
         path.write_text("\n".join(["import os, sys", "SCENE, OUTPUT = (sys.argv[1:] + ['', ''])[:2]", *lines]))
         command = (sys.executable, "-S", str(path), "{scene}", "{output}")
-        return Subject(name=PROGRAM, title="exec:test", command=command, seconds=seconds, memory=memory)
+        return Subject(
+            name=PROGRAM, transport=PROGRAM, title="exec:test", command=command, seconds=seconds, memory=memory
+        )
 
     return write

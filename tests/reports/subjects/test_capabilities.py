@@ -1,11 +1,27 @@
 """What a program declares is taken as it is, refused in one line, or, if it does not know the question, nothing."""
 
+from dataclasses import replace
+
 import pytest
 
+from rayproof.cases.placement import compose, rotation, scaling, translation
+from rayproof.cases.scene import Square
 from rayproof.cases.stages import Stage
 from rayproof.reports.subjects.program import ask_capabilities
 from rayproof.reports.subjects.protocol import Capabilities, capabilities_from
-from tests.reports.subjects.conftest import SCENE, Writing
+from tests.reports.subjects.conftest import GREY, SCENE, Writing
+
+# Floors that are seen from behind, one of them two-sided, and partly beyond the far plane.
+FLOOR = compose(rotation((1, 0, 0), 180), scaling(9, 9, 1))
+BACKS = replace(
+    SCENE,
+    camera=replace(SCENE.camera, far=6.0, fovy=60.0),
+    shapes=(
+        *SCENE.shapes,
+        Square(albedo=GREY, to_world=compose(translation(4.5, 0, -1), FLOOR)),
+        Square(albedo=GREY, two_sided=True, to_world=compose(translation(-4.5, 0, -1), FLOOR)),
+    ),
+)
 
 
 def test_everything_that_can_be_declared_is_taken() -> None:
@@ -54,6 +70,10 @@ WRONG = {
     "negative epsilon": ('{"protocol": 1, "epsilons": {"shadow": -1}}', "epsilons.shadow"),
     "infinite epsilon": ('{"protocol": 1, "epsilons": {"ray": Infinity}}', "epsilons.ray"),
     "unknown epsilon": ('{"protocol": 1, "epsilons": {"far": 1}}', "epsilons must be an object"),
+    "a key of version 2": ('{"protocol": 1, "format": "pfm"}', "'format' belongs to version 2"),
+    "sides in a word": ('{"protocol": 1, "two_sided": "never"}', 'true or false, or "always"'),
+    "two lights at once": ('{"protocol": 1, "lights": 2}', "lights must be 1"),
+    "a key of --declare": ('{"protocol": 1, "writes": "a.png"}', "'writes' is not known"),
     "a name of many lines": ('{"protocol": 1, "name": "a\\nb"}', "printable"),
 }
 
@@ -69,15 +89,16 @@ def test_what_is_declared_wrongly_is_refused_in_one_line(text: str, said: str) -
 @pytest.mark.parametrize(
     ("declared", "said"),
     [
-        pytest.param(Capabilities(shapes=("cube", "square", "triangle", "mesh")), "no sphere", id="shape"),
-        pytest.param(Capabilities(two_sided=False), "two-sided", id="sides"),
+        pytest.param(Capabilities(shapes=("cube", "square")), "no sphere", id="shape"),
+        pytest.param(Capabilities(two_sided=False), "no two-sided surfaces", id="one-side"),
+        pytest.param(Capabilities(two_sided="always"), "no one-sided surfaces", id="both-sides"),
         pytest.param(Capabilities(affine=False), "shapes[1]", id="affine"),
         pytest.param(Capabilities(shading=("simplified",)), "inverse_square", id="light"),
         pytest.param(Capabilities(clip=("none",)), "clip by depth", id="clip"),
     ],
 )
 def test_a_scene_beyond_what_was_declared_is_refused_with_the_reason(declared: Capabilities, said: str) -> None:
-    assert said in (declared.refusal(SCENE) or "")
+    assert said in (declared.refusal(BACKS) or "")
 
 
 @pytest.mark.parametrize(

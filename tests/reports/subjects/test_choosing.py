@@ -56,7 +56,12 @@ WRONG = {
     "the oracle": ("analytic", "double_double"),
     "no command": ("exec:", "no command"),
     "no program": ("exec:no-such-renderer {scene}", "'no-such-renderer' is no program"),
-    "no image to write": ("exec:true {scene}", "none of its words is {output} or {output.pfm}"),
+    "no image to write": (
+        "exec:true {scene}",
+        "none of its words is {output}, {output.pfm}, {output.hdr} or {output.png}",
+    ),
+    "no such format": ("exec:true {scene.max} {output}", "{scene.max} is no format that is written; known: {scene"),
+    "two formats": ("exec:true {scene.xml} {scene.gltf} {output}", "in one format, got xml, gltf"),
     "open quote": ("exec:true 'half", "quotation"),
 }
 

@@ -44,8 +44,8 @@ HOSTILE = {
     "a shell's signal": (["sys.exit(139)"], "exit code 139, a shell's word for SIGSEGV"),
     "signal": (["os.kill(os.getpid(), 11)"], "SIGSEGV"),
     "abort": (["os.abort()"], "SIGABRT"),
-    "text for an image": (["open(OUTPUT, 'w').write('hello')"], "neither OpenEXR nor PFM"),
-    "empty image": (["open(OUTPUT, 'w')"], "neither OpenEXR nor PFM"),
+    "text for an image": (["open(OUTPUT, 'w').write('hello')"], "neither OpenEXR, PFM, Radiance HDR nor PNG"),
+    "empty image": (["open(OUTPUT, 'w')"], "neither OpenEXR, PFM, Radiance HDR nor PNG"),
     "link to a file": (["os.symlink('/etc/hostname', OUTPUT)"], "no regular file"),
     "pipe": (["os.mkfifo(OUTPUT)"], "no regular file"),
     "folder": (["os.mkdir(OUTPUT)"], "no regular file"),
@@ -239,7 +239,7 @@ def test_a_program_that_cannot_be_started_says_why(tmp_path: Path) -> None:
     path.write_text("#!/no/such/interpreter\n")
     path.chmod(0o755)
 
-    ended = outcome(Subject(name="exec", title="exec:script", command=(str(path),)))
+    ended = outcome(Subject(name="exec", transport="exec", title="exec:script", command=(str(path),)))
 
     assert ended.error is not None
     assert "cannot be started" in ended.error

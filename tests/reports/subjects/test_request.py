@@ -14,7 +14,8 @@ from rayproof.cases.scene_json import NAMES, load_scene
 from rayproof.cases.scene_schema import schema
 from rayproof.cases.stages import Stage
 from rayproof.reference.analytic import Analytic
-from rayproof.reports.subjects.protocol import hand_over, rebuilt
+from rayproof.reports.interchange.stand_ins import rebuilt
+from rayproof.reports.subjects.protocol import hand_over
 from tests.reports.subjects.conftest import SCENE, TILTED
 
 # Every flat shape beside the next, so that some pixels see each, and some see none.

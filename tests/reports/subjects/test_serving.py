@@ -52,7 +52,9 @@ class Asked:
         body = "\n".join(f"    {line}" for line in lines)
         path.write_text(PROGRAM.replace("@LINES@", body).replace("@CAPABILITIES@", able))
         command = (sys.executable, "-S", str(path))
-        subject = Subject(name=SERVED, title="serve:test", command=command, seconds=seconds, memory=memory)
+        subject = Subject(
+            name=SERVED, transport=SERVED, title="serve:test", command=command, seconds=seconds, memory=memory
+        )
         self.server = Server(subject)
         self.subject = replace(subject, capabilities=ask_capabilities(subject, seconds=20, server=self.server))
 
@@ -256,7 +258,7 @@ def test_a_kept_call_can_be_made_again(asked, tmp_path: Path) -> None:
     ("able", "said"),
     [
         ("'protocol': 1", "protocol must be 2, got 1"),
-        ("'format': 'png'", "format: 'png' is not known"),
+        ("'format': 'bmp'", "format: 'bmp' is not known"),
         ("3: 4", "'3'"),
     ],
 )

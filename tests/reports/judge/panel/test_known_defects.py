@@ -19,7 +19,7 @@ from rayproof.reports.judge.known_defects import KnownFinding, explained, known_
 from rayproof.reports.judge.oracle import stages_of
 from rayproof.reports.results.outcomes import Outcome
 from rayproof.reports.run import totals
-from rayproof.reports.subjects.program import read_pfm
+from rayproof.reports.subjects.image_files import read_pfm
 from tests.reports.judge.scenes import CASE, SCENE, candidate, rounded, truth, verdict, witness
 
 ROOT = Path(__file__).parents[4]

@@ -33,7 +33,8 @@ def test_a_passing_run_counts(tmp_path: Path) -> None:
 
 
 GATE = {"red": False, "sentence": "The gate known.json is green: what fails is known.", "cases": ["a/b"]}
-HALF = {"answered": {"checks": 40, "planned": 100, "without_radiance": 0, "left_out": []}}
+HALF = {"answered": {"checks": 40, "planned": 100, "cases": 1, "planned_cases": 1, "left_out": []}}
+FEW = {"answered": {"checks": 10, "planned": 60, "cases": 1, "planned_cases": 6, "left_out": []}}
 
 
 @pytest.mark.parametrize(
@@ -41,19 +42,14 @@ HALF = {"answered": {"checks": 40, "planned": 100, "without_radiance": 0, "left_
     [
         ({"verdict": "fail", "gate": GATE}, "gate green: 1 of 1 pass, 1 known to fail", "#2a7f3f"),
         ({"verdict": "pass", "gate": GATE | {"red": True, "cases": []}}, "gate red: 1 of 1 pass", "#b3261e"),
-        ({"verdict": "pass", **HALF}, "1 of 1 pass, 40 % answered", YELLOW),
+        ({"verdict": "pass", **HALF}, "1 of 1 pass, 40 % answered", "#2a7f3f"),
+        ({"verdict": "pass", **FEW}, "few answers: 1 of 1 pass, 16 % answered", YELLOW),
+        ({"verdict": "pass", **FEW, "least_coverage": 10.0}, "1 of 1 pass, 16 % answered", "#2a7f3f"),
         ({"verdict": "pass", "answered": {"checks": 50, "planned": 100}}, "1 of 1 pass, 50 % answered", "#2a7f3f"),
         ({"verdict": "pass", "answered": {"left_out": ["leaves out normal"]}}, "1 of 1 pass", YELLOW),
-        ({"verdict": "pass", **HALF, "declared": {"stages": ["radiance"]}}, "1 of 1 pass, 40 % answered", "#2a7f3f"),
-        (
-            {"verdict": "pass", "answered": HALF["answered"] | {"without_radiance": 1}}
-            | {"declared": {"stages": ["radiance"]}},
-            "1 of 1 pass, 40 % answered",
-            YELLOW,
-        ),
-        ({"verdict": "fail", **HALF}, "fail: 1 of 1 pass, 40 % answered", "#b3261e"),
+        ({"verdict": "fail", **FEW}, "fail: 1 of 1 pass, 16 % answered", "#b3261e"),
     ],
-    ids=["green", "red", "little", "half", "left out", "radiance alone", "not even that", "little and wrong"],
+    ids=["green", "red", "part of each", "few", "few are enough", "half", "left out", "few and wrong"],
 )
 def test_the_gate_comes_first_and_a_pass_that_says_little_is_yellow(
     change: dict[str, Any], words: str, color: str, tmp_path: Path
