@@ -290,6 +290,8 @@ class Coarseness:
         else:
             size, steps = np.abs(value[..., 0] if stage is Stage.DISTANCE else value), 1.0
         finite = np.isfinite(size)
+        if one.steps is not None and one.steps.shape == np.shape(value) and stage not in VECTORS:
+            return np.where(finite, one.steps if np.ndim(size) == 3 else one.steps[..., 0], 0.0)
         return np.where(finite, one.relative * np.where(finite, size, 0.0) + steps * one.absolute, 0.0)
 
     def handed_down(self, scene: Scene, stage: Stage, given: StageImages, c: Conditioning) -> np.ndarray | float:
@@ -334,7 +336,9 @@ class Coarseness:
             return None
         finite = np.abs(truth[np.isfinite(truth)])
         largest = float(finite.max(initial=0.0))
-        if largest > 0 and not one.relative + one.absolute / largest <= COARSEST:
+        # Where steps grow with the value, as through a transfer curve, the largest is over twice the mean of a byte's.
+        coarsest = COARSEST if one.steps is None else 2 * COARSEST
+        if largest > 0 and not one.relative + one.absolute / largest <= coarsest:
             step = one.relative * largest + one.absolute
             return f"its output's steps of {step:.3g} ({one.because}) tell nothing of values up to {largest:.3g}"
         return None
