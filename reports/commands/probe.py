@@ -209,12 +209,13 @@ def tracer_answers(configuration: "Configuration", scene: Scene) -> "Answers":
     from rayproof.tracer.render import render
     from rayproof.tracer.shapes.bounds import beyond
 
-    about = {"name": f"tracer-{configuration.name}", "precision": configuration.precision}
-    if (refusal := beyond(scene, configuration.precision)) is not None:
-        return Answers(**about, unsupported=dict.fromkeys(Stage, refusal))
+    name, precision = f"tracer-{configuration.name}", configuration.precision
+    if (refusal := beyond(scene, precision)) is not None:
+        return Answers(name=name, precision=precision, unsupported=dict.fromkeys(Stage, refusal))
     answers = render(scene, stages_of(scene), configuration)
     return Answers(
-        **about,
+        name=name,
+        precision=precision,
         items=configuration.items,
         shadow_epsilon=shadow_epsilons(scene, answers, configuration),
         answers=answers,

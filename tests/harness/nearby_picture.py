@@ -27,6 +27,7 @@ from tests.command_line import call
 
 mpl.use("Agg")
 import matplotlib.pyplot as plt
+from matplotlib.axes import Axes
 
 CHECKOUT = Path(__file__).parents[2]
 PICTURE = CHECKOUT / "docs" / "pictures" / "nearby.png"
@@ -139,7 +140,7 @@ def _name(shape: int, face: int) -> str:
     return "nothing" if shape < 0 else f"shape {shape}\nface {face}"
 
 
-def _draw_points(axes: plt.Axes, pixel: Disputed) -> None:
+def _draw_points(axes: Axes, pixel: Disputed) -> None:
     """Draw where the problems' rays go, coloured by what they hit."""
     for colour, hits in zip(COLOURS, pixel.objects.values(), strict=False):
         axes.plot(*pixel.points[hits].T, ".", color=colour, markersize=3)
@@ -150,7 +151,7 @@ def _draw_points(axes: plt.Axes, pixel: Disputed) -> None:
     axes.invert_yaxis()
 
 
-def _draw_values(axes: plt.Axes, pixel: Disputed) -> None:
+def _draw_values(axes: Axes, pixel: Disputed) -> None:
     """Draw the radiances of the problems by what they hit, the tracer's, the oracle's and the wrong one."""
     radiances = pixel.cloud.rows[Stage.RADIANCE][:, 0, CHANNEL]
     for place, (colour, hits) in enumerate(zip(COLOURS, pixel.objects.values(), strict=False)):
