@@ -142,8 +142,12 @@ def _name(shape: int, face: int) -> str:
 
 def _draw_points(axes: Axes, pixel: Disputed) -> None:
     """Draw where the problems' rays go, coloured by what they hit."""
+    colours = np.empty(len(pixel.points), dtype=object)
     for colour, hits in zip(COLOURS, pixel.objects.values(), strict=False):
-        axes.plot(*pixel.points[hits].T, ".", color=colour, markersize=3)
+        colours[hits] = colour
+    # In a random order, so that no object's points hide those of the others.
+    order = np.random.default_rng(1).permutation(len(colours))
+    axes.scatter(*pixel.points[order].T, c=colours[order].tolist(), s=1.5)
     axes.plot(0, 0, "k+", markersize=14)
     axes.set_xlabel("image point - pixel's centre [1e-6 px]")
     axes.set_ylabel("[1e-6 px]")
