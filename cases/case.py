@@ -84,7 +84,7 @@ class ShadowOutline:
 Expectation = PixelValue | UniformValue | Flux | ShadowOutline
 
 
-# In 243 of the suite's 257 cases nearby problems explain at most 0.3 % of the pixels; the others set a larger share.
+# In 249 of the suite's 263 cases nearby problems explain at most 0.3 % of the pixels; the others set a larger share.
 FEW_EXPLAINED = 0.01
 
 
