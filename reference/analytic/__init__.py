@@ -241,7 +241,7 @@ class Analytic:
             above = (objects[:, 0] >= 0) & self.above_horizon(scene, light, starts, rows)
             if planes is not None:
                 source = np.asarray(light.position, dtype=np.float64)
-                above &= ~np.asarray(freedom.by_plane) | (dot(planes, source - starts) > 0)
+                above &= ~np.asarray(freedom.by_plane) | (dot(planes, source - rows[Stage.POSITION]) > 0)
             asked = np.flatnonzero(above)
             free = np.ones(len(asked), dtype=bool)
             end = 1.0

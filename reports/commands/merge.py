@@ -28,7 +28,7 @@ def merge(
     from rayproof.reports.results.headline import THE_USUAL
     from rayproof.reports.results.provenance import keep_whole
     from rayproof.reports.run import suite
-    from rayproof.reports.run.options import RunOptions
+    from rayproof.reports.run.options import RunOptions, images_to_keep
     from rayproof.reports.run.shards import load_shards, merge
     from rayproof.reports.terminal import console as terminal
 
@@ -53,6 +53,7 @@ def merge(
         history=history,
         demanded=demanded,
         diagnose=about["diagnose"],
+        images=images_to_keep(about.get("keep_images"), cases=about["planned"]),
     )
     if (sentence := suite.replaced(out)) is not None:
         say(sentence)

@@ -294,6 +294,7 @@ class AgainstOracle:
         return Allowed(
             limits={stage: found.end_to_end[stage][:, 0] for stage in SURFACE},
             lights=found.lights[:, 0] if Stage.IRRADIANCE in image else None,
+            relative=found.relative[:, 0] if Stage.IRRADIANCE in image else None,
             roundings=self.roundoff(AFTER_IRRADIANCE) + ORACLES(AFTER_IRRADIANCE),
             steps=steps,
         )

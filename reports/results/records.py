@@ -232,6 +232,7 @@ class ShardRecord(TypedDict):
     out: str  # the folder, as it was called
     require: list[str]
     diagnose: bool
+    keep_images: NotRequired[str]  # as the option has it
 
 
 class MergedRecord(TypedDict):

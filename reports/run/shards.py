@@ -71,6 +71,7 @@ def told(request: RunOptions, planned: Sequence[PlannedCase], references: tuple[
         "out": str(request.out),
         "require": list(request.require),
         "diagnose": request.diagnose,
+        "keep_images": str(request.images),
     }
 
 

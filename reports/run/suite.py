@@ -167,7 +167,8 @@ def conclude(request: RunOptions, results: RunRecord, why: str | None, console: 
         # Before the run is in its history: it may be held against what that held so far.
         results["gate"] = held(results, demanded).record()
     worse = _remember(request, results, console)
-    if results["finished"] and not request.images.full:
+    # Of a part of a run later, when all parts are together and a cause was sought in all images.
+    if results["finished"] and "shard" not in results and not request.images.full:
         from rayproof.reports.publish.page.previews import leave_previews
 
         count = leave_previews(request.out, results)

@@ -110,8 +110,9 @@ def faces_of_two_bytes(scene: Scene, stages: Stages) -> Images:
     """Render the first 65 536 faces of a mesh."""
 
     def cut(shape: Shape) -> Shape:
-        too_many = isinstance(shape, Mesh) and len(shape.faces) > 65_536
-        return replace(shape, faces=shape.faces[:65_536]) if too_many else shape
+        if not isinstance(shape, Mesh) or len(shape.faces) <= 65_536:
+            return shape
+        return replace(shape, faces=shape.faces[:65_536])
 
     return right(replace(scene, shapes=tuple(map(cut, scene.shapes))), stages)
 
@@ -134,18 +135,18 @@ def shapes_256(scene: Scene, stages: Stages) -> Images:
     return right(replace(scene, shapes=scene.shapes[:256]), stages)
 
 
-@limited("extremes/eye_in_a_plane", "radiance", "object")
+@limited("extremes/eye_in_a_plane", "radiance", "irradiance")
 def hit_of_0_over_0(scene: Scene, stages: Stages) -> Images:
-    """Take 0 / 0 for a hit at the eye where eye and ray lie in an infinite plane."""
+    """Take 0 / 0 for a hit where eye and ray lie in an infinite plane: its distance, and all that follows, is NaN."""
     images = {name: image.copy() for name, image in right(scene, STAGES).items()}
     for index, shape in enumerate(scene.shapes):
-        if isinstance(shape, Plane):
-            inverse = np.linalg.inv(np.asarray(shape.to_world))
-            above = (inverse @ (*scene.camera.eye, 1.0))[2]
-            parallel = (images["ray"] @ inverse[2, :3] == 0) if above == 0 else np.zeros(images["ray"].shape[:2], bool)
-            of_the_hit = {"object": (index, 0), "distance": 0, "position": scene.camera.eye, "normal": (0, 0, 1)}
-            for name, value in {**of_the_hit, "visibility": 1, **dict.fromkeys(LIGHT_STAGES, shape.albedo)}.items():
-                images[name][parallel] = value
+        inverse = np.linalg.inv(np.asarray(shape.to_world))
+        if isinstance(shape, Plane) and (inverse @ (*scene.camera.eye, 1.0))[2] == 0:
+            parallel = images["ray"] @ inverse[2, :3] == 0
+            images["object"][parallel] = (index, 0)
+            images["normal"][parallel] = inverse[2, :3] / np.linalg.norm(inverse[2, :3])
+            for name in ("distance", "position", "irradiance", "exitance", "radiance"):
+                images[name][parallel] = np.nan
     return {str(stage): images[str(stage)] for stage in stages}
 
 

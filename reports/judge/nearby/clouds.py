@@ -27,6 +27,7 @@ from rayproof.reports.judge.answers import all_of, dot, length
 
 SURFACE = (Stage.DISTANCE, Stage.POSITION, Stage.NORMAL)
 LIGHT = (Stage.IRRADIANCE, Stage.EXITANCE, Stage.RADIANCE)
+WIDE = 0.01  # a limit above this share of the value says little
 MOST_LISTED = 12  # undecided lights of which every choice is listed; up to twice as many by two halves
 FACES, PIECES = 1 << 21, 1 << 21  # more than a shape has
 
@@ -120,6 +121,7 @@ class Allowed:
 
     limits: Mapping[Stage, np.ndarray]  # (n,) or (n, 3), of distance, position and normal
     lights: np.ndarray | None  # (n, lights, 3): of each light's irradiance where it is visible
+    relative: np.ndarray | None  # (n, lights): the same of a light straight above, relative to it
     roundings: float  # relative to a sum of lights: those from irradiance to radiance
     steps: Mapping[Stage, np.ndarray]  # (n,) or (n, channels): of an output that is coarser than its arithmetic
 
@@ -136,11 +138,21 @@ def is_of_surface(stage: Stage, values: np.ndarray, cloud: Cloud, answers: np.nd
     with np.errstate(invalid="ignore"):
         low = np.where(here, samples, np.inf).min(axis=0)
         high = np.where(here, samples, -np.inf).max(axis=0)
+        size = 1.0 if stage is Stage.NORMAL else one_of(cloud.rows[Stage.DISTANCE], answers)
+        limit = _no_wider(limit, limit > WIDE * np.where(np.isfinite(size), size, 1.0), high - low)
         within = all_of(((values >= low - limit) & (values <= high + limit)) | ((values == low) & (values == high)))
         if stage is Stage.NORMAL:
             # A hit's normal is of unit length to within its own error, and a miss has none.
-            within &= np.abs(length(values) - length(one_of(samples, answers))) <= limit[:, 0]
+            within &= np.abs(length(values) - length(one_of(samples, answers))) <= allowed.at(stage)[:, 0]
     return within
+
+
+def _no_wider(limit: np.ndarray, wide: np.ndarray, span: np.ndarray) -> np.ndarray:
+    """Return limits, where they are wide no larger than what nearby answers span.
+
+    Of a problem that is itself ill-conditioned a forward limit says nothing: a ray within a plane meets it anywhere.
+    """
+    return np.where(wide, np.minimum(limit, np.nan_to_num(span)), limit)
 
 
 def one_of(samples: np.ndarray, answers: np.ndarray) -> np.ndarray:
@@ -162,8 +174,10 @@ def is_of_lights(
         shares = np.where(cloud.shares != 0, cloud.shares * factor[:, :, np.newaxis], 0.0)
         slack = np.where(here, np.abs(factor), 0.0).max(axis=0)[:, np.newaxis] * allowed.lights
         each = answers[..., np.newaxis, np.newaxis]
-        low = np.where(each, shares, np.inf).min(axis=0) - slack
-        high = np.where(each, shares, -np.inf).max(axis=0) + slack
+        low, high = np.where(each, shares, np.inf).min(axis=0), np.where(each, shares, -np.inf).max(axis=0)
+        if allowed.relative is not None:
+            slack = _no_wider(slack, (allowed.relative > WIDE)[..., np.newaxis], high - low)
+        low, high = low - slack, high + slack
         base = cloud.ambient[stage]
         least = np.where(here, base, np.inf).min(axis=0)
         greatest = np.where(here, base, -np.inf).max(axis=0)

@@ -467,6 +467,7 @@ def _allowed_at(allowed: Allowed, places: np.ndarray, declared: Declared) -> All
     return Allowed(
         limits=limits,
         lights=None if allowed.lights is None else allowed.lights[places],
+        relative=None if allowed.relative is None else allowed.relative[places],
         roundings=allowed.roundings,
         steps={stage: np.asarray(step)[places] for stage, step in allowed.steps.items()},
     )

@@ -74,3 +74,21 @@ def test_a_failing_run_says_it_and_a_resumed_one_renders_what_has_no_images(
     assert main([*run, "--keep-images", "all"]) == 1
     assert "previews" not in load_results(tmp_path)["images_kept"]
     assert not (tmp_path / "previews").exists()
+
+
+@pytest.mark.process
+def test_parts_of_a_run_keep_their_images_until_they_are_together(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("rayproof.reports.publish.page.previews.leave_previews.__kwdefaults__", {"most": 0.0})
+    parts = [str(tmp_path / part) for part in "12"]
+    for part in "12":
+        main(["run", "primitives/s*", *FAULTY, "--shard", f"{part}/2", "--out", str(tmp_path / part)])
+
+    assert main(["run", "--merge", *parts, "--out", str(tmp_path / "all")]) == 1
+
+    results = load_results(tmp_path / "all")
+    assert all("previews" not in load_results(Path(part))["images_kept"] for part in parts)
+    assert results["images_kept"]["previews"] == 2
+    assert len(results["diagnosis"][0]["cases"]) == 2
+    assert size_of(tmp_path / "all") == 0
