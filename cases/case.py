@@ -84,6 +84,10 @@ class ShadowOutline:
 Expectation = PixelValue | UniformValue | Flux | ShadowOutline
 
 
+# In 249 of the suite's 263 cases nearby problems explain at most 0.3 % of the pixels; the others set a larger share.
+FEW_EXPLAINED = 0.01
+
+
 @dataclass(frozen=True, kw_only=True)
 class Case:
     """One question: a scene, what it stresses, what it covers, and how much of its image must be decidable.
@@ -98,10 +102,10 @@ class Case:
     stresses: str  # a sentence
     covers: tuple[str, ...]
     least_interior: int  # pixels that hit something and are within their limits; fewer is an error, not a pass
-    most_explained: float  # largest share of pixels over their limits that rounding may explain; more is no pass
+    most_explained: float = FEW_EXPLAINED  # largest share of pixels over their limits that nearby problems may explain
     samples: int = 1  # per side of a pixel; > 1 also compares box-filtered radiance
     expectations: tuple[Expectation, ...] = ()
-    tuned: bool = True  # the two were fixed for this very scene; where nobody did, too little is undecided, no error
+    tuned: bool = True  # the two were fixed for this very scene; if not, a check of too few pixels is undecided
 
     def __post_init__(self) -> None:
         unknown = [item for item in self.covers if item not in ITEMS]

@@ -77,7 +77,6 @@ def behind() -> Iterator[Case]:
             stresses=stresses,
             covers=covering(scene, "HIT-2", *more),
             least_interior=3500,
-            most_explained=0.03,
         )
 
 
@@ -119,7 +118,6 @@ def inside() -> Iterator[Case]:
             stresses=stresses,
             covers=covering(scene, "CAM-5", "LIT-4"),
             least_interior=4500,
-            most_explained=0.03,
         )
     one_sided = Sphere(albedo=ALBEDO, center=(0.1, 0.05, -0.1), radius=2.1)
     scene = Scene(camera=viewpoint(60), shapes=(one_sided,), lights=(LIGHT,))
@@ -129,7 +127,6 @@ def inside() -> Iterator[Case]:
         stresses="Inside a one-sided sphere: it is hit from within, and black.",
         covers=covering(scene),
         least_interior=5000,
-        most_explained=0.01,
         expectations=tuple(
             UniformValue(
                 stage=Stage.RADIANCE,

@@ -102,7 +102,6 @@ def cameras() -> Iterator[Case]:
             stresses=stresses,
             covers=covering(scene, "CAM-5"),
             least_interior=least_interior,
-            most_explained=0.03,
         )
 
 
@@ -157,5 +156,4 @@ def parallel_rays() -> Iterator[Case]:
             stresses=stresses,
             covers=covering(scene, "CAM-5", *more),
             least_interior=least_interior,
-            most_explained=0.06,
         )

@@ -263,5 +263,4 @@ def combined() -> Iterator[Case]:
             stresses=f"All pairs: {', '.join(f'{name} {value}' for name, value in row.items())}.",
             covers=covering(built),
             least_interior=1700,
-            most_explained=0.05,
         )

@@ -48,7 +48,6 @@ def many_lights() -> Case:
         stresses=f"{LIGHTS} lights, seen in a direction {STEEP:g} degrees from straight down.",
         covers=covering(scene),
         least_interior=1000,
-        most_explained=0.1,
     )
 
 
@@ -71,7 +70,6 @@ def many_shapes() -> Case:
         stresses=f"{count} shapes, seen in a direction {STEEP:g} degrees from straight up.",
         covers=covering(scene),
         least_interior=300,
-        most_explained=0.2,
     )
 
 
@@ -98,7 +96,6 @@ def eye_in_a_plane() -> Case:
         stresses="The eye and the rays of the middle row lie in an infinite plane: they miss it.",
         covers=covering(scene),
         least_interior=250,
-        most_explained=0.1,
     )
 
 
@@ -129,7 +126,6 @@ def lights_in_solids() -> Case:
         stresses="Lights in a closed sphere and in a closed cube light nothing outside; albedos are 0 and 1.",
         covers=covering(scene),
         least_interior=1400,
-        most_explained=0.1,
     )
 
 
@@ -159,7 +155,6 @@ def _wide(name: str, stresses: str, width: int, height: int, fovy: float, flux: 
         stresses=stresses,
         covers=covering(scene),
         least_interior=least_interior,
-        most_explained=0.1,
     )
 
 

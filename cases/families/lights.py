@@ -44,7 +44,6 @@ def eight() -> Case:
         stresses="Eight lights, each of another colour, brightness and height: none may be lost or taken twice.",
         covers=covering(scene),
         least_interior=800,
-        most_explained=0.2,
     )
 
 
@@ -64,7 +63,6 @@ def several_lights() -> Iterator[Case]:
             stresses="Overlapping shadows of three coloured lights, and a fourth light that the floor hides.",
             covers=covering(scene, "LIT-3", "LIT-4"),
             least_interior=3500,
-            most_explained=0.04,
         )
     lights = tuple(PointLight(position=PLACES[0], flux=flux) for flux in ((200.0, 0.0, 90.0), (0.0, 300.0, 45.0)))
     scene = Scene(camera=camera, shapes=SHAPES, lights=lights)
@@ -74,7 +72,6 @@ def several_lights() -> Iterator[Case]:
         stresses="Two lights in one place, each dark in a channel, add up channel by channel.",
         covers=covering(scene, "LIT-2", "LIT-3", "LIT-4"),
         least_interior=3500,
-        most_explained=0.03,
     )
 
 
@@ -108,7 +105,6 @@ def cosines(distance: float) -> Case:
         stresses=f"Two lights {distance:g} m away: without falloff their clamped cosines add to more than one.",
         covers=covering(scene, "HIT-8"),
         least_interior=1200,
-        most_explained=0.03,
         expectations=tuple(
             PixelValue(
                 stage=Stage.RADIANCE,
@@ -156,5 +152,4 @@ def simplified() -> Iterator[Case]:
         stresses="A sphere and an octahedron with their shadows under the simplified light.",
         covers=covering(scene, "HIT-5", "LIT-2", "LIT-3", "LIT-4"),
         least_interior=3500,
-        most_explained=0.03,
     )

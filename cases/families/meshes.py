@@ -101,26 +101,24 @@ def meshes() -> Iterator[Case]:
     large = ("LIT-4",)
     small = (*large, "HIT-5")
     convex = (*small, "LIT-2", "LIT-3")
-    questions: tuple[tuple[str, str, Mesh, tuple[str, ...], int, float], ...] = (
-        ("icosphere", "A convex mesh of 320 faces.", ball, convex, 3000, 0.05),
-        ("torus", "A hollow mesh of 1024 faces that shades itself.", ring, large, 2800, 0.05),
-        ("mirrored_torus", "A torus mirrored: normals do not follow the world's winding.", mirrored, large, 2800, 0.05),
+    questions: tuple[tuple[str, str, Mesh, tuple[str, ...], int], ...] = (
+        ("icosphere", "A convex mesh of 320 faces.", ball, convex, 3000),
+        ("torus", "A hollow mesh of 1024 faces that shades itself.", ring, large, 2800),
+        ("mirrored_torus", "A torus mirrored: normals do not follow the world's winding.", mirrored, large, 2800),
         (
             "divided_box",
             "Flat faces divided 64-fold: rays through inner edges must not leak.",
             divided,
             convex,
             3000,
-            0.05,
         ),
-        ("wavy_sheet", "An open two-sided sheet that shades itself, seen from both sides.", sheet, small, 3000, 0.05),
+        ("wavy_sheet", "An open two-sided sheet that shades itself, seen from both sides.", sheet, small, 3000),
         (
             "slivers",
             "Long slanting faces of an open band, which stand in a tree in parts.",
             slivers(60),
             large,
             2000,
-            0.2,
         ),
         (
             "rods_above_a_sheet",
@@ -128,12 +126,11 @@ def meshes() -> Iterator[Case]:
             rods_across(wavy_sheet(8), 7),
             large,
             1500,
-            0.2,
         ),
-        ("degenerate", "Faces that are points and lines: never hit, never a NaN.", spoilt, small, 3000, 0.04),
+        ("degenerate", "Faces that are points and lines: never hit, never a NaN.", spoilt, small, 3000),
     )
     camera = camera_around((0.1, 0.0, -0.2), distance=5.6, azimuth=-58, elevation=35, width=96, height=72, fovy=36)
-    for name, stresses, mesh, more, least_interior, most_explained in questions:
+    for name, stresses, mesh, more, least_interior in questions:
         scene = Scene(camera=camera, shapes=(FLOOR, mesh), lights=(LIGHT,))
         yield Case(
             name=f"meshes/{name}",
@@ -141,7 +138,6 @@ def meshes() -> Iterator[Case]:
             stresses=stresses,
             covers=covering(scene, *more),
             least_interior=least_interior,
-            most_explained=most_explained,
         )
     low = camera_around((0.0, 0.0, 0.0), distance=5.0, azimuth=-33, elevation=24, width=64, height=48, fovy=30)
     scene = Scene(camera=low, shapes=(of_trimesh(icosphere(subdivisions=5), stretched),), lights=(LIGHT,))
@@ -151,7 +147,6 @@ def meshes() -> Iterator[Case]:
         stresses="A mesh of 20 480 faces, most of them smaller than a pixel, through the acceleration structure.",
         covers=covering(scene, "LIT-4"),
         least_interior=500,
-        most_explained=0.1,
     )
     under = camera_around((0.1, 0.0, -0.2), distance=1.9, azimuth=-58, elevation=-40, width=64, height=48, fovy=92)
     below = PointLight(position=(1.1, -1.4, -3.2), flux=(480.0, 400.0, 330.0))
@@ -162,7 +157,6 @@ def meshes() -> Iterator[Case]:
         stresses="An open two-sided sheet, seen and lit from the side that its normals point away from.",
         covers=covering(scene),
         least_interior=500,
-        most_explained=0.2,
     )
 
 
@@ -209,5 +203,4 @@ def models() -> Iterator[Case]:
             stresses=f"The {name} of PyVista: long thin triangles, concave and self-shading, over a floor.",
             covers=covering(scene, "LIT-4"),
             least_interior=least_interior,
-            most_explained=0.06,
         )

@@ -4,7 +4,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from rayproof.cases.case import Case, covering
+from rayproof.cases.case import FEW_EXPLAINED, Case, covering
 from rayproof.cases.placement import camera_around, compose, rotation, scaling, shear, translation, vector
 from rayproof.cases.scene import Cube, Matrix, Mesh, PointLight, Scene, Shape, Sphere, Square, Triangle
 
@@ -87,15 +87,15 @@ def nearest() -> Iterator[Case]:
     """Yield crowds, layers, intersecting and coinciding shapes; the last two are lit."""
     camera = camera_around((0.0, 0.0, 0.1), distance=6.0, azimuth=-57, elevation=28, width=96, height=72, fovy=29)
     light = PointLight(position=(2.4, -2.9, 3.2), flux=(500.0, 420.0, 360.0))
-    questions: tuple[tuple[str, str, tuple[Shape, ...], tuple[PointLight, ...], tuple[str, ...], int, float], ...] = (
-        ("spheres", "Forty small spheres, many behind each other.", crowd_of_spheres(40), (), (), 1500, 0.03),
-        ("cubes", "Twenty-four turned cubes, many within each other.", crowd_of_cubes(24), (), (), 1200, 0.03),
-        ("layers", "Six squares a centimetre apart, nearest last.", layers(6, 0.01), (), ("HIT-8",), 1500, 0.03),
-        ("interpenetrating", "Spheres and cubes that pass through each other.", interpenetrating(), (), (), 1500, 0.03),
-        ("lit_crowd", "Spheres that shade each other.", crowd_of_spheres(14), (light,), ("LIT-2", "LIT-4"), 700, 0.03),
-        ("coincident", "Two squares in one plane: either may be seen.", coincident(), (light,), (), 1500, 0.08),
+    questions: tuple[tuple[str, str, tuple[Shape, ...], tuple[PointLight, ...], tuple[str, ...], int], ...] = (
+        ("spheres", "Forty small spheres, many behind each other.", crowd_of_spheres(40), (), (), 1500),
+        ("cubes", "Twenty-four turned cubes, many within each other.", crowd_of_cubes(24), (), (), 1200),
+        ("layers", "Six squares a centimetre apart, nearest last.", layers(6, 0.01), (), ("HIT-8",), 1500),
+        ("interpenetrating", "Spheres and cubes that pass through each other.", interpenetrating(), (), (), 1500),
+        ("lit_crowd", "Spheres that shade each other.", crowd_of_spheres(14), (light,), ("LIT-2", "LIT-4"), 700),
+        ("coincident", "Two squares in one plane: either may be seen.", coincident(), (light,), (), 1500),
     )  # fmt: skip
-    for name, stresses, shapes, lights, more, least_interior, most_explained in questions:
+    for name, stresses, shapes, lights, more, least_interior in questions:
         scene = Scene(camera=camera, shapes=shapes, lights=lights)
         yield Case(
             name=f"nearest/{name}",
@@ -103,7 +103,7 @@ def nearest() -> Iterator[Case]:
             stresses=stresses,
             covers=covering(scene, *more),
             least_interior=least_interior,
-            most_explained=most_explained,
+            most_explained=0.09 if name == "coincident" else FEW_EXPLAINED,
         )
 
 
@@ -180,5 +180,4 @@ def random_scenes() -> Iterator[Case]:
             stresses=f"A mixed scene that seed {seed} made: every kind of shape, every kind of motion, two lights.",
             covers=covering(scene, "CAM-5", "HIT-5", "HIT-8", "LIT-4"),
             least_interior=3000,
-            most_explained=0.04,
         )

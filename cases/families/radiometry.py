@@ -48,7 +48,6 @@ def lit(name: str, stresses: str, distance: float, angle: float, least_interior:
         stresses=stresses,
         covers=covering(scene),
         least_interior=least_interior,
-        most_explained=0.03,
         expectations=tuple(
             PixelValue(
                 stage=stage,
@@ -199,7 +198,6 @@ def integrating_sphere() -> Iterator[Case]:
             stresses="A light in the centre of a two-sided sphere: one radiance over the whole image.",
             covers=covering(scene, "LIT-3", "LIT-4"),
             least_interior=4000,
-            most_explained=0.01,
             expectations=tuple(
                 UniformValue(
                     stage=stage,
@@ -291,7 +289,6 @@ def flux_conservation() -> Iterator[Case]:
             stresses=f"The {name} of a closed room receives its solid angle's share of the flux from the middle.",
             covers=covering(scene, "HIT-8", "LIT-2", "LIT-3", "LIT-4"),
             least_interior=4000,
-            most_explained=0.05,
             expectations=tuple(
                 Flux(
                     shape=index,
@@ -359,7 +356,6 @@ def invariance() -> Iterator[Case]:
             stresses=f"A camera {distance:g} m away on one ray: the central radiance is that of every other distance.",
             covers=covering(scene, "CAM-5", "LIT-2", "LIT-3", "LIT-4", "RAD-5"),
             least_interior=least_interior,
-            most_explained=0.04,
             expectations=tuple(
                 PixelValue(
                     stage=Stage.RADIANCE,

@@ -29,7 +29,6 @@ def outlined(name: str, form: str, blocker: Shape, size: float, magnification: f
         stresses=f"A light straight above: the shadow's outline is a {form} of half-size {size:.4g} m.",
         covers=covering(scene, *ANTI_ACNE),
         least_interior=4000,
-        most_explained=0.03,
         expectations=(
             ShadowOutline(
                 shape=0,
@@ -109,7 +108,6 @@ def cluttered() -> Iterator[Case]:
             stresses=stresses,
             covers=covering(scene, *ANTI_ACNE, *more),
             least_interior=3500,
-            most_explained=0.03,
         )
 
 
@@ -167,5 +165,4 @@ def along_the_way() -> Iterator[Case]:
             stresses=stresses,
             covers=covering(scene),
             least_interior=1200,
-            most_explained=0.1,
         )

@@ -76,7 +76,6 @@ def patches(kind: str, light_side: float, least_interior: int) -> Case:
         f"{'the viewer' if lit else 'the other'}{chr(39) + 's' if lit else ''} side.",
         covers=covering(scene, *alternative, "LIT-4"),
         least_interior=least_interior,
-        most_explained=0.04,
         expectations=tuple(
             expectation
             for index in dark
@@ -103,6 +102,5 @@ def sidedness() -> Iterator[Case]:
             stresses=f"A {sides}-sided plane seen and lit from below: {'bright' if two_sided else 'black'}.",
             covers=covering(scene),
             least_interior=4000,
-            most_explained=0.01,
             expectations=() if two_sided else tuple(black(0, "one-sided and seen from behind")),
         )

@@ -63,7 +63,6 @@ def transforms() -> Iterator[Case]:
                 stresses=f"A {name} {motion}: the way into object space and the normal's way back.",
                 covers=covering(scene, *more),
                 least_interior=least_interior,
-                most_explained=0.03,
             )
 
 
@@ -137,5 +136,4 @@ def normals() -> Iterator[Case]:
             stresses=stresses,
             covers=covering(scene),
             least_interior=least_interior,
-            most_explained=0.04,
         )

@@ -96,7 +96,6 @@ def crowds() -> Iterator[Case]:
             stresses=stresses,
             covers=covering(scene),
             least_interior=600,
-            most_explained=0.2,
         )
 
 
@@ -178,7 +177,6 @@ def faces() -> Iterator[Case]:
             stresses=named[name],
             covers=covering(scene),
             least_interior=least_interior,
-            most_explained=0.2,
         )
 
 
@@ -222,5 +220,4 @@ def benchmarked() -> Iterator[Case]:
             stresses=stresses,
             covers=covering(scene),
             least_interior=least_interior,
-            most_explained=0.05,
         )

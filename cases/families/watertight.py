@@ -205,7 +205,7 @@ def _case(
         stresses=stresses,
         covers=tuple("HIT-5" if item == "HIT-6" else item for item in covering(scene)),
         least_interior=least_interior,
-        most_explained=0.1,
+        most_explained=0.15,
         expectations=expectations,
     )
 

@@ -37,7 +37,7 @@ from rayproof.cases.scene import (
 )
 
 WIDTH, HEIGHT = 32, 24  # px, at most 48 x 36
-LEAST_INTERIOR, MOST_EXPLAINED = 12, 0.5  # of a rung: with less to judge, or more pixels at edges, it is undecided
+LEAST_INTERIOR, MOST_EXPLAINED = 12, 0.5  # of a rung: with fewer, or with more explained by rounding, it is undecided
 MOST_RUNGS = 17  # with both ends rendered, four more renders find the last rung that passes
 ORIGIN: Vector = (0.0, 0.0, 0.0)
 GREY: Vector = (0.7, 0.5, 0.3)

@@ -160,8 +160,8 @@ class CaseResult(_NoTruth):
         """Return how far a renderer's image may be off against the closed forms, float64.
 
         For directions it is an angle [rad] and for positions a distance [m], both (height, width); for the rest it has
-        the image's shape and unit. It is derived anew from the scene and the renderer's precision. Pixels at an edge
-        are NaN: there a value must be that of a side.
+        the image's shape and unit. It is derived anew from the scene and the renderer's precision. A pixel is NaN if
+        the answers of nearby problems differ there by more than the limit: its value must be one of these answers.
 
         Raises:
             LookupError: there is no such renderer here.

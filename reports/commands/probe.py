@@ -2,6 +2,7 @@
 
 import textwrap
 from collections import Counter
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -26,6 +27,7 @@ from rayproof.reports.results.files import plain
 if TYPE_CHECKING:
     from rayproof.cases.scene import Camera
     from rayproof.reference.certified import EnclosedPixel
+    from rayproof.reports.judge.answers import Answers
     from rayproof.reports.subjects import Subject
     from rayproof.tracer.configuration import Configuration
 
@@ -57,7 +59,7 @@ def probe(
     pixels: Annotated[str | None, OF_CERTIFIED] = None,
     stages: Annotated[str | None, OF_CERTIFIED] = None,
 ) -> int:
-    """Show one pixel, every stage, as each renderer answers it.
+    """Show one pixel, every stage, as each renderer answers it, and what nearby problems answer if it is over a limit.
 
     For example: rayproof probe primitives/sphere 48 36 --subject radiance
 
@@ -135,12 +137,20 @@ def probe(
     from rayproof.tracer.kernel.compiler import choose_packaged_llvm
 
     choose_packaged_llvm()
-    columns = {} if tested.is_tracer else {tested.name: subject_pixel(tested, scene, x, y)}
-    columns |= {f"tracer-{one.name}": tracer_pixel(one, scene, x, y) for one in chosen}
-    columns |= {name: reference_pixel(name, scene, x, y, cached=cache) for name in names if name != tested.name}
-    write_json(json, {"case": case, "pixel": [x, y], "faults": faults, "renderers": columns})
+    answers = [] if tested.is_tracer else [subject_answers(tested, scene)]
+    answers += [tracer_answers(configuration, scene) for configuration in chosen]
+    answers += [reference_answers(name, scene, cached=cache) for name in names if name != tested.name]
+    columns = {renderer.name: column_of(scene, renderer, x, y) for renderer in answers}
+    from rayproof.reports.commands.nearby_answers import nearby_answers, show_nearby
+    from rayproof.reports.judge.oracle import ORACLE
+
+    nearby = nearby_answers(scene, answers, x, y)
+    judged = {of_renderer.renderer: of_renderer.as_json() for of_renderer in nearby}
+    write_json(json, {"case": case, "pixel": [x, y], "faults": faults, "renderers": columns, "over_limit": judged})
     say(f"{case}, pixel ({x}, {y}) of {width} x {height}, {scene.shading} light")
     show_pixel(columns)
+    answering = [renderer.name for renderer in answers if renderer.answers and renderer.name != ORACLE]
+    show_nearby(nearby, [name for name in answering if name not in judged])
     return 0
 
 
@@ -188,43 +198,53 @@ def is_absent(name: str) -> bool:
     return missing is not None and missing() is not None
 
 
-def subject_pixel(subject: "Subject", scene: Scene, x: int, y: int) -> Column:
-    """Return what another renderer than the tracer answers at a pixel, or why it does not."""
-    from rayproof.reports.judge.oracle import stages_of
+def subject_answers(subject: "Subject", scene: Scene) -> "Answers":
+    """Return the answers of another renderer than the tracer."""
     from rayproof.reports.run.workers import answered
 
     with told_in_one_line():
-        found = answered(subject, scene)
-    if found.error is not None:
-        return {str(stage): f"error: {found.error}" for stage in stages_of(scene)}
-    refused = {str(stage): f"unsupported: {why}" for stage, why in found.unsupported.items()}
-    return pixel(scene, x, y, found.answers or {}) | refused
+        return replace(answered(subject, scene), name=subject.name)
 
 
-def tracer_pixel(configuration: "Configuration", scene: Scene, x: int, y: int) -> Column:
-    """Return what the tracer answers at a pixel, or why the scene is beyond its precision."""
+def tracer_answers(configuration: "Configuration", scene: Scene) -> "Answers":
+    """Return what the tracer answers, or why the scene is beyond its precision."""
+    from rayproof.reports.judge.answers import Answers
     from rayproof.reports.judge.oracle import stages_of
+    from rayproof.reports.run.tracer_task import shadow_epsilons
     from rayproof.tracer.render import render
     from rayproof.tracer.shapes.bounds import beyond
 
-    if (refusal := beyond(scene, configuration.precision)) is not None:
-        return {str(stage): f"unsupported: {refusal}" for stage in Stage}
-    return pixel(scene, x, y, render(scene, stages_of(scene), configuration))
+    name, precision = f"tracer-{configuration.name}", configuration.precision
+    if (refusal := beyond(scene, precision)) is not None:
+        return Answers(name=name, precision=precision, unsupported=dict.fromkeys(Stage, refusal))
+    answers = render(scene, stages_of(scene), configuration)
+    return Answers(
+        name=name,
+        precision=precision,
+        items=configuration.items,
+        shadow_epsilon=shadow_epsilons(scene, answers, configuration),
+        answers=answers,
+    )
 
 
-def reference_pixel(name: str, scene: Scene, x: int, y: int, *, cached: bool) -> Column:
-    """Return what a reference answers at a pixel, or why it cannot."""
+def reference_answers(name: str, scene: Scene, *, cached: bool) -> "Answers":
+    """Return the answers of a reference, or why it has none."""
     from rayproof.reference import REFERENCES
-    from rayproof.reports.judge.oracle import stages_of
     from rayproof.reports.run.messages import ReferenceTask
     from rayproof.reports.run.worker_tasks import ask_reference
 
     task = ReferenceTask(scene=scene, samples=1, cached=cached)
-    witness = ask_reference(name, REFERENCES[name](), task, independent=False)
-    if witness.error is not None:
-        return {str(stage): f"error: {witness.error}" for stage in stages_of(scene)}
-    refused = {str(stage): f"unsupported: {why}" for stage, why in witness.unsupported.items()}
-    return pixel(scene, x, y, witness.answers) | refused
+    return ask_reference(name, REFERENCES[name](), task, independent=False)
+
+
+def column_of(scene: Scene, renderer: "Answers", x: int, y: int) -> Column:
+    """Return a renderer's values at a pixel, and a sentence for each stage that it does not answer."""
+    from rayproof.reports.judge.oracle import stages_of
+
+    if renderer.error is not None:
+        return {str(stage): f"error: {renderer.error}" for stage in stages_of(scene)}
+    refused = {str(stage): f"unsupported: {why}" for stage, why in renderer.unsupported.items()}
+    return pixel(scene, x, y, renderer.answers) | refused
 
 
 def pixel(scene: Scene, x: int, y: int, answers: StageImages) -> Column:

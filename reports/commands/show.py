@@ -57,8 +57,8 @@ def traced(scene: Scene) -> str:
 def requirements(case: Case) -> list[list[str]]:
     """Return what an answer must satisfy, beyond agreeing with the references within their derived limits."""
     rows = [
-        ["interior pixels", f">= {case.least_interior}", "fewer would decide nothing"],
-        ["edge pixels", f"<= {case.most_explained:.1%} of the image", "more would hide an error"],
+        ["pixels within their limits", f">= {case.least_interior}", "fewer would decide nothing"],
+        ["pixels explained by rounding", f"<= {case.most_explained:.1%} of the image", "more would hide an error"],
     ]
     for one in case.expectations:
         about = {key: value for key, value in asdict(one).items() if key != "because"}

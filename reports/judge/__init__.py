@@ -1,1 +1,1 @@
-"""Judging one case: limits, pixel classes, checks, the panel, verdicts. Only `pass` is a pass."""
+"""Judging one case: limits, nearby problems, checks, the panel, verdicts. Only `pass` is a pass."""

@@ -271,7 +271,7 @@ def adjudicated(
     judge: it sides with the one under test if that passes against it while it differs from the reference, and with
     the reference the other way round. More voices for the one under test than for the reference make the reference
     suspect, the oracle like any other; a split panel leaves the failure standing. Of a failure that is one only where
-    continued from the oracle `contradicted` says who sides with whom (`contradictions.py`). Where the oracle is suspect
+    continued from the oracle `contradicted` says who sides with whom (`Contradictions`). Where the oracle is suspect
     no failure from that stage on stands, against whomever: limits and nearby problems are the suspect oracle's own.
     """
     verdicts = {(check.configuration, check.reference, check.stage): check for check in checks}

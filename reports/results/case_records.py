@@ -265,7 +265,7 @@ class ComparedRecord(TypedDict):
 
 
 class MasksRecord(TypedDict, total=False):
-    """Which pixels may differ, for one configuration before the oracle: a byte a pixel, deflated, in base64."""
+    """Which pixels of one configuration nearby problems explain: a byte per pixel, deflated, in base64."""
 
     configuration: str
     height: int

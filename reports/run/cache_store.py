@@ -40,7 +40,7 @@ class About(TypedDict, total=False):
     """What an entry says it is: its question's digest, and what a listing tells of it."""
 
     key: str
-    kind: str  # "render", "edges", "judgement" or "guard"
+    kind: str  # "render", "judgement" or "guard"
     reference: str  # or whatever else it is of
     version: str
     settings: dict[str, str]
@@ -50,7 +50,6 @@ class About(TypedDict, total=False):
     shapes: int
     lights: int
     seconds: float
-    light_ends: list[tuple[int, int, int, float]]  # of edges: light, shape, face and gap
 
 
 class Header(TypedDict):

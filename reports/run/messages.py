@@ -93,7 +93,7 @@ class JudgeTask:
     subject: Subject = THE_TRACER
     notes: tuple[str, ...] = ()  # what the subject says of its answers
     images: KeptImages = EVERY_CASE  # of which cases they are kept
-    cached: bool = False  # the oracle's edges may be taken from the cache
+    cached: bool = False  # a passed self-test of the judge may be taken from the cache
     again: tuple[Answers, ...] = ()  # the subjects' second answers, where one of them differs
 
 

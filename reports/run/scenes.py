@@ -132,7 +132,7 @@ def refuse_too_large(scene: Scene, name: str) -> None:
         )
 
 
-# What a scene that nobody tuned may have: rounding reaches few pixels, but its author owes us no share of them.
+# Largest share of pixels that nearby problems may explain in a user's scene, whose view nobody chose for it.
 MOST_EXPLAINED = 0.5
 
 

@@ -231,8 +231,8 @@ def _weights(
 
 # Factors that many pixels share: a wrong flux, albedo, pi or 4 moves them all alike, and rounding does not.
 #
-# Of a correct renderer each interior pixel's ours / theirs - 1 is s + e. The part s comes of what pixels share:
-# constants, the scene's data, and what is made of them once; `bias_bounds.py` bounds it. The part e comes of
+# Of a correct renderer each pixel's ours / theirs - 1 is s + e. The part s comes of what pixels share:
+# constants, the scene's data, and what is made of them once; `Bounds` holds its bound. The part e comes of
 # roundings of numbers that differ from pixel to pixel. Its sign is as likely one as the other, so that s + e is
 # beyond the bound of s in one direction with probability 1/2 at most. A group fails if more of its pixels are than
 # chance allows: the sign test, which asks nothing of the distribution of e (Conover, Practical Nonparametric

@@ -16,7 +16,7 @@ from rayproof.cases.scene import IDENTITY, Camera, Cube, Mesh, Scene, Shape, Sph
 from rayproof.cases.stages import Stage, StageImages
 from rayproof.reports.judge.answers import crossed, dot, largest, length
 
-# A hit nearer to grazing than this is an outline in all but name; the edge class takes it, not a limit.
+# A hit nearer to grazing than this is beside an outline, so that nearby problems decide and not a limit.
 LEAST_COSINE = 1e-9
 SIMILAR = 1e-6  # of its condition number: a matrix that stretches no direction more than another
 # What curved shapes alone have.

@@ -35,12 +35,12 @@ BECAUSE: dict[Stage, str] = {
     Stage.CAMERA: "16 roundings times the condition of the axes and of 1/near - 1/far",
     Stage.RAY: f"{RAY} roundings times the condition of the camera's axes, tan(alpha) and pixel coordinates, which are "
     f"differences with 1, {AIM} times (|eye| + |target|) / |target - eye|; CAM-5 adds |eye| / near",
-    Stage.OBJECT: "integers: away from edges they are equal",
+    Stage.OBJECT: "whole numbers: equal, or what a nearby problem hits",
     Stage.DISTANCE: f"{HIT} roundings of the data along the normal over |n.d| (implicit function theorem), plus "
     "t times the ray's error times tan(incidence) end to end",
     Stage.POSITION: f"{POINT} roundings of |eye| + t, plus the errors of distance and ray end to end",
     Stage.NORMAL: f"{NORMAL} roundings times the model matrix's condition, plus curvature times the position's error",
-    Stage.VISIBILITY: "0 or 1: away from shadow edges and the terminator they are equal",
+    Stage.VISIBILITY: "0 or 1: equal, or what a nearby problem sees",
     Stage.IRRADIANCE: f"{LIGHT} roundings, the light's direction (|light| + r)/r, plus the change of "
     "cos/r^2 with position and normal",
     Stage.EXITANCE: "3 roundings of albedo E, plus albedo times the error of E",

@@ -6,7 +6,7 @@ oracle. Then the scenes move as well, 18 and 72 of them, each with several point
 a problem explains it.
 """
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
@@ -482,12 +482,3 @@ def _mask(shape: tuple[int, ...], pixels: tuple[np.ndarray, np.ndarray]) -> np.n
     where = np.zeros(shape, dtype=bool)
     where[pixels] = True
     return where
-
-
-def varied(cloud: Cloud) -> Iterator[tuple[str, int]]:
-    """Yield what the answers of a cloud at one pixel show, with how many of them show it, for people."""
-    codes, counts = np.unique(cloud.codes[:, 0], return_counts=True)
-    for code, count in zip(codes, counts, strict=True):
-        place = int(np.flatnonzero(cloud.codes[:, 0] == code)[0])
-        shape, face = cloud.rows[Stage.OBJECT][place, 0].astype(int)
-        yield (f"shapes[{shape}] face {face}" if shape >= 0 else "nothing"), int(count)

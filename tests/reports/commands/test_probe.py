@@ -98,3 +98,44 @@ def test_a_pixel_fits_80_columns_and_absent_programs_take_one_line(
     assert "mitsuba_llvm, mitsuba_scalar" in told
     assert any(line.split()[:1] == ["analytic"] and len(line.split()) == 4 for line in lines)
     assert "tracer-float32/sphere=textbook" in ended.out
+
+
+# Rays at vertices of a mesh: rounding decides which of the faces there is named.
+VERTEX = ("watertight/vertices", 10, 0)
+
+
+def test_a_pixel_over_its_limit_shows_the_nearby_answers(rayproof: Rayproof, tmp_path: Path) -> None:
+    ended = rayproof("probe", *VERTEX, "--json", tmp_path / "pixel.json")
+
+    found = json.loads((tmp_path / "pixel.json").read_text())["over_limit"]["tracer-float32"]
+    assert found["problems"] == sum(found["objects"].values()) > 1
+    assert len(found["objects"]) > 1
+    assert all(name.startswith("shapes[0] (mesh) face ") for name in found["objects"])
+    radiance = found["stages"]["radiance"]
+    assert radiance["verdict"] == "explained by rounding"
+    assert radiance["error"] > radiance["limit"] > 0
+    assert all(low < high for low, high in zip(radiance["least"], radiance["greatest"], strict=True))
+    assert f"{found['problems']} nearby problems were asked; they hit" in ended.out
+    assert "object: explained by rounding" in ended.out
+    assert max(map(len, ended.out.splitlines())) <= 80
+
+
+def test_a_wrong_value_is_shown_as_wrong(rayproof: Rayproof, tmp_path: Path) -> None:
+    fault = "radiance/fault_no_pi"
+
+    rayproof("probe", "primitives/sphere", 48, 36, "--formula", fault, "--json", tmp_path / "pixel.json")
+
+    written = json.loads((tmp_path / "pixel.json").read_text())
+    (found,) = (found for name, found in written["over_limit"].items() if name.startswith("tracer-float32"))
+    assert found["stages"]["radiance"]["verdict"] == "wrong"
+    assert found["stages"]["radiance"]["continued"] == "wrong"
+    assert set(found["stages"]) == {"radiance"}
+    assert "analytic" not in written["over_limit"]
+
+
+def test_a_pixel_within_every_limit_names_the_renderers(rayproof: Rayproof) -> None:
+    ended = rayproof("probe", "primitives/sphere", 48, 36)
+
+    (line,) = (line for line in ended.out.splitlines() if line.startswith("within every limit: "))
+    assert {"tracer-float32,", "tracer-float64,"} <= set(line.split())
+    assert "over its limit" not in ended.out

@@ -55,3 +55,19 @@ def test_the_page_on_results_names_the_keys_of_the_classes(heading: str, record:
     known = getattr(record, "__struct_encode_fields__", record.__annotations__)
     judging = case_records.JUDGING.get(record.__name__, ())
     assert documented(heading) - {"strict"} | above == {*known} - {*judging}
+
+
+def test_pixel_counts_have_a_number_for_each_kind_and_add_up() -> None:
+    counts = case_records.Examined(wide=1, rounding=2, epsilon=3, wrong=4, unexamined=5, pixels=21)
+
+    assert counts.strict == 6
+    assert [kind.name.lower() for kind in measurement.Kind] == list(counts.counts)[1:]
+    assert sum(counts.counts.values()) == 2 * counts.pixels
+    assert (counts + counts).counts == {name: 2 * count for name, count in counts.counts.items()}
+
+
+def test_the_schema_names_explained_and_wrong_pixels() -> None:
+    definitions = records.schema()["$defs"]
+
+    assert {"rounding", "epsilon", "wrong"} <= set(definitions["Examined"]["properties"])
+    assert {"explained", "wrong", "interior"} <= set(definitions["Measurement"]["properties"])
