@@ -417,6 +417,31 @@ class Box(Polygons):
         axis, sign = self._sides(points)
         return 2 * axis + (sign > 0)
 
+    def first(
+        self,
+        apex: np.ndarray,
+        directions: np.ndarray,
+        low: np.ndarray,
+        high: np.ndarray,
+        only: np.ndarray | None = None,
+    ) -> Crossing:
+        """Return the smallest crossing in the open interval (low, high), on the face whose normal it has."""
+        return self._by_place(super().first(apex, directions, low, high, only), apex, directions)
+
+    def any_of(
+        self, apex: np.ndarray, directions: np.ndarray, low: np.ndarray, high: np.ndarray, draw: np.random.Generator
+    ) -> tuple[Crossing, np.ndarray]:
+        """Return one of the crossings in the half-open interval (low, high], on the face whose normal it has."""
+        found, least = super().any_of(apex, directions, low, high, draw)
+        return self._by_place(found, apex, directions), least
+
+    def _by_place(self, found: Crossing, apex: np.ndarray, directions: np.ndarray) -> Crossing:
+        # Where two faces meet, the place of a crossing on either may be nearer to the other, whose normal it then has.
+        hit = np.flatnonzero(np.isfinite(found.distance))
+        points = apex + found.distance[hit, np.newaxis] * directions[hit]
+        found.piece[hit] = self.pieces_at(points, directions[hit], found.face[hit])
+        return found
+
     def blocks_own(self, apex: np.ndarray, segments: np.ndarray, ends: Ends, faces: np.ndarray) -> np.ndarray:
         """Return whether the box lies between points on it and the apex.
 

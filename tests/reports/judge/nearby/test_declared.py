@@ -1,6 +1,6 @@
 """What a renderer declares to overlook explains what follows from it, is counted apart, and explains nothing else."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
@@ -24,11 +24,14 @@ class Overlooked:
     epsilon: str
     scene: Scene
     stage: Stage
-    value: Any
+    value: Any = None
+    shown: Scene | None = None  # what is seen instead
 
     @cached_property
     def answers(self) -> dict:
         """Return what a renderer answers that overlooks it."""
+        if self.shown is not None:
+            return rounded(truth_of_scene(self.shown).truth)
         if self.stage is Stage.OBJECT:
             return naming(self.scene, MIDDLE, *self.value)
         truth = truth_of_scene(self.scene).truth
@@ -53,9 +56,9 @@ CLOSE = Overlooked(
 )
 BORDER = Overlooked(
     "edge_epsilon",
-    above(level(-2.0 - 5e-4, 0.0, 0.0), level(0.0, 0.0, -1e-4, side=16.0), lights=(lamp(0.4, 0.2, 6.0),)),
+    above(level(-2.0 - 5e-4, 0.0, 0.0), level(0.0, 0.0, -1.0, side=16.0), lights=(lamp(0.4, 0.2, 6.0),)),
     Stage.OBJECT,
-    (0.0, 0.0),
+    shown=above(level(-2.0 + 5e-4, 0.0, 0.0), level(0.0, 0.0, -1.0, side=16.0), lights=(lamp(0.4, 0.2, 6.0),)),
 )
 ALL = (WALL, SHADE, BEFORE, CLOSE, BORDER)
 
@@ -87,8 +90,11 @@ def test_what_is_right_needs_no_epsilon(each):
 
 
 def test_a_shadow_ray_that_starts_higher_may_pass_over_a_low_step():
-    # The step ends below where the shadow ray starts, which skips nothing: whatever is moved passes over it.
-    scene = above(FLOOR, upright(3e-4, side=4e-4), lights=(lamp(3.0, 0.0, 0.05),))
+    # The step is farther away than the epsilon, so that no ray skips it, and lower.
+    step = replace(
+        upright(1e-2), to_world=((0, 0, -1, 1e-2), (4, 0, 0, 0), (0, 4e-4, 0, 2e-4), (0, 0, 0, 1)), two_sided=True
+    )
+    scene = above(FLOOR, step, lights=(lamp(3.0, 0.0, 0.06),))
     truth = truth_of_scene(scene).truth
     ours = followed(scene, truth, Stage.VISIBILITY, put(truth[Stage.VISIBILITY], MIDDLE, 1.0))
 

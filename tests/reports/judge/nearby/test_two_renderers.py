@@ -1,4 +1,4 @@
-"""Two renderers agree if they differ by no more than both limits, or if neither is wrong there; promises bind the tracer."""
+"""Two renderers agree if they differ by no more than both limits, or if neither is wrong; promises bind the tracer."""
 
 from dataclasses import replace
 
@@ -13,10 +13,10 @@ from rayproof.reports.judge.oracle import stages_of
 from rayproof.reports.judge.pairs import Pair
 from rayproof.reports.judge.sentinels import BORDER, EDGE_CASE, INNER, SIDE, edge_scene
 from rayproof.reports.results.outcomes import Outcome
-from tests.reports.judge.scenes import ORACLE, against, candidate, naming, put, rounded, truth_of_scene, witness
+from tests.reports.judge.scenes import ORACLE, against, candidate, put, rounded, truth_of_scene, witness
 
 SCENE = EDGE_CASE.scene
-SQUARE, PLANE = (naming(SCENE, BORDER, shape) for shape in (0.0, 1.0))
+SQUARE, PLANE = (rounded(ORACLE.render(edge_scene(SIDE * part), stages_of(SCENE))) for part in (1 + 1e-9, 1 - 1e-9))
 
 
 def pair(one: dict, other: dict) -> Pair:
@@ -46,7 +46,8 @@ def test_two_who_are_off_by_their_limits_to_either_side_agree_and_no_farther():
     limit = against(SCENE, SQUARE).limits.end_to_end[Stage.DISTANCE][INNER]
 
     def off(times: float) -> dict:
-        return dict(truth) | {Stage.DISTANCE: put(truth[Stage.DISTANCE], INNER, truth[Stage.DISTANCE][INNER] + times * limit)}
+        image = put(truth[Stage.DISTANCE], INNER, truth[Stage.DISTANCE][INNER] + times * limit)
+        return dict(truth) | {Stage.DISTANCE: image}
 
     assert pair(off(0.9), off(-0.9)).pixels(Stage.DISTANCE).kinds[INNER] != Kind.WRONG
     assert pair(off(0.9), off(-1.9)).pixels(Stage.DISTANCE).kinds[INNER] == Kind.WRONG
