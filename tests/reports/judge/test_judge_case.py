@@ -63,8 +63,11 @@ def test_a_wrong_normal_with_all_that_follows_from_it_is_blamed_on_the_normal():
 
 def interior_of(index: int) -> tuple[int, int]:
     """Return the row and column of the pixel of a shape that is farthest from every outline."""
-    inside = (truth()[Stage.OBJECT][..., 0] == index) * ORACLE.edges(SCENE).silhouette
-    row, column = np.unravel_index(int(np.nan_to_num(inside, posinf=1e6).argmax()), inside.shape)
+    seen = truth()[Stage.OBJECT][..., 0] == index
+    others = np.argwhere(~seen)
+    pixels = np.argwhere(seen)
+    apart = np.linalg.norm(pixels[:, np.newaxis] - others, axis=-1).min(axis=1)
+    row, column = pixels[int(apart.argmax())]
     return int(row), int(column)
 
 

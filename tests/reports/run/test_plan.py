@@ -8,7 +8,7 @@ import pytest
 from rayproof.cases.case import ITEMS
 from rayproof.cases.families import all_cases, select
 from rayproof.cases.scene import SHADINGS
-from rayproof.reports.judge.comparison import LIGHT
+from rayproof.reports.judge.nearby.clouds import LIGHT
 from rayproof.reports.run.plan import ALTERNATIVES, alternatives, plan, with_some_twice, within_reach
 from rayproof.reports.subjects import PROGRAM, SERVED, Subject
 from rayproof.reports.subjects.protocol import Capabilities

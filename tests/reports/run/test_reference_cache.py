@@ -12,7 +12,7 @@ from rayproof.reference.analytic import Analytic
 from rayproof.reports.run import reference_cache
 from rayproof.reports.run.cache_store import Store, encode, usual_folder
 from rayproof.reports.run.messages import ReferenceTask
-from rayproof.reports.run.reference_cache import KeepingOracle, Question, cached
+from rayproof.reports.run.reference_cache import Question, cached
 from rayproof.reports.run.worker_tasks import ask_reference
 from tests.reports.judge.scenes import ORACLE, SCENE, truth
 
@@ -133,23 +133,6 @@ def test_a_cache_that_cannot_be_written_costs_a_note_and_nothing_else(tmp_path, 
 
     assert set(found.answers) == set(STAGES)
     assert "could not be kept" in found.notes[0]
-
-
-def test_the_oracles_edges_are_kept_too(store):
-    class Once(Analytic):
-        asked = 0
-
-        def edges(self, scene):
-            self.asked += 1
-            return super().edges(scene)
-
-    oracle = Once()
-    first, second = (KeepingOracle(oracle, store=store).edges(SCENE) for _ in range(2))
-
-    assert oracle.asked == 1
-    assert np.array_equal(first.silhouette, second.silhouette)
-    assert np.array_equal(first.gap, second.gap)
-    assert first.light_ends == second.light_ends == ()
 
 
 def test_a_reference_is_heard_from_the_cache_only_where_its_task_says_so(tmp_path, monkeypatch):

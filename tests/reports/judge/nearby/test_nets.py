@@ -13,7 +13,7 @@ from rayproof.reports.run.tracer_task import trace
 from tests.reports.judge.nearby.scenes import netted
 from tests.reports.judge.scenes import against, truth_of_scene, witness
 
-NET = netted(width=32, height=24)
+NET = netted()
 
 
 def traced(configuration: str) -> dict:

@@ -8,7 +8,7 @@ import pytest
 from rayproof.cases.stages import Resolution, Stage
 from rayproof.reports.judge.case import judge_case
 from rayproof.reports.judge.forward.limits import Coarseness
-from rayproof.reports.judge.measurement import held_to
+from rayproof.reports.judge.measurement import Kind, held_to
 from rayproof.reports.results.outcomes import Outcome
 from tests.reports.judge.scenes import CASE, ORACLE, SCENE, candidate, rounded, truth, witness
 
@@ -110,7 +110,7 @@ def test_hits_within_a_partys_own_epsilon_are_counted_apart():
     assert found.outcome is Outcome.PASS, found.reason
     (check,) = (c for c in found.checks if c.stage is Stage.OBJECT and c.reference == "blind")
     assert check.end_to_end is not None
-    assert check.end_to_end.in_window >= check.end_to_end.differ_in_window == np.count_nonzero(near)
+    assert np.count_nonzero(check.end_to_end.kinds == Kind.EPSILON) == np.count_nonzero(near)
     without = replace(honest, ray_epsilon=0.0)
     assert judge_case(CASE, [candidate(rounded(answers))], [witness(answers), without], ORACLE, {}).outcome in (
         Outcome.REFERENCE_SUSPECT,
