@@ -1,4 +1,4 @@
-"""A declared epsilon beyond what rounding needs is said and counted, and costs who declares it; garbage it never hides."""
+"""A declared epsilon beyond what rounding needs is said, counted and costs who declares it; it never hides garbage."""
 
 from dataclasses import replace
 from functools import cache

@@ -3,15 +3,12 @@
 import numpy as np
 import pytest
 
-from rayproof.cases.case import Case
-from rayproof.cases.scene import Scene
 from rayproof.cases.stages import Stage
-from rayproof.reports.judge.case import judge_case
 from rayproof.reports.judge.oracle import stages_of
 from rayproof.reports.run.messages import TracerTask
 from rayproof.reports.run.tracer_task import trace
 from tests.reports.judge.nearby.scenes import netted
-from tests.reports.judge.scenes import against, truth_of_scene, witness
+from tests.reports.judge.scenes import against, truth_of_scene
 
 NET = netted()
 

@@ -48,7 +48,7 @@ def records(factor: float) -> list[dict]:
     found = []
     for number, (pair, image) in enumerate(rendered()):
         ours = (image.astype(np.float32) * np.float64(factor)).astype(np.float32).astype(np.float64)
-        measured = bias(pair, Stage.RADIANCE, ours, None)
+        measured = bias(pair.common_factors, Stage.RADIANCE, ours, None, None)
         assert measured.ratio < 1, "no group of its own shows it"
         check = Check(configuration="exec", stage=Stage.RADIANCE, bias=measured.recorded())
         found.append({"name": f"test/{number}", "camera_and_lights": str(number), "checks": [check]})
