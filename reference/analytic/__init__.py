@@ -40,6 +40,7 @@ class Freedom:
     near: float = 0.0  # m: hits nearer to the eye do not count
     blind: np.ndarray | float = 0.0  # m: blockers nearer to the start of a shadow ray do not count
     light: float = 0.0  # of a shadow ray's length: blockers nearer to the light do not count
+    plane: np.ndarray | bool = False  # a light below the plane of the face that is hit is not seen, whatever its normal
     draw: np.random.Generator = field(default_factory=lambda: np.random.default_rng(0))
 
 
@@ -190,6 +191,21 @@ class Analytic:
         """Return a shape's unit normals (N, 3), never turned towards the viewer."""
         return surface_of(scene.shapes[index]).outward(positions, faces)
 
+    def planes(self, scene: Scene, rows: Rows) -> np.ndarray:
+        """Return the normals (N, 3), of any length, of the planes of the faces that are hit, to the side of the normal.
+
+        A triangle's normal is that of object space and its plane that of corners rounded to float32: between the
+        horizons of the two a light is above the one and below the other.
+        """
+        objects, planes = rows[Stage.OBJECT], np.array(rows[Stage.NORMAL])
+        for index, shape in enumerate(scene.shapes):
+            here = objects[:, 0] == index
+            if here.any():
+                found = surface_of(shape).planes(rows[Stage.POSITION][here], objects[here, 1])
+                away = dot(found, planes[here]) < 0
+                planes[here] = np.where(away[:, np.newaxis], -found, found)
+        return planes
+
     def shadow_starts(self, scene: Scene, rows: Rows, lift: np.ndarray | float) -> np.ndarray:
         """Return where shadow rays start, (N, 3) [m]: `lift` [m] above the hit along the normal."""
         if not np.any(lift):
@@ -235,8 +251,13 @@ class Analytic:
         objects, freedom = rows[Stage.OBJECT], freedom or Freedom()
         starts = self.shadow_starts(scene, rows, freedom.lift)
         answer = np.zeros((len(objects), len(scene.lights)))
+        planes = self.planes(scene, rows) if np.any(freedom.plane) else None
         for column, light in enumerate(scene.lights):
-            asked = np.flatnonzero((objects[:, 0] >= 0) & self.above_horizon(scene, light, starts, rows))
+            above = (objects[:, 0] >= 0) & self.above_horizon(scene, light, starts, rows)
+            if planes is not None:
+                below = dot(planes, np.asarray(light.position) - rows[Stage.POSITION]) <= 0
+                above &= ~(below & freedom.plane)
+            asked = np.flatnonzero(above)
             free = np.ones(len(asked), dtype=bool)
             end = 1.0
             if np.any(freedom.blind):
@@ -458,6 +479,14 @@ class Analytic:
                 arguments = rows[Stage.POSITION][here], rows[Stage.RAY][here], objects[here, 1]
                 pieces[here] = np.nan_to_num(surface_of(shape).pieces_at(*arguments))
         return pieces
+
+    def known(self, scene: Scene, objects: np.ndarray) -> np.ndarray:
+        """Return which (shape, face) (N, 2) the scene has, (N,); a renderer may name others, or no numbers."""
+        known = np.zeros(len(objects), dtype=bool)
+        for index, shape in enumerate(scene.shapes):
+            face = objects[:, 1]
+            known |= (objects[:, 0] == index) & (face >= 0) & (face < surface_of(shape).faces) & (face == np.floor(face))
+        return known
 
     def image_points_of(self, scene: Scene, objects: np.ndarray) -> np.ndarray:
         """Return at which image point (N, 2) [px] the middle of each (shape, face) lies; NaN where it lies nowhere."""

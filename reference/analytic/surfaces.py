@@ -50,6 +50,15 @@ class Surface:
         """Return unit normals (N, 3) at points (N, 3) [m] on the given faces (N,), never turned towards a viewer."""
         raise NotImplementedError
 
+    @property
+    def faces(self) -> int:
+        """Return how many faces the surface has in the scene."""
+        return 1
+
+    def planes(self, points: np.ndarray, faces: np.ndarray) -> np.ndarray:
+        """Return normals (N, 3), of any length and sign, of the surface itself at points (N, 3) [m] on faces (N,)."""
+        return self.outward(points, faces)
+
     def middle(self, faces: np.ndarray) -> np.ndarray:
         """Return a point (N, 3) [m] of, or inside, each of the given faces (N,)."""
         raise NotImplementedError
@@ -371,6 +380,15 @@ class Polygons(Surface):
     def outward(self, points: np.ndarray, faces: np.ndarray) -> np.ndarray:
         """Return the faces' normals."""
         return self.face_normals[self._known(faces)]
+
+    @property
+    def faces(self) -> int:
+        """Return how many faces there are in the scene."""
+        return len(self.face_normals)
+
+    def planes(self, points: np.ndarray, faces: np.ndarray) -> np.ndarray:
+        """Return the faces' normals by their corners in the world."""
+        return self.normals[self.pieces_at(points, points, faces)] if len(self.corners) else self.outward(points, faces)
 
     def middle(self, faces: np.ndarray) -> np.ndarray:
         """Return the mean of each face's corners."""

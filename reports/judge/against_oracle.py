@@ -258,7 +258,7 @@ class AgainstOracle:
         if not len(rows):
             return limit
         met = {one: np.asarray(answers[one][rows, columns], dtype=np.float64) for one in (Stage.RAY, Stage.OBJECT)}
-        named = (met[Stage.OBJECT][:, :1] >= 0) & (met[Stage.OBJECT][:, :1] < len(scene.shapes))  # nor is NaN
+        named = self.base.oracle.known(scene, met[Stage.OBJECT])[:, np.newaxis]
         met[Stage.OBJECT] = np.where(named, met[Stage.OBJECT], -1.0)
         with np.errstate(all="ignore"):
             distance = self.base.oracle.continued(scene, Stage.DISTANCE, met)

@@ -248,7 +248,7 @@ class Continuing:
         if self.stage not in (Stage.OBJECT, Stage.VISIBILITY):
             return None
         shape = self.reach.image.shape
-        drawn = draw.uniform(0, 1, (*shape, 3))[rows, columns]
+        drawn = draw.uniform(0, 1, (*shape, 4))[rows, columns]
         shadow = np.broadcast_to(declared.shadow, shape)[rows, columns] * drawn[:, 1]
         shadow = shadow * max(1.0, problem.amount / AMOUNTS[-1])
         skips = drawn[:, 2] < 1 / 3
@@ -259,6 +259,7 @@ class Continuing:
             blind=np.where(skips, shadow, 0.0),
             light=declared.light,
             near=declared.ray,
+            plane=drawn[:, 3] < 1 / 2,
             tie=self.reach.tie[rows, columns] + declared.tie,
             draw=draw,
         )

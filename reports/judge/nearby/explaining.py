@@ -278,6 +278,7 @@ class Asking:
             lift=np.concatenate([still, freedom.lift]),
             tie=np.concatenate([still, freedom.tie * np.repeat(ties, len(rows))]),
             blind=np.concatenate([still, freedom.blind]),
+            plane=np.concatenate([still > 0, freedom.plane]),
             named=None if freedom.named is None else np.concatenate([freedom.named[: len(rows)], freedom.named]),
         )
         points = np.concatenate([_centers(rows, columns), points])
@@ -329,6 +330,7 @@ class Asking:
             near=declared.ray,
             blind=np.where(skips, shadow, 0.0),
             light=declared.light,
+            plane=half[:, 3] < 1 / 2,
             draw=draw,
         )
 
