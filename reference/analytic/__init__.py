@@ -485,7 +485,9 @@ class Analytic:
         known = np.zeros(len(objects), dtype=bool)
         for index, shape in enumerate(scene.shapes):
             face = objects[:, 1]
-            known |= (objects[:, 0] == index) & (face >= 0) & (face < surface_of(shape).faces) & (face == np.floor(face))
+            known |= (
+                (objects[:, 0] == index) & (face >= 0) & (face < surface_of(shape).faces) & (face == np.floor(face))
+            )
         return known
 
     def image_points_of(self, scene: Scene, objects: np.ndarray) -> np.ndarray:

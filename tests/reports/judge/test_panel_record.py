@@ -34,7 +34,7 @@ def heard(ours: Answers, witnesses: list[Answers], case: Case = CASE) -> tuple:
     """Return the verdict and what the record says of the panel."""
     oracle = ORACLE
     judged = judge_case(case, [ours], witnesses, oracle, {})
-    return judged, adjudication(judged, [ours], witnesses, oracle)
+    return judged, adjudication(judged, [ours], oracle)
 
 
 def spoilt(stage: Stage, factor: float = 1.01) -> StageImages:

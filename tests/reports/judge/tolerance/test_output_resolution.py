@@ -95,10 +95,9 @@ def test_hits_within_a_partys_own_epsilon_are_counted_apart():
     nearest = float(answers[Stage.DISTANCE][seen].min())
     reach = nearest + 0.05 * (float(answers[Stage.DISTANCE][seen].max()) - nearest)
     near = seen & (answers[Stage.DISTANCE][..., 0] <= reach)
-    blind = dict(answers)
-    for stage in (Stage.OBJECT, Stage.DISTANCE, Stage.POSITION, Stage.NORMAL):
-        blind[stage] = answers[stage].copy()
-        blind[stage][near] = {Stage.OBJECT: -1.0, Stage.DISTANCE: np.inf}.get(stage, 0.0)
+    beyond = replace(SCENE, camera=replace(SCENE.camera, near=reach, far=1e3), clip="shell")
+    blind = ORACLE.render(beyond, tuple(stage for stage in answers if stage is not Stage.CAMERA))
+    blind |= {Stage.CAMERA: answers[Stage.CAMERA]}
     stages = (Stage.CAMERA, Stage.RAY, Stage.OBJECT, Stage.DISTANCE, Stage.POSITION, Stage.NORMAL)
     rest = {stage: "Not asked." for stage in Stage if stage not in stages}
     theirs = {stage: blind[stage] for stage in stages}
