@@ -197,8 +197,9 @@ def test_a_case_with_too_little_to_judge_is_no_pass(items, outcome):
 
     judged = judge_case(replace(CASE, least_interior=1200), [ours], [witness(truth())], ORACLE, {})
 
-    assert judged.outcome is outcome
-    assert "within their limits" in judged.reason
+    (check,) = (check for check in judged.checks if check.stage is Stage.RADIANCE)
+    assert check.outcome is outcome
+    assert "are within their limits, the case asks for 1200" in check.reason
 
 
 def test_a_closed_form_that_does_not_hold_fails_though_all_references_agree():
@@ -254,14 +255,17 @@ def test_outlines_that_rounding_carries_beyond_the_image_are_an_error_and_nobody
         shapes=(Cube(albedo=(0.5, 0.5, 0.5), to_world=shifted), FLOOR),
     )
     answers = ORACLE.render(scene, stages_of(scene))
-    ours = rounded(answers)
-    ours[Stage.NORMAL] = np.roll(ours[Stage.NORMAL], 3, axis=0)
+    ours = {Stage.NORMAL: np.roll(rounded(answers)[Stage.NORMAL], 3, axis=0)}
+    unable = {stage: "It has none." for stage in Stage if stage is not Stage.NORMAL}
     case = replace(CASE, scene=scene, least_interior=0, most_explained=0.5)
 
-    judged = judge_case(case, [candidate(ours)], [witness(answers)], ORACLE, {})
+    judged = judge_case(case, [replace(candidate(ours), unsupported=unable)], [witness(answers)], ORACLE, {})
 
-    assert judged.outcome is Outcome.ERROR
-    assert "held to nothing" in judged.reason
+    (check,) = (check for check in judged.checks if check.stage is Stage.NORMAL)
+    assert check.examined is not None
+    assert check.examined.unexamined > 20
+    assert check.outcome is Outcome.ERROR
+    assert "held to nothing" in check.reason
 
 
 def test_a_case_whose_every_hit_is_explained_by_rounding_is_no_pass():

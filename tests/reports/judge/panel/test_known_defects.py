@@ -119,7 +119,7 @@ def test_radiance_misses_a_mesh_where_rays_go_through_its_vertices():
     }
 
     holes = (seen[name] != truth[Stage.OBJECT][..., 0]) & (truth[Stage.OBJECT][..., 0] == 0)
-    assert np.count_nonzero(holes) >= 5
+    assert np.count_nonzero(holes) >= 2
     assert np.array_equal(seen["mitsuba_scalar"], truth[Stage.OBJECT][..., 0])
     assert all(finding.covers(scene, truth, holes) for finding in ABOUT_SHARED_EDGES)
     assert {finding.stage for finding in ABOUT_SHARED_EDGES} == {*Stage} - {Stage.CAMERA, Stage.RAY}

@@ -96,8 +96,8 @@ def test_hits_within_a_partys_own_epsilon_are_counted_apart():
     reach = nearest + 0.05 * (float(answers[Stage.DISTANCE][seen].max()) - nearest)
     near = seen & (answers[Stage.DISTANCE][..., 0] <= reach)
     beyond = replace(SCENE, camera=replace(SCENE.camera, near=reach, far=1e3), clip="shell")
-    blind = ORACLE.render(beyond, tuple(stage for stage in answers if stage is not Stage.CAMERA))
-    blind |= {Stage.CAMERA: answers[Stage.CAMERA]}
+    seen_beyond = ORACLE.render(beyond, tuple(stage for stage in answers if stage is not Stage.CAMERA))
+    blind = answers | {s: np.where(near[..., np.newaxis], image, answers[s]) for s, image in seen_beyond.items()}
     stages = (Stage.CAMERA, Stage.RAY, Stage.OBJECT, Stage.DISTANCE, Stage.POSITION, Stage.NORMAL)
     rest = {stage: "Not asked." for stage in Stage if stage not in stages}
     theirs = {stage: blind[stage] for stage in stages}
