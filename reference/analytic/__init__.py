@@ -40,6 +40,7 @@ class Freedom:
     near: float = 0.0  # m: hits nearer to the eye do not count
     blind: np.ndarray | float = 0.0  # m: blockers nearer to the start of a shadow ray do not count
     light: float = 0.0  # of a shadow ray's length: blockers nearer to the light do not count
+    slide: np.ndarray | float = 0.0  # m: how far along its ray the place lies of which the normal is taken
     plane: np.ndarray | bool = False  # a light below the plane of the face that is hit is not seen, whatever its normal
     draw: np.random.Generator = field(default_factory=lambda: np.random.default_rng(0))
 
@@ -374,6 +375,11 @@ class Analytic:
             following = self._next
             order = list(following)
             for stage in order[2 : order.index(last) + 1]:
+                if stage is Stage.NORMAL and freedom is not None and np.any(freedom.slide):
+                    off = np.reshape(freedom.slide, (-1, 1)) * rows[Stage.RAY]
+                    about = rows | {Stage.POSITION: rows[Stage.POSITION] + off}
+                    rows[stage], pieces = following[stage](seen, about, freedom), self.pieces_at(seen, about)
+                    continue
                 rows[stage] = following[stage](seen, rows, freedom)
         factors: dict[Stage, np.ndarray] = {}
         ambient: dict[Stage, np.ndarray] = {}

@@ -11,7 +11,7 @@ import numpy as np
 
 from rayproof.cases.rounding import UNIT_ROUNDOFF
 from rayproof.cases.stages import IMAGE_STAGES, Stage, StageImages, upto
-from rayproof.reports.judge.answers import Answers, any_of, length
+from rayproof.reports.judge.answers import Answers, any_of, length, widest_near
 from rayproof.reports.judge.forward.common_factors import ORACLES, CommonFactors
 from rayproof.reports.judge.forward.conditioning import condition
 from rayproof.reports.judge.forward.limits import (
@@ -96,11 +96,11 @@ class AgainstOracle:
     def reach(self) -> Reach:
         """Return how far rounding moves what decides about single pixels."""
         c, limits = self.base.conditioning, self.limits
-        return Reach(
-            image=limits.end_to_end[Stage.RAY] / c.pixel_angle,
-            lift=limits.lifted,
-            tie=limits.end_to_end[Stage.DISTANCE],
+        # Where nothing is hit a nearby problem may hit what a neighbour shows, whose own limits count then.
+        lift, tie = (
+            np.where(c.hit, limit, widest_near(limit)) for limit in (limits.lifted, limits.end_to_end[Stage.DISTANCE])
         )
+        return Reach(image=limits.end_to_end[Stage.RAY] / c.pixel_angle, lift=lift, tie=tie)
 
     def answers(self, stage: Stage) -> bool:
         """Return whether it answers a stage in the scene's size."""

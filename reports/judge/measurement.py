@@ -235,7 +235,9 @@ def measure(
     """
     ratio, wrong = compared or ratios(stage, ours, theirs, limit)
     excused = (kinds == Kind.ROUNDING) | (kinds == Kind.EPSILON)
-    judged = np.where(excused, 0.0, ratio) if excused.any() else ratio
+    # Of what was not examined nobody knows: it is counted, and is no failure.
+    left_out = excused | (kinds == Kind.UNEXAMINED)
+    judged = np.where(left_out, 0.0, ratio) if left_out.any() else ratio
     row, column = divmod(int(judged.argmax()), judged.shape[1])
     there = judged[row, column]
     is_wrong = kinds == Kind.WRONG

@@ -211,6 +211,11 @@ class Continuing:
             with np.errstate(all="ignore"):
                 turned = dot(self.oracle.continued(problem.scene, self.stage, given), given[Stage.RAY]) < 0
                 return 2 * self.oracle.pieces_at(problem.scene, given) + turned
+        if self.stage is Stage.DISTANCE:
+            with np.errstate(all="ignore"):
+                distances = self.oracle.continued(problem.scene, self.stage, given)
+                at = self.oracle.positions(problem.scene, given[Stage.RAY], objects, distances)
+                return self.oracle.pieces_at(problem.scene, {**given, Stage.POSITION: at})
         if self.stage is Stage.RADIANCE:
             return (dot(given[Stage.NORMAL], given[Stage.RAY]) < 0).astype(int)
         return np.zeros(len(objects), dtype=int)

@@ -278,6 +278,7 @@ class Asking:
             lift=np.concatenate([still, freedom.lift]),
             tie=np.concatenate([still, freedom.tie * np.repeat(ties, len(rows))]),
             blind=np.concatenate([still, freedom.blind]),
+            slide=np.concatenate([still, freedom.slide]),
             plane=np.concatenate([still > 0, freedom.plane]),
             named=None if freedom.named is None else np.concatenate([freedom.named[: len(rows)], freedom.named]),
         )
@@ -315,7 +316,7 @@ class Asking:
         What is drawn for a pixel does not depend on which others are asked.
         """
         draw, shape = problem.draw, self.reach.image.shape
-        drawn = draw.uniform(-1, 1, (times, *shape, 6))[:, rows, columns].reshape(times * len(rows), 6)
+        drawn = draw.uniform(-1, 1, (times, *shape, 7))[:, rows, columns].reshape(times * len(rows), 7)
         rows, columns = np.tile(rows, times), np.tile(columns, times)
         share = problem.amount / AMOUNTS[-1]
         reach = (self.reach.image + declared.edge)[rows, columns] * share
@@ -330,6 +331,7 @@ class Asking:
             near=declared.ray,
             blind=np.where(skips, shadow, 0.0),
             light=declared.light,
+            slide=self.reach.tie[rows, columns] * drawn[:, 6] * share,
             plane=half[:, 3] < 1 / 2,
             draw=draw,
         )

@@ -17,6 +17,7 @@ moved by up to 2, 8 and 16 u of the size given here, drawn at random:
                               is never explained. Whether a light is above the horizon is asked of hit and start, and
                               in half of the points of the plane of the face as well, from which corners that are
                               rounded to float32 turn a triangle's normal
+    place of a normal         the hit's own error along its ray: at a cube's edge it may be that of the next side
     coinciding surfaces       whichever of the surfaces within four limits of the first is hit, in every third problem
     the scene as it is read   rounded once to the precision, as one problem: far from the origin it is another scene
 
