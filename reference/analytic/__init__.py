@@ -159,10 +159,14 @@ class Analytic:
             at = self.positions(scene, rows[Stage.RAY], rows[Stage.OBJECT], distances[there, np.newaxis])
             hits.pieces[there] = self.pieces_at(scene, rows | {Stage.POSITION: at})
 
-    def distances(self, scene: Scene, directions: np.ndarray, objects: np.ndarray) -> np.ndarray:
+    def distances(
+        self, scene: Scene, directions: np.ndarray, objects: np.ndarray, freedom: Freedom | None = None
+    ) -> np.ndarray:
         """Return t (N,) of the first crossing, inside the clip interval, with the given (shape, face); inf without."""
         eye = np.asarray(scene.camera.eye, dtype=np.float64)
         low, high = self.clip_interval(scene, directions)
+        if freedom is not None and freedom.near:
+            low = np.maximum(low, freedom.near)
         distances = np.full(len(directions), np.inf)
         for index, shape in enumerate(scene.shapes):
             asked = np.flatnonzero(objects[:, 0] == index)
@@ -352,7 +356,9 @@ class Analytic:
 
         return {
             thing: lambda scene, rows, freedom: self.nearest(scene, rows[ray], freedom).objects,
-            distance: lambda scene, rows, _: self.distances(scene, rows[ray], rows[thing])[:, np.newaxis],
+            distance: lambda scene, rows, freedom: self.distances(scene, rows[ray], rows[thing], freedom)[
+                :, np.newaxis
+            ],
             position: lambda scene, rows, _: self.positions(scene, rows[ray], rows[thing], rows[distance]),
             normal: lambda scene, rows, _: self.normals(scene, rows[ray], rows[thing], rows[position]),
             visible: self.visibility,

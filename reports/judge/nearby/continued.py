@@ -83,6 +83,10 @@ class Continuing:
         """Return what became of the pixels (height, width) that are over the limit."""
         nothing = {name: np.zeros_like(over) for name in ("rounding", "epsilon", "unexamined")}
         found = Explained(**nothing)
+        # Where rounding turns rays by more than the image is large nothing is examined.
+        lost = over & (self.reach.image > sum(over.shape))
+        found.unexamined[lost] = True
+        over = over & ~lost
         settled = over & ~self._changing(over, self._far())
         left = over & ~settled
         self._judge(left, 0, NOTHING, found.rounding)
@@ -145,7 +149,7 @@ class Continuing:
             freedom = self._freedom(rows, columns, problem, declared, draw)
             with np.errstate(all="ignore"):  # from whatever was handed over, infinities too
                 values.append(self.oracle.continued(problem.scene, self.stage, given, freedom))
-            pieces.append(self._pieces(problem, given))
+            pieces.append(self._pieces(problem, given, freedom))
         for given in self._towards(handed):
             values.append(self.oracle.continued(self.problems.scene, self.stage, given))
             pieces.append(self._pieces(self.problems.itself(), given))
@@ -204,7 +208,9 @@ class Continuing:
                 good[pixels] = all_of(inside)
         return good
 
-    def _pieces(self, problem: Problem, given: Mapping[Stage, np.ndarray]) -> np.ndarray:
+    def _pieces(
+        self, problem: Problem, given: Mapping[Stage, np.ndarray], freedom: Freedom | None = None
+    ) -> np.ndarray:
         """Return a number (n,) that values have in common which may span an interval."""
         objects = given[Stage.OBJECT] if Stage.OBJECT in given else np.zeros((len(given[Stage.RAY]), 2))
         if self.stage is Stage.NORMAL:
@@ -213,7 +219,7 @@ class Continuing:
                 return 2 * self.oracle.pieces_at(problem.scene, given) + turned
         if self.stage is Stage.DISTANCE:
             with np.errstate(all="ignore"):
-                distances = self.oracle.continued(problem.scene, self.stage, given)
+                distances = self.oracle.continued(problem.scene, self.stage, given, freedom)
                 at = self.oracle.positions(problem.scene, given[Stage.RAY], objects, distances)
                 return self.oracle.pieces_at(problem.scene, {**given, Stage.POSITION: at})
         if self.stage is Stage.RADIANCE:
@@ -250,7 +256,7 @@ class Continuing:
     def _freedom(
         self, rows: np.ndarray, columns: np.ndarray, problem: Problem, declared: Declared, draw: np.random.Generator
     ) -> Freedom | None:
-        if self.stage not in (Stage.OBJECT, Stage.VISIBILITY):
+        if self.stage not in (Stage.OBJECT, Stage.DISTANCE, Stage.VISIBILITY):
             return None
         shape = self.reach.image.shape
         drawn = draw.uniform(0, 1, (*shape, 4))[rows, columns]

@@ -219,15 +219,7 @@ class Continuing(Analytic):
     """The oracle, except that continuing it takes one pixel's light for hidden, whatever is moved."""
 
     def __init__(self, pixel: tuple[int, int]) -> None:
-        self.pixel = pixel
         self.place = truth()[Stage.POSITION][pixel]
-
-    def continue_from(self, scene: Scene, stage: Stage, given: StageImages) -> np.ndarray:
-        """Answer as the oracle does, but for the one pixel."""
-        found = np.array(super().continue_from(scene, stage, given))
-        if stage is Stage.VISIBILITY:
-            found[self.pixel] = 1 - found[self.pixel]
-        return found
 
     def continued(self, scene: Scene, stage: Stage, rows: Any, freedom: Any = None) -> np.ndarray:
         """Answer as the oracle does, but for what is next to that pixel's place."""

@@ -109,7 +109,7 @@ def test_hits_within_a_partys_own_epsilon_are_counted_apart():
     assert found.outcome is Outcome.PASS, found.reason
     (check,) = (c for c in found.checks if c.stage is Stage.OBJECT and c.reference == "blind")
     assert check.end_to_end is not None
-    kinds = found.against["blind"].end_to_end[Stage.OBJECT].kinds
+    kinds = found.against["blind"].end_to_end[Stage.DISTANCE].kinds
     assert np.count_nonzero(kinds == Kind.EPSILON) == np.count_nonzero(near)
     without = replace(honest, ray_epsilon=0.0)
     assert judge_case(CASE, [candidate(rounded(answers))], [witness(answers), without], ORACLE, {}).outcome in (
