@@ -327,7 +327,7 @@ class Asking:
         return _centers(rows, columns) + reach[:, np.newaxis] * drawn[:, :2], Freedom(
             lift=lift + np.where(skips, 0.0, shadow),
             tie=COINCIDING * self.reach.tie[rows, columns] + declared.tie,
-            named=None if self.objects is None else np.asarray(self.objects[rows, columns], dtype=np.float64),
+            named=self._named(rows, columns, drawn[:, 5] > 0),
             near=declared.ray,
             blind=np.where(skips, shadow, 0.0),
             light=declared.light,
@@ -335,6 +335,16 @@ class Asking:
             plane=half[:, 3] < 1 / 2,
             draw=draw,
         )
+
+    def _named(self, rows: np.ndarray, columns: np.ndarray, always: np.ndarray) -> np.ndarray | None:
+        """Return the objects (n, 2) that are hit where several coincide; of light by another pass, not `always` (n,).
+
+        Such a pass may have met another of them than the one that is named.
+        """
+        if self.objects is None:
+            return None
+        objects = np.asarray(self.objects[rows, columns], dtype=np.float64)
+        return objects if self.chained else np.where(always[:, np.newaxis], objects, -1.0)
 
     def _directed(self, pixels: tuple[np.ndarray, np.ndarray], cloud: Cloud, *, by_light: bool = True) -> list[Cloud]:
         """Return answers on the way from pixels' centres to the objects that the renderer names and no problem hit.
