@@ -40,7 +40,8 @@ class Freedom:
     near: float = 0.0  # m: hits nearer to the eye do not count
     blind: np.ndarray | float = 0.0  # m: blockers nearer to the start of a shadow ray do not count
     light: float = 0.0  # of a shadow ray's length: blockers nearer to the light do not count
-    by_plane: np.ndarray | bool = False  # a light below the plane that rays meet is blocked, whatever the normal says
+    slide: np.ndarray | float = 0.0  # m: how far along its ray the place lies of which the normal is taken
+    plane: np.ndarray | bool = False  # a light below the plane of the face that is hit is not seen, whatever its normal
     draw: np.random.Generator = field(default_factory=lambda: np.random.default_rng(0))
 
 
@@ -158,10 +159,14 @@ class Analytic:
             at = self.positions(scene, rows[Stage.RAY], rows[Stage.OBJECT], distances[there, np.newaxis])
             hits.pieces[there] = self.pieces_at(scene, rows | {Stage.POSITION: at})
 
-    def distances(self, scene: Scene, directions: np.ndarray, objects: np.ndarray) -> np.ndarray:
+    def distances(
+        self, scene: Scene, directions: np.ndarray, objects: np.ndarray, freedom: Freedom | None = None
+    ) -> np.ndarray:
         """Return t (N,) of the first crossing, inside the clip interval, with the given (shape, face); inf without."""
         eye = np.asarray(scene.camera.eye, dtype=np.float64)
         low, high = self.clip_interval(scene, directions)
+        if freedom is not None and freedom.near:
+            low = np.maximum(low, freedom.near)
         distances = np.full(len(directions), np.inf)
         for index, shape in enumerate(scene.shapes):
             asked = np.flatnonzero(objects[:, 0] == index)
@@ -190,6 +195,21 @@ class Analytic:
     def outward_normals(self, scene: Scene, index: int, positions: np.ndarray, faces: np.ndarray) -> np.ndarray:
         """Return a shape's unit normals (N, 3), never turned towards the viewer."""
         return surface_of(scene.shapes[index]).outward(positions, faces)
+
+    def planes(self, scene: Scene, rows: Rows) -> np.ndarray:
+        """Return the normals (N, 3), of any length, of the planes of the faces that are hit, to the side of the normal.
+
+        A triangle's normal is that of object space and its plane that of corners rounded to float32: between the
+        horizons of the two a light is above the one and below the other.
+        """
+        objects, planes = rows[Stage.OBJECT], np.array(rows[Stage.NORMAL])
+        for index, shape in enumerate(scene.shapes):
+            here = objects[:, 0] == index
+            if here.any():
+                found = surface_of(shape).planes(rows[Stage.POSITION][here], objects[here, 1])
+                away = dot(found, planes[here]) < 0
+                planes[here] = np.where(away[:, np.newaxis], -found, found)
+        return planes
 
     def shadow_starts(self, scene: Scene, rows: Rows, lift: np.ndarray | float) -> np.ndarray:
         """Return where shadow rays start, (N, 3) [m]: `lift` [m] above the hit along the normal."""
@@ -236,12 +256,12 @@ class Analytic:
         objects, freedom = rows[Stage.OBJECT], freedom or Freedom()
         starts = self.shadow_starts(scene, rows, freedom.lift)
         answer = np.zeros((len(objects), len(scene.lights)))
-        planes = self._plane_normals(scene, rows) if np.any(freedom.by_plane) else None
+        planes = self.planes(scene, rows) if np.any(freedom.plane) else None
         for column, light in enumerate(scene.lights):
             above = (objects[:, 0] >= 0) & self.above_horizon(scene, light, starts, rows)
             if planes is not None:
-                source = np.asarray(light.position, dtype=np.float64)
-                above &= ~np.asarray(freedom.by_plane) | (dot(planes, source - rows[Stage.POSITION]) > 0)
+                below = dot(planes, np.asarray(light.position) - rows[Stage.POSITION]) <= 0
+                above &= ~(below & freedom.plane)
             asked = np.flatnonzero(above)
             free = np.ones(len(asked), dtype=bool)
             end = 1.0
@@ -256,16 +276,6 @@ class Analytic:
                 free[left] = ~self.blocked(scene, index, light, *arguments)
             answer[asked[free], column] = 1
         return answer
-
-    def _plane_normals(self, scene: Scene, rows: Rows) -> np.ndarray:
-        """Return the normals (N, 3) of the surfaces as rays meet them, on the side of the shading normal."""
-        objects, planes = rows[Stage.OBJECT], np.array(rows[Stage.NORMAL])
-        for index, shape in enumerate(scene.shapes):
-            here = objects[:, 0] == index
-            if here.any():
-                normals = surface_of(shape).plane_normals(rows[Stage.POSITION][here], objects[here, 1])
-                planes[here] = np.where(dot(normals, planes[here])[:, np.newaxis] < 0, -normals, normals)
-        return planes
 
     def irradiance_of(self, scene: Scene, light: PointLight, positions: np.ndarray, normals: np.ndarray) -> np.ndarray:
         """Return E [W/m^2] (N, 3) that a light adds where it is visible (RAD-1, RAD-2, RAD-3).
@@ -346,7 +356,9 @@ class Analytic:
 
         return {
             thing: lambda scene, rows, freedom: self.nearest(scene, rows[ray], freedom).objects,
-            distance: lambda scene, rows, _: self.distances(scene, rows[ray], rows[thing])[:, np.newaxis],
+            distance: lambda scene, rows, freedom: self.distances(scene, rows[ray], rows[thing], freedom)[
+                :, np.newaxis
+            ],
             position: lambda scene, rows, _: self.positions(scene, rows[ray], rows[thing], rows[distance]),
             normal: lambda scene, rows, _: self.normals(scene, rows[ray], rows[thing], rows[position]),
             visible: self.visibility,
@@ -369,6 +381,11 @@ class Analytic:
             following = self._next
             order = list(following)
             for stage in order[2 : order.index(last) + 1]:
+                if stage is Stage.NORMAL and freedom is not None and np.any(freedom.slide):
+                    off = np.reshape(freedom.slide, (-1, 1)) * rows[Stage.RAY]
+                    about = rows | {Stage.POSITION: rows[Stage.POSITION] + off}
+                    rows[stage], pieces = following[stage](seen, about, freedom), self.pieces_at(seen, about)
+                    continue
                 rows[stage] = following[stage](seen, rows, freedom)
         factors: dict[Stage, np.ndarray] = {}
         ambient: dict[Stage, np.ndarray] = {}
@@ -474,6 +491,16 @@ class Analytic:
                 arguments = rows[Stage.POSITION][here], rows[Stage.RAY][here], objects[here, 1]
                 pieces[here] = np.nan_to_num(surface_of(shape).pieces_at(*arguments))
         return pieces
+
+    def known(self, scene: Scene, objects: np.ndarray) -> np.ndarray:
+        """Return which (shape, face) (N, 2) the scene has, (N,); a renderer may name others, or no numbers."""
+        known = np.zeros(len(objects), dtype=bool)
+        for index, shape in enumerate(scene.shapes):
+            face = objects[:, 1]
+            known |= (
+                (objects[:, 0] == index) & (face >= 0) & (face < surface_of(shape).faces) & (face == np.floor(face))
+            )
+        return known
 
     def image_points_of(self, scene: Scene, objects: np.ndarray) -> np.ndarray:
         """Return at which image point (N, 2) [px] the middle of each (shape, face) lies; NaN where it lies nowhere."""

@@ -50,8 +50,13 @@ class Surface:
         """Return unit normals (N, 3) at points (N, 3) [m] on the given faces (N,), never turned towards a viewer."""
         raise NotImplementedError
 
-    def plane_normals(self, points: np.ndarray, faces: np.ndarray) -> np.ndarray:
-        """Return unit normals (N, 3) of the surface as rays meet it; from `outward` they differ by rounding."""
+    @property
+    def faces(self) -> int:
+        """Return how many faces the surface has in the scene."""
+        return 1
+
+    def planes(self, points: np.ndarray, faces: np.ndarray) -> np.ndarray:
+        """Return normals (N, 3), of any length and sign, of the surface itself at points (N, 3) [m] on faces (N,)."""
         return self.outward(points, faces)
 
     def middle(self, faces: np.ndarray) -> np.ndarray:
@@ -376,9 +381,14 @@ class Polygons(Surface):
         """Return the faces' normals."""
         return self.face_normals[self._known(faces)]
 
-    def plane_normals(self, points: np.ndarray, faces: np.ndarray) -> np.ndarray:
-        """Return the normals of the planes of the corners, which are rounded once in world space."""
-        return units(self.normals[self.pieces_at(points, points, faces)])
+    @property
+    def faces(self) -> int:
+        """Return how many faces there are in the scene."""
+        return len(self.face_normals)
+
+    def planes(self, points: np.ndarray, faces: np.ndarray) -> np.ndarray:
+        """Return the faces' normals by their corners in the world."""
+        return self.normals[self.pieces_at(points, points, faces)] if len(self.corners) else self.outward(points, faces)
 
     def middle(self, faces: np.ndarray) -> np.ndarray:
         """Return the mean of each face's corners."""
@@ -415,10 +425,6 @@ class Box(Polygons):
         axis, sign = self._sides(points)
         return units(self.to_object[axis] * sign[:, np.newaxis])
 
-    def plane_normals(self, points: np.ndarray, faces: np.ndarray) -> np.ndarray:
-        """Return the faces' normals."""
-        return self.outward(points, faces)
-
     def middle(self, faces: np.ndarray) -> np.ndarray:
         """Return the centre."""
         return np.broadcast_to(self.center, (len(faces), 3))
@@ -427,6 +433,31 @@ class Box(Polygons):
         """Return the face in the order of `CUBE_FACES`."""
         axis, sign = self._sides(points)
         return 2 * axis + (sign > 0)
+
+    def first(
+        self,
+        apex: np.ndarray,
+        directions: np.ndarray,
+        low: np.ndarray,
+        high: np.ndarray,
+        only: np.ndarray | None = None,
+    ) -> Crossing:
+        """Return the smallest crossing in the open interval (low, high), on the face whose normal it has."""
+        return self._by_place(super().first(apex, directions, low, high, only), apex, directions)
+
+    def any_of(
+        self, apex: np.ndarray, directions: np.ndarray, low: np.ndarray, high: np.ndarray, draw: np.random.Generator
+    ) -> tuple[Crossing, np.ndarray]:
+        """Return one of the crossings in the half-open interval (low, high], on the face whose normal it has."""
+        found, least = super().any_of(apex, directions, low, high, draw)
+        return self._by_place(found, apex, directions), least
+
+    def _by_place(self, found: Crossing, apex: np.ndarray, directions: np.ndarray) -> Crossing:
+        # Where two faces meet, the place of a crossing on either may be nearer to the other, whose normal it then has.
+        hit = np.flatnonzero(np.isfinite(found.distance))
+        points = apex + found.distance[hit, np.newaxis] * directions[hit]
+        found.piece[hit] = self.pieces_at(points, directions[hit], found.face[hit])
+        return found
 
     def blocks_own(self, apex: np.ndarray, segments: np.ndarray, ends: Ends, faces: np.ndarray) -> np.ndarray:
         """Return whether the box lies between points on it and the apex.

@@ -11,7 +11,7 @@ import numpy as np
 
 from rayproof.cases.rounding import UNIT_ROUNDOFF
 from rayproof.cases.stages import IMAGE_STAGES, Stage, StageImages, upto
-from rayproof.reports.judge.answers import Answers, any_of, length
+from rayproof.reports.judge.answers import Answers, any_of, length, widest_near
 from rayproof.reports.judge.forward.common_factors import ORACLES, CommonFactors
 from rayproof.reports.judge.forward.conditioning import condition
 from rayproof.reports.judge.forward.limits import (
@@ -95,11 +95,11 @@ class AgainstOracle:
     def reach(self) -> Reach:
         """Return how far rounding moves what decides about single pixels."""
         c, limits = self.base.conditioning, self.limits
-        return Reach(
-            image=limits.end_to_end[Stage.RAY] / c.pixel_angle,
-            lift=limits.lifted,
-            tie=limits.end_to_end[Stage.DISTANCE],
+        # Where nothing is hit a nearby problem may hit what a neighbour shows, whose own limits count then.
+        lift, tie = (
+            np.where(c.hit, limit, widest_near(limit)) for limit in (limits.lifted, limits.end_to_end[Stage.DISTANCE])
         )
+        return Reach(image=limits.end_to_end[Stage.RAY] / c.pixel_angle, lift=lift, tie=tie)
 
     def answers(self, stage: Stage) -> bool:
         """Return whether it answers a stage in the scene's size."""
@@ -257,7 +257,7 @@ class AgainstOracle:
         if not len(rows):
             return limit
         met = {one: np.asarray(answers[one][rows, columns], dtype=np.float64) for one in (Stage.RAY, Stage.OBJECT)}
-        named = (met[Stage.OBJECT][:, :1] >= 0) & (met[Stage.OBJECT][:, :1] < len(scene.shapes))  # nor is NaN
+        named = self.base.oracle.known(scene, met[Stage.OBJECT])[:, np.newaxis]
         met[Stage.OBJECT] = np.where(named, met[Stage.OBJECT], -1.0)
         with np.errstate(all="ignore"):
             distance = self.base.oracle.continued(scene, Stage.DISTANCE, met)

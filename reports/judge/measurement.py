@@ -235,7 +235,9 @@ def measure(
     """
     ratio, wrong = compared or ratios(stage, ours, theirs, limit)
     excused = (kinds == Kind.ROUNDING) | (kinds == Kind.EPSILON)
-    judged = np.where(excused, 0.0, ratio) if excused.any() else ratio
+    # Of what was not examined nobody knows: it is counted, and is no failure.
+    left_out = excused | (kinds == Kind.UNEXAMINED)
+    judged = np.where(left_out, 0.0, ratio) if left_out.any() else ratio
     row, column = divmod(int(judged.argmax()), judged.shape[1])
     there = judged[row, column]
     is_wrong = kinds == Kind.WRONG
@@ -261,7 +263,7 @@ def measure(
         explained=int(np.count_nonzero(excused)),
         hit_miss=int(np.count_nonzero(misses & is_wrong)) if misses is not None else 0,
         nan=0 if finite else int(np.count_nonzero(any_of(np.isnan(ours)))),
-        inf=0 if finite else _new_infinities(ours, theirs, excused),
+        inf=0 if finite else _new_infinities(ours, theirs, left_out),
         ulp=_ulp(own, others, precision),
         mean_wrong=_mean_finite(wrong[is_wrong]) if there > 1 else 0.0,
         kinds=kinds,
@@ -298,9 +300,9 @@ def _wide(stage: Stage, limit: np.ndarray, theirs: np.ndarray, size: np.ndarray 
     return any_of((limit if limit.ndim == theirs.ndim else limit[..., np.newaxis]) > WIDE * values)
 
 
-def _new_infinities(ours: np.ndarray, theirs: np.ndarray, explained: np.ndarray) -> int:
-    """Return how many pixels are infinite where the reference is finite, and unexplained."""
-    return int(np.count_nonzero(any_of(np.isinf(ours) & ~np.isinf(theirs)) & ~explained))
+def _new_infinities(ours: np.ndarray, theirs: np.ndarray, left_out: np.ndarray) -> int:
+    """Return how many pixels are infinite where the reference is finite, and neither explained nor unexamined."""
+    return int(np.count_nonzero(any_of(np.isinf(ours) & ~np.isinf(theirs)) & ~left_out))
 
 
 def _ulp(ours: Sequence[float], theirs: Sequence[float], precision: str) -> float:

@@ -34,8 +34,10 @@ def held_to_promise(case: Case, check: Check, base: SceneTruth, *, own: bool) ->
     measured, hit = check.end_to_end, base.conditioning.hit
     share, within = measured.explained / hit.size, measured.interior
     last = Stage.RADIANCE if case.scene.lights else Stage.NORMAL
-    reason = ""
-    if share > case.most_explained:
+    reason, unexamined = "", 0 if check.examined is None else check.examined.unexamined
+    if unexamined:
+        reason = f"{unexamined} of {hit.size} pixels were held to nothing"
+    elif share > case.most_explained:
         reason = f"rounding explains {share:.4f} of the pixels, and the case allows {case.most_explained}"
     elif check.stage is last and case.tuned and within < case.least_interior:
         reason = f"{within} pixels that hit something are within their limits, the case asks for {case.least_interior}"

@@ -86,6 +86,10 @@ class Continuing:
         """Return what became of the pixels (height, width) that are over the limit."""
         nothing = {name: np.zeros_like(over) for name in ("rounding", "epsilon", "unexamined")}
         found = Explained(**nothing)
+        # Where rounding turns rays by more than the image is large nothing is examined.
+        lost = over & (self.reach.image > sum(over.shape))
+        found.unexamined[lost] = True
+        over = over & ~lost
         settled = over & ~self._changing(over, self._far())
         left = over & ~settled
         self._judge(left, 0, NOTHING, found.rounding)
@@ -147,7 +151,7 @@ class Continuing:
             freedom = self._freedom(rows, columns, problem, declared)
             with np.errstate(all="ignore"):  # from whatever was handed over, infinities too
                 values.append(self.oracle.continued(problem.scene, self.stage, given, freedom))
-            pieces.append(self._pieces(problem, given))
+            pieces.append(self._pieces(problem, given, freedom))
         for given in self._towards(handed):
             values.append(self.oracle.continued(self.problems.scene, self.stage, given))
             pieces.append(self._pieces(self.problems.itself(), given))
@@ -206,13 +210,20 @@ class Continuing:
                 good[pixels] = all_of(inside)
         return good
 
-    def _pieces(self, problem: Problem, given: Mapping[Stage, np.ndarray]) -> np.ndarray:
+    def _pieces(
+        self, problem: Problem, given: Mapping[Stage, np.ndarray], freedom: Freedom | None = None
+    ) -> np.ndarray:
         """Return a number (n,) that values have in common which may span an interval."""
         objects = given[Stage.OBJECT] if Stage.OBJECT in given else np.zeros((len(given[Stage.RAY]), 2))
         if self.stage is Stage.NORMAL:
             with np.errstate(all="ignore"):
                 turned = dot(self.oracle.continued(problem.scene, self.stage, given), given[Stage.RAY]) < 0
                 return 2 * self.oracle.pieces_at(problem.scene, given) + turned
+        if self.stage is Stage.DISTANCE:
+            with np.errstate(all="ignore"):
+                distances = self.oracle.continued(problem.scene, self.stage, given, freedom)
+                at = self.oracle.positions(problem.scene, given[Stage.RAY], objects, distances)
+                return self.oracle.pieces_at(problem.scene, {**given, Stage.POSITION: at})
         if self.stage is Stage.RADIANCE:
             return (dot(given[Stage.NORMAL], given[Stage.RAY]) < 0).astype(int)
         return np.zeros(len(objects), dtype=int)
@@ -245,10 +256,10 @@ class Continuing:
         return Handed(pixels=rows * self.reach.image.shape[1] + columns, rows=flat, rounding=rounding, whole=whole)
 
     def _freedom(self, rows: np.ndarray, columns: np.ndarray, problem: Problem, declared: Declared) -> Freedom | None:
-        if self.stage not in (Stage.OBJECT, Stage.VISIBILITY):
+        if self.stage not in (Stage.OBJECT, Stage.DISTANCE, Stage.VISIBILITY):
             return None
         shape = self.reach.image.shape
-        drawn = np.abs(problem.drawn(rows * shape[1] + columns, COUNT)[:, -3:])
+        drawn = np.abs(problem.drawn(rows * shape[1] + columns, COUNT)[:, -4:])
         shadow = np.broadcast_to(declared.shadow, shape)[rows, columns] * drawn[:, 1]
         shadow = shadow * max(1.0, problem.amount / AMOUNTS[-1])
         skips = drawn[:, 2] < 1 / 3
@@ -258,8 +269,8 @@ class Continuing:
             lift=lift + np.where(skips, 0.0, shadow),
             blind=np.where(skips, shadow, 0.0),
             light=declared.light,
-            by_plane=drawn[:, 1] < 1 / 2,
             near=declared.ray,
+            plane=drawn[:, 3] < 1 / 2,
             tie=self.reach.tie[rows, columns] + declared.tie,
             draw=problem.draw,
         )

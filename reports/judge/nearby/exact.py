@@ -33,7 +33,7 @@ class ExactOracle(Analytic):
 
     def visibility(self, scene: Scene, rows: Mapping[Stage, np.ndarray], freedom: Freedom | None = None) -> np.ndarray:
         """Return which lights are visible from where shadow rays start."""
-        if freedom is not None and (np.any(freedom.blind) or freedom.light):
+        if freedom is not None and (np.any(freedom.blind) or freedom.light or np.any(freedom.plane)):
             return super().visibility(scene, rows, freedom)
         starts = self.shadow_starts(scene, rows, 0.0 if freedom is None else freedom.lift)
         answer = continued(scene, Stage.VISIBILITY, dict(rows) | {Stage.POSITION: starts})

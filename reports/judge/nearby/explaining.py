@@ -35,7 +35,7 @@ FAR = 16  # problems that are moved as far as `FARTHEST`
 SMOOTH = 4  # times what the limits allow in proportion: several data that move at once change a value by less
 ROUNDS = (6, 24)  # scenes of each amount in the rounds in which these move
 POINTS = (8, 16)  # points of each pixel that are asked in each of these scenes
-DRAWN = 6  # numbers for each point: two of its place, its lift, its epsilon, what that is, and which horizon
+DRAWN = 7  # numbers for each point: two of its place, lift, epsilon, what that is, which horizon and twin, slide
 MOST_ASKED = 400  # pixels that go on to the rounds in which scenes move: a wrong renderer is wrong in its first ones
 HALVINGS = 40  # of the way from a pixel's centre to the object that a renderer names
 AGAIN = 10  # times as many problems before a renderer is failed by few pixels
@@ -286,8 +286,9 @@ class Asking:
             lift=np.concatenate([still, freedom.lift]),
             tie=np.concatenate([still, freedom.tie * np.repeat(ties, len(rows))]),
             blind=np.concatenate([still, freedom.blind]),
+            slide=np.concatenate([still, freedom.slide]),
+            plane=np.concatenate([still > 0, freedom.plane]),
             named=None if freedom.named is None else np.concatenate([freedom.named[: len(rows)], freedom.named]),
-            by_plane=np.concatenate([still > 0, freedom.by_plane]),
         )
         points = np.concatenate([_centers(rows, columns), points])
         return split(self.oracle.samples(self.scene, points, self.last, freedom, by_light=True), 1 + times)
@@ -339,20 +340,24 @@ class Asking:
         return _centers(rows, columns) + reach[:, np.newaxis] * drawn[:, :2], Freedom(
             lift=lift + np.where(skips, 0.0, shadow),
             tie=COINCIDING * self.reach.tie[rows, columns] + declared.tie,
-            named=self._preferred(rows, columns, half[:, 3] < 1 / 2),
+            named=self._named(rows, columns, drawn[:, 5] > 0),
             near=declared.ray,
             blind=np.where(skips, shadow, 0.0),
             light=declared.light,
-            by_plane=half[:, 3] < 1 / 2,
+            slide=self.reach.tie[rows, columns] * drawn[:, 6] * share,
+            plane=half[:, 3] < 1 / 2,
             draw=problem.draw,
         )
 
-    def _preferred(self, rows: np.ndarray, columns: np.ndarray, others: np.ndarray) -> np.ndarray | None:
-        """Return which of coinciding objects (n, 2) is hit: the one that is named, or any, as `others` (n,) says."""
+    def _named(self, rows: np.ndarray, columns: np.ndarray, always: np.ndarray) -> np.ndarray | None:
+        """Return the objects (n, 2) that are hit where several coincide; of light by another pass, not `always` (n,).
+
+        Such a pass may have met another of them than the one that is named.
+        """
         if self.objects is None:
             return None
-        named = np.asarray(self.objects[rows, columns], dtype=np.float64)
-        return named if self.chained else np.where(others[:, np.newaxis], NOWHERE, named)
+        objects = np.asarray(self.objects[rows, columns], dtype=np.float64)
+        return objects if self.chained else np.where(always[:, np.newaxis], objects, NOWHERE)
 
     def _directed(self, pixels: tuple[np.ndarray, np.ndarray], cloud: Cloud, *, by_light: bool = True) -> list[Cloud]:
         """Return answers on the way from pixels' centres to the objects that the renderer names and no problem hit.

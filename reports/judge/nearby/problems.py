@@ -14,8 +14,10 @@ moved by up to 2, 8 and 16 u of the size given here, drawn at random:
     lights                    |position| + |target - eye|
     near and far plane        themselves
     start of a shadow ray     from the hit up to the hit's own error across the surface, never below it: so shadow acne
-                              is never explained. Whether a light is above the horizon is asked of hit and start
-    horizon of a triangle     that of its normal, or that of the plane of its corners, which are rounded in world space
+                              is never explained. Whether a light is above the horizon is asked of hit and start, and
+                              in half of the points of the plane of the face as well, from which corners that are
+                              rounded to float32 turn a triangle's normal
+    place of a normal         the hit's own error along its ray: at a cube's edge it may be that of the next side
     coinciding surfaces       whichever of the surfaces within four limits of the first is hit, in every third problem
     the scene as it is read   rounded once to the precision, as one problem: far from the origin it is another scene
 

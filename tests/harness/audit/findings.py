@@ -115,7 +115,6 @@ def liar(reports: Sequence[LiarReport]) -> LiarFinding:
         "pixels": sum(report.pixels for report in reports),
         "cases": len({report.case for report in reports}),
         "spoiled_unseen": sum(report.unseen for report in reports),
-        "spoiled_interval": sum(report.interval for report in reports),
         "spoiled_wide": sum(report.wide for report in reports),
         "spoiled_epsilon": sum(report.epsilon for report in reports),
         "holes": [hole for report in reports for hole in report.holes],
@@ -304,6 +303,6 @@ def _liar(liar: LiarFinding | None) -> str:
     unseen, pixels = liar["spoiled_unseen"], liar["pixels"]
     return (
         f" A liar can spoil {unseen} of {pixels} pixels x stages unseen ({unseen / pixels:.2%}); "
-        f"{liar['spoiled_interval']} in intervals, {liar['spoiled_wide']} in wide limits, "
+        f"{liar['spoiled_wide']} in wide limits, "
         f"{liar['spoiled_epsilon']} behind an epsilon."
     )

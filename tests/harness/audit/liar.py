@@ -6,7 +6,6 @@ within the limits is no lie, nor is one at an edge that some choice of sides giv
 the oracle's answers all around the pixel and each light's contribution without shadows.
 """
 
-import itertools
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
@@ -17,17 +16,19 @@ from rayproof.cases.case import ITEMS_OF_OTHERS
 from rayproof.cases.rounding import UNIT_ROUNDOFF
 from rayproof.cases.scene import Scene
 from rayproof.cases.stages import Stage, StageImages
+from rayproof.reference.analytic import Analytic
+from rayproof.reports.judge.against_oracle import AgainstOracle
 from rayproof.reports.judge.answers import Answers
 from rayproof.reports.judge.checks import stage_check
-from rayproof.reports.judge.comparison import Comparison
 from rayproof.reports.judge.limit_sentinels import rounded
 from rayproof.reports.judge.measurement import Kind, ratios
 from rayproof.reports.judge.oracle import ORACLE, stages_of
+from rayproof.reports.judge.pairs import Pair
 from rayproof.reports.judge.scene_truth import SceneTruth, scene_truth
 from rayproof.reports.results.case_records import Check
 from rayproof.reports.results.outcomes import Outcome
-from tests.harness.audit.oracle import PatientOracle
 from tests.harness.audit.orders import LiarOrder, LiarReport
+from tests.harness.verdicts.judged_values import reach_of
 
 HUGE, SLIGHTLY = 1e30, 1.001
 LIGHT = (Stage.IRRADIANCE, Stage.EXITANCE, Stage.RADIANCE)
@@ -37,7 +38,6 @@ COARSELY = (1 / 3, 2 / 3, 1.0)  # px to either side of a centre, where sides are
 # distance from it, so that samples stand the closer the nearer they are.
 PLACES = (0.001, 0.003, 0.01, 0.03, 0.1, 0.3, 0.6, 1.0)
 MOST_HOLES = 5  # that a report tells of
-_NUMBERS = itertools.count()  # every lie has a name of its own
 
 
 @dataclass(kw_only=True)
@@ -45,14 +45,13 @@ class _Spoiled:
     """Where some stage is spoiled unseen, whatever the garbage: bool (height, width) of each kind."""
 
     unseen: np.ndarray
-    interval: np.ndarray
     wide: np.ndarray
     epsilon: np.ndarray
 
 
 def lie(order: LiarOrder) -> LiarReport:
     """Return how many pixels of a case's stages a liar could spoil."""
-    scene, oracle = order.case.scene, PatientOracle()
+    scene, oracle = order.case.scene, Analytic()
     stages = tuple(stage for stage in stages_of(scene) if stage is not Stage.CAMERA)
     truth = oracle.render(scene, stages_of(scene))
     base = scene_truth(scene, stages_of(scene), oracle, known=truth)
@@ -78,7 +77,7 @@ def lie(order: LiarOrder) -> LiarReport:
     )
 
 
-_KINDS = ("unseen", "interval", "wide", "epsilon")
+_KINDS = ("unseen", "wide", "epsilon")
 
 
 def _liars(truth: StageImages, stages: tuple[Stage, ...]) -> Iterator[tuple[StageImages, tuple[Stage, ...]]]:
@@ -105,7 +104,7 @@ def _candidate(answers: StageImages, order: LiarOrder) -> Answers:
 
 
 def _garbage(
-    scene: Scene, oracle: PatientOracle, answers: StageImages, stages: tuple[Stage, ...]
+    scene: Scene, oracle: Analytic, answers: StageImages, stages: tuple[Stage, ...]
 ) -> dict[str, dict[Stage, np.ndarray]]:
     """Return each kind of garbage: for each stage that is spoiled an image of nothing else."""
     found: dict[str, dict[Stage, np.ndarray]] = {
@@ -129,29 +128,24 @@ def _hidden(base: SceneTruth, honest: Answers, lies: Mapping[Stage, np.ndarray])
     assert good is not None
     spoilt = np.ones(base.conditioning.hit.shape, bool)
     checks: list[Check] = []
-    pair = None
+    found = None
     for _ in range(ROUNDS):
         images = {stage: np.where(spoilt[..., np.newaxis], lie, good[stage]) for stage, lie in lies.items()}
-        pair = _comparison(base, replace(honest, name=f"liar {next(_NUMBERS)}", answers=good | images))
-        checks = _checks(pair, next(iter(lies)))
+        found = AgainstOracle(base, replace(honest, answers=good | images))
+        checks = _checks(found, next(iter(lies)))
         wrong = _wrong(checks, spoilt.shape)
         if not (spoilt & wrong).any():
             break
         spoilt &= ~wrong
-    if pair is None or any(check.outcome is Outcome.FAIL for check in checks):
+    if found is None or any(check.outcome is Outcome.FAIL for check in checks):
         return {}
-    return {check.stage: _by_kind(pair, check, spoilt) for check in checks if check.stage in lies}
+    return {check.stage: _by_kind(found, check, spoilt) for check in checks if check.stage in lies}
 
 
-def _comparison(base: SceneTruth, candidate: Answers) -> Comparison:
-    witness = Answers(name=ORACLE, precision="float64", independent=True, answers=base.truth)
-    return Comparison(base=base, subject=candidate, reference=witness)
-
-
-def _checks(pair: Comparison, first: Stage) -> list[Check]:
+def _checks(against: AgainstOracle, first: Stage) -> list[Check]:
     """Return the checks of the first stage that is spoiled and of those after it, which are continued from it."""
-    answers = pair.subject.answers
-    assert answers is not None
+    witness = Answers(name=ORACLE, precision="float64", independent=True, answers=against.base.truth)
+    pair, answers = Pair(against, AgainstOracle(against.base, witness)), against.renderer.answers
     order = list(Stage)
     after = [stage for stage in answers if stage is not Stage.CAMERA and order.index(stage) >= order.index(first)]
     with np.errstate(all="ignore"):
@@ -168,34 +162,34 @@ def _wrong(checks: list[Check], shape: tuple[int, ...]) -> np.ndarray:
     return wrong
 
 
-def _by_kind(pair: Comparison, check: Check, spoilt: np.ndarray) -> dict[str, np.ndarray]:
+def _by_kind(against: AgainstOracle, check: Check, spoilt: np.ndarray) -> dict[str, np.ndarray]:
     """Return where a stage is spoiled, by what the judge says of those pixels."""
-    stage, truth = check.stage, pair.base.truth
+    stage, truth = check.stage, against.base.truth
     assert check.end_to_end is not None
-    ours, kinds = pair.subject.answers[stage], check.end_to_end.kinds
-    limit = pair.limits.end_to_end.get(stage, np.zeros(spoilt.shape))
+    ours, kinds = against.renderer.answers[stage], check.end_to_end.kinds
+    limit = against.limits.end_to_end.get(stage, np.zeros(spoilt.shape))
     over = spoilt & (ratios(stage, ours, truth[stage], limit)[0] > 1)
     changed = spoilt & np.any(ours != rounded({stage: truth[stage]})[stage], axis=-1)
-    excused = (kinds == Kind.INTERVAL, kinds == Kind.EPSILON)
-    rest = over & ~excused[0] & ~excused[1]
+    rest = over & (kinds != Kind.EPSILON)
     return {
-        "unseen": rest & ~_of_a_side(pair, stage, ours, limit, rest),
-        "interval": over & excused[0],
-        "epsilon": over & excused[1],
+        "unseen": rest & ~_of_a_side(against, stage, ours, limit, rest),
+        "epsilon": over & (kinds == Kind.EPSILON),
         "wide": changed & ~over & (kinds == Kind.WIDE),
     }
 
 
-def _of_a_side(pair: Comparison, stage: Stage, ours: np.ndarray, limit: np.ndarray, where: np.ndarray) -> np.ndarray:
+def _of_a_side(
+    against: AgainstOracle, stage: Stage, ours: np.ndarray, limit: np.ndarray, where: np.ndarray
+) -> np.ndarray:
     """Return the pixels of `where` whose value some choice of sides gives: between the least and the most around it."""
     found = np.zeros(where.shape, bool)
     for finely in (False, True):
         rows, columns = np.nonzero(where & ~found)
         if len(rows):
-            reach = np.maximum(1.0, pair.classes.reach[rows, columns])[:, np.newaxis, np.newaxis]
+            reach = np.maximum(1.0, reach_of(against)[rows, columns])[:, np.newaxis, np.newaxis]
             offsets = np.concatenate([_square(PLACES) * np.ones_like(reach), _square(PLACES) * reach], axis=1)
             offsets = offsets if finely else _square(COARSELY) * np.ones_like(reach)
-            found[rows, columns] = _among_sides(pair, stage, ours, limit, (rows, columns), offsets)
+            found[rows, columns] = _among_sides(against, stage, ours, limit, (rows, columns), offsets)
     return found
 
 
@@ -206,7 +200,7 @@ def _square(places: tuple[float, ...]) -> np.ndarray:
 
 
 def _among_sides(
-    pair: Comparison,
+    against: AgainstOracle,
     stage: Stage,
     ours: np.ndarray,
     limit: np.ndarray,
@@ -215,14 +209,16 @@ def _among_sides(
 ) -> np.ndarray:
     """Return which pixels (n,) have a value between the least and the most at the offsets (n, samples, 2) [px]."""
     rows, columns = where
-    scene, oracle = pair.base.scene, pair.base.oracle
+    scene, oracle = against.base.scene, against.base.oracle
     points = (np.stack([columns, rows], axis=-1) + 0.5)[:, np.newaxis] + offsets
     around = oracle.at(scene, stages_of(scene)[1:], points.reshape(-1, 2))
     samples = {name: np.asarray(image).reshape(*points.shape[:2], -1) for name, image in around.items()}
-    classes = pair.classes
-    # At an outline any light may be seen or not: what hides it from the one side says nothing of the other.
-    undecided = (classes.light | (classes.outline | classes.flagged)[..., np.newaxis])[rows, columns]
-    least, most = _range(scene, stage, samples, undecided, pair.limits.cosine[rows, columns])
+    # Where what is seen changes any light may be seen or not: what hides it from one side says nothing of another.
+    changing = [np.ptp(samples[name], axis=1).any(axis=1) for name in (Stage.OBJECT,) if name in samples]
+    undecided = np.zeros((len(rows), len(scene.lights)), dtype=bool)
+    if Stage.VISIBILITY in samples:
+        undecided = (np.ptp(samples[Stage.VISIBILITY], axis=1) > 0) | changing[0][:, np.newaxis]
+    least, most = _range(scene, stage, samples, undecided, against.limits.cosine[rows, columns])
     value = ours[rows, columns]
     slack = limit if limit.ndim == 3 else limit[..., np.newaxis]
     slack = 2 * np.max(slack[rows, columns], axis=-1, keepdims=True) + 2 * UNIT_ROUNDOFF["float32"] * np.abs(value)

@@ -52,7 +52,6 @@ class LiarReport:
     case: str
     pixels: int  # of all stages
     unseen: int  # over the limit, no side's value, and passed
-    interval: int  # over the limit, and held to what its sides span
     wide: int  # within a limit of more than 1 % of the value
     epsilon: int  # over the limit, and excused by the epsilon that the liar declared
     holes: tuple[str, ...]  # where it is unseen, in words

@@ -57,7 +57,6 @@ class LiarFinding(TypedDict):
     pixels: int
     cases: int
     spoiled_unseen: int
-    spoiled_interval: int
     spoiled_wide: int
     spoiled_epsilon: int
     holes: list[str]

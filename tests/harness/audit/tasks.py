@@ -19,7 +19,6 @@ from rayproof.reports.run import worker_tasks
 from rayproof.reports.run.messages import ReferenceTask, TracerTask
 from rayproof.tracer.configuration import Configuration
 from tests.harness.audit.faults import FAULTS
-from tests.harness.audit.oracle import PatientOracle
 from tests.harness.audit.orders import (
     REFERENCES,
     CaseOrder,
@@ -41,7 +40,7 @@ BAD = (Outcome.FAIL, Outcome.REFERENCE_SUSPECT, Outcome.ERROR, Outcome.MISSING)
 
 def judge_faults(order: CaseOrder) -> CaseReport:
     """Judge the order's case with each of its faults planted, and with the unchanged tracer."""
-    case, oracle = order.case, PatientOracle()
+    case, oracle = order.case, Analytic()
     witnesses = {name: witness(name, case.scene) for name in REFERENCES}
     usual = candidate(USUAL, case.scene)
     sightings = []
@@ -84,7 +83,7 @@ def judge(case: Case, one: Answers, witnesses: Sequence[Answers], oracle: Any) -
     return judge_case(case, [one], witnesses, oracle, {})
 
 
-def _of_tracer(case: Case, fault: PlantedFault, witnesses: Mapping[str, Answers], oracle: PatientOracle) -> Sighting:
+def _of_tracer(case: Case, fault: PlantedFault, witnesses: Mapping[str, Answers], oracle: Analytic) -> Sighting:
     """Judge the tracer with one wrong formula, or with a fault in one of its paths."""
     if fault.configuration is not None:
         one, differing = candidate(fault.configuration, case.scene), None
@@ -229,7 +228,7 @@ QUANTITIES = (*SCENES, NORMAL_TILT)
 
 def grade(order: GradedOrder) -> GradedReport:
     """Return the smallest amount that each stage's check against the oracle finds; larger ones are found as well."""
-    case, oracle = order.case, PatientOracle()
+    case, oracle = order.case, Analytic()
     truth = witness("analytic", case.scene)
     usual = candidate(order.precision, case.scene)
     smallest: dict[str, float] = {}
@@ -250,7 +249,7 @@ def grade(order: GradedOrder) -> GradedReport:
     return GradedReport(quantity=order.quantity, precision=order.precision, smallest=in_order)
 
 
-def _tilted(scene: Scene, usual: Answers, amount: float, oracle: PatientOracle) -> Answers:
+def _tilted(scene: Scene, usual: Answers, amount: float, oracle: Analytic) -> Answers:
     """Return the tracer's answers with every normal turned by `amount` [rad], and what follows from that."""
     kind = np.float64 if usual.precision == "float64" else np.float32
     normals = usual.answers[Stage.NORMAL]

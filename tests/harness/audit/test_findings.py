@@ -119,7 +119,7 @@ def test_items_are_right_if_every_case_that_blames_the_stage_leaves_one_of_the_f
 
 
 def test_a_liar_that_hides_something_spoils_the_score() -> None:
-    facts = {"case": "family/case", "pixels": 100, "interval": 1, "wide": 2, "epsilon": 3}
+    facts = {"case": "family/case", "pixels": 100, "wide": 2, "epsilon": 3}
     honest = LiarReport(**facts, unseen=0, holes=())
     hidden = LiarReport(**facts, unseen=4, holes=("family/case: radiance",))
 

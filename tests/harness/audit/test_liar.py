@@ -5,7 +5,7 @@ import pytest
 
 from rayproof.cases.families import select
 from rayproof.cases.stages import Stage
-from rayproof.reports.judge import measurement, stage_measuring
+from rayproof.reports.judge import against_oracle
 from rayproof.reports.judge.limit_sentinels import CASE
 from tests.harness.audit import liar
 from tests.harness.audit.orders import LiarOrder
@@ -21,14 +21,13 @@ def test_before_an_honest_judge_nothing_hides_away_from_edges() -> None:
 
 
 def test_a_judge_that_looks_at_half_of_an_image_lets_the_liar_spoil_the_other(monkeypatch: pytest.MonkeyPatch) -> None:
-    right = stage_measuring.ratios
+    right = against_oracle.ratios
 
     def blind(stage: Stage, ours: np.ndarray, theirs: np.ndarray, limit: np.ndarray):
         ratio, wrong = right(stage, ours, theirs, limit)
         return np.where(np.arange(ratio.shape[1]) < ratio.shape[1] // 2, ratio, 0.0), wrong
 
-    monkeypatch.setattr(stage_measuring, "ratios", blind)
-    monkeypatch.setattr(measurement, "ratios", blind)
+    monkeypatch.setattr(against_oracle, "ratios", blind)
 
     report = liar.lie(LiarOrder(case=CASE, epsilon=0.0))
 

@@ -108,7 +108,6 @@ OTHERS: Mapping[tuple[str, str], Any] = {
     ("Answers", "notes"): ("a guard says so",),
     ("Answers", "mishaps"): ("a guard says so",),
     ("Answers", "settings"): {"quality": "2"},
-    ("Answers", "authors"): {Stage.NORMAL: "a guard says so"},
     ("RunOptions", "require"): ("analytic",),
     ("Subject", "identity"): ("another program",),
     ("Demands", "identity"): ("another program",),
@@ -260,7 +259,7 @@ def _guard_code() -> None:
     covered = {path.relative_to(ROOT).as_posix() for path in reference_cache.sources(tracer=True)}
     for file in (
         "cases/scene.py",
-        "reference/analytic/light.py",
+        "reference/analytic/surfaces.py",
         "reports/judge/findings.json",
         "reports/results/files.py",
         "tracer/render.py",

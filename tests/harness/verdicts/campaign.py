@@ -105,7 +105,7 @@ class Tally:
     def _add_lie(self, lie: dict[str, Any]) -> None:
         """Add what a liar could hide from the judge: a lie that nobody saw is a wrong verdict."""
         self.trials[LIAR] = self.trials.get(LIAR, 0) + 1
-        for kind in ("pixels", "unseen", "interval", "wide", "epsilon"):
+        for kind in ("pixels", "unseen", "wide", "epsilon"):
             self.liar[kind] = self.liar.get(kind, 0) + lie[kind]
         if lie["unseen"]:
             self.wrong.append(

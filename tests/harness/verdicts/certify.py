@@ -14,20 +14,21 @@ import numpy as np
 from rayproof.cases.case import Case
 from rayproof.cases.rounding import UNIT_ROUNDOFF
 from rayproof.cases.stages import Stage
+from rayproof.reference.analytic import Analytic
 from rayproof.reference.certified.camera import camera_answer
 from rayproof.reference.certified.stages import continued
 from rayproof.reports.judge import camera_check
+from rayproof.reports.judge.against_oracle import AgainstOracle
 from rayproof.reports.judge.answers import Answers
-from rayproof.reports.judge.comparison import GEOMETRY
 from rayproof.reports.judge.forward.common_factors import bias
 from rayproof.reports.judge.forward.limits import HIT, MATRICES, RAY, Roundoff
 from rayproof.reports.judge.measurement import jsonable, ratios
-from rayproof.reports.judge.oracle import ORACLE, FullOracle, stages_of
+from rayproof.reports.judge.oracle import ORACLE, stages_of
 from rayproof.reports.judge.scene_truth import SceneTruth, scene_truth
 from rayproof.reports.judge.verdict import Judged
 from rayproof.reports.results.case_records import Check, Measurement, Number
 from rayproof.reports.results.outcomes import Outcome, worst
-from tests.harness.verdicts.judged_values import CERTIFIED, Held, Pixel, certified_answers
+from tests.harness.verdicts.judged_values import CERTIFIED, GEOMETRY, Held, Pixel, certified_answers
 from tests.harness.verdicts.perturbed import CORNERS, perturbed
 
 UNMEASURED = frozenset({Outcome.ERROR, Outcome.MISSING, Outcome.UNDECIDED})
@@ -173,7 +174,7 @@ def certify(
     judged: Judged,
     candidates: Sequence[Answers],
     witnesses: Sequence[Answers],
-    oracle: FullOracle,
+    oracle: Analytic,
     *,
     planted: bool = False,
 ) -> Certified:
@@ -301,22 +302,22 @@ def _stands(inquest: Inquest, party: Answers, check: Check) -> bool:
 def _biased(inquest: Inquest, party: Answers, check: Check) -> bool:
     """Return whether a factor that many pixels share, and that a check found off, is so against certified values."""
     held, stage = inquest.of(party), check.stage
-    ours = np.asarray(party.answers.get(stage))
+    ours, factors = np.asarray(party.answers.get(stage)), held.against.common_factors
     if check.bias is not None and check.bias.ratio > 1:
         base = inquest.base
         exact = SceneTruth(
             scene=base.scene,
             truth=base.truth | held.exact.answers,
-            edges=base.edges,
             conditioning=base.conditioning,
             oracle=base.oracle,
         )
-        if bias(replace(held.pair, base=exact), stage, ours, None).ratio > 1:
+        explained = factors.explained.get(stage)
+        if bias(AgainstOracle(exact, party).common_factors, stage, ours, None, explained).ratio > 1:
             return True
     if check.bias is None or check.bias.continued is None or not check.bias.continued.ratio > 1:
         return False
     value = CERTIFIED.continue_from(inquest.base.scene, stage, party.answers)
-    return bias(held.pair, stage, ours, value).ratio > 1
+    return bias(factors, stage, ours, value, None).ratio > 1
 
 
 def _stands_alone(inquest: Inquest, party: Answers, stage: Stage, measured: Measurement) -> bool:
@@ -337,7 +338,7 @@ def _stands_alone(inquest: Inquest, party: Answers, stage: Stage, measured: Meas
     # Limits are made for images: this one pixel's expected value in an image of the party's own.
     value = ours.copy()
     value[row, column] = expected
-    limit, _ = held.pair.continued_limit(stage, value)
+    limit = held.against.continued_limit(stage, value)
     if ratios(stage, ours, value, limit)[0][row, column] <= 1:
         return False
     if stage in (Stage.OBJECT, Stage.VISIBILITY, Stage.DISTANCE, Stage.NORMAL):

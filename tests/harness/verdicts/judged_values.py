@@ -12,12 +12,12 @@ from rayproof.cases.scene import Cube, Mesh, Plane, Scene, Shape, Sphere, Triang
 from rayproof.cases.stages import IMAGE_STAGES, Stage, StageImages
 from rayproof.reference.certified import Certified
 from rayproof.reference.certified.stages import continued
+from rayproof.reports.judge.against_oracle import AgainstOracle, needed_shadow
 from rayproof.reports.judge.answers import Answers, all_of, any_of, largest, widest_near
-from rayproof.reports.judge.comparison import GEOMETRY, LIGHT, Comparison
-from rayproof.reports.judge.declared_epsilons import ALLOWED, needed_shadow
 from rayproof.reports.judge.forward.conditioning import LEAST_COSINE
 from rayproof.reports.judge.forward.limits import HIT, Roundoff, calibration, continued_light_limit
 from rayproof.reports.judge.measurement import ratios
+from rayproof.reports.judge.promises import ALLOWED
 from rayproof.reports.judge.scene_truth import SceneTruth
 from tests.harness.verdicts.perturbed import as_read, horizons, perturbed
 
@@ -31,6 +31,8 @@ RARE = 8  # times as many, of what is still wrong: an answer that few of the sce
 MOST = 40  # pixels of a renderer that are asked about in perturbed scenes
 
 Pixel = tuple[int, int]  # column, row
+GEOMETRY = (Stage.OBJECT, Stage.DISTANCE, Stage.POSITION, Stage.NORMAL)
+LIGHT = (Stage.IRRADIANCE, Stage.EXITANCE, Stage.RADIANCE)
 # The decisions on which a stage's value depends.
 LIT = {stage: (Stage.OBJECT,) if stage in GEOMETRY else (Stage.OBJECT, Stage.VISIBILITY) for stage in IMAGE_STAGES}
 
@@ -44,6 +46,14 @@ def certified_answers(scene: Scene, stages: tuple[Stage, ...]) -> StageImages | 
     points = np.stack([columns, rows], axis=-1).reshape(-1, 2) + 0.5
     found = CERTIFIED.at(scene, stages, points, exactly=False)
     return {stage: image.reshape(height, width, -1) for stage, image in found.items()}
+
+
+def reach_of(against: AgainstOracle) -> np.ndarray:
+    """Return how far rounding moves what a pixel shows, (height, width) [px]: by its ray, and by what it hits."""
+    c, limits = against.base.conditioning, against.limits
+    with np.errstate(divide="ignore", invalid="ignore"):
+        seen = np.nan_to_num(np.where(c.hit, limits.position / c.distance, 0.0))
+    return (limits.end_to_end[Stage.RAY] + widest_near(seen)) / c.pixel_angle
 
 
 @dataclass(kw_only=True)
@@ -106,14 +116,14 @@ class Held:
         return Answers(name=NAME, precision="float64", independent=True, answers=answers)
 
     @cached_property
-    def pair(self) -> Comparison:
-        """Return what the party and exact arithmetic may differ by."""
-        return Comparison(base=self.base, subject=self.party, reference=self.exact)
+    def against(self) -> AgainstOracle:
+        """Return the party's limits, of which exact arithmetic takes the oracle's part."""
+        return AgainstOracle(self.base, self.party)
 
     def limit(self, stage: Stage) -> np.ndarray:
         """Return the largest error (height, width, ...) end to end."""
         shape = self.truth[stage].shape[:2]
-        return self.pair.limits.end_to_end.get(stage, np.zeros(shape))
+        return self.against.limits.end_to_end.get(stage, np.zeros(shape))
 
     def ratio(self, stage: Stage) -> np.ndarray:
         """Return error over limit (height, width) against the certified value; infinite where that is a tie's."""
@@ -132,7 +142,7 @@ class Held:
         each = max(4, MOST // max(1, sum(bool(mask.any()) for mask in self.over.values())))
         for stage, mask in self.over.items():
             rows, columns = np.nonzero(mask)
-            inside = ~self.pair.classes.edge(stage)[rows, columns]
+            inside = ~self.base.beside_changes[rows, columns]
             tie = any_of(np.isnan(self.truth[stage]))[rows, columns]
             order = np.lexsort((-self.ratio(stage)[rows, columns], ~inside, tie))[:each]
             wanted |= {(int(columns[i]), int(rows[i])): None for i in order}
@@ -177,7 +187,7 @@ class Held:
             scene=self.base.scene,
             stages=self.stages,
             points=pixels + 0.5,
-            reach=self.pair.classes.reach[rows, columns],
+            reach=reach_of(self.against)[rows, columns],
             precision=self.party.precision,
             baked=calibration(self.party.name).baked,
         )
@@ -223,7 +233,7 @@ class Held:
             if Stage.OBJECT in answers:
                 index = np.nan_to_num(np.asarray(answers[Stage.OBJECT])[rows, columns, 0], nan=-1.0)
                 shape = np.where((index >= 0) & (index < len(scene.shapes)), index, -1).astype(int)
-                found |= small[shape] | (thin[shape] <= self.pair.limits.lifted[rows, columns])
+                found |= small[shape] | (thin[shape] <= self.against.limits.lifted[rows, columns])
         return found
 
     def _on_the_horizon(self, pixels: np.ndarray) -> np.ndarray:
@@ -319,7 +329,7 @@ class Held:
         """Return where (n,) the party's normal is that of a point at its own hit: at a cube's edge, of either face."""
         found = np.zeros(len(rows), dtype=bool)
         if {Stage.OBJECT, Stage.POSITION, Stage.NORMAL} <= set(ours):
-            lifted = self.pair.limits.lifted[rows, columns]
+            lifted = self.against.limits.lifted[rows, columns]
             for about in self._about(ours, (0 * lifted, lifted)):
                 expected = continued(self.base.scene, Stage.NORMAL, about)
                 found |= all_of(np.abs(ours[Stage.NORMAL] - expected) <= bound)
@@ -333,13 +343,8 @@ class Held:
         found = np.zeros(value.shape, dtype=bool)
         if not {Stage.OBJECT, Stage.POSITION, Stage.NORMAL} <= set(ours):
             return found
-        lifted = self.pair.limits.lifted[rows, columns]
-        needed = needed_shadow(
-            self.base.conditioning,
-            self.base.scene,
-            self.base.truth[Stage.POSITION],
-            Roundoff(self.party.precision),
-        )
+        lifted = self.against.limits.lifted[rows, columns]
+        needed = needed_shadow(self.against)
         above = np.minimum(self.party.shadow_epsilon, self.granted * needed)
         heights = -lifted, 0 * lifted, lifted, lifted + above[rows, columns]
         for about in self._about(ours, heights):

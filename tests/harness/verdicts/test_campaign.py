@@ -93,7 +93,7 @@ def test_a_scene_that_a_time_limit_stopped_is_counted_as_such_and_not_as_undecid
 
 
 def test_a_lie_that_nobody_sees_is_a_wrong_verdict() -> None:
-    lie = {"case": "random/1/9", "pixels": 40, "unseen": 2, "interval": 1, "wide": 0, "epsilon": 0}
+    lie = {"case": "random/1/9", "pixels": 40, "unseen": 2, "wide": 0, "epsilon": 0}
     lie["holes"] = ["random/1/9: distance at (1, 2)"]
     tally = Tally(seed=1)
 
@@ -101,4 +101,4 @@ def test_a_lie_that_nobody_sees_is_a_wrong_verdict() -> None:
 
     (wrong,) = tally.wrong
     assert (wrong["configuration"], wrong["stage"]) == ("liar", "distance")
-    assert tally.liar == {"pixels": 40, "unseen": 2, "interval": 1, "wide": 0, "epsilon": 0}
+    assert tally.liar == {"pixels": 40, "unseen": 2, "wide": 0, "epsilon": 0}

@@ -12,9 +12,9 @@ from rayproof.cases.families import select
 from rayproof.cases.rounding import gamma
 from rayproof.cases.stages import IMAGE_STAGES, Stage, StageImages
 from rayproof.reference.analytic import Analytic
-from rayproof.reports.judge import limits
 from rayproof.reports.judge.answers import Answers
 from rayproof.reports.judge.case import judge_case
+from rayproof.reports.judge.forward import limits
 from rayproof.reports.judge.oracle import stages_of
 from rayproof.reports.judge.scene_truth import scene_truth
 from rayproof.reports.judge.verdict import Judged
@@ -238,7 +238,7 @@ def test_what_rounding_alone_may_show_is_not_called_wrong(name, precision, pixel
 def test_a_light_that_nothing_makes_undecided_is_wrong_if_it_is_not_seen() -> None:
     found, (column, row) = inquest("random/2/314"), (0, 0)
     lit = found.base.truth[Stage.VISIBILITY][..., 0] > 0
-    row, column = np.argwhere(lit & ~found.of(candidate(found.base.truth)).pair.classes.edge(Stage.VISIBILITY))[0]
+    row, column = np.argwhere(lit & ~found.base.beside_changes)[0]
     answers = {stage: np.array(image) for stage, image in found.base.truth.items()}
     answers[Stage.VISIBILITY][row, column] = 0.0
     pixel = (int(column), int(row))

@@ -9,6 +9,7 @@ from rayproof.cases.scene import Cube, Mesh, Plane, PointLight, Scene, Sphere, S
 from rayproof.cases.stages import IMAGE_STAGES, Stage
 from rayproof.reference import REFERENCES
 from rayproof.reference.analytic import Analytic
+from rayproof.reference.analytic.surfaces import surface_of
 from tests.reference.analytic.scenes import camera, icosphere, looking_down, matrix, random_scene, triangle
 
 ORACLE: Any = Analytic()
@@ -273,3 +274,22 @@ def test_camera_matrices_agree_with_the_rays():
     seen = (scene.camera.eye + directions[3, 4] * 5) @ answer["view"][:3, :3].T + answer["view"][:3, 3]
     projected = answer["projection"] @ [*seen, 1]
     assert projected[:2] / projected[3] == pytest.approx(answer["ndc"][3, 4])
+
+
+def test_a_hit_beside_a_cubes_edge_is_on_the_face_whose_normal_it_has():
+    cube, turn = Cube(albedo=GREY), np.linalg.qr(np.random.default_rng(3).normal(size=(3, 3)))[0]
+    surface = surface_of(Cube(albedo=cube.albedo, to_world=matrix(turn * 3.7, (120.3, -70.1, 33.7))))
+    generator = np.random.default_rng(4)
+    ends = np.column_stack([np.full((2000, 2), 0.5), generator.uniform(-0.5, 0.5, 2000)])
+    places = ends @ (turn * 3.7).T + (120.3, -70.1, 33.7)
+    eye = np.array((3.0, 4.0, 0.3)) @ (turn * 3.7).T + (120.3, -70.1, 33.7)
+    rays = places - eye
+
+    found = surface.first(eye, rays, np.zeros(2000), np.full(2000, np.inf))
+
+    hit = np.isfinite(found.distance)
+    outward = surface.outward(eye + found.distance[hit, np.newaxis] * rays[hit], found.face[hit])
+    normals = np.repeat(np.eye(3), 2, axis=0) * np.tile((-1.0, 1.0), 3)[:, np.newaxis] @ turn.T
+    assert np.count_nonzero(hit) > 500
+    assert len(np.unique(found.piece[hit])) == 2
+    np.testing.assert_allclose(outward, normals[found.piece[hit]], atol=1e-12)

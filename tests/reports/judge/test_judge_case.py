@@ -13,7 +13,7 @@ from rayproof.reports.judge.case import judge_case
 from rayproof.reports.judge.oracle import stages_of
 from rayproof.reports.judge.sentinels import EDGE_CASE, HEIGHT, PIXEL
 from rayproof.reports.results.outcomes import Outcome
-from tests.reports.judge.scenes import CASE, FLOOR, ORACLE, SCENE, candidate, rounded, truth, verdict, witness
+from tests.reports.judge.scenes import CASE, FLOOR, ITEMS, ORACLE, SCENE, candidate, rounded, truth, verdict, witness
 
 FACTORS = {
     Stage.RAY: 1 + 1e-4,
@@ -63,8 +63,11 @@ def test_a_wrong_normal_with_all_that_follows_from_it_is_blamed_on_the_normal():
 
 def interior_of(index: int) -> tuple[int, int]:
     """Return the row and column of the pixel of a shape that is farthest from every outline."""
-    inside = (truth()[Stage.OBJECT][..., 0] == index) * ORACLE.edges(SCENE).silhouette
-    row, column = np.unravel_index(int(np.nan_to_num(inside, posinf=1e6).argmax()), inside.shape)
+    seen = truth()[Stage.OBJECT][..., 0] == index
+    others = np.argwhere(~seen)
+    pixels = np.argwhere(seen)
+    apart = np.linalg.norm(pixels[:, np.newaxis] - others, axis=-1).min(axis=1)
+    row, column = pixels[int(apart.argmax())]
     return int(row), int(column)
 
 
@@ -187,21 +190,16 @@ def test_when_all_references_agree_against_the_tracer_it_fails():
 
 
 @pytest.mark.parametrize(
-    ("change", "outcome", "word"),
-    [
-        pytest.param({"least_interior": 1200}, Outcome.ERROR, "interior", id="few"),
-        # The edges are those of a declared epsilon: who declares it answers for them.
-        pytest.param({"most_explained": 0.0}, Outcome.FAIL, "declares", id="edgy"),
-    ],
+    ("items", "outcome"), [(frozenset({"CAM-4"}), Outcome.ERROR), (ITEMS, Outcome.UNDECIDED)], ids=["tracer", "other"]
 )
-def test_a_case_with_too_little_to_judge_is_no_pass(change, outcome, word):
-    # A light so near to grazing that the shadow's edge takes pixels, or a minimum that the image cannot meet.
-    ours = replace(candidate(rounded(truth())), shadow_epsilon=0.05)
+def test_a_case_with_too_little_to_judge_is_no_pass(items, outcome):
+    ours = replace(candidate(rounded(truth())), items=items)
 
-    judged = judge_case(replace(CASE, **change), [ours], [witness(truth())], ORACLE, {})
+    judged = judge_case(replace(CASE, least_interior=1200), [ours], [witness(truth())], ORACLE, {})
 
-    assert judged.outcome is outcome
-    assert word in judged.reason
+    (check,) = (check for check in judged.checks if check.stage is Stage.RADIANCE)
+    assert check.outcome is outcome
+    assert "are within their limits, the case asks for 1200" in check.reason
 
 
 def test_a_closed_form_that_does_not_hold_fails_though_all_references_agree():
@@ -248,36 +246,45 @@ def test_a_witness_that_repeats_the_tracer_to_the_last_bit_is_no_witness():
     assert "last bit" in judged.reason
 
 
-def test_outlines_that_rounding_carries_everywhere_are_an_error_and_nobodys_failure():
-    # A kilometre's coordinates times ten thousand: a float32 hit is tens of pixels wide, and no pixel's side is known.
-    far = 1e7
+def test_outlines_that_rounding_carries_beyond_the_image_are_an_error_and_nobodys_failure():
+    # Coordinates of a hundred thousand kilometres: a float32 hit is hundreds of pixels wide, and no side is known.
+    far = 1e8
     shifted = ((1.0, 0.0, 0.0, far), (0.0, 1.0, 0.0, -far), (0.0, 0.0, 1.0, 0.5), (0.0, 0.0, 0.0, 1.0))
     scene = Scene(
         camera=replace(CASE.scene.camera, eye=(far + 3.0, -far - 4.0, 2.5), target=(far, -far, 0.3)),
         shapes=(Cube(albedo=(0.5, 0.5, 0.5), to_world=shifted), FLOOR),
     )
     answers = ORACLE.render(scene, stages_of(scene))
-    ours = rounded(answers)
-    ours[Stage.NORMAL] = np.roll(ours[Stage.NORMAL], 3, axis=0)
+    ours = {Stage.NORMAL: np.roll(rounded(answers)[Stage.NORMAL], 3, axis=0)}
+    unable = {stage: "It has none." for stage in Stage if stage is not Stage.NORMAL}
     case = replace(CASE, scene=scene, least_interior=0, most_explained=0.5)
 
-    judged = judge_case(case, [candidate(ours)], [witness(answers)], ORACLE, {})
+    for items, outcome in ((frozenset({"CAM-4"}), Outcome.ERROR), (ITEMS, Outcome.UNDECIDED)):
+        subject = replace(candidate(ours), unsupported=unable, items=items)
+        judged = judge_case(case, [subject], [witness(answers)], ORACLE, {})
 
-    assert judged.outcome is Outcome.ERROR
-    assert "edge" in judged.reason
+        (check,) = (check for check in judged.checks if check.stage is Stage.NORMAL)
+        assert check.examined is not None
+        assert check.examined.unexamined > 20
+        assert check.outcome is outcome
+        assert "held to nothing" in check.reason
 
 
-def test_a_case_whose_every_hit_is_an_edge_is_no_pass():
-    # Two of three pixels have a square's border through their centres, by a hair inside; the third misses it by far.
+def test_a_case_whose_every_hit_is_explained_by_rounding_is_no_pass():
+    # Of three pixels the first is missed; the others have a square's border through their centres, by a hair outside.
     fovy = frontal_fovy(height=1, pixel=PIXEL, distance=HEIGHT)
     camera = replace(EDGE_CASE.scene.camera, width=3, height=1, fovy=fovy)
-    side = PIXEL * (1 + 1e-9)
-    narrow = ((side, 0.0, 0.0, PIXEL / 2), (0.0, 1.0, 0.0, 0.0), (0.0, 0.0, 1.0, 0.0), (0.0, 0.0, 0.0, 1.0))
-    scene = Scene(camera=camera, shapes=(Square(albedo=(0.7, 0.5, 0.3), to_world=narrow),))
-    answers = ORACLE.render(scene, stages_of(scene))
-    case = replace(CASE, scene=scene, least_interior=0, most_explained=0.9)
 
-    judged = judge_case(case, [candidate(rounded(answers))], [witness(answers)], ORACLE, {})
+    def narrow(part: float) -> Scene:
+        side = PIXEL * (1 + part)
+        matrix = ((side, 0.0, 0.0, PIXEL / 2), (0.0, 1.0, 0.0, 0.0), (0.0, 0.0, 1.0, 0.0), (0.0, 0.0, 0.0, 1.0))
+        return Scene(camera=camera, shapes=(Square(albedo=(0.7, 0.5, 0.3), to_world=matrix),))
+
+    answers, missed = (ORACLE.render(narrow(part), stages_of(narrow(part))) for part in (1e-9, -1e-9))
+    case = replace(CASE, scene=narrow(1e-9), least_interior=0, most_explained=0.9)
+    ours = replace(candidate(rounded(missed)), items=frozenset({"CAM-4"}))
+
+    judged = judge_case(case, [ours], [witness(answers)], ORACLE, {})
 
     assert answers[Stage.OBJECT][..., 0].tolist() == [[-1.0, 0.0, 0.0]]
     assert judged.outcome is Outcome.ERROR

@@ -40,4 +40,4 @@ def test_an_object_that_the_scene_has_not_is_a_wrong_object(case: Case, channel,
     assert truth[Stage.OBJECT][(*middle, 0)] == 0
     assert (judged.outcome, judged.stage) == (Outcome.FAIL, Stage.OBJECT)
     assert len(judged.checks) == judged.planned
-    assert adjudication(judged, *parties, ORACLE)["object"]["ratio"][0][1] == "inf"
+    assert adjudication(judged, parties[0], ORACLE)["object"]["ratio"][0][1] == "inf"

@@ -3,15 +3,12 @@
 from dataclasses import replace
 from typing import Any
 
-import numpy as np
 import pytest
 
 from rayproof.cases.case import ITEMS_OF_OTHERS
 from rayproof.cases.stages import Stage
 from rayproof.reports.judge.answers import Answers
 from rayproof.reports.judge.case import judge_case
-from rayproof.reports.judge.edge_sides import Sides
-from rayproof.reports.judge.edge_values import excused_anyhow
 from rayproof.reports.judge.verdict import Judged, of_what_is_supported
 from rayproof.reports.results.outcomes import Outcome, concerning
 from rayproof.reports.run.totals import of
@@ -105,23 +102,6 @@ def test_a_run_goes_by_the_cases_that_its_subject_can_do() -> None:
     assert of(records("pass", "unsupported")).verdict(planned=2) is Outcome.UNSUPPORTED
     assert of(records("unsupported")).verdict(planned=1, tracer=False) is Outcome.UNSUPPORTED
     assert of(records("pass")).verdict(planned=2, tracer=False) is Outcome.MISSING
-
-
-@pytest.mark.parametrize(("distance", "good"), [(1.0, True), (5.0, True), (3.0, False), (np.inf, False)])
-def test_at_an_edge_a_nameless_distance_is_a_sides_or_wrong(distance: float, good: bool) -> None:
-    around = Sides(
-        rows=np.array([0]),
-        columns=np.array([1]),
-        answers={
-            Stage.OBJECT: np.array([[[0.0, 0.0], [1.0, 0.0], [0.0, 0.0]]]),
-            Stage.DISTANCE: np.array([[[1.0], [5.0], [1.01]]]),
-        },
-    )
-    ours = {Stage.DISTANCE: np.full((1, 2, 1), distance)}
-
-    found = excused_anyhow(Stage.DISTANCE, ours, around, np.full((1, 2), 1e-6), np.zeros((1, 2)), continued=False)
-
-    assert found.tolist() == [[False, good]]
 
 
 def test_the_reason_of_a_lost_stage_is_its_own_and_not_a_declared_ones() -> None:

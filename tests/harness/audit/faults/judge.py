@@ -6,8 +6,10 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
+from msgspec import structs
 
 from rayproof.cases.rounding import gamma
+from rayproof.cases.scene import Motion
 from rayproof.cases.stages import Stage
 from rayproof.reference.analytic import Analytic
 from rayproof.reference.mitsuba3 import _Mitsuba
@@ -17,23 +19,19 @@ from rayproof.reports.judge import (
     case,
     checks,
     closed_forms,
-    comparison,
-    copied_answers,
-    declared_epsilons,
-    edge_sides,
-    edge_values,
+    copies,
     known_defects,
-    limits,
     measurement,
-    mesh_holes,
     oracle,
     panel,
-    pixel_classes,
-    stage_measuring,
+    promises,
 )
 from rayproof.reports.judge.conventions import Tested
-from rayproof.reports.judge.edge_values import Held
+from rayproof.reports.judge.forward import limits
 from rayproof.reports.judge.forward.limits import Coarseness, Roundoff
+from rayproof.reports.judge.nearby import clouds
+from rayproof.reports.judge.nearby.continued import Continuing
+from rayproof.reports.judge.nearby.explaining import Asking, Explained
 from rayproof.reports.judge.panel import Matrix
 from rayproof.reports.results.outcomes import Outcome
 from tests.harness.audit.faults import FAULTS, altered, replaced
@@ -182,68 +180,73 @@ def copies_believed() -> Iterator[None]:
     def wrong(*_: Any, **__: Any) -> tuple[Stage, ...]:
         return ()
 
-    with replaced(copied_answers.copied, wrong):
+    with replaced(copies.copied, wrong):
         yield
 
 
-@FAULTS.register("judge/edge_swallows_light", where="judge", stage=None)
 @contextmanager
-def edge_swallows_light() -> Iterator[None]:
-    """Class every pixel as undecided for every light.
+def _excusing(right: Any, which: Any) -> Iterator[None]:
+    """Let pixels that are over their limits be explained: of all pixels of a stage, those that `which` says."""
 
-    Every lit pixel is classed as a shadow's edge.
-    """
-    right = pixel_classes.classify
+    def wrong(self: Asking) -> dict[Stage, Explained]:
+        found = dict(right(self))
+        for stage, mask in self.over.items():
+            found[stage] = replace(found[stage], rounding=found[stage].rounding | (mask & which(self)))
+        return found
 
-    def wrong(*arguments: Any, **options: Any) -> Any:
-        found = right(*arguments, **options)
-        return replace(found, light=found.light | True)
-
-    with replaced(right, wrong):
-        yield
-
-
-@FAULTS.register("judge/edge_swallows_object", where="judge", stage=None)
-@contextmanager
-def edge_swallows_object() -> Iterator[None]:
-    """Class every pixel of the first shape as an outline.
-
-    The edge class swallows a whole object.
-    """
-    right = pixel_classes.classify
-
-    def wrong(scene: Any, truth: Any, *rest: Any, **options: Any) -> Any:
-        found = right(scene, truth, *rest, **options)
-        return replace(found, outline=found.outline | (truth[Stage.OBJECT][..., 0] == 0))
-
-    with replaced(right, wrong):
+    with altered(Asking, "explain", wrong):
         yield
 
 
 @FAULTS.register("judge/edges_excused", where="judge", stage=None)
-@contextmanager
-def edges_excused() -> Iterator[None]:
-    """Excuse every edge pixel.
+def edges_excused() -> AbstractContextManager[None]:
+    """Explain every pixel that is over its limit end to end by rounding.
 
-    An edge pixel may have any value, not only a side's.
+    A nearby problem is said to have any value whatever.
     """
-    right = edge_values.excused
+    return _excusing(Asking.explain, lambda asking: True)
 
-    def wrong(stage: Any, ours: Any, around: Any, limit: Any, objects: Any, **options: Any) -> Any:
-        return np.ones(objects.shape, dtype=bool)
 
-    with replaced(right, wrong):
+@FAULTS.register("judge/first_shape_excused", where="judge", stage=None)
+def first_shape_excused() -> AbstractContextManager[None]:
+    """Explain every pixel of the first shape by rounding.
+
+    What rounding explains swallows a whole object.
+    """
+    return _excusing(
+        Asking.explain,
+        lambda asking: asking.oracle.render(asking.scene, (Stage.OBJECT,))[Stage.OBJECT][..., 0] == 0,
+    )
+
+
+@FAULTS.register("judge/continued_excused", where="judge", stage=None)
+@contextmanager
+def continued_excused() -> Iterator[None]:
+    """Explain every pixel that is over its limit given the stages before.
+
+    Stages that are continued from a renderer's own may have any value.
+    """
+
+    def wrong(self: Continuing, over: np.ndarray) -> Explained:
+        return Explained(rounding=over, epsilon=np.zeros_like(over), unexamined=np.zeros_like(over))
+
+    with altered(Continuing, "explain", wrong):
         yield
 
 
 @FAULTS.register("judge/holes_excused", where="judge", stage=None)
 @contextmanager
 def holes_excused() -> Iterator[None]:
-    """Let every edge be dark.
+    """Move the vertices of a mesh far apart from each other.
 
-    A hole between the faces of a mesh passes by radiance alone.
+    Nearby meshes have cracks, so that a hole between faces passes.
     """
-    with replaced(mesh_holes.may_be_dark, lambda _terms, _stage, where: where):
+    right = Motion.of_places
+
+    def wrong(self: Motion, places: np.ndarray) -> np.ndarray:
+        return right(self, places) + 1e-3 * self.draw.uniform(-1, 1, places.shape)
+
+    with altered(Motion, "of_places", wrong):
         yield
 
 
@@ -281,10 +284,10 @@ def float64_by_float32() -> Iterator[None]:
 
     Float64 is judged by the limits of float32.
     """
-    right = comparison.roundoff
+    right = limits.roundoff_of
 
-    def wrong(party: Any) -> Roundoff:
-        return replace(right(party), precision="float32")
+    def wrong(name: str, precision: str, **options: Any) -> Roundoff:
+        return right(name, "float32", **options)
 
     with replaced(right, wrong):
         yield
@@ -304,7 +307,7 @@ def infinity_passes() -> Iterator[None]:
         return np.where(np.isinf(ours).any(axis=-1), 0.0, ratio), wrong
 
     def measure(*arguments: Any, **options: Any) -> Any:
-        return replace(counted(*arguments, **options), inf=0)
+        return structs.replace(counted(*arguments, **options), inf=0)
 
     with replaced(right, ratios), replaced(counted, measure):
         yield
@@ -313,14 +316,14 @@ def infinity_passes() -> Iterator[None]:
 @FAULTS.register("judge/interior_not_demanded", where="judge", stage=None)
 @contextmanager
 def interior_not_demanded() -> Iterator[None]:
-    """Ask for no interior pixels.
+    """Hold no case to its promise.
 
     A case with too few pixels to judge passes.
     """
-    right = declared_epsilons.too_little
+    right = promises.held_to_promise
 
-    def wrong(*arguments: Any) -> list[str]:
-        return []
+    def wrong(case: Any, check: Any, *arguments: Any, **options: Any) -> Any:
+        return check
 
     with replaced(right, wrong):
         yield
@@ -347,15 +350,15 @@ def last_channel_ignored() -> Iterator[None]:
 @FAULTS.register("judge/light_at_edges_excused", where="judge", stage=None)
 @contextmanager
 def light_at_edges_excused() -> Iterator[None]:
-    """Excuse the light of every edge pixel.
+    """Take any light for a sum of what a piece receives.
 
-    At an edge light may have any value, not only that of a side.
+    Where nearby problems differ light may have any value.
     """
 
-    def wrong(pair: Any, stage: Any, where: Any) -> Held:
-        return Held(good=where, interval=np.zeros_like(where))
+    def wrong(stage: Any, values: Any, *rest: Any) -> Any:
+        return np.ones(len(values), dtype=bool), np.zeros(len(values), dtype=bool)
 
-    with altered(stage_measuring, "_lit", wrong):
+    with replaced(clouds.is_of_lights, wrong):
         yield
 
 
@@ -545,7 +548,7 @@ def nan_passes() -> Iterator[None]:
         return np.where(np.isnan(ours).any(axis=-1), 0.0, ratio), wrong
 
     def measure(*arguments: Any, **options: Any) -> Any:
-        return replace(counted(*arguments, **options), nan=0)
+        return structs.replace(counted(*arguments, **options), nan=0)
 
     with replaced(right, ratios), replaced(counted, measure):
         yield
@@ -673,32 +676,6 @@ def resolution_twice() -> Iterator[None]:
         yield
 
 
-class _Elsewhere:
-    """An oracle that answers three pixels to the right of where it is asked."""
-
-    def __init__(self, oracle: Any) -> None:
-        self._oracle, self.continue_from = oracle, oracle.continue_from
-
-    def at(self, scene: Any, stages: Any, points: Any) -> Any:
-        return self._oracle.at(scene, stages, np.add(points, (3.0, 0.0)))
-
-
-@FAULTS.register("judge/sides_elsewhere", where="judge", stage=None)
-@contextmanager
-def sides_elsewhere() -> Iterator[None]:
-    """Ask the oracle three pixels to the right of every edge.
-
-    The values of an edge's sides are taken three pixels away.
-    """
-    right = edge_sides.sides
-
-    def wrong(oracle: Any, *rest: Any) -> Any:
-        return right(_Elsewhere(oracle), *rest)
-
-    with replaced(right, wrong):
-        yield
-
-
 @FAULTS.register("judge/stage_not_planned", where="judge", stage=None)
 @contextmanager
 def stage_not_planned() -> Iterator[None]:
@@ -742,7 +719,7 @@ def tracer_always_excused() -> Iterator[None]:
 
     def wrong(checks: Any, *rest: Any) -> Any:
         return [
-            replace(check, outcome=Outcome.REFERENCE_SUSPECT) if check.outcome is Outcome.FAIL else check
+            structs.replace(check, outcome=Outcome.REFERENCE_SUSPECT) if check.outcome is Outcome.FAIL else check
             for check in right(checks, *rest)
         ]
 

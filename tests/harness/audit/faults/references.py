@@ -9,7 +9,7 @@ import numpy as np
 
 from rayproof.cases.scene import Camera, Scene
 from rayproof.cases.stages import Stage
-from rayproof.reference.analytic import camera, light, stages, surfaces
+from rayproof.reference.analytic import Analytic, camera
 from rayproof.reference.mitsuba3 import program
 from rayproof.reference.mitsuba3 import scene as mitsuba_scene
 from rayproof.reference.radiance import scene as radiance_scene
@@ -34,12 +34,12 @@ def analytic_albedo_squared() -> Iterator[None]:
 
     Analytic applies the albedo twice.
     """
-    right = light.exitance
+    right = Analytic.exitance
 
-    def wrong(scene: Any, objects: Any, arriving: Any) -> Any:
-        return right(scene, objects, right(scene, objects, arriving))
+    def wrong(self: Analytic, scene: Any, objects: Any, arriving: Any) -> Any:
+        return right(self, scene, objects, right(self, scene, objects, arriving))
 
-    with replaced(right, wrong):
+    with altered(Analytic, "exitance", wrong):
         yield
 
 
@@ -60,12 +60,12 @@ def analytic_flux_factor() -> Iterator[None]:
 
     Analytic spreads the flux over 2 pi.
     """
-    right = light.irradiance
+    right = Analytic.irradiance_of
 
     def wrong(*arguments: Any) -> Any:
         return 2 * right(*arguments)
 
-    with replaced(right, wrong):
+    with altered(Analytic, "irradiance_of", wrong):
         yield
 
 
@@ -112,13 +112,13 @@ def analytic_light_dropped() -> Iterator[None]:
 
     Analytic leaves the last of several lights out.
     """
-    right = light.irradiance
+    right = Analytic.irradiance
 
-    def wrong(scene: Scene, positions: Any, normals: Any, visible: Any) -> Any:
+    def wrong(self: Analytic, scene: Scene, objects: Any, shares: Any, visible: Any) -> Any:
         fewer = replace(scene, lights=scene.lights[: max(1, len(scene.lights) - 1)])
-        return right(fewer, positions, normals, visible)
+        return right(self, fewer, objects, shares, visible)
 
-    with replaced(right, wrong):
+    with altered(Analytic, "irradiance", wrong):
         yield
 
 
@@ -139,12 +139,12 @@ def analytic_normal_mirrored() -> Iterator[None]:
 
     Analytic's normals point inwards.
     """
-    right = surfaces.outward_normals
+    right = Analytic.outward_normals
 
     def wrong(*arguments: Any) -> Any:
         return -right(*arguments)
 
-    with replaced(right, wrong):
+    with altered(Analytic, "outward_normals", wrong):
         yield
 
 
@@ -190,12 +190,11 @@ def analytic_shadowless() -> Iterator[None]:
 
     Analytic's feelers meet nothing.
     """
-    right = light.blocked
 
-    def wrong(scene: Any, index: int, source: Any, objects: Any, positions: Any) -> Any:
+    def wrong(self: Analytic, scene: Any, index: int, light: Any, objects: Any, *rest: Any) -> Any:
         return np.zeros(len(objects), dtype=bool)
 
-    with replaced(right, wrong):
+    with altered(Analytic, "blocked", wrong):
         yield
 
 
@@ -213,12 +212,12 @@ def analytic_shell() -> Iterator[None]:
 
     Analytic clips by distance where the scene says depth.
     """
-    right = stages.clip_interval
+    right = Analytic.clip_interval
 
-    def wrong(scene: Scene, directions: Any) -> Any:
-        return right(replace(scene, clip="shell" if scene.clip == "depth" else scene.clip), directions)
+    def wrong(self: Analytic, scene: Scene, directions: Any) -> Any:
+        return right(self, replace(scene, clip="shell" if scene.clip == "depth" else scene.clip), directions)
 
-    with replaced(right, wrong):
+    with altered(Analytic, "clip_interval", wrong):
         yield
 
 

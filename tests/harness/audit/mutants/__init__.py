@@ -13,9 +13,10 @@ import numpy as np
 
 from rayproof.cases.scene import Scene
 from rayproof.cases.stages import Stage
-from rayproof.reference.analytic.stages import NEXT, nearest
+from rayproof.reference.analytic import Analytic
 
 PREFIX = "mutant/"
+ORACLE = Analytic()
 Rows = Mapping[Stage, np.ndarray]  # stage -> (pixels, channels)
 # A wrong stage, from the scene and the rows before it. The object's step returns shape, face and distance, for they are
 # one search; one of the distance finds in its own row what that search said.
@@ -50,14 +51,15 @@ class Mutant:
                 if stage in steps:
                     rows[stage] = steps[stage](scene, rows)
             else:
-                rows[stage] = (steps.get(stage) or NEXT[stage])(scene, rows)
+                step = steps.get(stage)
+                rows[stage] = ORACLE.continued(scene, stage, rows) if step is None else step(scene, rows)
         return rows
 
 
 def hits(scene: Scene, rows: Rows) -> np.ndarray:
     """Return shape, face and distance of the rays in `rows`, shape (pixels, 3)."""
-    objects, distances = nearest(scene, rows[Stage.RAY])
-    return np.column_stack([objects, distances])
+    found = ORACLE.nearest(scene, rows[Stage.RAY])
+    return np.column_stack([found.objects, found.distances])
 
 
 # Why a mutant is a right renderer after all, and why one that is wrong survives: by patterns of names.

@@ -14,8 +14,7 @@ import numpy as np
 from rayproof.cases.scene import Mesh, Scene, Shape, Sphere, Triangle
 from rayproof.cases.stages import Stage
 from rayproof.reference.analytic.camera import pixel_centers, view_of
-from rayproof.reference.analytic.stages import NEXT
-from tests.harness.audit.mutants import PREFIX, Mutant, Step, hits
+from tests.harness.audit.mutants import ORACLE, PREFIX, Mutant, Step, hits
 from tests.harness.audit.mutants.operations import COLOUR, MATRIX, NUMBER, POINT, Operation, altered, clamped, plain
 
 Change = Callable[[Scene], Scene]
@@ -157,7 +156,7 @@ def _on(changed: Scene, stage: Stage) -> Step:
         return lambda scene, _: directions(changed, scene)
     if stage is Stage.OBJECT:
         return lambda _, rows: hits(changed, rows)
-    return lambda _, rows: NEXT[stage](changed, rows)
+    return lambda _, rows: ORACLE.continued(changed, stage, rows)
 
 
 def directions(changed: Scene, scene: Scene) -> np.ndarray:

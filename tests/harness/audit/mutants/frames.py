@@ -13,8 +13,7 @@ import numpy as np
 from rayproof.cases.scene import IDENTITY, Camera, Scene
 from rayproof.cases.stages import Stage
 from rayproof.reference.analytic.camera import pixel_centers
-from rayproof.reference.analytic.stages import NEXT
-from tests.harness.audit.mutants import PREFIX, Mutant, Rows, Step
+from tests.harness.audit.mutants import ORACLE, PREFIX, Mutant, Rows, Step
 from tests.harness.audit.mutants.fields import FEELERS, LEAVING, LIGHT, NORMALS, STAGES, mutant, words
 from tests.harness.audit.mutants.operations import LINEAR, Operation, altered, plain, rounded
 
@@ -275,11 +274,12 @@ def _by_shape(
     stage: Stage, use: Callable[[Scene, Rows, int], tuple[Scene, Rows]], scene: Scene, rows: Rows
 ) -> np.ndarray:
     """Return a stage whose scene and rows are changed shape by shape, for the pixels that show it."""
-    answer = NEXT[stage](scene, rows).copy()
+    answer = ORACLE.continued(scene, stage, rows).copy()
     for index in range(len(scene.shapes)):
         here = rows[Stage.OBJECT][:, 0] == index
         if here.any():
-            answer[here] = NEXT[stage](*use(scene, {name: row[here] for name, row in rows.items()}, index))
+            changed, those = use(scene, {name: row[here] for name, row in rows.items()}, index)
+            answer[here] = ORACLE.continued(changed, stage, those)
     return answer
 
 
@@ -358,7 +358,7 @@ def _normal(rule: str, what: str, by: Operation, *, unit: bool = False) -> Mutan
     """Return the mutant whose world normal is `by` of the model matrix's 3x3 part times the object normal."""
 
     def step(scene: Scene, rows: Rows) -> np.ndarray:
-        answer = NEXT[Stage.NORMAL](scene, rows).copy()
+        answer = ORACLE.continued(scene, Stage.NORMAL, rows).copy()
         for index in range(len(scene.shapes)):
             here = rows[Stage.OBJECT][:, 0] == index
             linear, _ = _linear_and_offset(scene, index)

@@ -6,8 +6,7 @@ import pytest
 from rayproof.cases.families import select
 from rayproof.cases.stages import Stage
 from rayproof.reference.analytic.camera import pixel_centers
-from rayproof.reference.analytic.stages import rays
-from tests.harness.audit.mutants import Mutant, hits
+from tests.harness.audit.mutants import ORACLE, Mutant, hits
 from tests.harness.audit.mutants.frames import _rays
 from tests.harness.audit.mutants.operations import LINEAR, MATRIX, POINT, plain, rounded
 from tests.harness.audit.mutants.tolerances import BOTH, CUTS, _cut_feelers, _cut_hits, _fixed, _nearest
@@ -30,7 +29,7 @@ def test_there_are_hundreds_of_mutants_of_every_field() -> None:
 
 def test_frames_make_the_right_rays_where_nothing_is_changed() -> None:
     for case in (CROWD, *select(["cameras/slanted_up", "cameras/panorama"])):
-        right = rays(case.scene, pixel_centers(case.scene.camera))
+        right = ORACLE.rays(case.scene, pixel_centers(case.scene.camera))
 
         assert _rays(case.scene, {}) == pytest.approx(right, abs=1e-15)
 

@@ -12,16 +12,13 @@ from typing import Any
 
 import numpy as np
 
-from rayproof.cases.scene import Scene
+from rayproof.cases.scene import PointLight, Scene
 from rayproof.cases.stages import Stage
-from rayproof.reference.analytic import light, stages
-from rayproof.reference.analytic.light import irradiance
-from rayproof.reference.analytic.stages import NEXT
-from rayproof.reference.analytic.surfaces import Ellipsoid, Polygons, surface_of
-from rayproof.reference.analytic.vectors import Flat, cross, dot, length
+from rayproof.reference.analytic import Analytic
+from rayproof.reference.analytic.surfaces import Ellipsoid, Flat, Polygons, surface_of
+from rayproof.reference.analytic.vectors import cross, dot, length
 from tests.harness.audit.faults import altered as patched
-from tests.harness.audit.mutants import PREFIX, Mutant, Rows, Step, hits
-from tests.harness.audit.mutants.operations import altered
+from tests.harness.audit.mutants import ORACLE, PREFIX, Mutant, Rows, Step, hits
 
 SIZES = (1e-2, 1e-4, 1e-6, 1e-8)
 # Crossings (rays, faces), from (surface, apex, directions (rays, 3), faces, crossings, tolerance).
@@ -184,7 +181,7 @@ class _Cutting(AbstractContextManager[None]):
 
     def __enter__(self) -> None:
         where, cut = self._where, self._cut
-        meetings, crossings, crossing = Polygons.meetings, Ellipsoid.crossings, Flat.crossing
+        meetings, crossings, plane = Polygons.meetings, Ellipsoid.crossings, Flat.meetings
 
         def cut_meetings(self: Polygons, apex: np.ndarray, directions: np.ndarray) -> Iterator[Any]:
             for rays, faces, t in meetings(self, apex, directions):
@@ -194,14 +191,14 @@ class _Cutting(AbstractContextManager[None]):
             t = crossings(self, apex, directions)
             return cut(self, apex, directions, np.zeros(1, dtype=int), t) if where(self) else t
 
-        def cut_crossing(self: Flat, apex: np.ndarray, directions: np.ndarray) -> np.ndarray:
-            t = crossing(self, apex, directions)[:, np.newaxis]
-            return (cut(self, apex, directions, np.zeros(1, dtype=int), t) if where(self) else t)[:, 0]
+        def cut_plane(self: Flat, apex: np.ndarray, directions: np.ndarray) -> Iterator[Any]:
+            for rays, pieces, t in plane(self, apex, directions):
+                yield rays, pieces, cut(self, apex, directions[rays], pieces, t) if where(self) else t
 
         self._patches = [
             patched(Polygons, "meetings", cut_meetings),
             patched(Ellipsoid, "crossings", cut_crossings),
-            patched(Flat, "crossing", cut_crossing),
+            patched(Flat, "meetings", cut_plane),
         ]
         for patch in self._patches:
             patch.__enter__()
@@ -218,7 +215,7 @@ def _cut_hits(where: Callable[[Any], bool], cut: Callable[..., np.ndarray], scen
 
 def _cut_feelers(where: Callable[[Any], bool], cut: Callable[..., np.ndarray], scene: Scene, rows: Rows) -> np.ndarray:
     with _Cutting(where, cut):
-        return NEXT[Stage.VISIBILITY](scene, rows)
+        return ORACLE.continued(scene, Stage.VISIBILITY, rows)
 
 
 def _feeler_cut(kind: str, size: float, relative: bool) -> Callable[..., np.ndarray]:
@@ -237,28 +234,28 @@ def _feeler_cut(kind: str, size: float, relative: bool) -> Callable[..., np.ndar
 
 def _clipped(kind: str, size: float, relative: bool, scene: Scene, rows: Rows) -> np.ndarray:
     """Return hits in an interval whose near end begins, or whose far end ends, too late or too early."""
-    interval = stages.clip_interval
+    interval = Analytic.clip_interval
     sign = -1.0 if kind.endswith("early") else 1.0
 
-    def moved(scene: Scene, directions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        low, high = interval(scene, directions)
+    def moved(self: Analytic, scene: Scene, directions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        low, high = interval(self, scene, directions)
         if kind.startswith("near"):
             return (low * (1 + sign * size) if relative else low + sign * size), high
         return low, (high * (1 + sign * size) if relative else high + sign * size)
 
-    with patched(stages, "clip_interval", moved):
+    with patched(Analytic, "clip_interval", moved):
         return hits(scene, rows)
 
 
 def _nearest(kind: str, size: float, relative: bool, scene: Scene, rows: Rows) -> np.ndarray:
     """Return hits where a later shape must be nearer by so much, or may be farther by so much, to count."""
     rays, eye = rows[Stage.RAY], np.asarray(scene.camera.eye, dtype=np.float64)
-    low, high = stages.clip_interval(scene, rays)
+    low, high = ORACLE.clip_interval(scene, rays)
     sign = 1.0 if kind == "nearest.later" else -1.0
     found = np.full((len(rays), 3), -1.0)
     found[:, 2] = np.inf
     for index, shape in enumerate(scene.shapes):
-        crossing, face = surface_of(shape).first(eye, rays, low, high)
+        crossing, face, _ = surface_of(shape).first(eye, rays, low, high)
         best = found[:, 2]
         limit = best * (1 + sign * size) if relative else best + sign * size
         better = np.isfinite(crossing) & (crossing < limit)
@@ -269,28 +266,27 @@ def _nearest(kind: str, size: float, relative: bool, scene: Scene, rows: Rows) -
 def _horizon(size: float, scene: Scene, rows: Rows) -> np.ndarray:
     """Return visibility where a light must be so far above the horizon, by its cosine."""
 
-    def above(source: np.ndarray, positions: np.ndarray, normals: np.ndarray) -> np.ndarray:
-        offset = source - positions
-        return dot(normals, offset) > size * length(offset)
+    def above(self: Analytic, scene: Scene, light: PointLight, starts: np.ndarray, rows: Rows) -> np.ndarray:
+        offset = np.asarray(light.position) - starts
+        return dot(rows[Stage.NORMAL], offset) > size * length(offset)
 
-    with patched(light, "above_horizon", above):
-        return NEXT[Stage.VISIBILITY](scene, rows)
+    with patched(Analytic, "above_horizon", above):
+        return ORACLE.continued(scene, Stage.VISIBILITY, rows)
 
 
 def _moved_start(size: float, relative: bool, scene: Scene, rows: Rows) -> np.ndarray:
     """Return visibility of feelers that start moved along the normal, in metres or as a share of the coordinates."""
     positions, normals = rows[Stage.POSITION], rows[Stage.NORMAL]
     reach = size * (np.abs(positions).max(axis=1, keepdims=True) if relative else 1.0)
-    return NEXT[Stage.VISIBILITY](scene, {**rows, Stage.POSITION: positions + reach * normals})
+    return ORACLE.continued(scene, Stage.VISIBILITY, {**rows, Stage.POSITION: positions + reach * normals})
 
 
 def _near_lights(kind: str, size: float, scene: Scene, rows: Rows) -> np.ndarray:
     """Return irradiance by distances to the light that are at least the size, or are longer by it."""
     total = np.zeros((len(rows[Stage.POSITION]), 3))
     for column, lamp in enumerate(scene.lights):
-        alone = altered(scene, lights=(lamp,))
-        seen = rows[Stage.VISIBILITY][:, column : column + 1]
-        arriving = irradiance(alone, rows[Stage.POSITION], rows[Stage.NORMAL], seen)
+        seen = rows[Stage.VISIBILITY][:, column : column + 1] > 0
+        arriving = np.where(seen, ORACLE.irradiance_of(scene, lamp, rows[Stage.POSITION], rows[Stage.NORMAL]), 0)
         distance = length(np.asarray(lamp.position) - rows[Stage.POSITION])[:, np.newaxis]
         if kind == "light.least_distance":
             factor = np.square(distance / np.maximum(distance, size))

@@ -16,12 +16,12 @@ from rayproof.cases.case import Case
 from rayproof.cases.families import select
 from rayproof.cases.random_scenes import wide_case
 from rayproof.cases.stages import Stage
+from rayproof.reference.analytic import Analytic
 from rayproof.reports.judge.answers import Answers
 from rayproof.reports.judge.case import judge_case
 from rayproof.reports.judge.oracle import ORACLE, stages_of
 from rayproof.reports.results.outcomes import Outcome
 from tests.harness.audit.mutants import Mutant, Rows, fields, frames, tolerances
-from tests.harness.audit.oracle import PatientOracle
 
 RADIANCE, STAGES = "radiance", "stages"
 WAYS = (RADIANCE, STAGES)
@@ -77,7 +77,7 @@ class Question:
 
     def __init__(self, case: Case) -> None:
         self.case = case
-        self._oracle = PatientOracle()
+        self._oracle = Analytic()
         self._stages = [stage for stage in stages_of(case.scene) if stage is not Stage.CAMERA]
         right = self._oracle.render(case.scene, self._stages)
         self.right: Rows = {stage: right[stage].reshape(-1, right[stage].shape[-1]) for stage in self._stages}

@@ -9,15 +9,24 @@ from rayproof.cases.families import select
 from rayproof.cases.scene import Cube, PointLight, Scene, Square
 from rayproof.cases.stages import Stage
 from rayproof.reports.judge.case import judge_case
-from rayproof.reports.judge.comparison import Comparison
 from rayproof.reports.judge.forward.common_factors import LEAST_DISTINCT, Factors
 from rayproof.reports.judge.oracle import stages_of
-from rayproof.reports.judge.scene_truth import scene_truth
-from rayproof.reports.judge.stage_measuring import shared_factors
 from rayproof.reports.results.case_records import FactorGroup
 from rayproof.reports.results.outcomes import Outcome
 from rayproof.reports.run.pooled_factors import CommonFactors, wrong
-from tests.reports.judge.scenes import BALL, CAMERA, CASE, FLOOR, LIGHT, ORACLE, SCENE, candidate, rounded, witness
+from tests.reports.judge.scenes import (
+    BALL,
+    CAMERA,
+    CASE,
+    FLOOR,
+    LIGHT,
+    ORACLE,
+    SCENE,
+    against,
+    candidate,
+    rounded,
+    witness,
+)
 
 F = np.float32
 PI = F(np.pi)
@@ -118,10 +127,7 @@ def check_of(found, stage: Stage):
 
 def factors_of(scene: Scene, answers: dict, stage: Stage) -> Factors:
     """Return all factors of a candidate's stage, of which a check tells some."""
-    truth = ORACLE.render(scene, stages_of(scene))
-    base = scene_truth(scene, stages_of(scene), ORACLE, known=truth)
-    pair = Comparison(base=base, subject=candidate(answers), reference=witness(truth))
-    return shared_factors(pair, stage, continued=False)
+    return against(scene, answers).common_factors.of(stage)
 
 
 def over(group: FactorGroup) -> list[int]:
@@ -261,9 +267,8 @@ def off_where_wide(name: str, part: float) -> dict:
     """Return float32 answers to a case of the suite, lit too brightly by a part of the limit where that is wide."""
     (case,) = select([name])
     truth = ORACLE.render(case.scene, stages_of(case.scene))
-    base = scene_truth(case.scene, stages_of(case.scene), ORACLE, known=truth)
     ours = rounded(truth)
-    limits = Comparison(base=base, subject=candidate(ours), reference=witness(truth)).limits.end_to_end
+    limits = against(case.scene, ours).limits.end_to_end
     for stage in LIGHT_STAGES:
         wide = np.any(limits[stage] > 0.01 * truth[stage], axis=-1, keepdims=True)
         ours[stage] = (ours[stage] + part * limits[stage] * wide).astype(F).astype(np.float64)

@@ -26,7 +26,7 @@ def judged(ours: dict, theirs: dict) -> tuple[Judged, list[Answers], list[Answer
     """Judge answers before the oracle and a third that answers `theirs`, and sum up the panel too."""
     parties = [candidate(ours)], [witness(truth()), witness(theirs, name="third")]
     found = judge_case(CASE, *parties, ORACLE, {})
-    adjudication(found, *parties, ORACLE)
+    adjudication(found, parties[0], ORACLE)
     assert len(found.checks) == found.planned
     return found, *parties
 
@@ -80,7 +80,8 @@ def test_who_stands_alone_is_held_against_conventions_by_its_other_images():
     ours[Stage.RADIANCE] = ours[Stage.RADIANCE] * 1.01
     ours[Stage.EXITANCE] = SPOILT["a channel more"](ours[Stage.EXITANCE])
 
-    record = adjudication(*judged(ours, truth()), ORACLE)["radiance"]
+    found, subjects, _ = judged(ours, truth())
+    record = adjudication(found, subjects, ORACLE)["radiance"]
 
     assert record["alone"] == "float32"
     assert "Not explained" in record["why"]

@@ -41,10 +41,11 @@ ON_THE_BALL = np.where(truth()[Stage.OBJECT][..., :1] == 0, 1.01, 1.0)
 ABOUT_PLAIN_MITSUBA = [one for one in known_findings() if "exec:" in one.command]
 (ABOUT_MITSUBA_LLVM,) = [one for one in known_findings() if one.where == "light_nearness"]
 ABOUT_LARGE_SPHERES = [one for one in known_findings() if one.where == "center_over_hit"]
+ABOUT_SHARED_EDGES = [one for one in known_findings() if one.where == "edge_nearness"]
 
 
 def test_every_finding_is_shown():
-    shown = (*ABOUT_PLAIN_MITSUBA, ABOUT_MITSUBA_LLVM, *ABOUT_LARGE_SPHERES)
+    shown = (*ABOUT_PLAIN_MITSUBA, ABOUT_MITSUBA_LLVM, *ABOUT_LARGE_SPHERES, *ABOUT_SHARED_EDGES)
 
     assert {one.name for one in known_findings()} == {one.name for one in shown}
 
@@ -101,6 +102,27 @@ def test_a_large_sphere_blocks_its_own_light_near_the_origin(name):
     assert {finding.stage for finding in findings} == {
         finding.stage for finding in findings if finding.covers(scene, truth, lit[..., 0] == 0)
     }
+
+
+@pytest.mark.references
+def test_radiance_misses_a_mesh_where_rays_go_through_its_vertices():
+    ((place, command, name),) = {
+        (finding.smallest_scene, finding.command, finding.reference) for finding in ABOUT_SHARED_EDGES
+    }
+    assert command == f"rayproof run {place} --subject {name}"
+    scene = load_scene(ROOT / place)
+    truth = Analytic().render(scene, stages_of(scene))
+
+    seen = {
+        other: REFERENCES[other]().render(scene, [Stage.OBJECT])[Stage.OBJECT][..., 0]
+        for other in (name, "mitsuba_scalar")
+    }
+
+    holes = (seen[name] != truth[Stage.OBJECT][..., 0]) & (truth[Stage.OBJECT][..., 0] == 0)
+    assert np.count_nonzero(holes) >= 2
+    assert np.array_equal(seen["mitsuba_scalar"], truth[Stage.OBJECT][..., 0])
+    assert all(finding.covers(scene, truth, holes) for finding in ABOUT_SHARED_EDGES)
+    assert {finding.stage for finding in ABOUT_SHARED_EDGES} == {*Stage} - {Stage.CAMERA, Stage.RAY}
 
 
 def test_names_are_told_apart():

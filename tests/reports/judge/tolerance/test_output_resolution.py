@@ -8,7 +8,7 @@ import pytest
 from rayproof.cases.stages import Resolution, Stage
 from rayproof.reports.judge.case import judge_case
 from rayproof.reports.judge.forward.limits import Coarseness
-from rayproof.reports.judge.measurement import held_to
+from rayproof.reports.judge.measurement import Kind, held_to
 from rayproof.reports.results.outcomes import Outcome
 from tests.reports.judge.scenes import CASE, ORACLE, SCENE, candidate, rounded, truth, witness
 
@@ -95,10 +95,9 @@ def test_hits_within_a_partys_own_epsilon_are_counted_apart():
     nearest = float(answers[Stage.DISTANCE][seen].min())
     reach = nearest + 0.05 * (float(answers[Stage.DISTANCE][seen].max()) - nearest)
     near = seen & (answers[Stage.DISTANCE][..., 0] <= reach)
-    blind = dict(answers)
-    for stage in (Stage.OBJECT, Stage.DISTANCE, Stage.POSITION, Stage.NORMAL):
-        blind[stage] = answers[stage].copy()
-        blind[stage][near] = {Stage.OBJECT: -1.0, Stage.DISTANCE: np.inf}.get(stage, 0.0)
+    beyond = replace(SCENE, camera=replace(SCENE.camera, near=reach, far=1e3), clip="shell")
+    seen_beyond = ORACLE.render(beyond, tuple(stage for stage in answers if stage is not Stage.CAMERA))
+    blind = answers | {s: np.where(near[..., np.newaxis], image, answers[s]) for s, image in seen_beyond.items()}
     stages = (Stage.CAMERA, Stage.RAY, Stage.OBJECT, Stage.DISTANCE, Stage.POSITION, Stage.NORMAL)
     rest = {stage: "Not asked." for stage in Stage if stage not in stages}
     theirs = {stage: blind[stage] for stage in stages}
@@ -110,7 +109,8 @@ def test_hits_within_a_partys_own_epsilon_are_counted_apart():
     assert found.outcome is Outcome.PASS, found.reason
     (check,) = (c for c in found.checks if c.stage is Stage.OBJECT and c.reference == "blind")
     assert check.end_to_end is not None
-    assert check.end_to_end.in_window >= check.end_to_end.differ_in_window == np.count_nonzero(near)
+    kinds = found.against["blind"].end_to_end[Stage.DISTANCE].kinds
+    assert np.count_nonzero(kinds == Kind.EPSILON) == np.count_nonzero(near)
     without = replace(honest, ray_epsilon=0.0)
     assert judge_case(CASE, [candidate(rounded(answers))], [witness(answers), without], ORACLE, {}).outcome in (
         Outcome.REFERENCE_SUSPECT,

@@ -9,15 +9,13 @@ import pytest
 
 from rayproof.cases.scene import PointLight, Scene
 from rayproof.cases.stages import Stage
-from rayproof.reports.judge.comparison import Comparison
+from rayproof.reports.judge.against_oracle import AgainstOracle
 from rayproof.reports.judge.forward.common_factors import LEAST_DISTINCT, bias
-from rayproof.reports.judge.oracle import stages_of
-from rayproof.reports.judge.scene_truth import scene_truth
 from rayproof.reports.results.case_records import Bias, Check
 from rayproof.reports.results.headline import headline
 from rayproof.reports.run.pooled_factors import common_factors, wrong
 from tests.reports.judge.comparison.test_common_factors import FOLDS, ORDERS, float32_program
-from tests.reports.judge.scenes import BALL, CAMERA, FLOOR, ORACLE, candidate, witness
+from tests.reports.judge.scenes import BALL, CAMERA, FLOOR, against
 
 VIEWS = 64  # as many different cameras and lights as the default suite has
 RANDOM = np.random.default_rng(20)
@@ -35,16 +33,13 @@ def views() -> Iterator[Scene]:
 
 
 @cache
-def rendered() -> list[tuple[Comparison, np.ndarray]]:
+def rendered() -> list[tuple[AgainstOracle, np.ndarray]]:
     """Return for each view a correct program's radiance alone, in float32, with the terms on which it is judged."""
     found = []
     orders = [(order, fold) for order in ORDERS for fold in FOLDS]
     for number, scene in enumerate(views()):
-        truth = ORACLE.render(scene, stages_of(scene))
         image = float32_program(scene, *orders[number % len(orders)])[Stage.RADIANCE]
-        ours = replace(candidate({Stage.RADIANCE: image}), chained=False)
-        base = scene_truth(scene, stages_of(scene), ORACLE, known=truth)
-        found.append((Comparison(base=base, subject=ours, reference=witness(truth)), image))
+        found.append((against(scene, {Stage.RADIANCE: image}, chained=False), image))
     return found
 
 
@@ -53,7 +48,7 @@ def records(factor: float) -> list[dict]:
     found = []
     for number, (pair, image) in enumerate(rendered()):
         ours = (image.astype(np.float32) * np.float64(factor)).astype(np.float32).astype(np.float64)
-        measured = bias(pair, Stage.RADIANCE, ours, None)
+        measured = bias(pair.common_factors, Stage.RADIANCE, ours, None, None)
         assert measured.ratio < 1, "no group of its own shows it"
         check = Check(configuration="exec", stage=Stage.RADIANCE, bias=measured.recorded())
         found.append({"name": f"test/{number}", "camera_and_lights": str(number), "checks": [check]})
