@@ -1,11 +1,11 @@
 """`MISTAKES`: known mistakes of ray tracers, each the oracle with one wrong step.
 
-To add one, write a subclass of `Mistake` that overrides one method of `reference.analytic.Analytic`, and register it with
-`known`: its name, what such a renderer does in a verb phrase, and the items of the specification that this concerns.
-Whatever is asked of it, a whole image, a nearby problem or a stage continued from a renderer's own, is answered with the
-mistake. A `Family` has a parameter that is fitted to a renderer's images.
+To add one, write a subclass of `Mistake` that overrides one method of `reference.analytic.Analytic`, and register it
+with `known`: its name, what such a renderer does in a verb phrase, and the items of the specification that this
+concerns. Whatever is asked of it, a whole image, a nearby problem or a stage continued from a renderer's own, is
+answered with the mistake. A `Family` has numbers that are fitted to a renderer's images.
 
-Two mistakes at once are a class that inherits from both (`together`), and `for_kinds` limits one to some kinds of shapes.
+Two mistakes at once are a class that inherits from both (`together`); `for_kinds` limits one to some kinds of shapes.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -34,6 +34,7 @@ class Mistake(Analytic):
 
 MISTAKES: Registry[type[Mistake]] = Registry("mistake", package="rayproof.reports.mistakes")
 FAMILIES: "Registry[type[Family]]" = Registry("family of mistakes", package="rayproof.reports.mistakes")
+_KNOWN: dict[str, type[Mistake]] = {}  # those registered so far, while the modules are still being imported
 Kind = TypeVar("Kind", bound=type[Mistake])
 
 
@@ -42,6 +43,7 @@ def known(name: str, sentence: str, *items: str) -> Callable[[Kind], Kind]:
 
     def register(mistake: Kind) -> Kind:
         mistake.name, mistake.sentence, mistake.items = name, sentence, items
+        _KNOWN[name] = mistake
         return MISTAKES.register(name)(mistake)
 
     return register
@@ -51,7 +53,7 @@ def variant(name: str) -> Callable[[Kind], Kind]:
     """Return a decorator that adds another way in which a mistake shows."""
 
     def register(mistake: Kind) -> Kind:
-        first = MISTAKES[name]
+        first = _KNOWN[name]
         mistake.name, mistake.sentence, mistake.items = name, first.sentence, first.items
         first.variants = (*first.variants, mistake)
         return mistake
@@ -104,7 +106,7 @@ def family(
 
 
 def together(first: type[Mistake], second: type[Mistake]) -> type[Mistake]:
-    """Return the oracle with both mistakes; where both are wrong in one step, the first is made of the second's answer."""
+    """Return the oracle with both mistakes; of one step, the first mistake is made of the second's answer."""
     made = type(f"{first.__name__}And{second.__name__}", (first, second), {})
     made.name = f"{first.name}+{second.name}"
     made.sentence = f"{first.sentence}, and {second.sentence}"

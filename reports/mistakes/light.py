@@ -350,7 +350,8 @@ class FourPiInSimplified(Mistake):
 
 PHRASES = {
     math.pi: "pi", 1 / math.pi: "1/pi", 4 * math.pi: "4 pi", 1 / (4 * math.pi): "1/(4 pi)", 2 * math.pi: "2 pi",
-    1 / (2 * math.pi): "1/(2 pi)", math.pi / 2: "pi/2", 2 / math.pi: "2/pi", math.pi**2: "pi^2", 1 / math.pi**2: "1/pi^2",
+    1 / (2 * math.pi): "1/(2 pi)", math.pi / 2: "pi/2", 2 / math.pi: "2/pi", math.pi**2: "pi^2",
+    1 / math.pi**2: "1/pi^2",
     2.0: "2", 0.5: "1/2", 4.0: "4", 0.25: "1/4", 3.0: "3", 1 / 3: "1/3", 10.0: "10", 0.1: "1/10",
 }  # fmt: skip
 FACTORS = (0.01, 0.1, 0.5, 0.9, 1.1, 2.0, 10.0, 100.0)

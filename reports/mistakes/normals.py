@@ -11,7 +11,7 @@ from rayproof.reference.analytic.surfaces import surface_of
 from rayproof.reference.analytic.vectors import cross, dot, units
 from rayproof.reports.mistakes import Mistake, known, variant
 
-# From a shape, its linear part, points (N, 3), faces (N,) and right unit normals in object space (N, 3) to world normals.
+# From a shape, its linear part, points (N, 3), faces (N,) and right unit normals in object space to world normals.
 Turned = Callable[[Shape, np.ndarray, np.ndarray, np.ndarray, np.ndarray], np.ndarray]
 
 

@@ -230,7 +230,7 @@ _coded("half_floats", "writes 16-bit floats, of which what is larger than 65504 
 _coded(
     "shapes_from_1",
     "counts shapes from 1",
-    lambda values: np.where(values >= 0, values + (1, 0), values),
+    lambda values: np.where(values >= 0, np.add(values, (1, 0)), values),
     stages=(Stage.OBJECT,),
 )
 
