@@ -74,7 +74,8 @@ def search(failing: Sequence[Evidence], passing: Sequence[Evidence], extra: Sequ
     """Return the causes of failing cases; `extra` are mistakes that the images themselves suggest."""
     found = Searched(left=spread([case for case in failing if case.stages]))
     judge = _Judge(failing=tuple(found.left), passing=tuple(spread(passing)[:MOST_PASSING]))
-    catalogue = [*extra, *everyone()]
+    several = any(len(case.stages) > 1 for case in found.left)
+    catalogue = [mistake for mistake in (*extra, *everyone()) if several or not mistake.of_several_stages]
     found.tried = len(MISTAKES) + len(FAMILIES) + len(extra)
     while found.left and len(found.causes) < MOST_CAUSES:
         cause = _next(judge, found.left, catalogue, found.causes)

@@ -116,6 +116,8 @@ _placed(
 class RadianceElsewhere(Mistake):
     """Radiance is written as another place's, the other stages rightly."""
 
+    of_several_stages = True
+
     def moved(self, width: int, height: int, points: np.ndarray) -> np.ndarray:
         """Return whose radiance is written at image points (N, 2)."""
         raise NotImplementedError
