@@ -139,14 +139,17 @@ class Motion:
         moves = np.empty(places.shape)
         with np.errstate(over="ignore"):
             for axis in range(3):
-                mixed = _scrambled(mixed ^ bits[:, axis])
+                mixed = scrambled(mixed ^ bits[:, axis])
             for axis in range(3):
-                mixed = _scrambled(mixed + np.uint64(0x9E3779B97F4A7C15))
+                mixed = scrambled(mixed + GOLDEN)
                 moves[:, axis] = (mixed >> np.uint64(11)).astype(np.float64) * 2.0**-52 - 1
         return self.amount * self.size * moves
 
 
-def _scrambled(bits: np.ndarray) -> np.ndarray:
+GOLDEN = np.uint64(0x9E3779B97F4A7C15)  # 2^64 over the golden ratio: the step between successive numbers
+
+
+def scrambled(bits: np.ndarray) -> np.ndarray:
     """Return 64 bits that look like random ones (Steele, Lea and Flood, 2014: SplitMix64's finaliser)."""
     bits = (bits ^ (bits >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
     bits = (bits ^ (bits >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)

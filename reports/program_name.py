@@ -5,7 +5,10 @@ import shlex
 import shutil
 import sys
 from collections.abc import Sequence
+from importlib.metadata import PackageNotFoundError, requires
 from pathlib import Path
+
+from rayproof import ROOT
 
 VARIABLE = "RAYPROOF_CALLED"  # set by the launcher of a checkout, and by `remember` for the processes of a run
 NAME = "rayproof"
@@ -34,3 +37,20 @@ def remember(given: Sequence[str] | None = None) -> None:
     program = sys.argv[0] if sys.argv else ""
     if VARIABLE not in os.environ and Path(program).name == NAME and shutil.which(NAME) is None:
         os.environ[VARIABLE] = program
+
+
+def installing(extra: str, *, root: Path = ROOT) -> str:
+    """Return the command that installs an extra: by a checkout's launcher, or by pip where rayproof was installed."""
+    if (root / "launcher.py").is_file():
+        launcher = "./rayproof" if Path.cwd() == root else str(root / "rayproof")
+        return f"{shlex.quote(launcher)} install {extra}"
+    try:
+        known = requires("rayproof") or []
+    except PackageNotFoundError:
+        known = []
+    needed = [text.partition(";")[0].strip() for text in known if f"extra=='{extra}'" in _plainly(text)]
+    return shlex.join([sys.executable, "-m", "pip", "install", *needed])
+
+
+def _plainly(text: str) -> str:
+    return text.replace(" ", "").replace('"', "'")

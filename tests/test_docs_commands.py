@@ -1,5 +1,6 @@
 """The commands that the documents show exist, with the options that are shown; the tutorial's are run."""
 
+import os
 import re
 import shlex
 import subprocess
@@ -120,7 +121,7 @@ def test_the_way_from_the_readme_to_a_green_a_red_and_a_repaired_gate(
     assert green == (0, "gate green; cases: fail: gated/index.html", "gate green: 0 of 1 pass, 1 known to fail")
     worse = wrong.replace("flux / (4 * np.pi)", "flux / (2 * np.pi)")
     assert run(gated, worse) == (1, "gate red; cases: fail: gated/index.html", "gate red: 0 of 1 pass")
-    head = "The gate known.json is red: 1 not expected. plain Mitsuba"
+    head = "The gate known.json is red: 1 new (radiance "
     assert (tmp_path / "gated" / "summary.md").read_text().replace("\\", "").startswith(f"# rayproof: {head}")
     page = (tmp_path / "gated" / "index.html").read_text()
     assert "<title>rayproof: gate red</title>" in page
@@ -133,6 +134,43 @@ def test_the_way_from_the_readme_to_a_green_a_red_and_a_repaired_gate(
     assert main(["gate", "prune", "gated", "--file", "known.json"]) == 0
     assert run(gated, right) == (0, "gate green; cases: pass: gated/index.html", "gate green: 1 of 1 pass")
     assert run(gated, wrong)[0] == 1
+
+
+@pytest.mark.process
+def test_the_lines_of_git_bisect_find_the_commit_that_broke_it(tmp_path: Path) -> None:
+    """Of six commits the fifth is the first bad one; one does not build, and of one nothing can be measured."""
+    page = (CHECKOUT / "docs" / "gate.md").read_text()
+    (lines,) = re.findall(r"^    git bisect start BAD GOOD\n((?:    .*\n)+)", page, re.MULTILINE)
+    programs = tmp_path / "bin"
+    programs.mkdir()
+    for name, body in (("make", "test ! -e unbuildable"), ("rayproof", 'exit "$(cat code)"')):
+        (programs / name).write_text(f"#!/bin/sh\n{body}\n")
+        (programs / name).chmod(0o755)
+    who = {f"GIT_{role}_{key}": "a@b" for role in ("AUTHOR", "COMMITTER") for key in ("NAME", "EMAIL")}
+    environment = os.environ | who | {"PATH": f"{programs}:{os.environ['PATH']}"}
+    folder = tmp_path / "repository"
+
+    def git(*words: str) -> str:
+        return subprocess.run(
+            ["git", *words], cwd=folder, env=environment, check=True, capture_output=True, text=True
+        ).stdout.strip()
+
+    folder.mkdir()
+    git("init", "-q")
+    commits = []
+    for code, unbuildable in ((0, False), (0, False), (3, False), (0, True), (1, False), (1, False)):
+        (folder / "code").write_text(f"{code}")
+        (folder / "unbuildable").touch() if unbuildable else (folder / "unbuildable").unlink(missing_ok=True)
+        git("add", "-A")
+        git("commit", "-q", "--allow-empty", "-m", f"{code}")
+        commits.append(git("rev-parse", "HEAD"))
+
+    script = f"git bisect start {commits[-1]} {commits[0]}\n{lines}"
+    ended = subprocess.run(["sh", "-c", script], cwd=folder, env=environment, capture_output=True, text=True)
+
+    # Between the last good commit and the first bad one are those that were skipped.
+    assert {commit for commit in commits if commit in ended.stdout.partition("could be any of:")[2]} >= {commits[4]}
+    assert commits[5] not in ended.stdout.partition("could be any of:")[2]
 
 
 @pytest.mark.process

@@ -138,14 +138,24 @@ def test_the_gate_of_a_foreign_project_goes_red_in_each_of_its_ways(project: tup
     assert rayproof("run", "primitives/plane", "--formula", "exitance/fault_albedo_squared", "--out", "broken") == 1
     assert rayproof("gate", "accept", "broken", "--file", "known.json", "--reason", "It squares the albedo.") == 0
     known = json.loads((folder / "known.json").read_text())
-    first, *others = known["expected"]
-    name, check = next((name, one) for name, one in first["checks"].items() if one["ratio"][0] != "inf")
-    worse = check | {"ratio": [2 * end for end in check["ratio"]]}
+    (entry,) = known["expected"]
+    ((case, facts),) = entry["cases"].items()
+    pair, stage, (ratio, *more) = next(
+        (pair, stage, check)
+        for pair, group in facts["checks"].items()
+        for stage, check in group.items()
+        if check[0] != "inf"
+    )
+    worse = facts["checks"] | {pair: facts["checks"][pair] | {stage: [2 * ratio, *more]}}
+
+    def with_checks(checks: dict) -> dict:
+        return entry | {"cases": {case: facts | {"checks": checks}}}
+
     changed = {
-        "regressions": others,
-        "tighten": [first | {"checks": first["checks"] | {name: worse}}, *others],
-        "stale": [first | {"checks": {"nobody nobody radiance": check}}, first, *others],
-        "expired": [first | {"expires": "2020-01-31"}, *others],
+        "regressions": [],
+        "tighten": [with_checks(worse)],
+        "stale": [with_checks({"nobody nobody": {"radiance": [ratio, *more]}}), entry],
+        "expired": [entry | {"expires": "2020-01-31"}],
     }
 
     assert shut_by("known.json") == (0, set())

@@ -29,6 +29,7 @@ CASE_FAMILIES: Table[Callable[[], Iterator[Case]]] = Table(
         "clipping": Entry("clipping:clipping"),
         "combined": Entry("combined:combined"),
         "crowds": Entry("trees:crowds"),
+        "extremes": Entry("extremes:extremes"),
         "faces": Entry("trees:faces"),
         "flux_conservation": Entry("radiometry:flux_conservation"),
         "inside": Entry("around_the_eye:inside"),

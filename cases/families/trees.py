@@ -100,7 +100,7 @@ def crowds() -> Iterator[Case]:
         )
 
 
-# Numbers of faces at which a tree has another shape: one, nine, 1025, and more than 2^15.
+# Numbers of faces at which a tree has another shape: one, nine, 1025, and more than 2^16.
 ALBEDO = (0.65, 0.7, 0.45)
 FACES_LIGHT = PointLight(position=(0.8, -0.7, 4.1), flux=(400.0, 330.0, 460.0))
 TURN = compose(translation(0.05, -0.03, 0.1), rotation((0.4, 1.0, 0.3), 12))
@@ -145,13 +145,14 @@ def behind(depths: Sequence[float]) -> Corners:
 
 
 def faces() -> Iterator[Case]:
-    """Yield meshes of one, five, nine, 1025 and 2^15 + 1 faces; those of an odd number of pixels are 65 wide.
+    """Yield meshes of one, five, nine, 1025 and 2^16 + 9 faces; those of an odd number of pixels are 65 wide.
 
     Among many small faces stand large ones, the mesh's first, middle and last: one that is lost leaves a hole of its
     size.
     """
     target: Vector = (0.0, -0.15, 0.0)
     even = camera_around(target, distance=6.0, azimuth=-95, elevation=70, width=64, height=48, fovy=38)
+    small = camera_around(target, distance=6.0, azimuth=-95, elevation=70, width=44, height=33, fovy=38)
     odd = camera_around(target, distance=6.0, azimuth=-95, elevation=70, width=65, height=49, fovy=38)
     close = camera_around(target, distance=3.2, azimuth=-95, elevation=70, width=65, height=49, fovy=38)
     stacked = behind((-0.4, 0.5, -0.1, 0.8, 0.2))
@@ -160,14 +161,14 @@ def faces() -> Iterator[Case]:
         "above_each_other": "Five faces above each other, in no order, each seen at its rim.",
         "nine": "Nine faces, one more than a power of two, in an image of odd width and height.",
         "thousand_and_25": "1025 faces, one more than a power of two; three large ones are the last.",
-        "over_two_to_the_15": "2^15 + 1 faces, most of them smaller than a pixel.",
+        "over_two_to_the_16": "2^16 + 9 faces, most of them smaller than a pixel; three large ones are the last.",
     }
     questions = (
         ("one", close, WIDE[np.newaxis], 2500),
         ("above_each_other", odd, stacked, 900),
         ("nine", odd, apart(9), 500),
         ("thousand_and_25", even, among(1025), 500),
-        ("over_two_to_the_15", even, among(2**15 + 1), 500),
+        ("over_two_to_the_16", small, among(2**16 + 9), 200),
     )
     for name, camera, corners, least_interior in questions:
         scene = Scene(camera=camera, shapes=(mesh_of(corners, two_sided=name == "one"),), lights=(FACES_LIGHT,))

@@ -40,6 +40,7 @@ class Freedom:
     near: float = 0.0  # m: hits nearer to the eye do not count
     blind: np.ndarray | float = 0.0  # m: blockers nearer to the start of a shadow ray do not count
     light: float = 0.0  # of a shadow ray's length: blockers nearer to the light do not count
+    by_plane: np.ndarray | bool = False  # a light below the plane that rays meet is blocked, whatever the normal says
     draw: np.random.Generator = field(default_factory=lambda: np.random.default_rng(0))
 
 
@@ -235,8 +236,13 @@ class Analytic:
         objects, freedom = rows[Stage.OBJECT], freedom or Freedom()
         starts = self.shadow_starts(scene, rows, freedom.lift)
         answer = np.zeros((len(objects), len(scene.lights)))
+        planes = self._plane_normals(scene, rows) if np.any(freedom.by_plane) else None
         for column, light in enumerate(scene.lights):
-            asked = np.flatnonzero((objects[:, 0] >= 0) & self.above_horizon(scene, light, starts, rows))
+            above = (objects[:, 0] >= 0) & self.above_horizon(scene, light, starts, rows)
+            if planes is not None:
+                source = np.asarray(light.position, dtype=np.float64)
+                above &= ~np.asarray(freedom.by_plane) | (dot(planes, source - starts) > 0)
+            asked = np.flatnonzero(above)
             free = np.ones(len(asked), dtype=bool)
             end = 1.0
             if np.any(freedom.blind):
@@ -250,6 +256,16 @@ class Analytic:
                 free[left] = ~self.blocked(scene, index, light, *arguments)
             answer[asked[free], column] = 1
         return answer
+
+    def _plane_normals(self, scene: Scene, rows: Rows) -> np.ndarray:
+        """Return the normals (N, 3) of the surfaces as rays meet them, on the side of the shading normal."""
+        objects, planes = rows[Stage.OBJECT], np.array(rows[Stage.NORMAL])
+        for index, shape in enumerate(scene.shapes):
+            here = objects[:, 0] == index
+            if here.any():
+                normals = surface_of(shape).plane_normals(rows[Stage.POSITION][here], objects[here, 1])
+                planes[here] = np.where(dot(normals, planes[here])[:, np.newaxis] < 0, -normals, normals)
+        return planes
 
     def irradiance_of(self, scene: Scene, light: PointLight, positions: np.ndarray, normals: np.ndarray) -> np.ndarray:
         """Return E [W/m^2] (N, 3) that a light adds where it is visible (RAD-1, RAD-2, RAD-3).

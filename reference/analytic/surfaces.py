@@ -50,6 +50,10 @@ class Surface:
         """Return unit normals (N, 3) at points (N, 3) [m] on the given faces (N,), never turned towards a viewer."""
         raise NotImplementedError
 
+    def plane_normals(self, points: np.ndarray, faces: np.ndarray) -> np.ndarray:
+        """Return unit normals (N, 3) of the surface as rays meet it; from `outward` they differ by rounding."""
+        return self.outward(points, faces)
+
     def middle(self, faces: np.ndarray) -> np.ndarray:
         """Return a point (N, 3) [m] of, or inside, each of the given faces (N,)."""
         raise NotImplementedError
@@ -372,10 +376,13 @@ class Polygons(Surface):
         """Return the faces' normals."""
         return self.face_normals[self._known(faces)]
 
+    def plane_normals(self, points: np.ndarray, faces: np.ndarray) -> np.ndarray:
+        """Return the normals of the planes of the corners, which are rounded once in world space."""
+        return units(self.normals[self.pieces_at(points, points, faces)])
+
     def middle(self, faces: np.ndarray) -> np.ndarray:
         """Return the mean of each face's corners."""
-        pieces = np.searchsorted(self.numbers, faces).clip(0, len(self.corners) - 1)
-        return self.corners[pieces].mean(axis=1)
+        return self.corners[self.pieces_at(faces, faces, faces)].mean(axis=1)
 
     def pieces_at(self, points: np.ndarray, directions: np.ndarray, faces: np.ndarray) -> np.ndarray:
         """Return the piece of each face; of faces without area, any."""
@@ -407,6 +414,10 @@ class Box(Polygons):
         """Return the normal of the face whose object coordinate is greatest in magnitude."""
         axis, sign = self._sides(points)
         return units(self.to_object[axis] * sign[:, np.newaxis])
+
+    def plane_normals(self, points: np.ndarray, faces: np.ndarray) -> np.ndarray:
+        """Return the faces' normals."""
+        return self.outward(points, faces)
 
     def middle(self, faces: np.ndarray) -> np.ndarray:
         """Return the centre."""

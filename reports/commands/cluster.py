@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from rayproof.reports.commands.usage import UsageError, told_in_one_line
+from rayproof.reports.program_name import installing
 from rayproof.reports.results.files import legible
 
 if TYPE_CHECKING:
@@ -30,7 +31,7 @@ def scheduler_at(address: str | None, tls: Path | None) -> "Place | None":
     from importlib.util import find_spec
 
     if find_spec("distributed") is None:
-        raise UsageError("--scheduler needs Dask distributed, which is not installed: ./rayproof install dask")
+        raise UsageError(f"--scheduler needs Dask distributed, which is not installed: {installing('dask')}")
     from rayproof.reports.run.engine.cluster import Place, checked
 
     with told_in_one_line():

@@ -15,7 +15,6 @@ if TYPE_CHECKING:  # it would load what only this command needs
     from rayproof.reports.studies.compare.records import Compared, FormulaComparisonRecord, SweepRecord, SweptRecord
 
 REPETITIONS = 31
-FEWEST = 9  # with fewer a 95 % interval of a median is the range of all values
 
 
 def compare(
@@ -53,10 +52,16 @@ def compare(
         are nine values in equal ratios.
 
     """
+    from rayproof.reports.studies.compare import records
+    from rayproof.reports.studies.compare.statistics import FEWEST, too_few
+    from rayproof.reports.studies.publication import chosen, draw, write_table
+
     if repetitions < FEWEST:
-        raise UsageError(f"--repetitions must be at least {FEWEST}, got {repetitions}")
+        raise UsageError(f"--repetitions: {too_few(repetitions)}")
+    kind = "runs" if is_folder(base) else "formulas" if sweep is None else "sweep"
     with told_in_one_line():
         paper.check()
+        chosen(paper, records.COLUMNS[kind])
         if out is not None:
             own(out)
         if json is not None:
@@ -77,14 +82,12 @@ def compare(
     else:
         result = swept(base, candidate, selectors, repetitions | 1, precision, sweep)
     from rayproof.reports.results.provenance import caption, keep
-    from rayproof.reports.studies.compare import records
-    from rayproof.reports.studies.publication import draw, write_table
 
     columns, table, title = records.COLUMNS[records.kind_of(result)], records.rows(result), records.title(result)
     show(result, title, columns, table)
     write_json(json, result)
     about = f"{title}. {caption(result['origin'])}."
-    write_table(paper.table, columns, table, caption=about)
+    write_table(paper, columns, table, caption=about, fits=records.FITS[records.kind_of(result)])
     if "sweep" in result:
         draw(paper, [records.sweep_panels(result)], caption=about, height=0.4 * paper.width)
     else:

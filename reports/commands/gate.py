@@ -2,8 +2,9 @@
 
 from collections.abc import Sequence
 from datetime import date
+from fnmatch import fnmatchcase
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
 from cyclopts import Parameter
 from msgspec import structs
@@ -11,7 +12,10 @@ from msgspec import structs
 from rayproof.reports.commands.lookup import Repeated
 from rayproof.reports.commands.output import say, write_json
 from rayproof.reports.commands.usage import UsageError, told_in_one_line
-from rayproof.reports.results.files import several
+from rayproof.reports.results.files import legible, several
+
+if TYPE_CHECKING:
+    from rayproof.reports.results.records import RunRecord
 
 SHUT = 1  # exit code of `check` where the gate is red
 MOST = 8  # lines that are printed of a list: ten with those that count the rest and sum up
@@ -20,10 +24,11 @@ MOST = 8  # lines that are printed of a list: ten with those that count the rest
 def gate(
     what: Literal["accept", "prune", "check"],
     folder: Path,
-    *,
+    *selectors: str,
     file: Path = Path("known.json"),
     patterns: Annotated[bool, Parameter(name="--any")] = False,
     reason: str | None = None,
+    cause: str | None = None,
     expires: str | None = None,
     issue: str | None = None,
     when: Repeated = (),
@@ -41,13 +46,18 @@ def gate(
         run against the file, as `rayproof run --expect` does, and exit with 1 if the gate is red.
     folder
         A folder that `rayproof run --out` filled.
+    selectors
+        With accept: families, cases or patterns such as `shadows/*`, whose failing checks are accepted. Default: all.
     file
         The file of known failures.
     patterns
         Let entries of the file name cases and checks by patterns, such as shadows/*, or leave out where pixels are
         wrong. Without it such a file is refused.
     reason
-        With accept: why these checks fail.
+        With accept: why these checks fail. With --cause the sentence about the cause, unless another is given.
+    cause
+        With accept: the name of a mistake that the run's diagnosis names; the failing checks of all cases that it
+        explains are accepted.
     expires
         With accept: the last day on which the new entries hold, such as 2027-01-31.
     issue
@@ -66,8 +76,8 @@ def gate(
     from rayproof.reports.history.expectations import Known, load_known, save_known
     from rayproof.reports.results.document import load_results
 
-    if what != "accept" and (reason is not None or expires is not None or issue is not None or when):
-        raise UsageError("--reason, --expires, --issue and --when apply to accept only")
+    if what != "accept" and (any((reason, cause, expires, issue)) or when or selectors):
+        raise UsageError("selectors, --reason, --cause, --expires, --issue and --when apply to accept only")
     if what != "check" and (against is not None or least_coverage is not None):
         raise UsageError("--against and --least-coverage apply to check only")
     with told_in_one_line():
@@ -87,31 +97,68 @@ def gate(
         write_json(json, found.record())
         return SHUT if found.red else 0
     if what == "prune":
+        from rayproof.reports.history.expectations import entries
         from rayproof.reports.history.gating import pruned
 
         left, done = pruned(results, known)
         with told_in_one_line():
             save_known(file, left)
         _listed(done)
-        say(f"{len(left.expected)} of the {len(known.expected)} in {file} stay")
-        write_json(json, {"file": str(file), "entries": len(left.expected), "done": done})
+        count = len(entries(left))
+        say(f"{len(left.expected)} of {several(len(known.expected), 'case')} in {file} stay, in {count} entries")
+        write_json(json, {"file": str(file), "entries": count, "done": done})
         return 0
-    from rayproof.reports.history.gating import accepted
+    from rayproof.reports.history.expectations import entries
+    from rayproof.reports.history.gating import Acceptance, accepted
 
     with told_in_one_line():
         if expires is not None:
             date.fromisoformat(expires)
         conditions = dict(_condition(text) for text in when)
-    more, new, refused = accepted(results, known, reason=reason or "", expires=expires, issue=issue, when=conditions)
-    if new and (reason is None or not reason.strip()):
+        sentence = None if cause is None else _sentence_of(results, cause)
+        cases = _failing(results, selectors)
+    acceptance = Acceptance(
+        reason=reason or sentence or "", cases=cases, cause=cause, expires=expires, issue=issue, when=conditions
+    )
+    more, new, refused = accepted(results, known, acceptance)
+    if new and not acceptance.reason.strip():
         raise UsageError(f"accept needs --reason, which says why these {new} checks fail")
     with told_in_one_line():
         save_known(file, more)
     _listed([f"not accepted: {sentence}" for sentence in refused])
-    entries = f"{(n := len(more.expected))} {'entry' if n == 1 else 'entries'}"
-    say(f"{several(new, 'failing check')} accepted; {entries} in {file}")
-    write_json(json, {"file": str(file), "entries": len(more.expected), "accepted": new, "refused": refused})
+    count = len(entries(more))
+    say(f"{several(new, 'failing check')} accepted; {count} {'entry' if count == 1 else 'entries'} in {file}")
+    write_json(json, {"file": str(file), "entries": count, "accepted": new, "refused": refused})
     return 0
+
+
+def _failing(results: "RunRecord", selectors: Sequence[str]) -> tuple[str, ...]:
+    """Return the names of the run's cases that fail and that a selector names; refuse one that names none."""
+    from rayproof.reports.history.gating import GOOD
+
+    failing = [case for case in results["cases"] if case["verdict"] not in GOOD]
+    names: dict[str, None] = {}
+    for selector in selectors:
+        chosen = [
+            case["name"]
+            for case in failing
+            if selector in (case["name"], case["family"]) or fnmatchcase(case["name"], selector)
+        ]
+        if not chosen:
+            raise ValueError(f"no failing case of the run matches {legible(selector)}")
+        names |= dict.fromkeys(chosen)
+    return tuple(names)
+
+
+def _sentence_of(results: "RunRecord", cause: str) -> str:
+    """Return the sentence about a cause of the run; refuse one that the run's diagnosis does not name."""
+    sentences = {
+        str(entry["mistake"]): entry["sentence"] for entry in results.get("diagnosis") or () if entry["mistake"]
+    }
+    if cause not in sentences:
+        named = f"it names {', '.join(map(legible, sentences))}" if sentences else "it names none"
+        raise ValueError(f"the run's diagnosis names no cause {legible(cause)}; {named}")
+    return sentences[cause]
 
 
 def _listed(lines: Sequence[str]) -> None:

@@ -4,7 +4,6 @@ import re
 from collections.abc import Sequence
 from functools import partial
 from math import inf
-from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
@@ -51,10 +50,10 @@ def scene_named(name: str) -> "Scene":
     if not name.endswith(".json"):
         return one_case(name).scene
     from rayproof.cases.scene_json import load_scene
-    from rayproof.reports.run.scenes import refuse_too_large
+    from rayproof.reports.run.scenes import refuse_too_large, scene_path
 
     with told_in_one_line():
-        scene = load_scene(Path(name))
+        scene = load_scene(scene_path(name))
         refuse_too_large(scene, name)
     return scene
 
@@ -66,13 +65,13 @@ def scene_files(selectors: Sequence[str]) -> tuple[tuple[str, ...], "tuple[Case,
         UsageError: a file is not a valid scene, or this machine has not enough memory for its image.
 
     """
-    files = [Path(name) for name in selectors if name.endswith(".json")]
+    files = [name for name in selectors if name.endswith(".json")]
     if not files:
         return tuple(selectors), ()
-    from rayproof.reports.run.scenes import cases_of_files, refuse_too_large
+    from rayproof.reports.run.scenes import cases_of_files, refuse_too_large, scene_path
 
     with told_in_one_line():
-        cases = cases_of_files(files)
+        cases = cases_of_files([*map(scene_path, files)])
         for case in cases:
             refuse_too_large(case.scene, case.name)
     return tuple(name for name in selectors if not name.endswith(".json")), cases

@@ -116,7 +116,8 @@ def run(
     keep_images
         The cases whose images are kept. failed: cases that did not pass. sample:1%: these and one per cent of the
         others. all: every renderer's images of every case, as EXR. Default: all images of cases that did not pass, and
-        the subject's and the oracle's of the others; with more than 2000 cases sample:1%.
+        the subject's and the oracle's of the others; with more than 2000 cases sample:1%. Without all, images of cases
+        that did not pass take at most 60 MB, those of the worst; the others keep a preview.
     single_file
         Also write report.html: the report in one file of at most 8 MB, with what fails and the worst ten cases.
     studies

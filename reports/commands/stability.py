@@ -14,7 +14,7 @@ from rayproof.reports.commands.output import console, say, show_table, write_jso
 from rayproof.reports.commands.usage import UsageError, own, told_in_one_line, writable_folder
 from rayproof.reports.results.files import SCHEMA, several
 from rayproof.reports.results.provenance import caption, keep, origin
-from rayproof.reports.studies.publication import MOST_PANELS, Paper, draw, write_table
+from rayproof.reports.studies.publication import MOST_PANELS, Paper, chosen, draw, write_table
 
 if TYPE_CHECKING:
     import numpy as np
@@ -31,6 +31,7 @@ COLUMNS = (
     "per million", "verdict", "expected",
 )  # fmt: skip
 OF_WORST = Parameter(group=Group("The worst inputs", sort_key=1))
+FITS = ("ladder", "formula", "precision", "slope", "breakpoint", "error / K u", "verdict")  # of an article's text
 WORST_COLUMNS = ("formula", "inputs of", "what", "limits", "inputs")
 SECONDS, NAMED = 60.0, 5  # of a search, by default; worst inputs that are printed
 SHOWN = 40  # rows of the table, unless formulas or ladders were named
@@ -98,11 +99,11 @@ def stability(
             raise UsageError(
                 "--worst takes formulas, a precision, --seconds, --seed, --keep, --json, --out and --table"
             )
-        chosen = SECONDS if seconds is None else seconds
-        if not chosen > 0:
-            raise UsageError(f"--seconds must be positive, got {chosen}")
-        about = Searched(seconds=chosen, seed=1 if seed is None else seed, precision=(*precision, "float32")[0])
-        return search_worst(formulas, about, keep_rays, json, out, paper.table)
+        spent = SECONDS if seconds is None else seconds
+        if not spent > 0:
+            raise UsageError(f"--seconds must be positive, got {spent}")
+        about = Searched(seconds=spent, seed=1 if seed is None else seed, precision=(*precision, "float32")[0])
+        return search_worst(formulas, about, keep_rays, json, out, paper)
     if subject is not None and (formulas or precision):
         raise UsageError("--subject measures a whole renderer, without formulas and --precision")
     if against is not None and subject is None:
@@ -123,17 +124,26 @@ def stability(
 
         with told_in_one_line():
             earlier = None if against is None else load_limits(against)  # read now, since it may lie in OUT
-        return limits_shown(whole_renderer(subject, ladder, json, out, alone=quick), earlier, paper.table)
-    from rayproof.reports.studies.stability.figures import paper_rows
+        return limits_shown(whole_renderer(subject, ladder, json, out, alone=quick), earlier, paper)
+    from rayproof.reports.studies.stability.beside_default import (
+        beside_columns,
+        beside_rows,
+        beside_title,
+        defaults_of,
+        own_alone,
+    )
+    from rayproof.reports.studies.stability.figures import most_different, paper_rows
     from rayproof.reports.studies.stability.survey import plan, survey
 
     name, patterns, values = swept(formulas, sweep)
+    mine = sweep is None and own_alone(patterns)
     with told_in_one_line():
-        planned = plan(patterns, ladders=ladder, precisions=precision or ("float32", "float64"), quick=quick)
+        asked = [*patterns, *defaults_of(patterns)] if mine else patterns
+        planned = plan(asked, ladders=ladder, precisions=precision or ("float32", "float64"), quick=quick)
+        columns = beside_columns(patterns, planned.precisions) if mine else COLUMNS
+        chosen(paper, columns)
     if not planned.ladders:
         raise UsageError("none of these formulas is measured on any of these ladders")
-    if paper.figure is not None and len(planned.ladders) > MOST_PANELS:
-        raise UsageError(f"--figure shows at most {MOST_PANELS} ladders, got {len(planned.ladders)}; use --ladder")
     doubts: list[str] = []
     records: list[ClimbRecord] = []
     for one in survey(planned, doubts=doubts.append):
@@ -145,10 +155,19 @@ def stability(
     if out is not None:
         written(out / "stability", planned, found)
         keep(out, "stability", found["origin"]["seed"])
-    show(records, doubts, surprises, everything=bool(formulas or ladder))
+    rows = beside_rows(records, planned.precisions) if mine else [row(one) for one in records]
+    if mine:
+        show_table(beside_title(patterns), columns, rows)
+        tell_the_rest(records, doubts, surprises)
+    else:
+        show(records, doubts, surprises, everything=bool(formulas or ladder))
     ladders = [one for one, _ in planned.ladders]
+    if paper.figure is not None and len(ladders) > MOST_PANELS:
+        say(f"--figure shows the {MOST_PANELS} of {len(ladders)} ladders on which the formulas differ most")
+        ladders = most_different(ladders, records, MOST_PANELS)
     about = f"{', '.join(one.name for one in ladders[:MOST_PANELS])}. {caption(found['origin'])}."
-    write_table(paper.table, COLUMNS, [row(one) for one in records], caption=about)
+    title = f"{beside_title(patterns)}. " if mine else ""
+    write_table(paper, columns, rows, caption=f"{title}{about}", fits=() if mine else FITS)
     drawn = paper_rows(ladders, records, (name, values) if name else None) if paper.figure is not None else []
     draw(paper, drawn, caption=about, height=0.38 * paper.width)
     return 1 if surprises else 0
@@ -169,7 +188,7 @@ def search_worst(
     keep_rays: Path | None,
     json: Path | None,
     out: Path | None,
-    file: Path | None,
+    paper: Paper,
 ) -> int:
     """Search for the inputs that each formula answers worst; return 1 if one is answered beyond its limit."""
     if not names:
@@ -183,15 +202,16 @@ def search_worst(
     from rayproof.tracer.formulas import FORMULAS
 
     with told_in_one_line():
-        for one in (keep_rays, json, file):
+        chosen(paper, WORST_COLUMNS)
+        for one in (keep_rays, json, paper.table):
             if one is not None:
                 writable_folder(one.parent)
         if out is not None:
             own(out / "stability")
-        chosen = [FORMULAS.named(name) for name in names]
-        bred = [(formula, breeds_of(formula, about.precision, about.seed)) for formula in chosen]
+        searched = [FORMULAS.named(name) for name in names]
+        bred = [(formula, breeds_of(formula, about.precision, about.seed)) for formula in searched]
     if keep_rays is not None:
-        if len({formula.slot for formula in chosen}) > 1:
+        if len({formula.slot for formula in searched}) > 1:
             raise UsageError("--keep writes the vectors of one slot: name formulas of one slot")
         if about.precision != "float32" or any(breed.ladder not in LADDERS for _, breeds in bred for breed in breeds):
             raise UsageError("--keep writes vectors, which are float32 rays and lights: this search finds none")
@@ -220,7 +240,7 @@ def search_worst(
                 "scores": worst.scores.tolist(), "common": alike, "worst": rows,
             })  # fmt: skip
     shown = sorted((row for one in found for row in one["worst"]), key=lambda row: -float(row[3]))
-    show_table("The worst inputs", WORST_COLUMNS, shown[: NAMED * len(chosen)])
+    show_table("The worst inputs", WORST_COLUMNS, shown[: NAMED * len(searched)])
     if keep_rays is not None:
         keep_rays.write_text(as_csv(columns(kept.cells, ORDER), kept.cells), encoding="utf-8")
         say(f"{several(len(kept.cells), 'vector')} in {keep_rays}")
@@ -235,7 +255,7 @@ def search_worst(
     write_json(json, content)
     if out is not None:
         write_json(out / "stability" / "worst.json", content)
-    write_table(file, WORST_COLUMNS, shown, caption=f"The worst inputs. {caption(made)}.")
+    write_table(paper, WORST_COLUMNS, shown, caption=f"The worst inputs. {caption(made)}.")
     return 1 if any(one["beyond"] for one in found) else 0
 
 
@@ -319,7 +339,7 @@ def whole_renderer(
     return found
 
 
-def limits_shown(found: "LimitsRecord", earlier: "LimitsRecord | None", file: Path | None) -> int:
+def limits_shown(found: "LimitsRecord", earlier: "LimitsRecord | None", paper: Paper) -> int:
     """Print up to where each renderer is right, hold the first against earlier limits, and return the exit code."""
     from rayproof.reports.studies.stability.limit_records import changes, table, worse
 
@@ -327,7 +347,8 @@ def limits_shown(found: "LimitsRecord", earlier: "LimitsRecord | None", file: Pa
     show_table(f"{found['renderers'][0]}: right up to", columns, rows)
     if any(not one["monotone"] for one in found["limits"]):
         say("*: later rungs pass again; the ladder was climbed whole")
-    write_table(file, columns, rows, caption=f"Up to where renderers are right. {caption(origin())}.")
+    with told_in_one_line():
+        write_table(paper, columns, rows, caption=f"Up to where renderers are right. {caption(origin())}.")
     if earlier is not None:
         with told_in_one_line():
             compared = changes(earlier, found)
@@ -389,7 +410,12 @@ def show(records: list["ClimbRecord"], doubts: list[str], surprises: int, *, eve
     show_table(f"{len(records)} climbs, worst first", COLUMNS, [row(one) for one in kept])
     if len(kept) < len(ordered):
         say(f"and {len(ordered) - len(kept)} more that did no worse; --json or --out holds all")
-    for one in ordered:
+    tell_the_rest(ordered, doubts, surprises)
+
+
+def tell_the_rest(records: list["ClimbRecord"], doubts: list[str], surprises: int) -> None:
+    """Print what was surprising, what makes the truth unsure, and how much was measured."""
+    for one in records:
         if one["surprise"]:
             say(f"SURPRISE: {one['ladder']} {one['formula']} {one['precision']}: {one['surprise']}")
     for doubt in doubts:

@@ -10,9 +10,11 @@ from rayproof.reports.commands.output import console, say, show_table, write_jso
 from rayproof.reports.commands.usage import own, told_in_one_line, writable_folder
 from rayproof.reports.results.files import several
 from rayproof.reports.results.provenance import caption, keep
-from rayproof.reports.studies.publication import MOST_PANELS, Paper, draw, write_table
+from rayproof.reports.studies.publication import MOST_PANELS, Paper, chosen, draw, write_table
 
-REPETITIONS, QUICK_REPETITIONS = 13, 5
+COLUMNS = ("diagram", "point", "time [ns]", "time interval", "error", "error interval", "wrong", "on the front")
+FITS = ("diagram", "point", "time [ns]", "error", "wrong")  # of an article's text
+REPETITIONS, QUICK_REPETITIONS = 13, 9
 
 
 def tradeoff(
@@ -46,6 +48,7 @@ def tradeoff(
     choose_packaged_llvm()
     from rayproof.reports.studies.tradeoff.diagrams import DEFAULT, QUICK, measure, tasks
     from rayproof.reports.studies.tradeoff.drawing import cells, paper_rows, write
+    from rayproof.reports.studies.tradeoff.points import without_error
     from rayproof.tracer.formulas import FORMULAS
 
     patterns, files = scene_files(selectors or (QUICK if quick else DEFAULT))
@@ -53,6 +56,7 @@ def tradeoff(
         named = [FORMULAS.named(one) for one in formula]
         found = tasks(patterns, named, files)
         paper.check()
+        chosen(paper, COLUMNS)
         own(out / "tradeoff")
         if json is not None:
             writable_folder(json.parent)
@@ -73,8 +77,10 @@ def tradeoff(
         for diagram in diagrams
         for point in diagram["points"]
     ]
-    columns = ("diagram", "point", "time [ns]", "interval", "error", "interval", "wrong", "on the front")
-    write_table(paper.table, columns, points, caption=about)
+    write_table(paper, COLUMNS, points, caption=about, fits=FITS)
+    for diagram in diagrams:
+        if lost := [f"{point['label']} ({why})" for point in diagram["points"] if (why := without_error(point))]:
+            say(f"{diagram['name']}: without an error, drawn at the upper edge: {'; '.join(lost)}")
     draw(paper, paper_rows(diagrams[:MOST_PANELS]), caption=about, height=0.5 * paper.width)
     say(f"{written[-1]}: {several(len(result['diagrams']), 'diagram')}, {result['seconds']:.0f} s")
     return 0

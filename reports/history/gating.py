@@ -13,12 +13,23 @@ import msgspec
 
 from rayproof.cases.stages import Stage
 from rayproof.reports.history.database import WORSE_ERROR, append, opened, read_series, revision, worse
-from rayproof.reports.history.expectations import EXPECTABLE, NO_CELLS, Bound, Expectation, Known, KnownCheck, plainly
+from rayproof.reports.history.expectations import (
+    EXPECTABLE,
+    NO_CELLS,
+    SLACK,
+    Bound,
+    Bounds,
+    Expectation,
+    Known,
+    KnownCheck,
+    plainly,
+    range_of,
+)
 from rayproof.reports.history.run_difference import LEAST_RATIO, ORDER, both, paired
 from rayproof.reports.results.case_records import CaseRecord, Check
 from rayproof.reports.results.document import load_results
 from rayproof.reports.results.files import several
-from rayproof.reports.results.headline import blamed_items, of_the_whole
+from rayproof.reports.results.headline import blamed_items, gate_counts, of_the_whole
 from rayproof.reports.results.outcomes import MEASURED, Outcome
 from rayproof.reports.results.records import SHUTTING, GateRecord, RunRecord
 
@@ -57,6 +68,7 @@ class Standing:
     worse: list[str]
     as_before: list[str]  # what fails, and did not become worse
     cases: list[str]  # names of cases that fail, and in which nothing became worse
+    mended: list[str] = field(default_factory=list)  # cases that failed, and pass
 
 
 def standing(results: RunRecord, base: Base) -> Standing:
@@ -67,9 +79,11 @@ def standing(results: RunRecord, base: Base) -> Standing:
 def _before_run(results: RunRecord, name: str, earlier: RunRecord) -> Standing:
     known = {case["name"]: case for case in earlier["cases"]}
     pairs = paired(*([str(one) for one in run.get("configurations", ())] for run in (earlier, results)))
-    found, same, cases = [], [], []
+    found, same, cases, mended = [], [], [], []
     for case in results["cases"]:
         before = known.get(case["name"])
+        if before is not None and before["verdict"] not in GOOD and case["verdict"] in RIGHT:
+            mended.append(f"{case['name']}: {case['verdict']}, was {before['verdict']} in {name}")
         worsened, kept = [], []
         if before is None:
             worsened = [f"{case['verdict']}, and {name} does not have it"] if case["verdict"] not in GOOD else []
@@ -86,7 +100,7 @@ def _before_run(results: RunRecord, name: str, earlier: RunRecord) -> Standing:
         same += _for_a_case(case["name"], kept)
         if case["verdict"] not in GOOD and not worsened:
             cases.append(case["name"])
-    return Standing(worse=found, as_before=same, cases=cases)
+    return Standing(worse=found, as_before=same, cases=cases, mended=mended)
 
 
 def _for_a_case(name: str, sentences: Sequence[str]) -> list[str]:
@@ -158,6 +172,7 @@ class Gate:
     uncovered: list[str] = field(default_factory=list)  # that too few of the checks were measured, or answered
     matched: list[str] = field(default_factory=list)  # cases with checks that fail as expected, and the reason given
     cases: list[str] = field(default_factory=list)  # names of cases of which all that fails is expected
+    mended: list[str] = field(default_factory=list)  # cases that failed in the run that it is held against, and pass
 
     @property
     def red(self) -> bool:
@@ -167,16 +182,7 @@ class Gate:
     @property
     def sentence(self) -> str:
         """Return what came of it in one sentence."""
-        words = {
-            "regressions": "not expected",
-            "worse": "worse than before",
-            "tighten": "better than expected",
-            "stale": "expected and not there",
-            "expired": "expired",
-        }
-        parts = [f"{len(listed)} {what}" for key, what in words.items() if (listed := getattr(self, key))]
-        parts += [*self.uncovered[:1], *([f"and {len(self.uncovered) - 1} more"] if len(self.uncovered) > 1 else [])]
-        said = ", ".join(parts) or ("nothing fails" if not self.matched else "what fails is known")
+        said = ", ".join(gate_counts(cast(GateRecord, asdict(self)))) or "nothing fails"
         return f"The gate {self.file} is {'red' if self.red else 'green'}: {said}."
 
     def record(self) -> GateRecord:
@@ -212,7 +218,7 @@ def held(results: RunRecord, demanded: Demanded, *, today: date | None = None) -
         _hold_the_whole(results, result)
     if demanded.against is not None:
         stands = standing(results, demanded.against)
-        result.worse = stands.worse
+        result.worse, result.mended = stands.worse, stands.mended
         if demanded.expected is None:
             result.matched, result.cases = stands.as_before, stands.cases
     if demanded.least_coverage is not None:
@@ -328,11 +334,11 @@ def _objection(case: CaseRecord, check: Check, entry: Expectation, known: KnownC
         return "regressions", f"{check.outcome}, and {known.verdict} is expected"
     if entry.item is not None and entry.item not in (case.get("blamed_items") or [case.get("item")]):
         return "regressions", f"{blamed_items(case) or 'nothing'} is blamed, and {entry.item} is expected"
-    for what, value, (low, high) in zip(FIGURES, figures(check), (known.ratio, known.wrong, known.error), strict=True):
-        if not value <= float(high):
-            return "regressions", f"{value:.4g} {what}, and at most {float(high):.4g} is expected"
-        if value < float(low):
-            return "tighten", f"{value:.4g} {what}, and at least {float(low):.4g} is expected"
+    for what, value, (low, high) in zip(FIGURES, figures(check), known.ranges, strict=True):
+        if not value <= high:
+            return "regressions", f"{value:.4g} {what}, and at most {high:.4g} is expected"
+        if value < low:
+            return "tighten", f"{value:.4g} {what}, and at least {low:.4g} is expected"
     strays = None if known.cells is None else _elsewhere(check, known.cells)
     return None if strays is None else ("regressions", f"pixels are wrong in {strays}")
 
@@ -366,26 +372,33 @@ def not_finite(check: Check) -> int:
 # Write what fails into a file of known failures, and take out of it what no longer does.
 
 
-SLACK = 0.1  # of error and of wrong pixels, either way: what another processor's roundings may change
+@dataclass(frozen=True, kw_only=True)
+class Acceptance:
+    """What is accepted, and why; by default every failing check."""
+
+    reason: str
+    cases: tuple[str, ...] = ()  # names of cases; empty: all
+    cause: str | None = None  # name of a mistake: only cases that it explains
+    expires: str | None = None
+    issue: str | None = None
+    when: Mapping[str, str] = field(default_factory=dict)
+
+    def covers(self, case: CaseRecord) -> bool:
+        """Return whether failing checks of a case are accepted."""
+        if self.cause is not None and self.cause not in (case.get("cause") or ()):
+            return False
+        return not self.cases or case["name"] in self.cases
 
 
-def accepted(
-    results: RunRecord,
-    known: Known,
-    *,
-    reason: str,
-    expires: str | None,
-    issue: str | None,
-    when: Mapping[str, str],
-) -> tuple[Known, int, list[str]]:
+def accepted(results: RunRecord, known: Known, acceptance: Acceptance) -> tuple[Known, int, list[str]]:
     """Return the file with the failing checks that none of its entries is about, how many, and what cannot be accepted.
 
     Of each family it also says how many checks were answered.
-    Checks of a case with the same item, reason and conditions are one entry.
+    Checks of a case with the same item, reason and conditions are one expectation.
     """
-    entries = list(known.expected)
+    expectations = list(known.expected)
     count, refused = 0, []
-    for case in results["cases"]:
+    for case in filter(acceptance.covers, results["cases"]):
         about = [entry for entry in known.expected if entry.about_case(case["name"]) and entry.holds_for(results)]
         new: dict[str, KnownCheck] = {}
         for check in case["checks"]:
@@ -398,30 +411,38 @@ def accepted(
             ratio, wrong, error = figures(check)
             new[plainly(check.name)] = KnownCheck(
                 verdict=check.outcome,  # type: ignore[arg-type]
-                ratio=(_rounded(ratio / (1 + SLACK)), _rounded(ratio * (1 + SLACK))),
-                wrong=(math.floor(wrong / (1 + SLACK)), math.ceil(wrong * (1 + SLACK))),
-                error=(_rounded(error / (1 + SLACK)), _rounded(error * (1 + SLACK))),
+                ratio=_rounded(ratio),
+                wrong=wrong,
+                error=_rounded(error),
                 cells=(check.cells or NO_CELLS)[1],
             )
         if not new:
             continue
         count += len(new)
-        entry = Expectation(
+        expectation = Expectation(
             case=plainly(case["name"]),
-            reason=reason,
+            reason=acceptance.reason,
             checks=new,
             item=case.get("item"),
-            expires=expires,
-            issue=issue,
-            when=when,
+            cause=acceptance.cause or _only_cause(case),
+            expires=acceptance.expires,
+            issue=acceptance.issue,
+            when=acceptance.when,
         )
-        alike = (place for place, old in enumerate(entries) if msgspec.structs.replace(old, checks=new) == entry)
+        alike = (k for k, old in enumerate(expectations) if msgspec.structs.replace(old, checks=new) == expectation)
         if (place := next(alike, None)) is None:
-            entries.append(entry)
+            expectations.append(expectation)
         else:
-            entries[place] = msgspec.structs.replace(entry, checks={**entries[place].checks, **new})
+            checks = {**expectations[place].checks, **new}
+            expectations[place] = msgspec.structs.replace(expectation, checks=checks)
     answered = {**known.answered, **(results.get("answered") or {}).get("families", {})}
-    return msgspec.structs.replace(known, expected=entries, answered=answered), count, refused
+    return msgspec.structs.replace(known, expected=expectations, answered=answered), count, refused
+
+
+def _only_cause(case: CaseRecord) -> str | None:
+    """Return the name of the mistake that explains a case's failure; None if there is none, or more than one."""
+    names = case.get("cause") or ()
+    return names[0] if len(names) == 1 else None
 
 
 def pruned(results: RunRecord, known: Known) -> tuple[Known, list[str]]:
@@ -461,8 +482,6 @@ def _narrowed(known: KnownCheck, checks: Sequence[Check]) -> KnownCheck:
     if not failing:
         return known
     ratios, wrongs, errors = zip(*failing, strict=True)
-    wrong = known.wrong
-    least, most = math.floor(min(wrongs) / (1 + SLACK)), math.ceil(max(wrongs) * (1 + SLACK))
     there = 0
     for check in checks:
         there |= int((check.cells or NO_CELLS)[1], 16)
@@ -470,14 +489,25 @@ def _narrowed(known: KnownCheck, checks: Sequence[Check]) -> KnownCheck:
         known,
         ratio=_closer(known.ratio, ratios),
         error=_closer(known.error, errors),
-        wrong=(min(wrong[0], least), min(wrong[1], max(most, least))),
+        wrong=_fewer(known, wrongs),
         cells=None if known.cells is None else f"{int(known.cells, 16) & there:016x}",
     )
 
 
-def _closer(known: Sequence[Bound], values: Sequence[float]) -> tuple[float, float]:
-    low, high = map(float, known)
+def _closer(known: Bound | Bounds, values: Sequence[float]) -> Bound | Bounds:
+    """Return a number, or a range, that allows no more than `known` does, and is as low as the values are."""
+    if not isinstance(known, tuple) and min(values) == max(values):
+        return known if values[0] >= float(known) else _rounded(values[0])
+    low, high = range_of(known)
     least, most = _rounded(min(values) / (1 + SLACK)), _rounded(max(values) * (1 + SLACK))
+    return min(low, least), min(high, max(most, least))
+
+
+def _fewer(known: KnownCheck, wrongs: Sequence[int]) -> int | tuple[int, int]:
+    if isinstance(known.wrong, int) and min(wrongs) == max(wrongs):
+        return min(known.wrong, wrongs[0])
+    low, high = known.pixels
+    least, most = math.floor(min(wrongs) / (1 + SLACK)), math.ceil(max(wrongs) * (1 + SLACK))
     return min(low, least), min(high, max(most, least))
 
 

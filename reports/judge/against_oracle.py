@@ -34,7 +34,6 @@ from rayproof.reports.judge.scene_truth import SceneTruth
 
 # The mask that lies over images for people: bits of a pixel.
 BY_ROUNDING, BY_EPSILON = 1, 2
-MASK_NAMES = {BY_ROUNDING: "explained by rounding", BY_EPSILON: "explained by a declared epsilon"}
 AFTER_IRRADIANCE = 7  # roundings from irradiance to radiance, as the end-to-end limits count them
 
 

@@ -54,12 +54,27 @@ class Pair:
             self._known[stage] = self.one.end_to_end[stage] if self.by_oracle else self._compared(stage)
         return self._known[stage]
 
+    def worst(self, stage: Stage) -> tuple[float, int]:
+        """Return the worst error over limit of what nearby problems do not explain, and how many pixels are wrong."""
+        if self.by_oracle or stage in self._known:
+            pixels = self.pixels(stage)
+        else:
+            ratio = self._measured(stage)[2]
+            if (ratio <= 1).all():
+                return float(ratio.max()), 0
+            pixels = self.pixels(stage)
+        return float(np.where(pixels.explained, 0.0, pixels.ratio).max()), int(np.count_nonzero(pixels.wrong))
+
+    def _measured(self, stage: Stage) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+        """Return the second's value, both limits added, error over limit, and error."""
+        limits = [against.own_limits.end_to_end.get(stage) for against in (self.one, self.other)]
+        limit = self.base.no_limit if limits[0] is None or limits[1] is None else limits[0] + limits[1]
+        value = np.asarray(self.reference.answers[stage], dtype=np.float64)
+        return value, limit, *ratios(stage, self.subject.answers[stage], value, limit)
+
     def _compared(self, stage: Stage) -> StagePixels:
         base, each = self.base, (self.one, self.other)
-        limits = [against.own_limits.end_to_end.get(stage) for against in each]
-        limit = base.no_limit if limits[0] is None or limits[1] is None else limits[0] + limits[1]
-        value = np.asarray(self.reference.answers[stage], dtype=np.float64)
-        ratio, error = ratios(stage, self.subject.answers[stage], value, limit)
+        value, limit, ratio, error = self._measured(stage)
         explained = None
         if not (over := ratio <= 1).all():
             kinds = [against.end_to_end[stage].kinds for against in each]

@@ -89,7 +89,9 @@ def matrices(
 ) -> dict[Stage, Matrix]:
     """Return each stage's matrix over all renderers; images of the wrong size must have been removed."""
     known = {
-        (check.configuration, check.reference, check.stage): check for check in checks if check.end_to_end is not None
+        (check.configuration, check.reference, check.stage): check
+        for check in checks
+        if check.end_to_end is not None or (check.stage is Stage.CAMERA and check.examined is not None)
     }
     names = tuple(against.renderer.name for against in renderers)
     cells: dict[Stage, dict[tuple[str, str], Cell]] = {stage: {} for stage in stages}
@@ -113,13 +115,12 @@ def _answers(against: AgainstOracle, stage: Stage) -> bool:
 def _cell(pair: Pair, stage: Stage, check: Check | None) -> Cell:
     """Return the cell of two renderers; what their check has measured already is taken from it."""
     if stage is Stage.CAMERA:
-        ratio = check_camera(pair).ratio
+        ratio = check_camera(pair).ratio if check is None else check.ratio
         return Cell(ratio=ratio, differing=int(not ratio <= 1))
     if check is not None and check.end_to_end is not None:
         return Cell(ratio=check.end_to_end.worst_ratio, differing=check.end_to_end.wrong)
-    pixels = pair.pixels(stage)
-    ratio = np.where(pixels.explained, 0.0, pixels.ratio)
-    return Cell(ratio=float(ratio.max()), differing=int(np.count_nonzero(pixels.wrong)))
+    ratio, differing = pair.worst(stage)
+    return Cell(ratio=ratio, differing=differing)
 
 
 # Who stands alone: the one voice that differs where all others, two at least, agree among themselves.

@@ -12,12 +12,13 @@ from pathlib import Path
 from typing import TextIO
 from xml.etree import ElementTree
 
-from rayproof.reports.results.case_records import CaseRecord, worst_ratio
+from rayproof.reports.results.case_records import CaseRecord
 from rayproof.reports.results.case_table import briefs, by_family, named
 from rayproof.reports.results.files import legible, legible_lines, replacing
-from rayproof.reports.results.headline import answered_in_words, blame, cause_of, headline, shouts
+from rayproof.reports.results.headline import answered_in_words, blame_in_words, cause_of, headline, shouts
 from rayproof.reports.results.outcomes import Outcome
 from rayproof.reports.results.records import SHUTTING, GateRecord, RunRecord
+from rayproof.reports.results.wrong_pixels import plain_reason, stated_reason, wrong_pixels
 
 _ILLEGAL = re.compile("[^\t\n\r\u0020-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 MOST_OF_A_GATE = 10  # lines of a kind
@@ -147,7 +148,7 @@ def _testcase(
     )
     if kind:
         known = "expected" if case["name"] in expected else None
-        message = ": ".join(filter(None, [known, case["verdict"], cause or blame(case), str(case.get("reason") or "")]))
+        message = ": ".join(filter(None, [known, case["verdict"], cause or blame_in_words(case), stated_reason(case)]))
         element = ElementTree.SubElement(test, kind, message=legal(legible(message)))
         if kind != "skipped":  # of which Surefire's schema knows no type; the message begins with the verdict
             element.set("type", case["verdict"])
@@ -161,9 +162,8 @@ def _testcase(
 
 
 def _details(case: CaseRecord) -> list[str]:
-    ratio = worst_ratio(case)
-    lines = [f"worst error / limit: {ratio:.3g}"] if ratio is not None else []
+    lines = list(filter(None, [wrong_pixels(case)]))
     for check in case.get("checks", []):
         if check.outcome not in (Outcome.PASS, Outcome.WARN):
-            lines.append(f"{check.name}: {check.outcome}: {check.reason}")
+            lines.append(f"{check.name}: {check.outcome}: {plain_reason(check.reason)}")
     return [*lines[:40], f"reproduce: {case.get('reproduce') or 'rayproof run ' + case['name']}"]

@@ -10,24 +10,23 @@
 import html
 import math
 import re
-from collections import Counter
 from pathlib import Path
 from urllib.parse import quote
 
-from rayproof.reports.results.case_records import CaseRecord, worst_ratio
+from rayproof.reports.results.case_records import CaseRecord
 from rayproof.reports.results.case_table import briefs
 from rayproof.reports.results.document import whole
-from rayproof.reports.results.files import legible, number, write_text
+from rayproof.reports.results.files import legible, number, several, write_text
 from rayproof.reports.results.headline import (
     BAD,
-    blame,
-    cause_of,
+    blame_in_words,
     causes,
     examined_line,
+    failure_groups,
     headline,
     left_out_in_words,
-    no_say,
-    of_the_whole,
+    mended_in,
+    remarks,
     says_little,
     share_answered,
     shouts,
@@ -35,8 +34,9 @@ from rayproof.reports.results.headline import (
     with_its_name,
     worst_first,
 )
-from rayproof.reports.results.outcomes import LEDGER, Outcome
+from rayproof.reports.results.outcomes import LEDGER, TITLES, Outcome
 from rayproof.reports.results.records import RunRecord
+from rayproof.reports.results.wrong_pixels import MOST_TIMES, display_name, stated_reason, wrong_pixels
 
 MOST = 10
 _LONGEST = 1000  # characters of one message
@@ -58,28 +58,26 @@ def prop(text: object) -> str:
 def publish_annotations(folder: Path, results: RunRecord) -> list[Path]:
     """Write annotations.txt; of a run that passed, one notice."""
     lines = [f"::error title=rayproof::{message(line)}" for line in shouts(results)]
-    gate = results.get("gate")
-    expected = set(gate["cases"] if gate else ())  # what a gate let through annotates nothing
     lines += [f"::warning title=rayproof::{message(line)}" for line in left_out_in_words(results)]
-    causes: dict[str, list[CaseRecord]] = {}  # what is wrong -> the worst of its cases
-    counts: Counter[str] = Counter()
-    for case in briefs(worst_first(results["cases"])):
-        if Outcome(case["verdict"]) not in BAD:
-            break  # the rest is better
-        if case["name"] not in expected:
-            what = cause_of(results, case) or f"{case['verdict']} {blame(case)}"
-            causes.setdefault(what, []).extend([case][: not counts[what]])
-            counts[what] += 1
-    for what, (case, *_) in list(causes.items())[:MOST]:
-        ratio = worst_ratio(case)
-        size = "" if ratio is None else f" (error / limit {ratio:.3g})"
-        why = with_its_name(results, case.get("reason") or "")
-        because = cause_of(results, case).removesuffix(".") or blame(case)
-        said = ": ".join(filter(None, [f"{case['verdict']}{size}", because, why]))
-        more = f" and {counts[what] - 1} more cases" if counts[what] > 1 else ""
+    groups, gate = failure_groups(results), results.get("gate")
+    new = [group for group in groups if not group.accepted]
+    for group in new[:MOST]:
+        case = group.worst
+        why = with_its_name(results, stated_reason(case))
+        size = wrong_pixels(case)
+        verdict = f"{'new: ' * (gate is not None)}{case['verdict']}{f' ({size})' if size else ''}"
+        said = ": ".join(filter(None, [verdict, group.what.removesuffix("."), why]))
+        more = f" and {several(group.count - 1, 'more case')}" if group.count > 1 else ""
         lines.append(f"::error title={prop('rayproof ' + case['name'] + more)}::{message(said)}")
-    left = f" The worst {MOST} of {len(causes)} causes are annotated." if len(causes) > MOST else ""
-    level = "error" if (gate["red"] if gate else counts) else "notice"
+    if accepted := [group for group in groups if group.accepted]:
+        largest = accepted[0].what.removesuffix(".") or accepted[0].verdict
+        more = f", and {several(len(accepted) - 1, 'more cause')}" if len(accepted) > 1 else ""
+        count = several(sum(group.count for group in accepted), "case")
+        lines.append(f"::notice title=rayproof::{message(f'accepted: {count}: {largest}{more}')}")
+    if mended := mended_in(gate):
+        lines.append(f"::notice title=rayproof::{message(f'mended: {len(mended)}: {mended[0]}')}")
+    left = f" The largest {MOST} of {len(new)} causes are annotated." if len(new) > MOST else ""
+    level = "error" if (gate["red"] if gate else new) else "notice"
     lines.append(f"::{level} title=rayproof::{message(headline(results) + left)}")
     return [write_text(folder / "annotations.txt", "\n".join(lines) + "\n")]
 
@@ -161,10 +159,9 @@ def escaped(text: object, *, longest: int = _LONGEST_TEXT) -> str:
 def publish_summary(folder: Path, results: RunRecord) -> list[Path]:
     """Write summary.md."""
     head = [f"**{escaped(line)}**\n" for line in shouts(results)]
-    head += [f"# rayproof: {escaped(headline(results), longest=LONGEST_CAUSE)}\n", *_totals(results)]
-    head += _gate(results)
-    if sentences := [*of_the_whole(results), *causes(results)]:
-        head += ["## What is wrong\n", *(f"* {escaped(sentence, longest=LONGEST_CAUSE)}" for sentence in sentences), ""]
+    head += [f"# rayproof: {escaped(headline(results), longest=LONGEST_CAUSE)}\n"]
+    head += [f"{escaped(sentence, longest=LONGEST_CAUSE)}\n" for sentence in remarks(results)]
+    head += [*_groups(results), *_gate(results), *_totals(results)]
     coverage = _coverage(results)
     failures = _failures(results, MOST_BYTES - sum(len(line.encode()) + 1 for line in head + coverage))
     # Were the fixed parts alone too large (a results.json with a million ids), the end is cut at a line.
@@ -178,19 +175,53 @@ def publish_summary(folder: Path, results: RunRecord) -> list[Path]:
     return [write_text(folder / "summary.md", "\n".join(lines) + "\n")]
 
 
+def _groups(results: RunRecord) -> list[str]:
+    """Return what is new, accepted and mended, each under its title with its count, the largest group first."""
+    groups, mended = failure_groups(results), mended_in(results.get("gate"))
+    lines = []
+    for title, listed in (
+        ("New failures" if "gate" in results else "What is wrong", [group for group in groups if not group.accepted]),
+        ("Accepted failures", [group for group in groups if group.accepted]),
+    ):
+        if not listed:
+            continue
+        lines.append(f"## {title}: {several(sum(group.count for group in listed), 'case')}\n")
+        for group in listed[:MOST_OF_A_GATE]:
+            cases = ", ".join(group.names[:FEW_NAMES])
+            more = f" and {group.count - FEW_NAMES} more" if group.count > FEW_NAMES else ""
+            size = wrong_pixels(group.worst)
+            first = f"; {group.worst['name']}: {size}" if size else ""
+            what = group.what.removesuffix(".") or group.verdict
+            said = f"{several(group.count, 'case')}: {what} (in {cases}{more}{first})"
+            lines.append(f"* {escaped(said, longest=LONGEST_CAUSE)}")
+        left = len(listed) - MOST_OF_A_GATE
+        lines += [f"* and {left} more, in `{whole(results)}`\n" if left > 0 else ""]
+    # What explains nothing says so.
+    told = {group.what for group in groups}
+    lines += [f"{escaped(text, longest=LONGEST_CAUSE)}\n" for text in causes(results) if text not in told]
+    if mended:
+        lines.append(f"## Mended: {len(mended)}\n")
+        lines += [f"* {escaped(line)}" for line in mended[:MOST_OF_A_GATE]]
+        left = len(mended) - MOST_OF_A_GATE
+        lines += [f"* and {left} more, in `{whole(results)}`\n" if left > 0 else ""]
+    return lines
+
+
+FEW_NAMES = 3  # cases of a group
+
+
 def _gate(results: RunRecord) -> list[str]:
-    """Return what a gate let through and what it did not, the most telling first."""
+    """Return what shuts a gate beside the mended cases, and what it let through, with the reasons."""
     told = results.get("gate")
     if told is None:
         return []
     titles = {
-        "regressions": "Not expected",
+        "regressions": "Not accepted",
         "worse": "Worse than before",
         "uncovered": "Too little was measured",
-        "tighten": "Fails less than expected",
         "stale": "Entries that meet no check",
         "expired": "Expired entries",
-        "matched": "Expected, and let through",
+        "matched": "Accepted, with the reasons",
     }
     lines = []
     for key, title in titles.items():
@@ -205,15 +236,15 @@ def _totals(results: RunRecord) -> list[str]:
     lines = ["| | " + " | ".join(name.replace("_", " ") for name in LEDGER) + " |", "|---" * (len(LEDGER) + 1) + "|"]
     for key, what in (("summary", "cases"), ("checks", "checks")):
         lines.append(f"| {what} | " + " | ".join(str(results[key][name]) for name in LEDGER) + " |")
-    told = filter(None, [examined_line(results), *no_say(results)])
-    lines += ["", *(f"{escaped(sentence, longest=LONGEST_CAUSE)}\n" for sentence in told)]
+    told = examined_line(results)
+    lines += ["", *([f"{escaped(told, longest=LONGEST_CAUSE)}\n"] if told else [])]
     seconds = float(results.get("seconds") or 0)
     return [*lines, "", f"{seconds:.0f} s; `{whole(results)}` and `index.html` have the rest.\n"]
 
 
 def _failures(results: RunRecord, room: int) -> list[str]:
     told = {outcome.value for outcome in BAD | {Outcome.UNDECIDED, Outcome.UNSUPPORTED}}
-    lines = ["## What did not pass\n", "| case | verdict | blamed | error / limit | why |", "|---|---|---|---|---|"]
+    lines = ["## What did not pass\n", "| case | verdict | blamed | wrong pixels | why |", "|---|---|---|---|---|"]
     room -= sum(len(line.encode()) + 1 for line in lines) + 200
     count = left = 0
     drawn: list[CaseRecord] = []
@@ -225,9 +256,14 @@ def _failures(results: RunRecord, room: int) -> list[str]:
         if room < 0:
             left += 1
             continue
-        ratio = worst_ratio(case)
-        cells = (case["name"], case["verdict"], blame(case), "" if ratio is None else f"{ratio:.3g}")
-        row = "| " + " | ".join(escaped(cell) for cell in (*cells, case.get("reason") or "")) + " |"
+        cells = (
+            case["name"],
+            case["verdict"],
+            blame_in_words(case),
+            wrong_pixels(case),
+            stated_reason(case),
+        )
+        row = "| " + " | ".join(map(escaped, cells)) + " |"
         room -= len(row.encode()) + 1
         if room < 0:
             left += 1
@@ -247,12 +283,13 @@ def _failures(results: RunRecord, room: int) -> list[str]:
 
 
 def _coverage(results: RunRecord) -> list[str]:
-    lines = ["## Coverage by specification id\n", "| id | cases | failed | worst error / limit | references |"]
+    lines = ["## Coverage by specification id\n", "| item | cases | failed | worst error / limit | references |"]
     lines.append("|---|---|---|---|---|")
     for item, cases in results["coverage"].items():
         detail = results.get("coverage_detail", {}).get(item, {})
         ratio = number(detail.get("worst_ratio"))
-        cells = (item, cases, detail.get("failed", ""), "" if ratio is None else f"{ratio:.3g}")
-        references = ", ".join(map(str, detail.get("references", [])))
+        worst = "" if ratio is None else f"{ratio:.3g}" if ratio < MOST_TIMES else f"over {MOST_TIMES:g}"
+        cells = (f"{item} {TITLES.get(item, '')}".rstrip(), cases, detail.get("failed", ""), worst)
+        references = ", ".join(map(display_name, map(str, detail.get("references", []))))
         lines.append("| " + " | ".join(escaped(cell) for cell in (*cells, references)) + " |")
     return lines

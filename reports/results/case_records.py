@@ -314,6 +314,7 @@ class CaseFacts(TypedDict, total=False):
     scene: str | None
     picture: str | None
     thumbnail: str | None
+    preview: str  # in the place of images that were left out; empty where it could not be drawn
     pixels: str | None
     masks: MasksRecord | None
     width: int

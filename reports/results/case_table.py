@@ -23,6 +23,7 @@ from rayproof.reports.results.compact import compact_case, expand_case
 from rayproof.reports.results.files import as_json
 from rayproof.reports.results.outcomes import Outcome
 from rayproof.reports.results.records import problem_of_case
+from rayproof.reports.results.wrong_pixels import plain_reason, stated_reason, wrong_pixels
 
 NAME = "results.sqlite"
 APPLICATION = 0x52415952  # "RAYR" in SQLite's header: says that the file is ours
@@ -104,6 +105,9 @@ class CaseTable:
         brief = {name: value for name, value in record.items() if name not in HEAVY}
         ratio = worst_ratio(record)
         brief["worst_ratio"] = ratio
+        brief["wrong_pixels"] = wrong_pixels(record)
+        if (stated := stated_reason(record)) != plain_reason(record.get("reason")):
+            brief["stated"] = stated
         verdict = str(record.get("verdict", Outcome.MISSING.value))
         row = (
             key,
@@ -317,7 +321,7 @@ class Cases(Sequence[CaseRecord]):
         return map(self.table._record, self._numbers)
 
     def briefs(self) -> Iterator[CaseRecord]:
-        """Yield what lists show of each case: its record without what is measured, and its `worst_ratio`."""
+        """Yield what lists show of each case: its record without what is measured, `worst_ratio` and `wrong_pixels`."""
         query = "SELECT brief, added FROM cases WHERE id = ?"
         for row in self._numbers:
             with self.table._told():

@@ -1,16 +1,19 @@
 """Sentences about a run: the headline, shouts before it, what was left out, causes, blame."""
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from typing import cast
 
 from rayproof.cases.stages import IMAGE_STAGES, Stage
 from rayproof.reports.results.case_records import CaseRecord, worst_ratio
 from rayproof.reports.results.case_table import Cases, briefs, named
 from rayproof.reports.results.files import legible, several
-from rayproof.reports.results.outcomes import Outcome
-from rayproof.reports.results.records import RunRecord, WorseRecord
+from rayproof.reports.results.outcomes import TITLES, Outcome
+from rayproof.reports.results.records import GateRecord, RunRecord, WorseRecord
+from rayproof.reports.results.wrong_pixels import display_name
 
 AS_WELL = ". The same pixels"  # how a cause's sentence goes on with what fits as well
+EXPLAINS = ": this explains"  # how it goes on with the number of cases
 THE_USUAL = "tracer"  # the subject that goes without saying
 
 
@@ -46,11 +49,48 @@ def last_line(results: RunRecord) -> str:
 
 
 def headline(results: RunRecord) -> str:
-    """Return what the run comes to: of its gate, where one is set, and then of its cases."""
+    """Return in one sentence how the run stands: before its gate, where one is set, and by its cases.
+
+    What is new comes first, with its causes, then what is accepted, then what is mended.
+    """
     if "gate" not in results:
-        return _of_cases(results)
-    through = "" if results["gate"]["red"] or not results["gate"]["cases"] else "Let through: "
-    return f"{legible(results['gate']['sentence'])} {through}{_of_cases(results)}"
+        return f"{_of_cases(results)}."
+    gate = results["gate"]
+    parts, wrong = gate_counts(gate), _by_cause(results)
+    # The causes are those of what is new, which comes first.
+    said = ", ".join([f"{parts[0]} ({wrong})", *parts[1:]] if wrong and parts else parts) or "nothing fails"
+    file = f"The gate {legible(gate['file'])}" if gate.get("file") else "The gate"
+    return f"{file} is {'red' if gate['red'] else 'green'}: {said}; {_totals(results)}."
+
+
+def gate_counts(gate: GateRecord) -> list[str]:
+    """Return the counts of what a gate found, each with its words: first what is new, then accepted, then mended."""
+    uncovered = [*gate.get("uncovered", ())]
+    counts = {
+        "new": len(_new_in(gate)),
+        "no longer accepted, since the entry expired": len(gate["expired"]),
+        "accepted": len(accepted_cases(gate)),
+        "mended": len(mended_in(gate)),
+        "accepted and not made any more": len(gate["stale"]),
+    }
+    parts = [f"{count} {words}" for words, count in counts.items() if count]
+    return [*parts, *uncovered[:1], *([f"and {len(uncovered) - 1} more"] if len(uncovered) > 1 else [])]
+
+
+def _new_in(gate: GateRecord) -> set[str]:
+    """Return the names of the cases, or the whole run, that a gate finds worse than it accepts."""
+    lines = [*gate["regressions"], *gate.get("worse", ())]
+    return {line.partition(": ")[0].partition(" (")[0] for line in lines}  # an entry's name has its item in brackets
+
+
+def accepted_cases(gate: GateRecord) -> set[str]:
+    """Return the names of the failing cases in which nothing is new."""
+    return {*gate["cases"]} - _new_in(gate)
+
+
+def mended_in(gate: GateRecord | None) -> list[str]:
+    """Return in sentences what failed before, or is accepted, and fails less or not at all."""
+    return [] if gate is None else [*gate["tighten"], *gate.get("mended", ())]
 
 
 def subject_of(results: RunRecord) -> str:
@@ -110,45 +150,103 @@ def says_little(results: RunRecord) -> bool:
 LEAST_SHARE = 0.5  # of the planned checks
 
 
+def remarks(results: RunRecord) -> list[str]:
+    """Return in sentences what a reader of the headline must know beside it, each about something of its own."""
+    sentences = [*map(legible, of_the_whole(results)), *no_say(results), *left_out_in_words(results)]
+    return [f"{sentence[:1].upper()}{sentence[1:]}." for sentence in sentences]
+
+
 def _of_cases(results: RunRecord) -> str:
-    """Return the verdict of the cases in one sentence, with who was under test if not the tracer, and the blame."""
+    """Return the verdicts of the cases with who was under test if not the tracer, and what is wrong."""
     summary = results["summary"]
-    subject = subject_of(results)
-    total = several(summary["planned"], "case")
+    if not any(summary[outcome.value] for outcome in Outcome):
+        return "Nothing was measured"
+    wrong = _by_cause(results)
+    whole = [f"but {legible(sentence)}" for sentence in of_the_whole(results)]
+    whole += [f"{sentence[:1].lower()}{sentence[1:]}" for sentence in _lost(results).values()]
+    return "; ".join([_totals(results), *([wrong] if wrong else []), *whole])
+
+
+def _totals(results: RunRecord) -> str:
+    """Return the numbers of cases by verdict, the worst first, and how many checks were answered if not all."""
+    summary = results["summary"]
+    subject, total = subject_of(results), several(summary["planned"], "case")
     total = total if subject == THE_USUAL else f"{subject}: {total}"
     worst_first = [outcome for outcome in reversed(Outcome) if summary[outcome.value]]
     if not worst_first:
-        return "Nothing was measured."
-    shared = "".join(f" But {legible(sentence)}." for sentence in of_the_whole(results))
-    shared += "".join(f" Warning: {legible(sentence)}." for sentence in results.get("growing", []))
-    for name, cases in _stopped(results).items():
-        shared += f" A time limit stopped {name} in {several(len(cases), 'case')}."
-    lost = _lost(results)
-    shared += "".join(f" {sentence}." for sentence in lost.values())
-    for name, cases in _abstained(results).items():
-        if name not in lost:
-            shared += f" {name} had no say in {several(len(cases), 'case')}."
-    shared += "".join(f" {sentence}." for sentence in left_out_in_words(results))
+        return "nothing was measured"
     answered = answered_in_words(results)
-    if worst_first == [Outcome.PASS]:
-        if answered:
-            pass_on = f"pass{'es' if summary['planned'] == 1 else ''} on the"
-            return f"{total} {pass_on} {answered[0].replace('answered', 'that it answers')}.{shared}"
-        every = "each passes" if of_the_whole(results) else "all pass"
-        return f"{total}: {every}, in {_checks(cast('dict[str, int]', results['checks']))}.{shared}"
-    shared += f" {answered[0]}." if answered else ""
-    parts = [f"{summary[outcome.value]} {outcome.value.replace('_', ' ')}" for outcome in worst_first]
-    # In the order of the light path: what goes wrong first is most likely what is wrong.
+    if worst_first != [Outcome.PASS]:
+        parts = [f"{summary[outcome.value]} {outcome.value.replace('_', ' ')}" for outcome in worst_first]
+        return f"{total}: {', '.join([*parts, *answered])}"
+    if answered:
+        pass_on = f"pass{'es' if summary['planned'] == 1 else ''} on the"
+        return f"{total} {pass_on} {answered[0].replace('answered', 'that it answers')}"
+    every = "each passes" if of_the_whole(results) else "all pass"
+    return f"{total}: {every}, in {_checks(cast('dict[str, int]', results['checks']))}"
+
+
+MOST_GROUPS = 3  # that a headline names
+
+
+def _by_cause(results: RunRecord) -> str:
+    """Return what is wrong in the cases that are new failures, the cause of the most cases first."""
+    groups = [group for group in failure_groups(results) if not group.accepted and group.what]
+    parts = [f"{group.short} in {several(group.count, 'case')}" for group in groups[:MOST_GROUPS]]
+    left = len(groups) - MOST_GROUPS
+    return ", ".join([*parts, *([f"and {several(left, 'more cause')}"] if left > 0 else [])])
+
+
+@dataclass(kw_only=True)
+class FailureGroup:
+    """The cases that fail for one cause, or for what is blamed in them where no cause is known."""
+
+    what: str  # the sentence of the cause, or the stage and the items with their names; empty where nothing is blamed
+    short: str  # the same for a headline
+    verdict: str
+    accepted: bool  # by the gate's file, or because they failed in the run before
+    worst: CaseRecord  # as lists have it
+    names: list[str]  # of the first cases, the worst first
+    count: int = 0
+
+
+NAMED = 8  # cases of a group
+
+
+def failure_groups(results: RunRecord) -> list[FailureGroup]:
+    """Return the groups of the cases that fail: the new ones first, of each kind the largest first.
+
+    Groups of a size are in the order of the light path, since what goes wrong first is most likely what is wrong.
+    """
+    accepted = accepted_cases(results["gate"]) if "gate" in results else set[str]()
+    groups: dict[tuple[bool, str], FailureGroup] = {}
+    for case in briefs(worst_first(results["cases"])):
+        if Outcome(case["verdict"]) not in BAD:
+            continue
+        cause, let_through = cause_of(results, case), case["name"] in accepted
+        what = cause or blame_in_words(case)
+        key = let_through, what or f" {case['verdict']}"
+        if key not in groups:
+            short = _short(cause) if cause else what
+            groups[key] = FailureGroup(
+                what=what, short=short, verdict=case["verdict"], accepted=let_through, worst=case, names=[]
+            )
+        group = groups[key]
+        group.count += 1
+        group.names += [case["name"]][: NAMED - len(group.names)]
     order = list(Stage)
-    guilty = sorted(
-        (case for case in briefs(results["cases"]) if case["verdict"] in BAD and blame(case)),
-        key=lambda case: order.index(Stage(case["stage"])) if case.get("stage") in order else len(order),
-    )
-    named = ", ".join(list(dict.fromkeys(blame(case) for case in guilty))[:4])
-    if _named(results):
-        short = " ".join(f"{sentence.split(AS_WELL)[0].rstrip('.')}." for sentence in causes(results))
-        return f"{total}: {', '.join(parts)}. {short}{shared}"
-    return f"{total}: {', '.join(parts)}." + (f" Blamed: {named}." if named else "") + shared
+
+    def rank(group: FailureGroup) -> tuple[bool, int, int]:
+        stage = group.worst.get("stage")
+        return group.accepted, -group.count, order.index(Stage(stage)) if stage in order else len(order)
+
+    return sorted(groups.values(), key=rank)
+
+
+def _short(cause: str) -> str:
+    """Return the part of a cause's sentences that says what is wrong, as a part of a longer sentence."""
+    sentence = cause.split(EXPLAINS)[0].split(AS_WELL)[0].rstrip(".")
+    return f"{sentence[:1].lower()}{sentence[1:]}" if sentence.startswith("The ") else sentence
 
 
 def of_the_whole(results: RunRecord) -> list[str]:
@@ -177,13 +275,6 @@ def cause_of(results: RunRecord, case: CaseRecord) -> str:
     )
 
 
-def _named(results: RunRecord) -> bool:
-    """Say whether some mistake is named."""
-    told = results.get("diagnosis")
-    entries = told if isinstance(told, list | tuple) else []
-    return any(isinstance(one, Mapping) and one.get("mistake") for one in entries)
-
-
 def _checks(ledger: Mapping[str, int]) -> str:
     """Return how many checks passed, of how many where they are not all."""
     left = ", ".join(
@@ -201,7 +292,7 @@ def no_say(results: RunRecord) -> list[str]:
     silenced = [*map(legible, results.get("growing", []))]
     for name, names in _stopped(results).items():
         more = f" and {len(names) - 1} more" if len(names) > 1 else ""
-        silenced.append(f"a time limit stopped {name} in {names[0]}{more}")
+        silenced.append(f"a time limit stopped {display_name(name)} in {names[0]}{more}")
     lost = _lost(results)
     silenced += lost.values()
     for name, cases in _abstained(results).items():
@@ -209,7 +300,7 @@ def no_say(results: RunRecord) -> list[str]:
             continue
         case, why = next(iter(cases.items()))
         more = f" and {len(cases) - 1} more" if len(cases) > 1 else ""
-        silenced.append(f"{name} had no say in {case}{more}, where it was asked: {why}")
+        silenced.append(f"{display_name(name)} had no say in {case}{more}, where it was asked: {why}")
     return silenced
 
 
@@ -220,7 +311,9 @@ def _lost(results: RunRecord) -> dict[str, str]:
         return {}
     done = sum(summary[outcome.value] for outcome in Outcome if outcome is not Outcome.MISSING)
     errors = {name: next(iter(cases.values())) for name, cases in abstained.items() if len(cases) == done}
-    return {name: f"The panel lost {name}: {legible(error).rstrip('.')}" for name, error in errors.items()}
+    return {
+        name: f"The panel lost {display_name(name)}: {legible(error).rstrip('.')}" for name, error in errors.items()
+    }
 
 
 def _abstained(results: RunRecord) -> dict[str, dict[str, str]]:
@@ -260,11 +353,12 @@ def examined_line(results: RunRecord) -> str | None:
     ledger = results.get("examined")
     if (
         not isinstance(ledger, Mapping)
-        or not all(isinstance(ledger.get(kind), int) for kind in ("pixels", *KINDS))
+        or not all(isinstance(ledger.get(kind), int) for kind in ("pixels", "strict", "wrong", "unexamined"))
         or not ledger["pixels"]
     ):
         return None
-    parts = [f"{ledger[kind]:,} {words}" for kind, words in KINDS.items() if ledger[kind] or kind == "unexamined"]
+    counts = {kind: ledger.get(kind, 0) for kind in KINDS}
+    parts = [f"{counts[kind]:,} {words}" for kind, words in KINDS.items() if counts[kind] or kind == "unexamined"]
     return f"{ledger['pixels']:,} pixels over all checks: {', '.join(parts)}."
 
 
@@ -277,6 +371,16 @@ FEW = 4  # items that are told by name
 def blame(case: CaseRecord) -> str:
     """Return the blamed stage of a case and the specification ids that may be to blame, or an empty string."""
     return " ".join(filter(None, (legible(case.get("stage") or ""), blamed_items(case))))
+
+
+def blame_in_words(case: CaseRecord) -> str:
+    """Return the blamed stage of a case, and the items that may be to blame with their names; or an empty string."""
+    told = case.get("blamed_items")
+    items = [str(item) for item in told if item] if isinstance(told, list | tuple) else []
+    items = items or [str(case["item"])] * bool(case.get("item"))
+    words = [f"{legible(item)} ({TITLES[item]})" if item in TITLES else legible(item) for item in items]
+    named = " or ".join(words) if len(words) <= FEW else f"one of {len(words)} items"
+    return " ".join(filter(None, (legible(case.get("stage") or ""), named)))
 
 
 def blamed_items(case: CaseRecord) -> str:

@@ -199,6 +199,7 @@ class GateRecord(TypedDict):
     cases: list[str]
     worse: NotRequired[list[str]]
     uncovered: NotRequired[list[str]]
+    mended: NotRequired[list[str]]  # what failed in an earlier run, and passes
 
 
 class RefusedRecord(TypedDict):
@@ -250,10 +251,11 @@ class ReviewRecord(TypedDict, total=False):
 
 
 class ImagesKeptRecord(TypedDict):
-    """The numbers of cases whose images a run kept, and of passing ones whose images it did not."""
+    """The numbers of cases whose images a run kept, of passing ones without, and of others with a preview only."""
 
     cases: Count
     left_out: Count
+    previews: NotRequired[Count]
 
 
 class FindingRecord(TypedDict, total=False):

@@ -13,6 +13,7 @@ from rayproof.reports.results.case_table import Cases
 from rayproof.reports.results.files import at_worst, legible, several
 from rayproof.reports.results.headline import blamed_items
 from rayproof.reports.results.outcomes import Outcome
+from rayproof.reports.results.wrong_pixels import MOST_TIMES, stated_reason, wrong_pixels
 from rayproof.reports.run.messages import JUDGE, RECALLING, TRACING
 
 if TYPE_CHECKING:
@@ -90,7 +91,8 @@ class CaseProgress:
             self._bar.update(self._task, completed=self._done, description=legible(record["name"]))
         if not self._console.is_terminal or outcome is not Outcome.PASS:
             how = "kept" if again else f"{record['seconds']:.2f} s"
-            line = f"[{self._done}/{self._total}] {outcome.value} {record['name']} ({how}) {record['reason']}".rstrip()
+            why = stated_reason(record)
+            line = f"[{self._done}/{self._total}] {outcome.value} {record['name']} ({how}) {why}".rstrip()
             style = COLOURS[outcome] if self._console.is_terminal else None
             self._console.print(legible(line), style=style, soft_wrap=not self._console.is_terminal)
 
@@ -112,18 +114,19 @@ def worst_first(records: Sequence[CaseRecord], *, most: int = 12) -> Table:
     records = records.worst_first()[:most] if isinstance(records, Cases) else records
     table = Table(title=f"Worst {min(most, total)} of {several(total, 'case')}", title_justify="left")
     # A narrow terminal breaks names and items into lines: one that is cut short names no case.
-    for column in ("case", "verdict", "stage", "item", "worst error / limit", "where"):
+    for column in ("case", "verdict", "stage", "item", "wrong pixels", "worst error / limit"):
         table.add_column(column, overflow="fold", min_width=NAME if column == "case" else None)
     for record in sorted(records, key=badness, reverse=True)[:most]:
         ratio, where = highest(record) or (None, "")
+        size = "" if ratio is None else f"{ratio:.3g}" if ratio < MOST_TIMES else f"over {MOST_TIMES:g}"
         outcome = Outcome(record["verdict"])
         table.add_row(
             record["name"],
             Text(outcome.value, style=COLOURS[outcome]),
             record["stage"] or "",
             blamed_items(record),
-            "" if ratio is None else f"{ratio:.3g}",
-            where,
+            wrong_pixels(record),
+            f"{size}: {where}" if size else "",
         )
     return table
 

@@ -137,6 +137,22 @@ MOST_EXPLAINED = 0.5
 
 
 FAMILY = "file"
+SCENES = "scenes"  # the folder of scene files in a results folder
+
+
+def scene_path(name: str) -> Path:
+    """Return the path of a scene file; one of a results folder is found from within that folder as well.
+
+    A report shows a command such as `rayproof run report/scenes/file/mine.json`, which is right where the run was
+    started. In the folder of the report it is the same scene.
+    """
+    path = Path(name)
+    if SCENES in path.parts and not path.exists():
+        place = len(path.parts) - 1 - path.parts[::-1].index(SCENES)
+        within = Path(*path.parts[place:])
+        if within.is_file() and Path("results.json").is_file():
+            return within
+    return path
 
 
 def place_of(name: str) -> str:

@@ -166,6 +166,12 @@ def conclude(request: RunOptions, results: RunRecord, why: str | None, console: 
         # Before the run is in its history: it may be held against what that held so far.
         results["gate"] = held(results, demanded).record()
     worse = _remember(request, results, console)
+    if results["finished"] and not request.images.full:
+        from rayproof.reports.publish.page.previews import leave_previews
+
+        count = leave_previews(request.out, results)
+        kept = results["images_kept"]
+        results["images_kept"] = {**kept, "cases": kept["cases"] - count, "previews": count}
     _publish(request, results, why, console)
     for sentence in worse:
         console.print(legible(f"worse than its history: {sentence}"), style="yellow", soft_wrap=True, markup=False)
@@ -294,9 +300,9 @@ def cases_of(selectors: tuple[str, ...]) -> tuple[Case, ...]:
     names = tuple(selector for selector in selectors if selector not in files)
     cases = select(names) if selectors else all_cases()
     if files:
-        from rayproof.reports.run.scenes import cases_of_files
+        from rayproof.reports.run.scenes import cases_of_files, scene_path
 
-        cases += cases_of_files([Path(file) for file in files])
+        cases += cases_of_files([*map(scene_path, files)])
     return cases
 
 
@@ -320,7 +326,7 @@ def clear(folder: Path) -> None:
     Only where there is a run's journal: what is not ours is left alone.
     """
     if (folder / JOURNAL).is_file():
-        for name in ("images", "scenes", "data"):
+        for name in ("images", "scenes", "data", "previews"):
             shutil.rmtree(folder / name, ignore_errors=True)
 
 
@@ -381,6 +387,9 @@ def _publish(request: RunOptions, results: RunRecord, why: str | None, console: 
         console.print(f"the run fails: {sentence}", style="bold red", soft_wrap=True, markup=False)
     if left_out := results["images_kept"]["left_out"]:
         console.print(f"images of {several(left_out, 'passing case')} are not kept; see --keep-images", soft_wrap=True)
+    if previews := results["images_kept"].get("previews"):
+        told = f"of {several(previews, 'case')} that did not pass only previews are kept"
+        console.print(f"{told}; --keep-images all keeps all images", soft_wrap=True)
     before = sum(bool(case.get("remembered")) for case in briefs(results["cases"]))
     if before:
         console.print(f"verdicts reused, since the images are bit-identical to earlier ones: {before}", soft_wrap=True)

@@ -35,6 +35,7 @@ class Journal:
     """Keep finished cases in DIR/results.sqlite, and give back those whose key still holds."""
 
     def __init__(self, folder: Path, *, resume: bool) -> None:
+        self._folder = folder
         path = folder / NAME
         if not resume:
             for name in (NAME, f"{NAME}-journal"):
@@ -48,14 +49,16 @@ class Journal:
         """Return the record of a case that was finished under exactly this key, or None.
 
         An error, or a reference that abstained, may have been the machine's or the time limit's fault, so that such a
-        case is done again.
+        case is done again. So is a case whose images are gone, since a cause is sought in them.
         """
         try:
             record = self._table.finished(key)
         except DamagedTableError:
             return None  # its case is simply done again
-        again = record is None or record.get("verdict") == Outcome.ERROR or bool(record.get("abstained"))
-        return None if again else record
+        if record is None or record.get("verdict") == Outcome.ERROR or record.get("abstained"):
+            return None
+        images = (render.get("image") for render in record.get("renders", ()))
+        return record if all((self._folder / image).is_file() for image in images if image) else None
 
     def append(self, key: str, record: CaseRecord) -> None:
         """Write one finished case and make sure that it reached the disk."""

@@ -35,6 +35,9 @@ class Paper:
         Also draw a figure into this file, ending in .pdf or .svg; its text stays text.
     table
         Also write the table into this file, ending in .tex, .csv or .md.
+    columns
+        Columns of the table by their headings, separated by commas, in this order; by default all, and in a .tex file
+        those that fit the text of an article.
     width
         Width of the figure [mm].
     font_size
@@ -44,6 +47,7 @@ class Paper:
 
     figure: Path | None = None
     table: Path | None = None
+    columns: str | None = None
     width: float = 160.0
     font_size: float = 8.0
 
@@ -56,6 +60,8 @@ class Paper:
                 with replacing(file.with_name(f".{file.name}.try")) as draft:
                     draft.touch()
                 file.with_name(f".{file.name}.try").unlink()
+        if self.columns is not None and self.table is None:
+            raise ValueError("--columns chooses columns of --table FILE")
         if not 20 <= self.width <= 1000:
             raise ValueError(f"--width must be from 20 to 1000 mm, got {self.width:g}")
         if not 4 <= self.font_size <= 72:
@@ -124,22 +130,48 @@ def _finish(figure: "Figure", paper: Paper, caption: str, panels: float) -> None
 # Tables.
 
 
-def write_table(file: Path | None, columns: Sequence[str], rows: Sequence[Sequence[object]], *, caption: str) -> None:
-    """Write a table as LaTeX, CSV or Markdown with its caption; nothing where no file was asked for."""
+def write_table(
+    paper: Paper, columns: Sequence[str], rows: Sequence[Sequence[object]], *, caption: str, fits: Sequence[str] = ()
+) -> None:
+    """Write a table as LaTeX, CSV or Markdown with its caption; nothing where no file was asked for.
+
+    `fits` are the columns of a LaTeX table that was asked for without a choice of columns; none: all.
+
+    Raises:
+        ValueError: a column was asked for that there is not.
+
+    """
+    file = paper.table
     if file is None:
         return
-    cells = [[str(cell) for cell in row] for row in rows]
+    places = chosen(paper, columns, fits if file.suffix == ".tex" else ())
+    heads = [columns[place] for place in places]
+    cells = [[str(row[place]) for place in places] for row in rows]
     if file.suffix == ".md":
-        text = f"{markdown_cell(caption)}\n\n{markdown_table(columns, cells)}"
+        text = f"{markdown_cell(caption)}\n\n{markdown_table(heads, cells)}"
     elif file.suffix == ".csv":
         lines = io.StringIO()
         lines.write(f"# {caption}\n")
         writer = csv.writer(lines, lineterminator="\n")
-        writer.writerows([columns, *cells])
+        writer.writerows([heads, *cells])
         text = lines.getvalue()
     else:
-        text = _latex(columns, cells, caption)
+        text = _latex(heads, cells, caption)
     write_text(file, text)
+
+
+def chosen(paper: Paper, columns: Sequence[str], fits: Sequence[str] = ()) -> list[int]:
+    """Return the places of the columns that a table has: those asked for, else those of `fits`, else all.
+
+    Raises:
+        ValueError: a column was asked for that there is not.
+
+    """
+    asked = [name.strip() for name in paper.columns.split(",")] if paper.columns is not None else [*fits]
+    for name in asked:
+        if name not in columns:
+            raise ValueError(f"--columns: no column is called {name!r}; there are {', '.join(columns)}")
+    return [columns.index(name) for name in asked] if asked else [*range(len(columns))]
 
 
 def markdown_table(columns: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
@@ -159,17 +191,55 @@ _LATEX = {
 }  # fmt: skip
 
 
-def _latex(columns: Sequence[str], rows: Sequence[Sequence[str]], caption: str) -> str:
-    def line(cells: Sequence[str]) -> str:
-        return "    " + " & ".join(map(latex_text, cells)) + r" \\"
+# LaTeX's class `article` at 10 pt has lines of 345 pt. A letter or digit of \footnotesize (8 pt) takes 4.5 pt at
+# most on average, and a column has 3 pt of room on either side.
+TEXT_WIDTH, LETTER_WIDTH, ROOM = 345.0, 4.5, 6.0
+NARROWEST = 40.0  # pt of a column whose text is broken into lines
 
-    first = r"\begin{table}" + "\n  \\centering\n" + f"  \\caption{{{latex_text(caption)}}}\n"
-    begin = f"  \\begin{{tabular}}{{l{'r' * (len(columns) - 1)}}}"
-    body = [begin, r"    \hline", line(columns), r"    \hline", *map(line, rows), r"    \hline", r"  \end{tabular}"]
-    return first + "\n".join(body) + "\n\\end{table}\n"
+
+def _latex(columns: Sequence[str], rows: Sequence[Sequence[str]], caption: str) -> str:
+    cells = [[latex_text(cell) for cell in row] for row in ([_spoken(name) for name in columns], *rows)]
+    widths = _widths([[_spoken(cell) for cell in row] for row in (columns, *rows)])
+    kinds = "".join(
+        f"p{{{width:.0f}pt}}" if width is not None else "l" if place == 0 else "r" for place, width in enumerate(widths)
+    )
+
+    def line(row: Sequence[str]) -> str:
+        broken = (cell if width is None else rf"\raggedright {cell}" for cell, width in zip(row, widths, strict=True))
+        return "    " + " & ".join(broken) + r" \tabularnewline"
+
+    head = ["\\begin{table}", r"  \centering", f"  \\caption{{{latex_text(caption)}}}"]
+    head += [r"  \footnotesize", r"  \setlength{\tabcolsep}{3pt}", f"  \\begin{{tabular}}{{{kinds}}}"]
+    body = [r"    \hline", line(cells[0]), r"    \hline", *map(line, cells[1:]), r"    \hline", r"  \end{tabular}"]
+    return "\n".join([*head, *body, "\\end{table}"]) + "\n"
+
+
+def _widths(rows: Sequence[Sequence[str]]) -> list[float | None]:
+    """Return the width [pt] of each column whose text must be broken for the table to fit; None: as wide as its text.
+
+    The widest columns give way first, none below the width of its longest word.
+    """
+    natural = [LETTER_WIDTH * max(map(len, column)) for column in zip(*rows, strict=True)]
+    words = [
+        max(NARROWEST, LETTER_WIDTH * max((len(word) for cell in column for word in cell.split()), default=0))
+        for column in zip(*rows, strict=True)
+    ]
+    room = TEXT_WIDTH - ROOM * len(natural)
+    widths = natural.copy()
+    while sum(widths) > room:
+        place = max(range(len(widths)), key=lambda at: widths[at] - words[at])
+        if widths[place] <= words[place]:
+            break  # words are not broken
+        widths[place] = max(words[place], widths[place] - max(LETTER_WIDTH, (sum(widths) - room) / 4))
+    return [width if width < whole else None for width, whole in zip(widths, natural, strict=True)]
+
+
+def _spoken(text: str) -> str:
+    """Return a name as a paper has it: a blank for an underscore, and room to break a line after a slash."""
+    return text.replace("_", " ")
 
 
 def latex_text(text: str) -> str:
     """Return text as LaTeX prints it; an arrow becomes one."""
-    parts = " ".join(text.split()).split(" -> ")
+    parts = " ".join(_spoken(text).split()).split(" -> ")
     return r" $\rightarrow$ ".join("".join(_LATEX.get(letter, letter) for letter in part) for part in parts)

@@ -1,9 +1,11 @@
 """All pictures of the report in README and docs: python -m tests.harness.pictures.
 
-A run with a classic mistake, normals by the model matrix, and with its studies is photographed in Chromium. Beside the
+A run with a classic mistake, normals by the model matrix in a formula of one's own, and with its studies is
+photographed in Chromium. It is no planted fault: a run with one says on top that it audits the harness. Beside the
 pictures stays the digest of the page's scripts and styles that drew them, by which a test notices that they are old.
 """
 
+import contextlib
 import hashlib
 import sys
 import tempfile
@@ -15,7 +17,15 @@ from tests.command_line import call
 CHECKOUT = Path(__file__).parents[2]
 PICTURES = CHECKOUT / "docs" / "pictures"
 DRAWN_BY = PICTURES / "scripts.sha256"
-MISTAKE = ("transforms", "--formula", "world_normal=model_matrix")
+MISTAKE = ("transforms", "--formula", "world_normal=./mine.py:model_matrix")
+MINE = '''"""A classic mistake: normals are turned by the model matrix instead of its inverse transpose."""
+
+import drjit as dr
+
+
+def model_matrix(normal, transform):
+    return dr.normalize(transform.vector_to_world(normal))
+'''
 
 
 def scripts_digest() -> str:
@@ -31,7 +41,8 @@ def scripts_digest() -> str:
 def draw() -> int:
     """Make a run, take all pictures of README and docs of it, and write which scripts drew them; takes a minute."""
     drawn_by = scripts_digest()
-    with tempfile.TemporaryDirectory() as folder:
+    with tempfile.TemporaryDirectory() as folder, contextlib.chdir(folder):
+        Path("mine.py").write_text(MINE, encoding="utf-8")
         code = main(["run", *MISTAKE, "--studies", "--out", folder])
         if code != 1:  # the mistake must be found
             return code or 1

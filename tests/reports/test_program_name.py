@@ -1,6 +1,9 @@
 """Hints name the program as it was called."""
 
+import re
+import shlex
 import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -41,3 +44,18 @@ def test_a_program_on_nobody_s_path_is_named_by_its_own(monkeypatch: pytest.Monk
 
         assert program_name.called() == name
     monkeypatch.delenv(program_name.VARIABLE, raising=False)
+
+
+def test_an_extra_is_installed_by_the_launcher_of_a_checkout_and_elsewhere_by_pip(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "launcher.py").touch()
+    monkeypatch.chdir(tmp_path)
+    assert program_name.installing("dask", root=tmp_path) == "./rayproof install dask"
+    monkeypatch.chdir("/")
+    assert program_name.installing("dask", root=tmp_path) == f"{tmp_path}/rayproof install dask"
+
+    python, *words = shlex.split(program_name.installing("dask", root=tmp_path / "site-packages"))
+
+    assert (python, words[:3]) == (sys.executable, ["-m", "pip", "install"])
+    assert [re.split("[<>=]", word)[0] for word in words[3:]] == ["cryptography", "distributed"]

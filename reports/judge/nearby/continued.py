@@ -27,6 +27,7 @@ from rayproof.reports.judge.answers import all_of, dot
 from rayproof.reports.judge.nearby.explaining import FIRST, HALVINGS, NOTHING, ROUNDS, Declared, Explained, Reach
 from rayproof.reports.judge.nearby.problems import AMOUNTS, FARTHEST, Problem, Problems
 
+COUNT = 16  # numbers drawn for a pixel: more than what is handed over has, and three for shadow rays
 MOVING = 2  # rounds in which scenes move
 READ_BY: Mapping[Stage, tuple[Stage, ...]] = {
     Stage.OBJECT: (Stage.RAY,),
@@ -49,16 +50,18 @@ class Handed:
     rounding: Mapping[Stage, np.ndarray]  # (n, 1) or (n, channels): per unit of roundoff
     whole: Mapping[Stage, np.ndarray]  # likewise: by an output's step, and by passes of their own
 
-    def moved(self, amount: float, draw: np.random.Generator, total: int) -> dict[Stage, np.ndarray]:
+    def moved(self, problem: Problem) -> dict[Stage, np.ndarray]:
         """Return the rows moved; what is drawn for a pixel does not depend on which others are asked."""
-        moved = {}
+        moved, place = {}, 0
+        numbers = problem.drawn(self.pixels, sum(values.shape[1] for values in self.rows.values()))
         for stage, values in self.rows.items():
             if stage not in self.rounding:
                 moved[stage] = values
                 continue
-            drawn = draw.uniform(-1, 1, (total, values.shape[1]))[self.pixels]
+            drawn = numbers[:, place : place + values.shape[1]]
+            place += values.shape[1]
             with np.errstate(invalid="ignore"):  # a miss is infinitely far away, wherever it moves
-                off = (amount * self.rounding[stage] + self.whole.get(stage, 0.0)) * drawn
+                off = (problem.amount * self.rounding[stage] + self.whole.get(stage, 0.0)) * drawn
                 moved[stage] = np.where(np.isfinite(values), values + off, values)
         return moved
 
@@ -140,9 +143,8 @@ class Continuing:
         handed = self._handed(rows, columns)
         values, pieces = [], []
         for problem in problems:
-            draw = problem.draw
-            given = handed.moved(problem.amount, draw, self.reach.image.size)
-            freedom = self._freedom(rows, columns, problem, declared, draw)
+            given = handed.moved(problem)
+            freedom = self._freedom(rows, columns, problem, declared)
             with np.errstate(all="ignore"):  # from whatever was handed over, infinities too
                 values.append(self.oracle.continued(problem.scene, self.stage, given, freedom))
             pieces.append(self._pieces(problem, given))
@@ -242,13 +244,11 @@ class Continuing:
                 whole[stage] = off if off.ndim == 2 else off[:, np.newaxis]
         return Handed(pixels=rows * self.reach.image.shape[1] + columns, rows=flat, rounding=rounding, whole=whole)
 
-    def _freedom(
-        self, rows: np.ndarray, columns: np.ndarray, problem: Problem, declared: Declared, draw: np.random.Generator
-    ) -> Freedom | None:
+    def _freedom(self, rows: np.ndarray, columns: np.ndarray, problem: Problem, declared: Declared) -> Freedom | None:
         if self.stage not in (Stage.OBJECT, Stage.VISIBILITY):
             return None
         shape = self.reach.image.shape
-        drawn = draw.uniform(0, 1, (*shape, 3))[rows, columns]
+        drawn = np.abs(problem.drawn(rows * shape[1] + columns, COUNT)[:, -3:])
         shadow = np.broadcast_to(declared.shadow, shape)[rows, columns] * drawn[:, 1]
         shadow = shadow * max(1.0, problem.amount / AMOUNTS[-1])
         skips = drawn[:, 2] < 1 / 3
@@ -258,7 +258,8 @@ class Continuing:
             lift=lift + np.where(skips, 0.0, shadow),
             blind=np.where(skips, shadow, 0.0),
             light=declared.light,
+            by_plane=drawn[:, 1] < 1 / 2,
             near=declared.ray,
             tie=self.reach.tie[rows, columns] + declared.tie,
-            draw=draw,
+            draw=problem.draw,
         )

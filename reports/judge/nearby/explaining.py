@@ -1,8 +1,9 @@
 """Which pixels over their limits are explained: by rounding, by a declared epsilon, or not at all.
 
 Pixels in which nothing changes even `FARTHEST` units of roundoff away are left to their forward limits. The others are
-asked in rounds. The first moves only the image points and the starts of shadow rays, all of them in one call of the
-oracle. Then the scenes move as well: 18, 72 and 288 of them. A pixel is asked on until a problem explains it.
+asked in rounds. The first two move only the image points and the starts of shadow rays, all of them in one call of the
+oracle. Then the scenes move as well, 18 and 72 of them, each with several points of a pixel. A pixel is asked on until
+a problem explains it.
 """
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -13,7 +14,7 @@ import numpy as np
 
 from rayproof.cases.scene import Scene
 from rayproof.cases.stages import IMAGE_STAGES, Stage, StageImages
-from rayproof.reference.analytic import Analytic, Freedom
+from rayproof.reference.analytic import NOWHERE, Analytic, Freedom
 from rayproof.reports.judge.answers import all_of
 from rayproof.reports.judge.nearby.clouds import (
     LIGHT,
@@ -29,10 +30,12 @@ from rayproof.reports.judge.nearby.clouds import (
 from rayproof.reports.judge.nearby.exact import ExactOracle
 from rayproof.reports.judge.nearby.problems import AMOUNTS, COINCIDING, EVERY_TIE, FARTHEST, Problem, Problems
 
-FIRST = 8  # draws of the first round
+FIRST, SECOND = 8, 64  # draws of the rounds in which only points move
 FAR = 16  # problems that are moved as far as `FARTHEST`
 SMOOTH = 4  # times what the limits allow in proportion: several data that move at once change a value by less
-ROUNDS = (6, 24, 96)  # problems of each amount in the rounds in which scenes move
+ROUNDS = (6, 24)  # scenes of each amount in the rounds in which these move
+POINTS = (8, 16)  # points of each pixel that are asked in each of these scenes
+DRAWN = 6  # numbers for each point: two of its place, its lift, its epsilon, what that is, and which horizon
 MOST_ASKED = 400  # pixels that go on to the rounds in which scenes move: a wrong renderer is wrong in its first ones
 HALVINGS = 40  # of the way from a pixel's centre to the object that a renderer names
 AGAIN = 10  # times as many problems before a renderer is failed by few pixels
@@ -129,41 +132,49 @@ class Asking:
             return self._found
         if self._lost():
             return self._found
-        asked = self._sample()
-        settled = self._settled(asked)
-        self._first_round(~settled)
-        # A stage that is wrong in a settled pixel is wrong; its others are asked no more.
-        decided = {stage: mask for stage, mask in self._left.items() if (mask & settled).any()}
-        self._left = {stage: mask for stage, mask in self._left.items() if stage not in decided}
-        moving = asked & ~settled
-        for number, more in enumerate(ROUNDS):
+        decided: dict[Stage, np.ndarray] = {}
+        waiting = np.ones_like(self.reach.image, dtype=bool)
+        while (asked := self._sample(waiting)).any():
+            settled = self._settled(asked)
+            self._ask_itself(waiting & ~settled, FIRST)
+            # A stage that is wrong in a settled pixel is wrong; its others are asked no more.
+            self._decide(settled, decided)
+            self._ask(asked & ~settled)
+            # If one of a stage's pixels that were asked is wrong, those that were not asked count as wrong as well.
+            self._decide(asked, decided)
+            waiting &= ~asked
+        self._left |= decided
+        return self._found
+
+    def _decide(self, pixels: np.ndarray, decided: dict[Stage, np.ndarray]) -> None:
+        """Move the stages that are left in some of the pixels (height, width) to those that are decided."""
+        for stage in [stage for stage, mask in self._left.items() if (mask & pixels).any()]:
+            decided[stage] = self._left.pop(stage)
+
+    def _ask(self, moving: np.ndarray) -> None:
+        """Ask pixels (height, width) of the rounds, up to the last that are left."""
+        self._ask_itself(moving, SECOND)
+        for number, (more, times) in enumerate(zip(ROUNDS, POINTS, strict=True)):
             pixels = self._pixels(moving)
             if not len(pixels[0]):
-                break
+                return
             start = sum(ROUNDS[:number])
             problems = list(self.problems.within(range(start, start + more)))
             if number == 0 and (read := self.problems.as_read()) is not None:
                 problems.insert(0, read)
-            self._put_to(pixels, problems)
-        if self._left and 0 < np.count_nonzero(np.any(list(self._left.values()), axis=0)) <= FEW:
+            self._put_to(pixels, problems, times=times)
+        if 0 < len(self._pixels(moving)[0]) <= FEW:
             self._ask_again(moving)
-        # If one of a stage's pixels that were asked is wrong, those that were not asked count as wrong as well.
-        for stage, mask in self._left.items():
-            if not (mask & asked).any():
-                self._found[stage].unexamined[mask] = True
-                mask[:] = False
-        self._left |= decided
-        return self._found
 
     def _ask_again(self, moving: np.ndarray) -> None:
         """Ask the few pixels that are left of ten times as many problems, and of an oracle that decides exactly."""
         pixels = self._pixels(moving)
         start = sum(ROUNDS)
-        for number in range(start, start + max(ROUNDS), ROUNDS[0]):
+        for number in range(start, start + AGAIN * ROUNDS[0], ROUNDS[0]):
             if not len(pixels[0]):
                 return
             problems = list(self.problems.within(range(number, number + ROUNDS[0])))
-            self._put_to(pixels, problems, times=AGAIN)
+            self._put_to(pixels, problems, times=AGAIN * POINTS[0])
             pixels = self._pixels(moving)
         if len(pixels[0]):
             self.oracle = ExactOracle()
@@ -199,14 +210,12 @@ class Asking:
                 mask &= ~lost
         return not any(mask.any() for mask in self._left.values())
 
-    def _first_round(self, where: np.ndarray) -> None:
-        """Ask pixels of the scene itself, with the points moved."""
-        pixels = self._pixels(where)
-        if len(pixels[0]):
-            self._judge(pixels, self._of_itself(*pixels, NOTHING), self._found, "rounding")
-        pixels = self._pixels(where)
-        if self.declared and len(pixels[0]):
-            self._judge(pixels, self._of_itself(*pixels, self.declared), self._found, "epsilon", self.declared)
+    def _ask_itself(self, where: np.ndarray, times: int) -> None:
+        """Ask pixels of the scene itself, with so many points of each moved, in one call of the oracle."""
+        for declared, kind in ((NOTHING, "rounding"), (self.declared, "epsilon")):
+            pixels = self._pixels(where)
+            if len(pixels[0]) and (declared or kind == "rounding"):
+                self._judge(pixels, self._of_itself(*pixels, declared, times), self._found, kind, declared)
 
     def _settled(self, asked: np.ndarray) -> np.ndarray:
         """Return those of some pixels (height, width) that show the same even far away, so that their limits decide.
@@ -225,7 +234,7 @@ class Asking:
         rows, columns = pixels = self._pixels(asked)
         if not len(rows) or not problems:
             return unchanged
-        cloud = self._cloud(pixels, problems, self.declared, times=times, by_light=False)
+        cloud = self._cloud(pixels, problems, self.declared, times=times, every_tie=1, by_light=False)
         cloud = joined([cloud, *self._directed(pixels, cloud, by_light=False)])
         center = self._centre(pixels)
         changes = (cloud.codes != center.codes).any(axis=0)
@@ -239,9 +248,9 @@ class Asking:
         unchanged[rows[~changes], columns[~changes]] = True
         return unchanged
 
-    def _sample(self) -> np.ndarray:
-        """Return the pixels (height, width) that are asked on: at most `MOST_ASKED`, the same ones in every image."""
-        waiting = np.any(list(self._left.values()), axis=0)
+    def _sample(self, where: np.ndarray) -> np.ndarray:
+        """Return which pixels of `where` are asked next: at most `MOST_ASKED`, the same ones in every image."""
+        waiting = _mask(where.shape, self._pixels(where))
         if np.count_nonzero(waiting) <= MOST_ASKED:
             return waiting
         order = np.where(waiting, np.random.default_rng(self.problems.seed).random(waiting.shape), np.inf)
@@ -254,8 +263,7 @@ class Asking:
             if not len(left[0]) or (kind == "epsilon" and not declared):
                 return
             cloud = self._cloud(left, problems, declared, times=times)
-            more = [self._of_itself(*left, declared), cloud] if times == 1 else [cloud]
-            more += self._directed(left, joined(more))
+            more = [cloud, *self._directed(left, cloud)]
             self._judge(left, joined(more), self._found, kind, declared)
 
     def _pixels(self, where: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -268,20 +276,21 @@ class Asking:
 
     # Answers.
 
-    def _of_itself(self, rows: np.ndarray, columns: np.ndarray, declared: Declared) -> Cloud:
+    def _of_itself(self, rows: np.ndarray, columns: np.ndarray, declared: Declared, times: int = FIRST) -> Cloud:
         """Return the scene's own answers at the centre and at points around it, in one call of the oracle."""
-        points, freedom = self._points(rows, columns, self.problems.itself(), declared, times=FIRST)
+        points, freedom = self._points(rows, columns, self.problems.itself(times), declared, times=times)
         still = np.zeros(len(rows))
-        ties = np.arange(FIRST) % EVERY_TIE == EVERY_TIE - 1
+        ties = np.arange(times) % EVERY_TIE == EVERY_TIE - 1
         freedom = replace(
             freedom,
             lift=np.concatenate([still, freedom.lift]),
             tie=np.concatenate([still, freedom.tie * np.repeat(ties, len(rows))]),
             blind=np.concatenate([still, freedom.blind]),
             named=None if freedom.named is None else np.concatenate([freedom.named[: len(rows)], freedom.named]),
+            by_plane=np.concatenate([still > 0, freedom.by_plane]),
         )
         points = np.concatenate([_centers(rows, columns), points])
-        return split(self.oracle.samples(self.scene, points, self.last, freedom, by_light=True), 1 + FIRST)
+        return split(self.oracle.samples(self.scene, points, self.last, freedom, by_light=True), 1 + times)
 
     def _cloud(
         self,
@@ -290,13 +299,17 @@ class Asking:
         declared: Declared,
         *,
         times: int = 1,
+        every_tie: int = EVERY_TIE,
         by_light: bool = True,
     ) -> Cloud:
-        """Return the oracle's answers to problems at pixels, each at so many points of every pixel."""
+        """Return the oracle's answers to problems at pixels, each at so many points of every pixel.
+
+        In one of `every_tie` problems coinciding surfaces come in another order.
+        """
         clouds = []
         for number, problem in enumerate(problems):
             points, freedom = self._points(*pixels, problem, declared, times=times)
-            if number % EVERY_TIE != EVERY_TIE - 1:
+            if number % every_tie != every_tie - 1:
                 freedom = replace(freedom, tie=0.0)
             samples = self.oracle.samples(problem.scene, points, self.last, freedom, by_light=by_light)
             clouds.append(split(samples, times))
@@ -313,8 +326,9 @@ class Asking:
 
         What is drawn for a pixel does not depend on which others are asked.
         """
-        draw, shape = problem.draw, self.reach.image.shape
-        drawn = draw.uniform(-1, 1, (times, *shape, 6))[:, rows, columns].reshape(times * len(rows), 6)
+        shape = self.reach.image.shape
+        drawn = problem.drawn(rows * shape[1] + columns, times * DRAWN).reshape(-1, times, DRAWN)
+        drawn = drawn.swapaxes(0, 1).reshape(-1, DRAWN)
         rows, columns = np.tile(rows, times), np.tile(columns, times)
         share = problem.amount / AMOUNTS[-1]
         reach = (self.reach.image + declared.edge)[rows, columns] * share
@@ -325,12 +339,20 @@ class Asking:
         return _centers(rows, columns) + reach[:, np.newaxis] * drawn[:, :2], Freedom(
             lift=lift + np.where(skips, 0.0, shadow),
             tie=COINCIDING * self.reach.tie[rows, columns] + declared.tie,
-            named=None if self.objects is None else np.asarray(self.objects[rows, columns], dtype=np.float64),
+            named=self._preferred(rows, columns, half[:, 3] < 1 / 2),
             near=declared.ray,
             blind=np.where(skips, shadow, 0.0),
             light=declared.light,
-            draw=draw,
+            by_plane=half[:, 3] < 1 / 2,
+            draw=problem.draw,
         )
+
+    def _preferred(self, rows: np.ndarray, columns: np.ndarray, others: np.ndarray) -> np.ndarray | None:
+        """Return which of coinciding objects (n, 2) is hit: the one that is named, or any, as `others` (n,) says."""
+        if self.objects is None:
+            return None
+        named = np.asarray(self.objects[rows, columns], dtype=np.float64)
+        return named if self.chained else np.where(others[:, np.newaxis], NOWHERE, named)
 
     def _directed(self, pixels: tuple[np.ndarray, np.ndarray], cloud: Cloud, *, by_light: bool = True) -> list[Cloud]:
         """Return answers on the way from pixels' centres to the objects that the renderer names and no problem hit.

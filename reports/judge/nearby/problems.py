@@ -15,6 +15,7 @@ moved by up to 2, 8 and 16 u of the size given here, drawn at random:
     near and far plane        themselves
     start of a shadow ray     from the hit up to the hit's own error across the surface, never below it: so shadow acne
                               is never explained. Whether a light is above the horizon is asked of hit and start
+    horizon of a triangle     that of its normal, or that of the plane of its corners, which are rounded in world space
     coinciding surfaces       whichever of the surfaces within four limits of the first is hit, in every third problem
     the scene as it is read   rounded once to the precision, as one problem: far from the origin it is another scene
 
@@ -33,7 +34,7 @@ from functools import cached_property, lru_cache
 import numpy as np
 
 from rayproof.cases.rounding import UNIT_ROUNDOFF
-from rayproof.cases.scene import Camera, Motion, Scene, SceneError, Shape, Vector
+from rayproof.cases.scene import GOLDEN, Camera, Motion, Scene, SceneError, Shape, Vector, scrambled
 
 AMOUNTS = (2.0, 8.0, 16.0)  # units of roundoff by which data are moved
 FARTHEST = 8 * AMOUNTS[-1]  # where a pixel does not change even for these, no nearby problem explains it
@@ -53,6 +54,14 @@ class Problem:
     def draw(self) -> np.random.Generator:
         """Return a generator for what is drawn for its points, the same each time."""
         return np.random.default_rng(self.seed)
+
+    def drawn(self, pixels: np.ndarray, count: int) -> np.ndarray:
+        """Return `count` numbers from [-1, 1) for each pixel (n,), (n, count), whichever others are asked."""
+        start = np.random.SeedSequence(self.seed).generate_state(1, np.uint64)[0]
+        with np.errstate(over="ignore"):
+            own = scrambled(start ^ (pixels.astype(np.uint64) + np.uint64(1)) * GOLDEN)
+            bits = scrambled(own[:, np.newaxis] + np.arange(count, dtype=np.uint64) * GOLDEN)
+        return (bits >> np.uint64(11)).astype(np.float64) * 2.0**-52 - 1
 
 
 @dataclass(frozen=True, eq=False)

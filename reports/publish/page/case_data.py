@@ -24,11 +24,12 @@ from pathlib import Path, PurePath
 from typing import Any, TypedDict, TypeVar
 
 import numpy as np
+from msgspec import structs
 
 from rayproof.cases.scene_json import pack, unpack
 from rayproof.cases.stages import IMAGE_STAGES, Stage, exr_channels
-from rayproof.reports.judge.against_oracle import MASK_NAMES
 from rayproof.reports.program_name import NAME
+from rayproof.reports.publish.page.previews import preview_of
 from rayproof.reports.publish.scene3d.parts import look, thinned
 from rayproof.reports.publish.scene3d.stills import compared, picture_path
 from rayproof.reports.results.case_records import CaseRecord
@@ -39,7 +40,9 @@ from rayproof.reports.results.float_codec import inflated, pack_json
 from rayproof.reports.results.images import handed_over, inside, keeps_images, kept_images, script, write_pixels
 from rayproof.reports.results.outcomes import Outcome
 from rayproof.reports.results.records import RunRecord
+from rayproof.reports.results.wrong_pixels import plain_reason
 
+SCENES = "scenes"  # the folder of scene files in a results folder
 FEW = 16  # cases with images to compress that one process writes sooner than another one starts
 AT_ONCE = 32  # cases in memory
 
@@ -167,6 +170,8 @@ def write_case_data(folder: Path, path: Path, case: CaseRecord) -> list[Path]:
     if pixels is None and not keeps_images(case) and case["verdict"] == Outcome.PASS:
         notes.append("It passed, and this run keeps no images of such a case; its command makes them again.")
     command, probe = commands_of(case)
+    if "preview" in case:
+        notes.append(f"The run's images of the worst cases fill its space; `{command} --keep-images all` makes these.")
     if pixels is not None and pixels == case.get("pixels") and case["verdict"] == Outcome.PASS:
         kept = f"`{command} --keep-images all`"
         notes.append(f"Of a case that passed a run keeps the images of two renderers; {kept} keeps everybody's.")
@@ -178,11 +183,16 @@ def write_case_data(folder: Path, path: Path, case: CaseRecord) -> list[Path]:
         "command": command,
         "probe": probe,
         "picture": picture_of(folder, case),
+        "preview": preview_of(folder, case),
         "view": None if scene is None else view_of(scene, case),
         "small": small_of(folder, case),
         "notes": [f"{note.get('reference')}: {note.get('note')}" for note in case.get("notes", [])] + notes,
         "channels": {stage.value: [_short(name) for name in exr_channels(stage, lights=lights)] for stage in Stage},
-        "mask_names": {str(bit): name for bit, name in MASK_NAMES.items()},
+        "adjudication": {
+            stage: {**matrix, "why": plain_reason(matrix.get("why"))}
+            for stage, matrix in (case.get("adjudication") or {}).items()
+        },
+        "checks": [structs.replace(check, reason=plain_reason(check.reason)) for check in case.get("checks", [])],
     }
     text = pack_json(compact_case(record))
     return [write_text(path, script(path.relative_to(folder).as_posix(), text)), *written]
@@ -192,19 +202,26 @@ def commands_of(case: CaseRecord) -> tuple[str, tuple[str, str]]:
     """Return the command that runs a case again, and of that which shows a pixel what stands before and after it.
 
     The page may be read on another machine: the program's and the scene's paths are not absolute ones. A scene of the
-    user's is found from the results folder.
+    user's is found from the folder in which the run was started, and from the results folder.
     """
     try:
         program, _, file, *options = shlex.split(str(case.get("reproduce") or ""))
     except ValueError:
         program, file, options = NAME, "", []
-    name = str(case.get("scene")) if file.endswith(".json") else case["name"]
+    name = _scene_file(file, str(case.get("scene"))) if file.endswith(".json") else case["name"]
     head = NAME if PurePath(program).is_absolute() else program
     # Of the tracer the page names the configuration that is looked at.
     pairs = zip(options[::2], options[1::2], strict=False)
     asked = [word for pair in pairs if pair[0] in ("--subject", "--env") for word in pair]
     tail = f" {shlex.join(asked)}" if asked else ""
     return shlex.join([head, "run", name, *options]), (shlex.join([head, "probe", name]), tail)
+
+
+def _scene_file(file: str, scene: str) -> str:
+    """Return a scene's path with its results folder as the run was told it, or that folder's name if it is absolute."""
+    path = PurePath(file)
+    folder = path.parts[: -1 - path.parts[::-1].index(SCENES)] if SCENES in path.parts else ()
+    return PurePath(*(folder[-1:] if path.is_absolute() else folder), scene).as_posix()
 
 
 def picture_of(folder: Path, case: CaseRecord) -> str | None:

@@ -5,6 +5,7 @@ import math
 import re
 import zlib
 from collections.abc import Mapping
+from importlib.resources import files
 from pathlib import Path
 from typing import Any, NotRequired, TypedDict
 
@@ -17,15 +18,20 @@ from rayproof.reports.results.files import as_json, legible_json, number
 from rayproof.reports.results.float_codec import pack_text
 from rayproof.reports.results.headline import (
     KINDS,
+    FailureGroup,
     blame,
+    blame_in_words,
     cause_of,
     causes,
     examined_line,
     excluded,
+    failure_groups,
     headline,
-    no_say,
+    mended_in,
+    remarks,
     shouts,
     standing,
+    with_its_name,
 )
 from rayproof.reports.results.outcomes import LEDGER, TITLES, Outcome
 from rayproof.reports.results.outcomes import worst as worst_outcome
@@ -38,6 +44,7 @@ from rayproof.reports.results.records import (
     ReviewRecord,
     RunRecord,
 )
+from rayproof.reports.results.wrong_pixels import DISPLAY_NAMES, stated_reason, wrong_pixels
 
 _NUMBER = re.compile(r"[\d.]+(e[-+]?\d+)?")
 MOST = 40  # sentences of a reference: more are in the cases
@@ -139,6 +146,8 @@ class CaseRow(TypedDict):
     seconds: float | None
     file: str  # that has the rest, below the results folder
     blame: str
+    items: NotRequired[str]  # the stage and the items with their names
+    wrong: NotRequired[str]  # how many pixels, and by how much
     excluded: NotRequired[str]
     cause: str
     ratio: float | None
@@ -188,6 +197,26 @@ class MatrixColumns(TypedDict):
     ours: list[str]
 
 
+class FrontGroup(TypedDict):
+    """Cases that fail for one cause, or for what is blamed in them."""
+
+    what: str
+    verdict: str
+    count: int
+    names: list[str]  # of the first cases
+    stage: str | None
+    wrong: str  # how many pixels of the first case, and by how much
+    reason: str
+
+
+class FrontGroups(TypedDict):
+    """What fails, apart by what a gate makes of it."""
+
+    new: list[FrontGroup]  # what no gate accepted
+    accepted: list[FrontGroup]
+    mended: list[str]  # sentences about what failed before
+
+
 class FrontData(TypedDict):
     """The page's data beside the cases' own scripts; of cases there is either a `list` or the rows themselves."""
 
@@ -209,7 +238,12 @@ class FrontData(TypedDict):
     headline: str
     causes: list[str]
     examined: ExaminedFront
-    no_say: list[str]
+    remarks: list[str]
+    groups: FrontGroups
+    shut: list[str]  # what keeps a gate red beside failures
+    gate: bool
+    display_names: dict[str, str]
+    terms: list[tuple[str, str]]
     common_factors: list[CommonFactorRecord]
     coverage: list[CoverageRow]
     review: list[ReviewRecord]
@@ -270,6 +304,7 @@ class Front:
         """Return the page's data beside the cases' own scripts."""
         results = self._results
         details = results.get("coverage_detail", {})
+        groups, gate = failure_groups(results), results.get("gate")
         front: FrontData = {
             "rayproof": results.get("rayproof"),
             "command": results.get("command"),
@@ -289,7 +324,16 @@ class Front:
             "headline": headline(results),
             "causes": causes(results),
             "examined": {"line": examined_line(results), "counts": results.get("examined"), "words": KINDS},
-            "no_say": no_say(results),
+            "remarks": remarks(results),
+            "groups": {
+                "new": [_front_group(group, results) for group in groups if not group.accepted],
+                "accepted": [_front_group(group, results) for group in groups if group.accepted],
+                "mended": mended_in(gate),
+            },
+            "shut": [] if gate is None else [*gate.get("uncovered", ()), *gate["stale"], *gate["expired"]],
+            "gate": gate is not None,
+            "display_names": DISPLAY_NAMES,
+            "terms": definitions(),
             "common_factors": results.get("common_factors", []),
             "coverage": [
                 {"id": item, "what": TITLES.get(item, ""), "cases": count, **details.get(item, {})}
@@ -308,6 +352,27 @@ class Front:
         else:
             front["cases"] = self._rows.get(0, [])
         return front
+
+
+def _front_group(group: FailureGroup, results: RunRecord) -> FrontGroup:
+    return {
+        "what": group.what,
+        "verdict": group.verdict,
+        "count": group.count,
+        "names": group.names,
+        "stage": group.worst.get("stage"),
+        "wrong": wrong_pixels(group.worst),
+        "reason": with_its_name(results, stated_reason(group.worst)),
+    }
+
+
+_DEFINITION = re.compile(r"^\*\*(.+?)\*\* - (.+)$", re.MULTILINE)
+
+
+def definitions() -> list[tuple[str, str]]:
+    """Return the words of rayproof with their definitions, in the order in which one meets them."""
+    text = files("rayproof.reports").joinpath("terms.md").read_text(encoding="utf-8")
+    return [(match[1], match[2]) for match in _DEFINITION.finditer(text)]
 
 
 def _tone(results: RunRecord) -> str | None:
@@ -413,7 +478,7 @@ def case_row(folder: Path, file: str, case: CaseRecord, cause: str) -> CaseRow:
         "verdict": case["verdict"],
         "stage": case.get("stage"),
         "item": case.get("item"),
-        "reason": case.get("reason"),
+        "reason": None if case.get("reason") is None else stated_reason(case),
         "stresses": case.get("stresses"),
         "covers": case.get("covers"),
         "seconds": case.get("seconds"),
@@ -428,6 +493,10 @@ def case_row(folder: Path, file: str, case: CaseRecord, cause: str) -> CaseRow:
     }
     if not row["excluded"]:
         del row["excluded"]
+    if row["blame"]:
+        row["items"] = blame_in_words(case)
+    if wrong := wrong_pixels(case):
+        row["wrong"] = wrong
     if small := thumbnail_of(folder, case):
         row["thumbnail"] = small
     return row

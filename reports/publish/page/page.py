@@ -44,6 +44,7 @@ from rayproof.reports.publish.page.comparisons import (
 from rayproof.reports.publish.page.front import SHARD, Front, FrontData, data_file, findings, rows_file
 from rayproof.reports.publish.page.plots import FOLDER, LIBRARY, pages, write_times
 from rayproof.reports.publish.page.plots import pages as plots
+from rayproof.reports.publish.page.previews import preview_of
 from rayproof.reports.publish.scene3d.parts import look
 from rayproof.reports.results.case_records import CaseRecord
 from rayproof.reports.results.case_table import briefs
@@ -57,7 +58,7 @@ from rayproof.reports.results.records import FindingRecord, RunRecord
 # In the order in which they build on each other.
 SCRIPTS = (
     "elements", "address", "floats", "records", "paint", "metrics", "front",
-    "plot", "stability", "checks", "history", "cases", "pane", "viewer", "stage_view", "scene",
+    "plot", "stability", "checks", "terms", "history", "cases", "pane", "viewer", "stage_view", "scene",
     "case", "start",
 )  # fmt: skip
 
@@ -282,7 +283,7 @@ def _of_case(folder: Path, case: CaseRecord, record: str) -> Iterator[str]:
     kept, written = case.get("pixels"), record.replace(".js", ".pixels.js")
     for name in (record, kept if isinstance(kept, str) and inside(folder, kept) else written):
         yield from _script(folder, name)
-    for picture in filter(None, (picture_of(folder, case), thumbnail_of(folder, case))):
+    for picture in filter(None, (picture_of(folder, case), thumbnail_of(folder, case), preview_of(folder, case))):
         content = base64.b64encode((folder / picture).read_bytes()).decode("ascii")
         yield _element(picture, content, 'type="text/plain" data-type="image/png"')
 

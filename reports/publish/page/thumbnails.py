@@ -26,7 +26,7 @@ BROKEN = (1.0, 0.0, 1.0)  # NaN and infinities
 def draw_thumbnails(folder: Path, results: RunRecord) -> list[Path]:
     """Draw the worst cases that did not pass and have images, tell each its `thumbnail`; return the paths written."""
     drawn: list[Path] = []
-    for index, brief in _in_turns(results):
+    for index, brief in in_turns(results, most=TRIED):
         if len(drawn) == MOST:
             break
         case = named(results["cases"], brief["name"])
@@ -43,14 +43,17 @@ def draw_thumbnails(folder: Path, results: RunRecord) -> list[Path]:
     return drawn
 
 
-def _in_turns(results: RunRecord) -> Iterator[tuple[int, CaseRecord]]:
-    """Yield the cases that did not pass with their ranks: the worst of each cause, then the second of each."""
+def in_turns(results: RunRecord, *, most: int | None) -> Iterator[tuple[int, CaseRecord]]:
+    """Yield the cases that did not pass with their ranks: the worst of each cause, then the second of each.
+
+    There are at most so many of a cause.
+    """
     groups: dict[str, list[tuple[int, CaseRecord]]] = {}
     for index, case in enumerate(briefs(worst_first(results["cases"]))):
         if Outcome(case["verdict"]) not in BAD:
             break  # the rest is better
         group = groups.setdefault(cause_of(results, case) or blame(case), [])
-        if len(group) < TRIED:
+        if most is None or len(group) < most:
             group.append((index, case))
     for turn in zip_longest(*groups.values()):
         yield from filter(None, turn)
@@ -110,7 +113,8 @@ def picture(folder: Path, case: CaseRecord) -> bytes | None:
         return None
     step = max(1, -(-panels[0].shape[1] // WIDTH))
     small = [panel[::step, ::step] for panel in panels]
-    gap = np.ones((small[0].shape[0], GAP, 3))
+    opaque = [np.concatenate([panel, np.ones((*panel.shape[:2], 1))], axis=2) for panel in small]
+    gap = np.zeros((small[0].shape[0], GAP, 4))  # transparent: a page has its own colour, light or dark
     file = BytesIO()
-    imsave(file, np.concatenate([small[0], gap, small[1], gap, small[2]], axis=1), format="png")
+    imsave(file, np.concatenate([opaque[0], gap, opaque[1], gap, opaque[2]], axis=1), format="png")
     return file.getvalue()

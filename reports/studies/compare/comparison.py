@@ -32,7 +32,7 @@ from rayproof.reports.studies.compare.records import (
     SideRecord,
     TailRecord,
 )
-from rayproof.reports.studies.compare.statistics import LEVEL, Interval, Tail, shared
+from rayproof.reports.studies.compare.statistics import FEWEST, LEVEL, Interval, Tail, shared, too_few
 
 SEED = 4
 BASE, CANDIDATE, AGAIN = 0, 1, 2  # who is timed
@@ -106,8 +106,11 @@ def compare(
 
     Raises:
         LookupError: nothing in `asked` shows what differs between the two.
+        ValueError: there are fewer repetitions than an interval takes.
 
     """
+    if repetitions < FEWEST:
+        raise ValueError(too_few(repetitions))
     stages = stages_at_stake(base.configuration, candidate.configuration)
     slots = differing(base.configuration, candidate.configuration)
     results: list[tuple[Question, list[list[dict[Stage, PairedStage]]]]] = []

@@ -167,14 +167,8 @@ class Signs:
 
     @property
     def all(self) -> frozenset[int]:
-        """Return the signs that count.
-
-        Wrong decisions come first: a formula that misses what it should hit does not make up for it in digits. A
-        typical pixel and a tail that part are mixed.
-        """
-        if self.decisions:
-            return frozenset({self.decisions})
-        return frozenset({self.typical, self.tail} - {0})
+        """Return the signs of what is shown: decisions, a typical pixel and a tail that part are mixed."""
+        return frozenset({self.decisions, self.typical, self.tail} - {0})
 
 
 def accuracy(finding: Finding, *, alpha: float) -> Signs:

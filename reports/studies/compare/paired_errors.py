@@ -1,7 +1,9 @@
 """A stage's errors against stage truth, paired pixel by pixel, and the contenders' times, interleaved."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cache, partial
+from itertools import product
 from typing import Protocol
 
 import drjit as dr
@@ -17,7 +19,7 @@ from rayproof.reports.judge.forward.limits import LIGHT, Roundoff, continued_lig
 from rayproof.reports.judge.measurement import DIRECTIONS, error
 from rayproof.reports.studies.compare.contenders import Contender, concerned
 from rayproof.reports.studies.compare.records import as_received
-from rayproof.reports.studies.compare.statistics import leaning, tile_medians
+from rayproof.reports.studies.compare.statistics import FACTOR, leaning, tile_medians
 from rayproof.tracer.configuration import Configuration
 from rayproof.tracer.light_path import Trace, images
 from rayproof.tracer.render import render
@@ -50,6 +52,9 @@ class Truth:
     objects: np.ndarray | None  # (height, width, 2): the true object, where the stage is to find one
     counts: np.ndarray  # (height, width) bool: the pixels at which the stage has a value
     magnified: np.ndarray  # (height, width) or (height, width, channels): K |X|, the error that one roundoff excuses
+    # Unit roundoff -> the objects (height, width, 2) and distances (height, width) of rays a few roundoffs beside the
+    # given ones; None where the stage finds no object.
+    beside: Callable[[float], list[tuple[np.ndarray, np.ndarray]]] | None = None
 
 
 def truth_of(scene: Scene, stage: Stage, own: StageImages, oracle: Oracle) -> Truth:
@@ -66,7 +71,11 @@ def truth_of(scene: Scene, stage: Stage, own: StageImages, oracle: Oracle) -> Tr
             seen[each] = oracle.continue_from(scene, each, seen)
         there = condition(scene, seen)
         return Truth(
-            value=seen[Stage.DISTANCE], objects=seen[Stage.OBJECT], counts=there.hit, magnified=there.along_ray
+            value=seen[Stage.DISTANCE],
+            objects=seen[Stage.OBJECT],
+            counts=there.hit,
+            magnified=there.along_ray,
+            beside=cache(partial(_beside, scene, seen, oracle)),
         )
     value = oracle.continue_from(scene, stage, own)
     if stage is Stage.RAY:
@@ -82,6 +91,33 @@ def truth_of(scene: Scene, stage: Stage, own: StageImages, oracle: Oracle) -> Tr
         counts=own[Stage.OBJECT][..., 0] >= 0,
         magnified=_magnified(scene, stage, own, value),
     )
+
+
+def _beside(
+    scene: Scene, seen: StageImages, oracle: Oracle, unit_roundoff: float
+) -> list[tuple[np.ndarray, np.ndarray]]:
+    """Return objects and distances of rays up to `FACTOR` roundoffs beside those of `seen`, in eight ways.
+
+    A backward stable formula answers one of these questions exactly. What the coordinates of eye and surface lose is an
+    angle, too: their size over the distance.
+    """
+    ray, distance = seen[Stage.RAY], seen[Stage.DISTANCE][..., :1]
+    reach = float(np.linalg.norm(scene.camera.eye))
+    angle = FACTOR * unit_roundoff * (1 + np.where(distance > 0, reach / np.where(distance > 0, distance, 1.0), 0.0))
+    # Two directions across each ray
+    axis = np.eye(3)[np.abs(ray).argmin(axis=-1)]
+    across = np.cross(ray, axis)
+    across /= np.linalg.norm(across, axis=-1, keepdims=True)
+    other = np.cross(ray, across)
+    found = []
+    for turn, part in product(np.arange(WAYS) * 2 * np.pi / WAYS, PARTS):
+        turned = ray + part * angle * (np.cos(turn) * across + np.sin(turn) * other)
+        turned /= np.linalg.norm(turned, axis=-1, keepdims=True)
+        moved: StageImages = {Stage.RAY: turned}
+        for stage in (Stage.OBJECT, Stage.DISTANCE):
+            moved[stage] = oracle.continue_from(scene, stage, moved)
+        found.append((moved[Stage.OBJECT], moved[Stage.DISTANCE][..., 0]))
+    return found
 
 
 def _magnified(scene: Scene, stage: Stage, own: StageImages, value: np.ndarray) -> np.ndarray:
@@ -101,6 +137,7 @@ def _magnified(scene: Scene, stage: Stage, own: StageImages, value: np.ndarray) 
 # One contender at one stage of one scene: which pixels are decided wrongly, and how far off the others are.
 
 
+WAYS, PARTS = 8, (1.0, 0.25)  # in which a ray is moved aside, and parts of how far
 LEAST = 0.125  # roundoffs: what an exact result counts as, so that its logarithm exists
 LEAST_SIZE = 2.0**-900  # what 0 counts as where a roundoff is relative to it, far below every unit in use
 UNITS: dict[Stage, str] = {
@@ -136,6 +173,7 @@ def measured(
     Of `shapes`, by index, are the pixels that count: those that show one of them by the truth or by the contender;
     None stands for all pixels.
     """
+    u = UNIT_ROUNDOFF[precision]
     ours = answers[Stage.DISTANCE if stage is Stage.OBJECT else stage]
     off = error(Stage.DISTANCE if stage is Stage.OBJECT else stage, ours, truth.value)
     per_pixel = off if off.ndim == 2 else off.max(axis=-1, initial=0.0)
@@ -143,14 +181,17 @@ def measured(
     counts = truth.counts
     if truth.objects is not None:
         found = answers[Stage.OBJECT]
-        wrong |= np.any(found != truth.objects, axis=-1)
+        wrong |= np.any(found != truth.objects, axis=-1) & ~_on_a_shared_edge(truth, found, per_pixel, precision)
         counts = counts | (found[..., 0] >= 0)
+        if truth.beside is not None and np.any(wrong):
+            # Where rounding may decide, either decision is right, and there is no error to compare.
+            explained = wrong & _met_beside(truth.beside(u), found, ours[..., 0], FACTOR * u * truth.magnified)
+            wrong, counts = wrong & ~explained, counts & ~explained
         concerned = [found, truth.objects]
     else:
         concerned = [answers[Stage.OBJECT]] if Stage.OBJECT in answers else []
     if shapes is not None:
         counts = counts & np.any([np.isin(one[..., 0], list(shapes)) for one in concerned], axis=0)
-    u = UNIT_ROUNDOFF[precision]
     with np.errstate(divide="ignore", invalid="ignore"):
         magnified = truth.magnified if off.ndim == truth.magnified.ndim else truth.magnified[..., np.newaxis]
         # A channel without light has no error and no scale.
@@ -169,6 +210,28 @@ def measured(
         floored=np.where(good, np.maximum(per_pixel, LEAST * u * _size(stage, truth.value)) * unit, np.nan),
         unit_roundoff=u,
     )
+
+
+def _on_a_shared_edge(truth: Truth, found: np.ndarray, per_pixel: np.ndarray, precision: str) -> np.ndarray:
+    """Return (height, width) where the right object is met at the right distance, by the number of another face.
+
+    On an edge that two faces share either is met.
+    """
+    assert truth.objects is not None
+    limit = FACTOR * UNIT_ROUNDOFF[precision] * truth.magnified
+    return (found[..., 0] == truth.objects[..., 0]) & (per_pixel <= limit)
+
+
+def _met_beside(
+    beside: Sequence[tuple[np.ndarray, np.ndarray]], found: np.ndarray, distance: np.ndarray, limit: np.ndarray
+) -> np.ndarray:
+    """Return (height, width) where a ray beside meets the same face, or the same object at the same distance."""
+    met = np.zeros(distance.shape, dtype=bool)
+    for objects, distances in beside:
+        same = found == objects
+        with np.errstate(invalid="ignore"):
+            met |= same.all(axis=-1) | (same[..., 0] & (np.abs(distance - distances) <= limit))
+    return met
 
 
 def _size(stage: Stage, value: np.ndarray) -> np.ndarray:

@@ -192,6 +192,14 @@ COLUMNS: dict[str, tuple[str, ...]] = {
 }  # fmt: skip
 
 
+# Of these the columns that fit the text of an article beside each other.
+FITS: dict[str, tuple[str, ...]] = {
+    "formulas": ("family", "outcome", "digits gained", "wrong pixels", "time ratio"),
+    "runs": ("case", "before", "after", "digits gained"),
+    "sweep": COLUMNS["sweep"],
+}
+
+
 def kind_of(result: "Compared") -> str:
     """Return the key of `COLUMNS` that a result's table has."""
     return "sweep" if "sweep" in result else "runs" if "changed" in result else "formulas"

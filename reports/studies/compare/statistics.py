@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 LEVEL = 0.95
+FEWEST = 9  # values of which a median has an interval: of fewer it is the range of all of them
 REPLICATES = 1000
 
 Interval = tuple[float, float]
@@ -23,6 +24,14 @@ def mcnemar(only_first: int, only_second: int) -> float:
 
     discordant = only_first + only_second
     return float(stats.binomtest(only_first, discordant).pvalue) if discordant else 1.0
+
+
+def too_few(repetitions: int) -> str:
+    """Return in a sentence why so many repetitions are refused."""
+    return (
+        f"{repetitions} are too few, at least {FEWEST} are needed: the 95 % interval of the median of fewer times is "
+        "the range from the shortest to the longest, so that one slow launch decides"
+    )
 
 
 def shared(level: float, among: int) -> float:

@@ -5,6 +5,7 @@ No date, no random identifiers and text as text: the same numbers make the same 
 
 import csv
 import json
+import math
 from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
@@ -76,6 +77,24 @@ def _panel(panel: Any, ladder: Ladder, records: Sequence[ClimbRecord], precision
     if heights and max(heights) < 10 * min(heights):
         # Powers of ten alone would leave the axis without a number.
         panel.yaxis.set_major_locator(AutoLocator())
+
+
+def most_different(ladders: Sequence[Ladder], records: Sequence[ClimbRecord], most: int) -> list[Ladder]:
+    """Return the ladders, `most` at most and in their order, on which the formulas' lines are farthest apart."""
+
+    def apart(ladder: Ladder) -> float:
+        """Return the mean over precisions and values of the decades between the lowest and the highest line."""
+        heights: dict[tuple[str, float], list[float]] = {}
+        for climb in (record for record in records if record["ladder"] == ladder.name):
+            for rung in climb["values"]:
+                height = _height(ladder, rung)
+                if height is not None and height > 0:
+                    heights.setdefault((climb["precision"], rung["value"]), []).append(height)
+        spans = [math.log10(max(each) / min(each)) for each in heights.values()]
+        return sum(spans) / len(spans) if spans else 0.0
+
+    farthest = sorted(ladders, key=apart, reverse=True)[:most]
+    return [ladder for ladder in ladders if ladder in farthest]
 
 
 def paper_rows(

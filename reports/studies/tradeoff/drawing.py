@@ -21,7 +21,7 @@ from matplotlib.ticker import LogLocator, NullFormatter, StrMethodFormatter
 
 from rayproof.reports.results.files import plain, write_text
 from rayproof.reports.studies.publication import COLORS, Draw
-from rayproof.reports.studies.tradeoff.points import DiagramRecord, PointRecord, TradeoffRecord
+from rayproof.reports.studies.tradeoff.points import DiagramRecord, PointRecord, TradeoffRecord, without_error
 
 MARKERS = {"float32": "o", "float64": "s"}
 SETTINGS: dict[Any, Any] = {
@@ -100,8 +100,13 @@ def _hue(point: PointRecord) -> str:
 
 def _mark(axes: Any, point: PointRecord, color: str, *, shares: bool) -> None:
     """Draw a point with its intervals; filled on the front, its label with the wrong share if there is one."""
-    if not math.isfinite(point["error"]):
-        return  # nothing was decided rightly, so nothing has an error
+    if why := without_error(point):
+        # At the upper edge, beyond every error: what decides no pixel rightly has none.
+        axes.plot(
+            [point["nanoseconds"]], [1.0], marker="v", linestyle="", color=color, markerfacecolor=color, markersize=6,
+            transform=axes.get_xaxis_transform(), clip_on=False, label=f"{point['label']} ({why})", zorder=3,
+        )  # fmt: skip
+        return
     x, y = point["nanoseconds"], point["error"]
     wrong = f" ({100 * point['wrong']:.2g} % wrong)" if point["wrong"] and shares else ""
     axes.errorbar(
@@ -211,7 +216,7 @@ def cells(point: PointRecord) -> tuple[str, ...]:
         point["label"],
         f"{point['nanoseconds']:.3g}",
         f"[{point['nanoseconds_low']:.3g}, {point['nanoseconds_high']:.3g}]",
-        f"{point['error']:.3g}",
-        f"[{point['error_low']:.3g}, {point['error_high']:.3g}]",
+        without_error(point).partition(",")[0] or f"{point['error']:.3g}",
+        "" if without_error(point) else f"[{point['error_low']:.3g}, {point['error_high']:.3g}]",
         f"{100 * point['wrong']:.3g} %",
     )

@@ -10,7 +10,14 @@ import drjit as dr
 import numpy as np
 
 from rayproof.reports.results.provenance import Origin
-from rayproof.reports.studies.compare.statistics import LEVEL, Interval, median_interval, percentile_interval
+from rayproof.reports.studies.compare.statistics import (
+    FEWEST,
+    LEVEL,
+    Interval,
+    median_interval,
+    percentile_interval,
+    too_few,
+)
 
 GAIN = 1.01  # an error that is less than a hundredth smaller buys no place on the front
 MOST_WRONG = 1e-3  # share of pixels decided wrongly beyond which a point is wrong; the ladders' usual gate
@@ -82,6 +89,13 @@ class PointRecord(TypedDict):
     unit: str
     wrong: float  # share of pixels
     front: bool
+
+
+def without_error(point: "PointRecord") -> str:
+    """Return in words why a point has no error, or an empty string: no pixel, or none of some, is decided rightly."""
+    if math.isfinite(point["error"]):
+        return ""
+    return "all wrong" if point["wrong"] >= 1 else f"no error, {100 * point['wrong']:.2g} % wrong"
 
 
 class DiagramRecord(TypedDict):
@@ -161,12 +175,18 @@ def interleave(launches: Sequence[Launch], *, repetitions: int, budget: float) -
     """Return the seconds of each launch in warm repetitions, all visited in a new order each time.
 
     A launch that would keep us longer than `budget` [s] in all, whatever its own clock says, is repeated less often, an
-    odd number of times.
+    odd number of times, and never less often than an interval takes.
+
+    Raises:
+        ValueError: there are fewer repetitions than that.
+
     """
+    if repetitions < FEWEST:
+        raise ValueError(too_few(repetitions))
     for launch in launches:
         launch()
     warm = [wall_seconds(launch) for launch in launches]
-    counts = [max(3, min(repetitions, int(budget / seconds))) | 1 for seconds in warm]
+    counts = [max(FEWEST, min(repetitions, int(budget / seconds))) | 1 for seconds in warm]
     seconds: list[list[float]] = [[] for _ in launches]
     generator = np.random.default_rng(6)
     for repetition in range(max(counts, default=0)):

@@ -24,7 +24,7 @@ from rayproof import ROOT
 TRACER = ROOT / "tracer"
 FORMULAS = "formulas"
 # Beside the cases that are chosen for routes: what one of them alone reaches.
-ALONE = ("acne/light_on_the_sphere", "crowds/spheres_beside_a_mesh", "faces/one", "faces/over_two_to_the_15")
+ALONE = ("acne/light_on_the_sphere", "crowds/spheres_beside_a_mesh", "faces/one", "faces/over_two_to_the_16")
 # Of shapes that are unrolled, and in trees of every kind: what another formula reaches, it reaches in these.
 EVERY_FORMULA = ("shadows/every_blocker", "crowds/of_several_kinds", "alone/concave_mesh")
 Places = dict[str, set[int]]  # file, relative to the tracer's folder -> lines

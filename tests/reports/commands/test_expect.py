@@ -47,12 +47,35 @@ def test_a_known_failure_is_accepted_let_through_and_named(tmp_path: Path, capsy
     assert main(check) == 0
     assert main([*check, "--least-coverage", "99"]) == (0 if load_results(out)["checks"]["unsupported"] == 0 else 1)
     # One expectation fewer, and what is not in the file any more is a regression.
-    checks = content["expected"][0]["checks"]
-    assert all(int(check["cells"], 16) for check in checks.values() if check["wrong"][1])
+    checks = content["expected"][0]["cases"][CASE]["checks"]
+    assert all(int(cells, 16) for group in checks.values() for _, wrong, _, cells in group.values() if wrong)
     checks.popitem()
     known.write_text(json.dumps(content))
     assert main(["gate", "check", str(out), "--file", str(known)]) == 1
     assert "no entry is about it" in capsys.readouterr().out
+
+
+def test_selectors_and_a_cause_are_accepted_with_a_reason_each(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    known, out = tmp_path / "known.json", tmp_path / "report"
+    assert main(["run", CASE, "primitives/cube", "primitives/plane", *FAULTY, "--out", str(out)]) == 1
+    accept = ["gate", "accept", str(out), "--file", str(known)]
+    assert main([*accept, "shadows", "--reason", "None."]) == 2
+    assert "no failing case of the run matches shadows" in capsys.readouterr().err
+    assert main([*accept, "--cause", "no_such"]) == 2
+    (diagnosis,) = load_results(out)["diagnosis"]
+    assert f"names no cause no_such; it names {diagnosis['mistake']}" in capsys.readouterr().err
+
+    assert main([*accept, "primitives/s*", "--reason", "The sphere is special."]) == 0
+    assert main([*accept, "--cause", str(diagnosis["mistake"])]) == 0
+
+    first, second = json.loads(known.read_text())["expected"]
+    assert (first["reason"], [*first["cases"]]) == ("The sphere is special.", [CASE])
+    assert (second["reason"], [*second["cases"]]) == (diagnosis["sentence"], ["primitives/cube", "primitives/plane"])
+    assert second["cause"] == diagnosis["mistake"]
+    assert main(["gate", "check", str(out), "--file", str(known)]) == 0
+    assert main(["gate", "check", str(out), CASE, "--file", str(known)]) == 2
 
 
 def test_a_list_of_any_length_is_printed_in_nine_lines_before_its_sum(capsys: pytest.CaptureFixture[str]) -> None:

@@ -83,7 +83,7 @@ def test_expected_and_worse_than_before_is_red():
     found = held(run(check()), demanded, today=TODAY)
 
     assert (found.red, found.regressions, len(found.worse)) == (True, [], 1)
-    assert found.sentence == "The gate known.json, against before is red: 1 worse than before."
+    assert found.sentence == "The gate known.json, against before is red: 1 new."
 
 
 def test_too_little_coverage_is_red_whatever_passes():

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from msgspec.structs import replace
 
-from rayproof.reports.history.expectations import Expectation, Known, KnownCheck, load_known, save_known
-from rayproof.reports.history.gating import Gate, accepted, gate, pruned
+from rayproof.reports.history.expectations import Expectation, Known, KnownCheck, entries, load_known, save_known
+from rayproof.reports.history.gating import Acceptance, Gate, accepted, gate, pruned
 from rayproof.reports.judge.measurement import cells_of
 from rayproof.reports.results.case_records import Check
 from tests.reports.checks import recorded
@@ -124,7 +124,7 @@ def test_conditions_and_patterns_decide_whom_an_entry_is_about():
 
 def test_what_is_accepted_passes_and_what_passes_is_pruned(tmp_path):
     results = run(check(), check(stage="object", ratio=float("inf"), examined={"wrong": 3}, cells=["0" * 15 + "1"] * 2))
-    known, new, refused = accepted(results, Known(), reason="known", expires=None, issue="#7", when={})
+    known, new, refused = accepted(results, Known(), Acceptance(reason="known", issue="#7"))
     save_known(tmp_path / "known.json", known)
     read = load_known(tmp_path / "known.json", patterns=False)
 
@@ -138,12 +138,46 @@ def test_what_is_accepted_passes_and_what_passes_is_pruned(tmp_path):
     assert held(results, *left.expected).regressions
 
 
+def test_the_file_has_an_entry_a_cause_with_its_cases_in_short(tmp_path):
+    cases = [
+        {**run(check(), check(stage="normal", ratio=7.0))["cases"][0], "name": f"shadows/{number}", "cause": ["no_pi"]}
+        for number in range(25)
+    ]
+    results = run() | {"cases": [*cases, run(check(), name="other/case")["cases"][0] | {"cause": []}]}
+    known, new, _ = accepted(results, Known(), Acceptance(reason="1 / pi is left out.", cause="no_pi"))
+    known, more, _ = accepted(results, known, Acceptance(reason="another", cases=("other/case",)))
+    save_known(tmp_path / "known.json", known)
+
+    text = (tmp_path / "known.json").read_text()
+    read = load_known(tmp_path / "known.json", patterns=False)
+    assert (new, more, [len(entry.cases) for entry in entries(read)]) == (50, 1, [25, 1])
+    assert [(entry.cause, entry.reason) for entry in entries(read)] == [
+        ("no_pi", "1 / pi is left out."),
+        (None, "another"),
+    ]
+    assert read == known
+    assert '"float32 analytic": {"distance":[3.0,10,0.0,"' in text.replace(", ", ",")
+    assert len(text) < 25 * 200
+    assert not held(results, *read.expected).red
+
+
+def test_a_number_in_the_file_has_a_tenth_of_room():
+    number = KnownCheck(ratio=3.0, wrong=10, error=1.0)
+
+    assert number.ranges == (pytest.approx((3 / 1.1, 3.3)), (9, 11), pytest.approx((1 / 1.1, 1.1)))
+    assert KnownCheck(ratio="inf", wrong=(1, 5)).ranges == ((np.inf, np.inf), (1, 5), (0, np.inf))
+    # Pruned by two checks it becomes a pair that allows no more.
+    both = Expectation(case="shadows/one", reason="known", checks={"float32 * distance": number})
+    left, _ = pruned(run(check(ratio=2.0), check(reference="radiance", ratio=9.0)), Known(expected=[both]))
+    assert left.expected[0].checks["float32 * distance"].ratio == (pytest.approx(2 / 1.1, rel=1e-3), pytest.approx(3.3))
+
+
 def test_further_checks_of_a_case_join_its_entry_and_what_is_not_finite_is_refused():
-    first, *_ = accepted(run(check()), Known(), reason="known", expires=None, issue=None, when={})
+    first, *_ = accepted(run(check()), Known(), Acceptance(reason="known"))
     more = run(check(), check(stage="normal"), check(stage="position", end_to_end={"nan": 4}))
 
-    both, new, refused = accepted(more, first, reason="known", expires=None, issue=None, when={})
-    other, *_ = accepted(more, first, reason="another", expires=None, issue=None, when={})
+    both, new, refused = accepted(more, first, Acceptance(reason="known"))
+    other, *_ = accepted(more, first, Acceptance(reason="another"))
 
     assert (new, [len(entry.checks) for entry in both.expected]) == (1, [2])
     assert refused == [
@@ -162,7 +196,7 @@ def test_an_infinite_pixel_given_its_own_previous_stages_is_a_regression():
 def test_a_missed_hit_is_no_number_that_lacks():
     """A miss has the distance inf: it is wrong where the reference hits, and can be accepted as other failures can."""
     missed = run(check(ratio=float("inf"), end_to_end={"inf": 10}))
-    known, new, _ = accepted(missed, Known(), reason="known", expires=None, issue=None, when={})
+    known, new, _ = accepted(missed, Known(), Acceptance(reason="known"))
 
     assert new == 1
     assert not held(missed, *known.expected).red
@@ -182,7 +216,7 @@ def test_as_many_wrong_pixels_elsewhere_are_red_and_an_outline_that_moves_a_litt
         return run(check(cells=cells_of(image), examined={"wrong": len(places)}))
 
     before = wrong((7, 9), (7, 8))
-    known, *_ = accepted(before, Known(), reason="known", expires=None, issue=None, when={})
+    known, *_ = accepted(before, Known(), Acceptance(reason="known"))
 
     assert not held(before, *known.expected).red
     assert not held(wrong((8, 10), (7, 9)), *known.expected).red
@@ -194,7 +228,7 @@ def test_an_error_that_doubles_is_red_where_its_limit_is_0():
     def off(mean: float) -> dict[str, Any]:
         return run(check(ratio=float("inf"), end_to_end={"mean_wrong": mean}))
 
-    known, *_ = accepted(off(0.02), Known(), reason="known", expires=None, issue=None, when={})
+    known, *_ = accepted(off(0.02), Known(), Acceptance(reason="known"))
 
     assert not held(off(0.0201), *known.expected).red
     assert "mean error of the wrong pixels" in held(off(0.04), *known.expected).regressions[0]
@@ -236,7 +270,7 @@ def test_an_entry_that_opens_more_than_it_names_is_refused_unless_it_is_allowed(
 
 def test_a_name_with_brackets_means_itself(tmp_path):
     odd = run(check(), name="file/[a]*")
-    known, *_ = accepted(odd, Known(), reason="known", expires=None, issue=None, when={})
+    known, *_ = accepted(odd, Known(), Acceptance(reason="known"))
     save_known(tmp_path / "known.json", known)
 
     assert not held(odd, *load_known(tmp_path / "known.json", patterns=False).expected).red
@@ -247,10 +281,14 @@ def test_a_name_with_brackets_means_itself(tmp_path):
     [
         ("{", "no JSON"),
         ('{"schema": 7, "expected": []}', "schema 1; `rayproof gate accept` writes one"),
-        ('{"schema": 1, "expected": [{"case": "a"}]}', r"missing required field `reason` - at `\$.expected\[0\]`"),
-        ('{"schema": 1, "expected": [{"cases": "a"}]}', "unknown field `cases`"),
+        ('{"schema": 1, "expected": [{"cases": {}}]}', r"missing required field `reason` - at `\$.expected\[0\]`"),
+        ('{"schema": 1, "expected": [{"case": "a"}]}', "unknown field `case`"),
         ('{"schema": 1, "expected": [7]}', "Expected `object`, got `int`"),
-        ('{"schema": 1, "expected": [{"case": "a", "reason": "b", "checks": {"c d": {"verdict": "fail"}}}]}', "ratio"),
+        (
+            '{"schema": 1, "expected": [{"reason": "b", "cases": {"a": {"checks": {"c d": {"ray": [[2, 1], 5]}}}}}]}',
+            "ratio must begin with the lowest",
+        ),
+        ('{"schema": 1, "expected": [{"reason": "b", "cases": {"a": {"checks": {"c": {"ray": [2, 5]}}}}}]}', "'c ray'"),
     ],
 )
 def test_a_bad_file_is_told_with_the_entry(tmp_path, text, named):
@@ -266,7 +304,7 @@ def test_a_bad_file_is_told_with_the_entry(tmp_path, text, named):
 )
 def test_a_share_of_answers_that_falls_by_more_than_a_hundredth_is_red(now: tuple[int, int], red: bool):
     fuller = run(check(verdict="pass"), verdict="pass", answered={"families": {"shadows": (100, 100)}})
-    known, new, _ = accepted(fuller, Known(), reason="", expires=None, issue=None, when={})
+    known, new, _ = accepted(fuller, Known(), Acceptance(reason=""))
 
     found = gate(fuller | {"answered": {"families": {"shadows": now, "other": (0, 9)}}}, known, file="known.json")
 

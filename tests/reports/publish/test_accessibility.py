@@ -12,7 +12,7 @@ pytestmark = pytest.mark.browser
 VIEWS = [
     {},
     {"case": "lights/broken", "stage": "radiance"},
-    {"case": "sphere/sheared", "stage": "normal", "mode": "swipe", "edges": "1"},
+    {"case": "sphere/sheared", "stage": "normal", "mode": "swipe", "explained": "1"},
 ]
 # What is wider inside than outside, so that a part of it is cut or has to be scrolled to. A text that ends in dots has
 # its whole as a title; axes' numbers may stand out of the bar that they belong to.

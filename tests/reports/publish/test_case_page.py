@@ -109,7 +109,7 @@ def test_the_error_is_that_of_float64_numpy(visit, published):
 
     assert f"at {column}, {row} " in note
     assert f"{np.count_nonzero(difference)} of {difference.size} pixels differ" in note
-    assert f"largest {difference.max():.3g} " in note.replace("e-0", "e-")
+    assert f"largest error of a channel {difference.max():.3g} " in note.replace("e-0", "e-")
 
 
 def test_every_metric_and_scale_draws(visit):
@@ -130,7 +130,7 @@ def test_the_limit_is_marked_and_the_range_can_be_chosen(visit):
     page = opened(visit, case="sphere/sheared", stage="normal")
     assert page.locator(".histogram .limit").count() == 1
     assert page.locator(".limit-mark").count() == 1
-    assert "pixels beyond the limit at its worst pixel, 5.30e-7" in page.locator(".histogram").inner_text()
+    assert "pixels beyond 5.30e-7, the limit of the deciding pixel" in page.locator(".histogram").inner_text()
     before = page.evaluate(LAYER, [2, 0, 20, 15])
 
     page.get_by_label("high end of the range").fill("1")
@@ -253,23 +253,23 @@ def test_wheel_drag_and_the_page_still_scrolls(visit):
     assert page.evaluate(picture) != zoomed
 
 
-def test_edges_are_an_overlay_and_the_inspector_names_them(visit):
+def test_explained_pixels_are_an_overlay_and_the_inspector_names_them(visit):
     page = opened(visit, case="sphere/sheared", stage="normal")
-    assert "silhouette 13" in page.locator(".edges-control").inner_text()
+    assert "explained by rounding 17" in page.locator(".explained-control").inner_text()
 
     page.keyboard.press("b")
 
-    page.wait_for_selector(".edges-control input:checked")
+    page.wait_for_selector(".explained-control input:checked")
     assert page.evaluate(LAYER, [1, 1, 20, 10]) == [230, 159, 0]
     hover(page, 20, 10)
-    assert "silhouette" in page.locator(".kinds").inner_text()
+    assert "explained by rounding" in page.locator(".kinds").inner_text()
 
 
-def test_edges_of_one_configuration_are_not_shown_over_anothers_images(visit):
-    page = opened(visit, case="sphere/sheared", stage="normal", ours="tracer-float64", edges="1")
+def test_explained_pixels_of_one_configuration_are_not_shown_over_anothers_images(visit):
+    page = opened(visit, case="sphere/sheared", stage="normal", ours="tracer-float64", explained="1")
 
     assert page.evaluate("rayproof.address().ours") == "tracer-float64"
-    assert page.locator(".edges-control").count() == 0
+    assert page.locator(".explained-control").count() == 0
     hover(page, 20, 10)
     assert page.locator(".kinds").inner_text() == ""
 
@@ -330,7 +330,7 @@ def test_the_keys_are_listed_under_a_question_mark(visit):
 
 
 def test_a_link_shows_the_same_case_stage_mode_and_pixel_again(visit):
-    page = opened(visit, case="lights/broken", stage="irradiance", mode="swipe", metric="ulp", at="7,9", edges="1")
+    page = opened(visit, case="lights/broken", stage="irradiance", mode="swipe", metric="ulp", at="7,9", explained="1")
 
     page.wait_for_selector(".inspector h3:has-text('column 7, row 9')")
     assert page.locator("[data-mode=swipe]").get_attribute("aria-checked") == "true"
@@ -362,7 +362,9 @@ def test_the_worst_pixel_is_that_of_the_check_and_ours_come_first(browser, publi
         ("./rayproof run sphere/plain --subject 'exec:a b {scene}' --env KEY --timeout 9", "exec",
          "./rayproof probe sphere/plain 3 4 --subject 'exec:a b {scene}' --env KEY"),
         ("rayproof run '/tmp/o u/scenes/a.json' --subject radiance", "radiance",
-         "rayproof probe scenes/sphere/plain.json 3 4 --subject radiance"),
+         "rayproof probe 'o u/scenes/sphere/plain.json' 3 4 --subject radiance"),
+        ("rayproof run ../out/scenes/a.json", "tracer-float32",
+         "rayproof probe ../out/scenes/sphere/plain.json 3 4 --configuration float32"),
     ],
 )  # fmt: skip
 def test_the_command_of_a_pixel_names_configuration_subject_and_scene(browser, reproduce, ours, probe):

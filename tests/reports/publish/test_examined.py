@@ -9,13 +9,13 @@ from msgspec.structs import replace
 from rayproof.reports.publish.page.page import publish
 from rayproof.reports.publish.summaries import publish_summary
 from rayproof.reports.results.case_records import Bias, Examined
-from rayproof.reports.results.headline import examined_line, headline, no_say
+from rayproof.reports.results.headline import examined_line, headline, no_say, remarks
 from rayproof.reports.results.outcomes import Outcome
 from tests.reports.publish.sample import make_folder
 from tests.reports.publish.visits import Visit
 
 LEDGER = {
-    "pixels": 4_321_007, "strict": 4_300_000, "wide": 1000, "side": 20_000, "interval": 0, "epsilon": 6, "wrong": 1,
+    "pixels": 4_321_007, "strict": 4_300_000, "wide": 1000, "rounding": 20_000, "epsilon": 6, "wrong": 1,
     "unexamined": 0,
 }  # fmt: skip
 FACTOR = "radiance of float32 is 1.00002949 times what it should be in the whole run"
@@ -33,7 +33,7 @@ def told(results: dict[str, Any]) -> dict[str, Any]:
     for case in results["cases"]:
         for place, check in enumerate(case["checks"]):
             lit = check.stage == "radiance" and check.reference == "analytic"
-            examined = Examined(pixels=1200, side=31)
+            examined = convert({"pixels": 1200, "rounding": 31}, Examined)
             case["checks"][place] = replace(check, examined=examined, bias=BIAS if lit else None)
     why = "it did not end within 120 s and was stopped"
     return results | {
@@ -46,8 +46,8 @@ def told(results: dict[str, Any]) -> dict[str, Any]:
 
 def test_the_ledger_is_one_line_with_every_kind_that_there_is_and_always_what_was_not_examined():
     assert examined_line({"examined": LEDGER}) == (
-        "4,321,007 pixels over all checks: 4,300,000 strictly, 1,000 by a limit over 1 % of the value, 20,000 at an "
-        "edge by the value of a side, 6 excused by a declared epsilon, 1 wrong, 0 not examined."
+        "4,321,007 pixels over all checks: 4,300,000 strictly, 1,000 by a limit over 1 % of the value, 20,000 "
+        "explained by rounding, 6 explained only by a declared epsilon, 1 wrong, 0 not examined."
     )
     for unread in ({}, {"examined": None}, {"examined": {"pixels": 3}}, {"examined": dict.fromkeys(LEDGER, 0)}):
         assert examined_line(unread) is None
@@ -62,20 +62,20 @@ def test_a_run_that_lost_a_reference_on_the_way_does_not_say_that_all_was_checke
         "cases": [],
     }
 
-    assert headline(run | {"abstained": lost}) == (
-        "9 cases: all pass, in 144 of 147 checks (3 undecided). radiance had no say in 1 case."
-    )
-    assert no_say({"abstained": lost}) == ["radiance had no say in mesh/huge, where it was asked: a crash"]
+    assert headline(run | {"abstained": lost}) == "9 cases: all pass, in 144 of 147 checks (3 undecided)."
+    silent = "Radiance (rtrace) had no say in mesh/huge, where it was asked: a crash"
+    assert remarks(run | {"abstained": lost}) == [f"{silent}."]
+    assert no_say({"abstained": lost}) == [silent]
     assert no_say({"abstained": "nobody"}) == no_say({}) == []
     late = {
         "abstained": {"radiance": {"mesh/huge": "a crash", "a/b": "no answer within 120 s"}},
         "stopped": {"radiance": ["a/b"]},
     }
     assert no_say(late) == [
-        "a time limit stopped radiance in a/b",
-        "radiance had no say in mesh/huge, where it was asked: a crash",
+        "a time limit stopped Radiance (rtrace) in a/b",
+        silent,
     ]
-    assert headline(run | late).endswith("A time limit stopped radiance in 1 case. radiance had no say in 1 case.")
+    assert remarks(run | late) == ["A time limit stopped Radiance (rtrace) in a/b.", f"{silent}."]
 
 
 def test_the_headline_says_that_the_panel_lost_a_member_and_why():
@@ -90,9 +90,9 @@ def test_the_headline_says_that_the_panel_lost_a_member_and_why():
             "mitsuba_scalar": {cases[0]: "a crash"},
         },
     }
-    lost = "The panel lost radiance: Radiance is not installed; pip install pyradiance"
+    lost = "The panel lost Radiance (rtrace): Radiance is not installed; pip install pyradiance"
 
-    assert headline(run).endswith(f" {lost}. mitsuba_scalar had no say in 1 case.")
+    assert headline(run).endswith(f"; t{lost[1:]}.")
     assert no_say(run) == [lost, "mitsuba_scalar had no say in primitives/cube, where it was asked: a crash"]
 
 
@@ -103,7 +103,7 @@ def test_the_summary_says_so_too(tmp_path):
 
     text = path.read_text()
     assert "4,300,000 strictly" in text
-    assert "radiance had no say in lights/acne and 1 more, where it was asked" in text
+    assert "had no say in lights/acne and 1 more, where it was asked" in text
     assert FACTOR in text.splitlines()[0].replace("\\", "")
 
 
@@ -121,18 +121,17 @@ def test_the_page_shows_them_on_its_first_screen_and_each_checks_on_its_case(bro
     page = visit.open()
 
     assert FACTOR in page.locator("h1").inner_text()
-    assert page.locator(".counted").bounding_box()["y"] < 900
-    assert page.locator(".counted").inner_text().endswith("0 not examined")
+    assert page.locator(".remarks").bounding_box()["y"] < 900
     assert "4,300,000 strictly" in page.locator(".kinds").inner_text()
     assert "0 not examined" in page.locator(".kinds").inner_text()
-    assert "radiance had no say in lights/acne and 1 more" in page.locator(".no-say").inner_text()
+    assert "(rtrace) had no say in lights/acne and 1 more" in page.locator(".remarks").inner_text()
     assert page.locator("details", has_text="Factors that the whole run shares (1 wrong)").get_attribute("open") == ""
     assert page.evaluate("document.documentElement.scrollWidth") <= width
 
     page = visit.open(case="sphere/plain", stage="radiance")
     page.wait_for_selector(".checks tbody")
     row = page.locator(".checks tbody tr").first
-    assert "1169 strictly, 31 at an edge by the value of a side" in row.inner_text()
+    assert "1169 strictly, 31 explained by rounding" in row.inner_text()
     row.get_by_role("button", name="details").click()
     shared = page.locator(".derivation:not([hidden]) table").inner_text()
     assert shared.splitlines()[1].split()[:4] == ["0", "1", "of", "0,"], "what is farthest over its limit comes first"

@@ -22,13 +22,12 @@ pytestmark = pytest.mark.browser
 # What the page reads of a measurement, a default or not.
 READ = {
     "worst_ratio",
-    "worst_inside",
     "worst_error",
     "limit",
     "pixel",
     "interior",
-    "edge",
-    "differ_at_edge",
+    "wrong",
+    "explained",
     "nan",
     "inf",
 }
@@ -218,7 +217,7 @@ def test_settings_read_whatever_an_address_says(run):
 
     assert settings("#at=3,4&metric=ulp&exposure=1.5&low=1e-6&zoom=8") | {"mode": "", "colors": "", "map": ""} == {
         "mode": "", "metric": "ulp", "channel": -1, "exposure": 1.5, "gamma": 0, "map": "", "colors": "", "log": True,
-        "low": 1e-6, "high": None, "edges": False, "pixel": [3, 4], "zoom": 8,
+        "low": 1e-6, "high": None, "explained": False, "pixel": [3, 4], "zoom": 8,
     }  # fmt: skip
     odd = settings("#at=-1,2&metric=__proto__&exposure=1e99&low=-1&high=x&zoom=NaN&channel=0.6")
     assert (odd["pixel"], odd["metric"], odd["exposure"]) == (None, "absolute", 20)

@@ -9,7 +9,7 @@ import pytest
 from rayproof import ROOT
 from rayproof.reports.cli import main
 from rayproof.reports.results.document import load_results
-from rayproof.reports.results.headline import headline, no_say
+from rayproof.reports.results.headline import no_say, remarks
 from rayproof.reports.run import totals
 
 pytestmark = pytest.mark.process
@@ -62,7 +62,7 @@ def test_a_program_that_is_right_about_a_scene_only_once_fails(
     growing = totals.of([{**record, "growth": 2_100_000}]).growing
     assert growing == ["at primitives/sphere the program's memory grew by 2.1 MB a scene over 100 scenes"]
     assert no_say({**results, "growing": growing})[0] == growing[0]
-    assert f"Warning: {growing[0]}." in headline({**results, "growing": growing})
+    assert f"{growing[0]}." in remarks({**results, "growing": growing})
 
 
 DYING = """

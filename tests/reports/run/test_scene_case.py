@@ -5,14 +5,18 @@ import os
 import shlex
 from collections import Counter
 from pathlib import Path, PurePosixPath
+from typing import cast
 
 import pytest
 
 from rayproof.cases.families import all_cases
 from rayproof.cases.scene_json import load_scene
+from rayproof.reports.commands.lookup import scene_named
+from rayproof.reports.publish.page.case_data import commands_of
+from rayproof.reports.results.case_records import CaseRecord
 from rayproof.reports.run.case_record import reproduce, write_scene
 from rayproof.reports.run.plan import DEFAULTS, PlannedCase
-from rayproof.reports.run.scenes import cases_of_files, place_of
+from rayproof.reports.run.scenes import cases_of_files, place_of, scene_path
 
 SCENE = {
     "camera": {
@@ -77,6 +81,25 @@ def test_the_command_of_a_users_scene_finds_the_very_scene(tmp_path: Path):
     assert command == ["rayproof", "run"]
     assert Path(named) == folder / path
     assert load_scene(named) == case.scene
+
+
+def test_the_command_that_a_report_shows_works_in_its_folder_and_in_that_of_the_run(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (case,) = cases_of_files([written(tmp_path / "two rooms.json")])
+    scene = write_scene(tmp_path / "out put", case)
+    (tmp_path / "out put" / "results.json").touch()
+    for out in (Path("out put"), tmp_path / "out put"):
+        command = reproduce(out, PlannedCase(case=case, configurations=DEFAULTS))
+        shown, _ = commands_of(cast(CaseRecord, {"name": case.name, "scene": scene, "reproduce": command}))
+        assert shown == f"rayproof run 'out put/{scene}'"
+        for folder, words in ((tmp_path, shown), (tmp_path / "out put", shown), (tmp_path / "out put", command)):
+            monkeypatch.chdir(folder)
+            assert load_scene(scene_path(shlex.split(words)[2])) == case.scene
+            assert scene_named(shlex.split(words)[2]) == case.scene
+    # Elsewhere a file that is not there is not looked for.
+    (tmp_path / "out put" / "results.json").unlink()
+    assert scene_path(f"out put/{scene}") == Path("out put", scene)
 
 
 def test_the_command_of_a_case_is_its_name(tmp_path: Path):

@@ -3,11 +3,18 @@
 import csv
 import json
 import re
+import shutil
+import subprocess
 import zlib
 from pathlib import Path
 
 import pytest
 
+from rayproof.reports.commands.stability import COLUMNS as CLIMBS
+from rayproof.reports.commands.stability import FITS as CLIMBS_FIT
+from rayproof.reports.commands.tradeoff import COLUMNS as POINTS
+from rayproof.reports.commands.tradeoff import FITS as POINTS_FIT
+from rayproof.reports.studies.compare.records import COLUMNS, FITS
 from rayproof.reports.studies.publication import Paper, draw, latex_text, markdown_cell, write_table
 from tests.reports.commands.conftest import Rayproof
 
@@ -61,11 +68,11 @@ def test_a_figure_keeps_its_text_and_has_the_width_that_was_asked_for(ending: st
 def test_tables_escape_what_their_language_would_obey(tmp_path: Path) -> None:
     rows = [["100 % a_b & c", "1 -> 2"], ["x|y", "<b>"]]
     for ending in ("tex", "csv", "md"):
-        write_table(tmp_path / f"t.{ending}", ("name", "value"), rows, caption="seed 4, a_b")
+        write_table(Paper(table=tmp_path / f"t.{ending}"), ("name", "value"), rows, caption="seed 4, a_b")
 
     tex, table, page = ((tmp_path / f"t.{ending}").read_text() for ending in ("tex", "csv", "md"))
-    assert r"\caption{seed 4, a\_b}" in tex
-    assert r"100 \% a\_b \& c & 1 $\rightarrow$ 2 \\" in tex
+    assert r"\caption{seed 4, a b}" in tex
+    assert r"100 \% a b \& c & 1 $\rightarrow$ 2 \tabularnewline" in tex
     assert table.startswith("# seed 4, a_b\n")
     assert list(csv.reader(table.splitlines()[1:])) == [["name", "value"], *rows]
     assert "| x\\|y | &lt;b> |" in page
@@ -73,9 +80,57 @@ def test_tables_escape_what_their_language_would_obey(tmp_path: Path) -> None:
     assert markdown_cell("a\nb") == "a b"
 
 
+LATEX = r"""\documentclass{article}
+\begin{document}
+\input{table.tex}
+\end{document}
+"""
+
+
+@pytest.mark.process
+@pytest.mark.parametrize("kind", [*COLUMNS, "stability", "tradeoff"])
+@pytest.mark.skipif(shutil.which("pdflatex") is None, reason="LaTeX is not installed")
+def test_a_table_fits_the_text_of_an_article(kind: str, tmp_path: Path) -> None:
+    columns, fits = {
+        **{name: (COLUMNS[name], FITS[name]) for name in COLUMNS},
+        "stability": (CLIMBS, CLIMBS_FIT),
+        "tradeoff": (POINTS, POINTS_FIT),
+    }[kind]
+    cells = {
+        "family": "far_sphere_1e3_seen_from_afar", "case": "transforms/mesh_stretched",
+        "diagram": "triangle/sliver_1e3",
+        "formula": "triangle/moeller_trumbore_epsilon", "point": "moeller_trumbore_epsilon, float64",
+        "outcome": "no difference shown", "digits gained": "-10.73 [-10.91, -10.52]",
+        "wrong pixels": "1790 -> 107 of 60350", "time ratio": "1.029 [0.280, 1.087]",
+        "slope": "-2.01 [-2.10, -1.92]", "breakpoint": "never right",
+    }  # fmt: skip
+    row = [cells.get(column, "1.25e+10") for column in columns]
+
+    write_table(Paper(table=tmp_path / "table.tex"), columns, [row] * 20, caption="seed 4, a_b", fits=fits)
+
+    text = (tmp_path / "table.tex").read_text()
+    assert "_" not in text
+    (tmp_path / "paper.tex").write_text(LATEX)
+    command = ["pdflatex", "-interaction=nonstopmode", "-halt-on-error", "paper.tex"]
+    log = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=True).stdout
+    assert [line for line in log.splitlines() if "Overfull \\hbox" in line] == []
+
+
+def test_columns_are_chosen_by_their_headings(tmp_path: Path) -> None:
+    paper = Paper(table=tmp_path / "t.csv", columns="value, name")
+
+    write_table(paper, ("name", "other", "value"), [["a", "b", "c"]], caption="")
+
+    assert (tmp_path / "t.csv").read_text().splitlines()[1:] == ["value,name", "c,a"]
+    with pytest.raises(ValueError, match="no column is called 'size'; there are name, value"):
+        write_table(Paper(table=tmp_path / "t.csv", columns="size"), ("name", "value"), [], caption="")
+
+
 @pytest.mark.parametrize(
     ("options", "named"),
     [
+        (("--columns", "family"), "--columns chooses columns of --table FILE"),
+        (("--table", "t.tex", "--columns", "nonsense"), "no column is called 'nonsense'"),
         (("--figure", "a.png"), "--figure must end in .pdf or .svg"),
         (("--table", "a.xls"), "--table must end in"),
         (("--figure", "a.svg", "--width", "3"), "--width"),

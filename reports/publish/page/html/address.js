@@ -17,7 +17,7 @@
 
   // How a case is looked at, kept in the address beside which case: a link shows the same to somebody else.
   const DEFAULTS = { mode: "side", metric: "absolute", channel: "-1", exposure: "0", gamma: "0", map: "", colors: "viridis",
-    scale: "log", low: "", high: "", edges: "", at: "", zoom: "1" };
+    scale: "log", low: "", high: "", explained: "", at: "", zoom: "1" };
   rayproof.modes = ["side", "swipe", "flicker", "onion", "error"];
 
   const oneOf = (value, known, otherwise) => (known.includes(value) ? value : otherwise);
@@ -42,7 +42,7 @@
       log: told.scale !== "linear",
       low: positive(told.low),
       high: positive(told.high),
-      edges: told.edges === "1",
+      explained: told.explained === "1",
       pixel: at ? [Number(at[1]), Number(at[2])] : null,
       zoom: within(told.zoom, 1, 1000, 1),
     };

@@ -9,8 +9,9 @@
       e("p", { class: "trail" }, e("a", { href: rayproof.listAddress || "#" }, "\u2190 all cases"), " ",
         step(around.before, "\u2191 previous", "k"), step(around.after, "\u2193 next", "j")),
       e("h1", {}, rayproof.pill(row.verdict), " ", e("bdi", {}, row.name)),
-      row.cause ? e("p", { class: "reason cause" }, e("strong", {}, "Cause: "), e("bdi", {}, row.cause)) : null,
+      row.cause ? e("p", { class: "reason cause" }, e("strong", {}, rayproof.term("cause", "Cause"), ": "), e("bdi", {}, row.cause)) : null,
       row.excluded ? e("p", { class: "reason" }, e("strong", {}, "Excluded: "), e("bdi", {}, row.excluded)) : null,
+      row.wrong ? e("p", { class: "reason" }, e("strong", {}, row.wrong), ".") : null,
       row.reason ? e("p", { class: "reason" }, row.blame ? e("strong", {}, `${row.blame}: `) : null, e("bdi", {}, rayproof.prose(row.reason))) : null,
       e("p", {}, rayproof.prose(row.stresses)),
       e("p", {}, (row.covers || []).map((id) => e("a", { class: "chip", href: rayproof.link({ id }) }, id)), " ",
@@ -45,7 +46,7 @@
       || data.renderers.some((renderer) => data.has(renderer, stage.name)));
     const earlier = results.comparison?.renderers || {};
     const { ours, theirs } = rayproof.sides(results, data);
-    const panel = { tabs: e("div"), meaning: e("p", { class: "muted" }), checks: e("div"), panel: e("div") };
+    const panel = { tabs: e("div"), meaning: e("p", { class: "muted" }), decides: e("p", { class: "decides" }), checks: e("div"), panel: e("div") };
     let shown = null, turn = 0, later = 0;
 
     const set = (parts) => { rayproof.remember(parts); return show(); };
@@ -84,8 +85,9 @@
       const tab = document.getElementById(`tab-${stage.name}`);
       if (tab) tab.parentNode.scrollLeft = tab.offsetLeft - (tab.parentNode.clientWidth - tab.offsetWidth) / 2;
       rayproof.replace(panel.meaning, stage.meaning, stage.unit && stage.unit !== "1" ? ` [${stage.unit}]` : "");
+      rayproof.replace(panel.decides, rayproof.decides(check, stage, go));
       keepFocus(view.controls, () => view.draw(stage, own, other, a, b, settings));
-      rayproof.replace(panel.checks, e("h3", {}, "Checks"), rayproof.checkTable(checks.filter((check) => check.stage === stage.name), {
+      rayproof.replace(panel.checks, e("h3", {}, rayproof.term("check", "Checks")), rayproof.checkTable(checks.filter((check) => check.stage === stage.name), {
         configuration: rayproof.configurationOf(own), reference: other, unit: stage.unit === "1" ? "" : stage.unit, onpixel: go }));
       rayproof.replace(panel.panel, rayproof.adjudication((data.adjudication || {})[stage.name]));
       inspector.set({ ours: own, theirs: other, stage: stage.name, metric: settings.metric });
@@ -121,7 +123,7 @@
       ["c", "next colours", () => cycle("map", ["", ...rayproof.colorMaps], shown.settings.map)],
       ["x", "next error metric", () => cycle("metric", rayproof.metrics, shown.settings.metric)],
       ["l", "logarithmic or linear scale of errors", () => set({ scale: shown.settings.log ? "linear" : "log", low: "", high: "" })],
-      ["b", "borders: silhouettes, shadow edges, terminators", () => set({ edges: shown.settings.edges ? "" : "1" })],
+      ["b", "pixels over their limits that rounding or a declared epsilon explains", () => set({ explained: shown.settings.explained ? "" : "1" })],
       ["v", "next channel", () => cycle("channel", [-1, ...(data.channels[shown.stage.name] || []).keys()], shown.settings.channel)],
       ["t", "next of ours", () => cycle("ours", ours, shown.mine)], ["r", "next reference", () => cycle("reference", theirs, shown.other)],
       ["y", "copy the command that reproduces this pixel", () => document.querySelector(".inspector .command button")?.click()],
@@ -131,9 +133,9 @@
       }],
     ];
 
-    const root = e("main", { class: "case" }, rayproof.shoutBars(results), header(row, data, around),
+    const root = e("main", { class: "case" }, rayproof.shoutBars(results), header(row, data, around), rayproof.preview(data),
       stages.length ? [panel.tabs,
-        e("section", { class: "panel", role: "tabpanel", id: "stage-panel", "aria-label": "Stage" }, e("h2", { class: "offscreen" }, "Images and checks of this stage"), panel.meaning, view.controls, view.node, panel.checks, panel.panel),
+        e("section", { class: "panel", role: "tabpanel", id: "stage-panel", "aria-label": "Stage" }, e("h2", { class: "offscreen" }, "Images and checks of this stage"), panel.meaning, panel.decides, view.controls, view.node, panel.checks, panel.panel),
         e("div", { class: "pair" }, e("div", {}, inspector.node), scene?.node)]
         : [e("p", { class: "panel muted" }, "Nothing was measured in this case."), scene?.node],
       rayproof.expectations(data.expectations || []), rayproof.unsupported(data.unsupported || []), rayproof.compared(results, data), rayproof.past(results, row.name), rayproof.small(data), rayproof.renders(data));

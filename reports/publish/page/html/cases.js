@@ -81,13 +81,14 @@
   // A table body of any length: only the rows near the window exist. All rows have one height, which the style sets.
   const e = rayproof.element;
   const BEYOND = 20; // rows drawn beyond either end of the window
+  const PRINTED = 1000; // rows on paper
 
   // make(item, index) -> <tr>. -> {body, show(items), laid(), reveal(index)}
   rayproof.virtualBody = function (make, columns) {
     const body = e("tbody");
     const spacer = () => e("tr", { class: "spacer", "aria-hidden": "true" }, e("td", { colspan: columns }));
     const above = spacer(), below = spacer();
-    let items = [], made = new Map(), range = "", height = 0, frame = 0;
+    let items = [], made = new Map(), range = "", height = 0, frame = 0, printing = false;
 
     function measure() {
       const row = body.querySelector("tr:not(.spacer)");
@@ -97,8 +98,8 @@
     function draw() {
       const size = height || 40;
       const top = body.isConnected ? body.getBoundingClientRect().top : 0;
-      const first = Math.max(0, Math.min(items.length - 1, Math.floor(-top / size)) - BEYOND);
-      const last = Math.min(items.length, Math.max(0, Math.ceil((window.innerHeight - top) / size)) + BEYOND);
+      const first = printing ? 0 : Math.max(0, Math.min(items.length - 1, Math.floor(-top / size)) - BEYOND);
+      const last = printing ? Math.min(items.length, PRINTED) : Math.min(items.length, Math.max(0, Math.ceil((window.innerHeight - top) / size)) + BEYOND);
       const key = `${first} ${last} ${size}`;
       if (key === range) return;
       range = key;
@@ -125,6 +126,9 @@
       frame = requestAnimationFrame(draw);
     };
     window.addEventListener("scroll", scrolled, { passive: true });
+    // On paper there is no window: all rows are there, as many as a person turns over.
+    window.addEventListener("beforeprint", () => { if (body.isConnected) { printing = true; draw(); } });
+    window.addEventListener("afterprint", () => { printing = false; if (body.isConnected) draw(); });
     window.addEventListener("resize", () => { if (body.isConnected) { measure(); range = ""; draw(); } });
 
     const laid = () => { measure(); range = ""; draw(); };
@@ -157,7 +161,7 @@
 
     function tile(row) {
       const picture = e("canvas", { width: 96, height: 72, role: "img", "aria-label": `ours of ${row.name}` });
-      const node = e("a", { href: rayproof.link({ case: row.name, stage }), class: rayproof.tone(row.verdict), title: `${row.name}: ${rayproof.word(row.verdict)}, worst error / limit ${rayproof.short(row.ratio) || "not measured"}` },
+      const node = e("a", { href: rayproof.link({ case: row.name, stage }), class: rayproof.tone(row.verdict), title: `${row.name}: ${rayproof.word(row.verdict)}, ${row.wrong || `error / limit ${rayproof.ratio(row.ratio) || "not measured"}`}` },
         picture, e("span", {}, e("i", { class: "glyph mark", "aria-hidden": "true" }, rayproof.glyph(row.verdict)), " ", e("bdi", {}, row.name)));
       tiles.set(node, { row, picture, painted: null });
       return node;
@@ -221,13 +225,13 @@
     const holder = e("div", { class: "scroll" });
     let rows = [], columns = [], virtual = null, table = null;
 
-    const says = (row) => (row.verdict === "pass" ? row.stresses : row.reason || row.stresses) || "\u00A0";
+    const says = (row) => (row.verdict === "pass" ? row.stresses : [row.wrong, row.reason || row.stresses].filter(Boolean).join(". ")) || "\u00A0";
     const cells = (row) => [
       e("td", { class: "state" }, rayproof.pill(row.verdict)),
       e("th", { scope: "row", class: "name" }, e("a", { href: rayproof.link({ case: row.name, stage: row.stage }) }, e("bdi", {}, row.name)),
         e("div", { class: "muted", title: says(row) }, rayproof.prose(says(row)))),
-      e("td", { class: "blame" }, row.blame),
-      e("td", {}, rayproof.ratioBar(row.ratio)),
+      e("td", { class: "blame", title: row.items || null }, row.blame),
+      e("td", { class: "size" }, rayproof.ratioBar(row.ratio)),
       columns.map((name) => e("td", { class: "matrix", "data-label": name }, row.cells ? rayproof.cell(row.cells[name], name) : null)),
       e("td", { class: "figure time" }, rayproof.seconds(row.seconds))];
 
@@ -250,7 +254,7 @@
         e("span", { "aria-hidden": "true" }, now === "descending" ? " \u25BE" : now ? " \u25B4" : "")), below);
       };
       return [title("verdict", "verdict"), title("name", "case", { class: "name" }), title("blame", "blamed"), title("ratio", "error / limit", {}, rayproof.ratioHead("")),
-        columns.map((name) => (results.list ? e("th", { scope: "col", class: "matrix" }, name) : title(`by ${name}`, name, { class: "matrix" }))), title("time", "time", { class: "figure" })];
+        columns.map((name) => (results.list ? e("th", { scope: "col", class: "matrix" }, rayproof.reference(name)) : title(`by ${name}`, rayproof.reference(name), { class: "matrix" }))), title("time", "time", { class: "figure" })];
     }
 
     function show() {
@@ -304,8 +308,8 @@
     show();
     const section = e("section", { class: "panel", id: "cases", "aria-label": "Cases" },
       e("h2", {}, "Cases ", count), controls, holder,
-      e("p", { class: "muted legend" }, "Per renderer: its worst verdict and how many checks have it; * some stages unsupported; ",
-        rayproof.verdicts.map((name) => [e("span", { class: `glyph mark ${rayproof.tone(name)}` }, rayproof.glyph(name)), " ", rayproof.word(name), "  "])));
+      e("p", { class: "muted legend" }, "Per renderer: its worst ", rayproof.term("verdict"), " and how many ", rayproof.term("check", "checks"), " have it; * some stages unsupported; ", rayproof.term("error / limit"), ": above 1 a pixel is wrong. ",
+        rayproof.verdictLegend()));
     return { section, set: (parts) => { set(parts); section.scrollIntoView(); }, search: () => controls.querySelector("input")?.focus(),
       clear, step, rows: () => rows, laid: () => virtual.laid() };
   };

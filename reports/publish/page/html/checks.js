@@ -20,7 +20,7 @@
     return e("section", { class: "panel", "aria-label": "References" }, e("h1", {}, "References"),
       rayproof.scroll("table of references", e("table", { class: "panelists" },
         e("thead", {}, e("tr", {}, ["reference", "version", "precision", "shares with the tracer", "settings, epsilons, other questions"].map(th))),
-        e("tbody", {}, rows.map(([name, about]) => e("tr", {}, e("th", { scope: "row" }, name), e("td", {}, about.version || ""), e("td", {}, about.precision || ""),
+        e("tbody", {}, rows.map(([name, about]) => e("tr", {}, e("th", { scope: "row" }, rayproof.reference(name)), e("td", {}, about.version || ""), e("td", {}, about.precision || ""),
           e("td", {}, about.independent ? "nothing" : "code or compiler: no witness"), e("td", {}, facts(name))))))),
       Object.entries(results.absent || {}).map(([name, why]) => e("p", {}, rayproof.pill("missing"), " ", e("strong", {}, name), " ", rayproof.prose(why))));
   }
@@ -52,7 +52,7 @@
     return e("section", { class: "panel", "aria-label": "Findings" }, e("h2", {}, "Findings about references"),
       list.length ? rayproof.scroll("table of findings", e("table", { class: "findings" },
         e("thead", {}, e("tr", {}, ["reference", "what", "stages", "where", "smallest scene", "third witness"].map(th))),
-        e("tbody", {}, list.map((finding) => e("tr", {}, e("th", { scope: "row" }, text(finding.reference), e("div", { class: "muted" }, text(finding.version))),
+        e("tbody", {}, list.map((finding) => e("tr", {}, e("th", { scope: "row" }, rayproof.reference(text(finding.reference)), e("div", { class: "muted" }, text(finding.version))),
           e("td", {}, e("bdi", {}, rayproof.prose(text(finding.what)))), e("td", {}, lines(finding.stage, ", ")), e("td", {}, lines(finding.where, ", ")),
           e("td", {}, smallest(results, finding)), e("td", {}, lines(finding.third_witness, "; ")))))))
         : e("p", { class: "muted" }, "None: no reference was found wrong. Only a finding turns \u201Creference suspect\u201D into a warning."));
@@ -71,7 +71,7 @@
 
   // The numbers of one stage: each check with its metrics, its limit and how the limit was derived.
   const SHOWN = ["worst_ratio", "worst_error", "limit", "pixel"];
-  const FIRST = ["ulp", "interior", "edge", "differ_at_edge", "hit_miss", "nan", "inf"];
+  const FIRST = ["wrong", "explained", "ulp", "interior", "hit_miss", "nan", "inf"];
 
   const list = (value) => (Array.isArray(value) ? value.map((item) => rayproof.short(item, 6)).join(", ")
     : value !== null && typeof value === "object" ? JSON.stringify(value)
@@ -85,12 +85,26 @@
       pairs.map((key) => [e("dt", {}, key.replaceAll("_", " ")), e("dd", {}, list(measurement[key]))])));
   }
 
+  // Whose pixels are wrong: those of the reference that is under suspicion or known to be wrong there, else the subject's.
+  rayproof.whose = (check) => (check.finding || check.verdict === "reference_suspect" ? rayproof.reference(check.reference) : check.configuration);
+
+  // What decides a check: the numbers of wrong pixels, and the pixel whose error is the largest in units of its own limit.
+  rayproof.decides = function (check, stage, onpixel) {
+    if (!check || check.verdict === "unsupported") return null;
+    const unit = stage.unit && stage.unit !== "1" ? ` ${stage.unit}` : "";
+    const { wrong = 0, pixels = 0 } = check.examined || {};
+    const at = rayproof.worstOf(check);
+    const count = wrong ? `${wrong.toLocaleString("en")} of ${pixels.toLocaleString("en")} pixels are wrong, those of ${rayproof.whose(check)}.` : "No pixel is wrong.";
+    return [e("strong", {}, "What decides: "), count, at ? [" The ", rayproof.term("worst pixel"), " is ", e("button", { class: "link", onclick: () => onpixel(...at.pixel) }, at.pixel.join(", ")),
+      `: off by ${rayproof.short(at.worst_error)}${unit}, its limit is ${rayproof.short(at.limit) || "?"}${unit}`, " (", rayproof.term("error / limit"), ` ${rayproof.ratio(at.worst_ratio)}).`] : ""];
+  };
+
   // Of each pixel what became of it; the camera's are entries.
   function examined(check) {
     const words = rayproof.words || {};
     const ledger = check.examined;
     if (!ledger) return "";
-    const parts = Object.keys(words).filter((kind) => ledger[kind] > 0).map((kind) => `${ledger[kind]} ${words[kind]}`);
+    const parts = Object.keys(words).filter((kind) => ledger[kind] > 0).map((kind) => `${ledger[kind]} ${words[kind]}${kind === "wrong" ? ` (${rayproof.whose(check)})` : ""}`);
     const bad = ["hit_miss", "nan", "inf"].filter((key) => check.end_to_end?.[key] > 0).map((key) => `${check.end_to_end[key]} ${key.replaceAll("_", " ")}`);
     return [...parts, ...bad].join(", ");
   }
@@ -133,20 +147,27 @@
     } }, "details");
     return [e("tr", { class: selected ? "current" : "" },
       e("td", {}, rayproof.pill(check.verdict)),
-      e("td", { class: "name" }, rayproof.parts(check.configuration)), e("td", {}, check.reference),
+      e("td", { class: "name" }, rayproof.parts(check.configuration)), e("td", {}, rayproof.reference(check.reference)),
       e("td", {}, rayproof.ratioBar(overall(check))),
       e("td", {}, check.continued ? rayproof.ratioBar(check.continued.worst_ratio) : e("span", { class: "muted" }, "\u2013")),
-      e("td", { class: "figure" }, rayproof.short(end.worst_error), e("span", { class: "muted" }, ` \u2264 ${rayproof.short(end.limit) || "?"}`)),
       e("td", {}, pixel ? e("button", { class: "link", onclick: () => onpixel(...pixel) }, pixel.join(", ")) : ""),
+      e("td", { class: "figure" }, rayproof.short(end.worst_error), e("span", { class: "muted" }, `, limit ${rayproof.short(end.limit) || "?"}`)),
       e("td", { class: "pixels" }, examined(check)),
       e("td", {}, toggle)), details];
+  }
+
+  // The words of a heading that have a definition.
+  function heading(title) {
+    const [word, more] = [title.split(",")[0], title.split(", ")[1]];
+    if (word === "error / limit") return rayproof.ratioHead([rayproof.term(word), ", ", rayproof.term(more)]);
+    return rayproof.term(title);
   }
 
   rayproof.checkTable = function (checks, { configuration, reference, unit, onpixel }) {
     if (!checks.length) return e("p", { class: "muted" }, "Nothing was checked at this stage.");
     return rayproof.scroll("table of checks", e("table", { class: "checks" },
-      e("thead", {}, e("tr", {}, ["verdict", "configuration", "reference", "error / limit, end to end", "error / limit, continued", unit ? `error [${unit}] \u2264 limit` : "error \u2264 limit",
-        "worst pixel", "pixels", ""].map((title) => (title ? e("th", { scope: "col", "data-name": title }, title.startsWith("error / limit") ? rayproof.ratioHead(title) : title) : e("td"))))),
+      e("thead", {}, e("tr", {}, ["verdict", "configuration", "reference", "error / limit, end to end", "error / limit, continued", "worst pixel",
+        unit ? `its error [${unit}] and limit` : "its error and limit", "what became of the pixels", ""].map((title) => (title ? e("th", { scope: "col", "data-name": title }, heading(title)) : e("td"))))),
       e("tbody", {}, checks.map((check) => row(check,
         check.configuration === configuration && check.reference === reference, onpixel)))));
   };
@@ -174,7 +195,7 @@
     return e("section", { class: "panel", "aria-label": "Unsupported" }, e("h3", {}, "Unsupported"),
       e("ul", {}, [...groups].map(([key, stages]) => {
         const [reference, why] = JSON.parse(key);
-        return e("li", {}, rayproof.pill("unsupported"), " ", e("strong", {}, reference), " ",
+        return e("li", {}, rayproof.pill("unsupported"), " ", e("strong", {}, rayproof.reference(reference)), " ",
           e("span", { class: "muted" }, stages.filter(Boolean).join(", ")), " \u2013 ", rayproof.prose(why));
       })));
   };
@@ -189,8 +210,15 @@
       e("img", { src: `${at}/picture.png`, alt: "the failing stage, the renderer's left, the right one right" }));
   };
 
+  // In the place of images that the run left out.
+  rayproof.preview = function (data) {
+    if (!data.preview) return null;
+    return e("section", { class: "panel", "aria-label": "Preview" }, e("figure", {}, e("img", { class: "worst", src: rayproof.source(data.preview), alt: "ours, the reference and the error, small" }),
+      e("figcaption", { class: "muted" }, "Ours, the reference and the error. The images themselves are made by ", rayproof.code(`${data.command} --keep-images all`))));
+  };
+
   rayproof.renders = function (data) {
-    const rows = (data.renders || []).map((render) => e("li", {}, e("strong", {}, render.renderer), " ", render.cached ? "from the cache" : rayproof.seconds(render.seconds),
+    const rows = (data.renders || []).map((render) => e("li", {}, e("strong", {}, rayproof.reference(render.renderer)), " ", render.cached ? "from the cache" : rayproof.seconds(render.seconds),
       render.error ? [" ", rayproof.pill("error"), " ", rayproof.prose(render.error)] : null,
       render.image ? [" ", e("span", { class: "muted" }, render.image)] : null));
     const notes = (data.notes || []).map((note) => e("li", {}, rayproof.prose(note)));
@@ -205,27 +233,27 @@
   // panel: {baseline, renderers, ratio: rows judged by columns, differing, alone, why}
   rayproof.adjudication = function (panel) {
     if (!panel || !Array.isArray(panel.renderers) || panel.renderers.length < 2) return null;
-    const { renderers } = panel;
+    const { renderers } = panel, names = renderers.map(rayproof.reference);
     const alone = String(panel.alone ?? "").split(", ");
     // Who can be compared with nobody here has nothing to say.
     const heard = renderers.map((_, i) => i).filter((i) => renderers.some((_, j) => value(panel.ratio, i, j) !== null || value(panel.ratio, j, i) !== null));
     const cell = (i, j) => {
-      if (i === j) return e("td", { class: "self", title: renderers[i] }, "\u2013");
+      if (i === j) return e("td", { class: "self", title: names[i] }, "\u2013");
       const ratio = value(panel.ratio, i, j);
       if (ratio === null) return e("td", { class: "muted", title: "cannot be compared" }, "\u00B7");
       const bad = !(ratio <= 1);
       const pixels = value(panel.differing, i, j);
       return e("td", { class: `figure ${rayproof.tone(bad ? "fail" : "pass")} ${bad ? "over" : ""}`,
-        title: `${renderers[i]} against ${renderers[j]}: ${rayproof.short(ratio)} times the limit, ${pixels ?? "?"} interior pixels over it` },
-      e("span", { class: "mark glyph" }, rayproof.glyph(bad ? "fail" : "pass")), " ", rayproof.short(ratio, 2), bad && pixels ? e("small", {}, ` ${pixels} px`) : null);
+        title: `${names[i]} against ${names[j]}: error / limit ${rayproof.ratio(ratio)}, ${pixels ?? "?"} pixels over it` },
+      e("span", { class: "mark glyph" }, rayproof.glyph(bad ? "fail" : "pass")), " ", rayproof.ratio(ratio, 2), bad && pixels ? e("small", {}, ` ${pixels} px`) : null);
     };
     return e("section", { class: "adjudication", "aria-label": "Everybody against everybody" }, e("h3", {}, "Everybody against everybody"),
       panel.why ? e("p", {}, e("bdi", {}, rayproof.prose(panel.why))) : null,
-      e("details", { open: panel.alone ? true : null }, e("summary", {}, `Worst error over limit, ${heard.length} renderers: row judged against column`),
-        rayproof.scroll("matrix of renderers", e("table", { class: "versus" },
-          e("thead", {}, e("tr", {}, e("td"), heard.map((j) => e("th", { scope: "col", "data-name": `against ${renderers[j]}` }, e("span", {}, renderers[j]))))),
+      e("details", { open: panel.alone ? true : null }, e("summary", {}, `Largest error / limit, ${heard.length} renderers: row judged against column`),
+        rayproof.wide("matrix of renderers", e("table", { class: "versus" },
+          e("thead", {}, e("tr", {}, e("td"), heard.map((j) => e("th", { scope: "col" }, e("span", {}, names[j]))))),
           e("tbody", {}, heard.map((i) => e("tr", { class: alone.includes(renderers[i]) ? "alone" : "" },
-            e("th", { scope: "row" }, rayproof.parts(renderers[i]), alone.includes(renderers[i]) ? " \u2190 alone" : ""), heard.map((j) => cell(i, j)))))))));
+            e("th", { scope: "row" }, rayproof.parts(names[i]), alone.includes(renderers[i]) ? " \u2190 alone" : ""), heard.map((j) => cell(i, j)))))))));
   };
 
   const value = (table, i, j) => rayproof.number(table?.[i]?.[j]);

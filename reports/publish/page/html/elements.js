@@ -41,6 +41,12 @@
   // the two what is wider than its panel scrolls, and the keyboard reaches it though nothing in it takes the focus.
   rayproof.scroll = (label, table) => rayproof.element("div", { class: "scroll", tabindex: "0", role: "group", "aria-label": label }, rayproof.named(table));
 
+  // A table of numbers that are compared along rows: it stays a table at any width; a phone leaves out what is less asked.
+  rayproof.wide = (label, table) => {
+    table.classList.add("wide");
+    return rayproof.element("div", { class: "scroll", tabindex: "0", role: "group", "aria-label": label }, table);
+  };
+
   // -> the table, each cell of which knows its column's name: once more where rows came later
   rayproof.named = function (table) {
     const columns = [...table.querySelectorAll("thead tr:last-child > *")].map((cell) => cell.dataset.name ?? cell.textContent);
@@ -60,11 +66,22 @@
   // A configuration or a renderer.
   rayproof.parts = (name) => soft(String(name ?? ""));
 
+  // A reference as people read it; the page of the run names those whose name is also a word of the field.
+  rayproof.displayNames = {};
+  rayproof.reference = (name) => (Object.hasOwn(rayproof.displayNames, name) ? rayproof.displayNames[name] : String(name ?? ""));
+
+  // A word of rayproof's with a link to its definition; plain where the page has no definitions.
+  rayproof.terms = new Set();
+  rayproof.term = (word, text = word) => (rayproof.terms.has(word) ? rayproof.element("a", { class: "term", href: rayproof.link({ page: "terms", term: word }), title: `what \u201C${word}\u201D means` }, text) : text);
+
   // Prose of a record: what stands between backticks is code.
   rayproof.prose = function (text) {
     const parts = String(text ?? "").split("`");
     return parts.map((part, i) => (i % 2 === 0 ? soft(part) : i === parts.length - 1 ? soft(`\`${part}`) : rayproof.code(part)));
   };
+
+  // Whether the window is a phone's.
+  rayproof.narrow = () => window.matchMedia("screen and (max-width: 760px)").matches;
 
   // A <select> of [value, label] pairs; a third entry says why there is no such choice now.
   rayproof.select = function (label, pairs, current, onchange) {
@@ -120,6 +137,13 @@
   // The heading of a column of such bars, with their axis.
   rayproof.ratioHead = (title) => [title, rayproof.element("span", { class: "ratio-axis", "aria-hidden": "true" }, ["0.001", "1", "10"].map((text) => rayproof.element("i", {}, text)))];
 
+  // An error over its limit in words: far over it the number says something about the limit only.
+  const MOST = 1000;
+  rayproof.ratio = function (value, digits = 3) {
+    value = rayproof.number(value);
+    return value !== null && value >= MOST ? `over ${MOST}` : rayproof.short(value, digits);
+  };
+
   // Error over limit as a bar on a log scale from 1/1000 to 10, the limit marked; and the number. Red is what is blamed.
   rayproof.ratioBar = function (value, { blamed = true } = {}) {
     const e = rayproof.element;
@@ -129,8 +153,8 @@
     const over = !(value <= 1);
     const fill = e("i", { class: over ? (blamed ? "over" : "elsewhere") : value > 0.8 ? "close" : "" });
     fill.style.width = `${100 * share}%`;
-    const title = "worst error over its limit; log scale from 0.001 to 10, the mark is the limit";
-    return e("span", { class: "ratio", title }, e("span", { class: "bar" }, fill), rayproof.short(value));
+    const title = "error over its limit; log scale from 0.001 to 10, the mark is the limit";
+    return e("span", { class: "ratio", title }, e("span", { class: "bar" }, fill), rayproof.ratio(value));
   };
 
   // The eight verdicts: a shape and a word beside every colour, best first as in reports/results/outcomes.py.
@@ -156,6 +180,9 @@
     return ORDER[Math.max(-1, ...(decided.length ? decided : verdicts).map((verdict) => ORDER.indexOf(verdict)))] || null;
   };
 
+  // Each verdict with its sign.
+  rayproof.verdictLegend = () => ORDER.map((name) => [rayproof.element("span", { class: `glyph mark ${rayproof.tone(name)}`, "aria-hidden": "true" }, rayproof.glyph(name)), " ", rayproof.word(name), "  "]);
+
   rayproof.pill = function (verdict) {
     const e = rayproof.element;
     return e("span", { class: `pill ${rayproof.tone(verdict)}` },
@@ -168,8 +195,8 @@
     if (!cell) return e("span", { class: "cell none", title: `${renderer}: not asked` }, "\u00B7");
     const [verdict, count, total, ratio, unsupported] = cell;
     const partial = unsupported && verdict !== "unsupported" ? "*" : "";
-    const title = `${renderer}: ${count} of ${total} checks ${rayproof.word(verdict)}`
-      + (ratio === null ? "" : `, worst error ${rayproof.short(ratio)} of its limit`) + (unsupported ? `, ${unsupported} stages unsupported` : "");
+    const title = `${rayproof.reference(renderer)}: ${count} of ${total} checks ${rayproof.word(verdict)}`
+      + (ratio === null ? "" : `, worst error / limit ${rayproof.ratio(ratio)}`) + (unsupported ? `, ${unsupported} stages unsupported` : "");
     return e("span", { class: `cell ${rayproof.tone(verdict)}`, title },
       e("span", { class: "glyph", "aria-hidden": "true" }, rayproof.glyph(verdict)), e("span", { class: "offscreen" }, rayproof.word(verdict)), ` ${verdict === "unsupported" ? unsupported : count}${partial}`);
   };

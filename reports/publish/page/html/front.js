@@ -20,7 +20,7 @@
     return `${loud}rayproof: ${wanted.case ?? rayproof.pages.get(wanted.page)?.title ?? results.standing ?? "report"}`;
   };
 
-  // The first screen: shouts, the verdict in one line, the ledgers, what is blamed, and at the end the environment.
+  // The first screen: shouts, the verdict in one sentence, what is wrong; the totals once, and at the end the environment.
   rayproof.shoutBars = (results) => results.shouts.map((text) => e("p", { class: "shout", role: "alert" }, text));
 
   rayproof.verdictLine = function (results) {
@@ -30,22 +30,22 @@
       e("div", {},
         e("h1", {}, results.headline),
         e("p", { class: "muted" }, [results.command, started(results.started), rayproof.seconds(results.seconds)]
-          .filter(Boolean).flatMap((text, i) => (i ? [" \u00B7 ", text] : [rayproof.code(text)]))),
-        counted(results.examined?.counts)));
+          .filter(Boolean).flatMap((text, i) => (i ? [" \u00B7 ", text] : [rayproof.code(text)])))));
   };
 
-  const counted = (counts) => (counts?.pixels > 0 ? e("p", { class: "muted counted" }, [`${counts.pixels.toLocaleString("en")} pixels over all checks`,
-    `${counts.wrong.toLocaleString("en")} wrong`, `${counts.unexamined.toLocaleString("en")} not examined`].join(", ")) : null);
+  // What a reader of the headline must know beside it.
+  rayproof.remarks = (results) => ((results.remarks || []).length
+    ? e("ul", { class: "remarks", "aria-label": "Remarks" }, results.remarks.map((text) => e("li", {}, rayproof.prose(text)))) : null);
 
   const started = (text) => (text ? String(text).slice(0, 16).replace("T", " ") : "");
 
-  // planned = pass + warn + ..., for cases and for checks.
+  // planned = pass + warn + ..., for cases and for checks, and what became of every pixel.
   rayproof.ledger = function (results, onpick) {
     const names = results.ledger.slice(1);
     // On a narrow screen numbers wrap, each with its word, and zeros are left out, so that what failed stays in sight.
     const empty = (name) => (results.summary[name] || results.checks[name] ? "" : "empty");
     const row = (title, counts) => e("tr", {},
-      e("th", { scope: "row" }, title),
+      e("th", { scope: "row" }, rayproof.term(title.slice(0, -1), title)),
       e("td", { class: "planned", "data-word": "planned" }, counts.planned), e("td", { class: "sign" }, "="),
       names.map((name, i) => e("td", { class: empty(name), "data-word": rayproof.word(name) },
         i ? e("span", { class: "sign", "aria-hidden": "true" }, "+") : null,
@@ -53,36 +53,30 @@
           ? e("button", { class: `count ${rayproof.tone(name)}`, onclick: () => onpick(name), title: `show these cases` },
             counts[name])
           : e("span", { class: `count ${counts[name] ? rayproof.tone(name) : "zero"}` }, counts[name]))));
-    return e("section", { class: "panel scroll", "aria-label": "Totals" },
-      e("table", { class: "ledger" },
+    return e("section", { class: "panel", "aria-label": "Totals" }, e("h2", {}, "Totals"),
+      e("div", { class: "scroll" }, e("table", { class: "ledger" },
         e("thead", {}, e("tr", {}, e("td"), e("th", { scope: "col" }, "planned"), e("td"),
           names.map((name) => e("th", { scope: "col" },
             e("span", { class: "glyph", "aria-hidden": "true" }, rayproof.glyph(name)), " ", rayproof.word(name))))),
-        e("tbody", {}, row("cases", results.summary), row("checks", results.checks))),
-      e("p", { class: "muted" }, ["cases", "checks"].map((what, i) => {
-        const counts = i ? results.checks : results.summary;
-        const measured = ["pass", "warn", "fail", "reference_suspect"].reduce((sum, name) => sum + counts[name], 0);
-        const failed = counts.error + counts.missing;
-        return `${i ? "; " : ""}${counts.planned} ${counts.planned === 1 ? what.slice(0, -1) : what} planned = ${measured} measured + ${counts.undecided ? `${counts.undecided} undecided + ` : ""}${counts.unsupported} unsupported + ${failed} error${failed === 1 ? "" : "s"}`;
-      }), "."),
-      rayproof.examined(results.examined?.counts, results.examined?.words),
-      (results.no_say || []).length ? e("ul", { class: "no-say" }, results.no_say.map((text) => e("li", {}, rayproof.pill("undecided"), " ", text))) : null);
+        e("tbody", {}, row("cases", results.summary), row("checks", results.checks)))),
+      rayproof.examined(results.examined?.counts, results.examined?.words));
   };
 
   // What became of every pixel of every check: a bar of their shares, and each kind with its number.
   rayproof.examined = function (counts, words) {
     if (!counts || !words || !(counts.pixels > 0)) return null;
     const kinds = Object.keys(words).filter((kind) => counts[kind] > 0 || kind === "unexamined");
+    const count = (kind) => counts[kind] || 0;
     const bar = e("div", { class: "shares", "aria-hidden": "true" }, kinds.map((kind) => {
       const part = e("i", { class: `k-${kind}` });
-      part.style.flexGrow = String(counts[kind]);
+      part.style.flexGrow = String(count(kind));
       return part;
     }));
     return e("div", { class: "examined" },
       e("p", {}, e("strong", {}, counts.pixels.toLocaleString("en")), " pixels over all checks, and what became of them [% of these pixels]"),
       bar, e("div", { class: "axis", "aria-hidden": "true" }, ["0 %", "50 %", "100 %"].map((text) => e("span", {}, text))),
-      e("ul", { class: "kinds" }, kinds.map((kind) => e("li", { class: counts[kind] ? "" : "muted" },
-        e("i", { class: `swatch k-${kind}`, "aria-hidden": "true" }), e("b", {}, counts[kind].toLocaleString("en")), " ", words[kind]))));
+      e("ul", { class: "kinds" }, kinds.map((kind) => e("li", { class: count(kind) ? "" : "muted" },
+        e("i", { class: `swatch k-${kind}`, "aria-hidden": "true" }), e("b", {}, count(kind).toLocaleString("en")), " ", words[kind]))));
   };
 
   // Factors that a whole run shares: pi, 4, all fluxes.
@@ -100,41 +94,32 @@
           e("td", { class: "figure" }, row.cases), e("td", { class: "figure" }, row.voices)))))));
   };
 
-  // Why a case failed; of a long run once its row is there.
-  function reason(row, others) {
-    const node = e("bdi", { class: "muted" });
-    const show = () => row.reason && rayproof.replace(node, ` \u2013 ${others ? `${row.name}: ` : ""}`, rayproof.prose(row.reason));
-    const waiting = rayproof.complete(row);
-    if (waiting) waiting.then(show, () => {});
-    else show();
-    return node;
-  }
-
-  // One row a cause, or for what is blamed where no cause is known, with its cases below.
   rayproof.bad = (row) => !["pass", "warn", "undecided", "unsupported"].includes(row.verdict);
 
+  const times = (count, noun) => `${count} ${noun}${count === 1 ? "" : "s"}`;
+
+  // One row a cause, or for what is blamed where no cause is known: first what is new, then what is accepted, then mended.
   rayproof.blamed = function (results) {
-    const bad = results.cases.filter(rayproof.bad);
-    if (!bad.length) return null;
-    const groups = new Map();
-    for (const row of bad) {
-      const key = `${row.verdict} ${row.cause || row.blame}`;
-      if (!groups.has(key)) groups.set(key, []);
-      groups.get(key).push(row);
-    }
-    const causes = results.causes || [];
-    const told = new Set(bad.map((row) => row.cause));
-    const shown = [...groups.values()].slice(0, 8);
-    const left = bad.length - shown.reduce((sum, rows) => sum + rows.length, 0);
-    return e("section", { class: "panel blamed", "aria-label": "What is blamed" },
-      e("h2", {}, causes.length ? "What is wrong" : "What is blamed"),
-      causes.filter((text) => !told.has(text)).map((text) => e("p", { class: "cause" }, e("strong", {}, e("bdi", {}, text)))),
-      e("ul", {}, shown.map(([row, ...rest]) => e("li", {}, rayproof.pill(row.verdict), " ",
-        row.cause || row.blame ? e("strong", {}, e("bdi", {}, (row.cause || row.blame).replace(/\.$/, ""))) : e("span", { class: "muted" }, "no stage"), " in ",
-        [row, ...rest].slice(0, 8).flatMap((one, place) => [place ? ", " : "", e("a", { href: rayproof.link({ case: one.name, stage: one.stage }) }, e("bdi", {}, one.name))]),
-        rest.length > 7 ? ` and ${rest.length - 7} more` : "",
-        reason(row, rest.length)))),
-      left ? e("p", { class: "muted" }, `and ${left} more in the list below`) : null);
+    const { new: fresh, accepted, mended } = results.groups;
+    const gated = accepted.length || mended.length || results.gate;
+    const told = new Set([...fresh, ...accepted].map((group) => group.what));
+    const open = (group, name) => e("a", { href: rayproof.link({ case: name, stage: group.stage }) }, e("bdi", {}, name));
+    const line = (group) => e("li", {}, rayproof.pill(group.verdict), " ", e("strong", {}, times(group.count, "case"), group.what ? [": ", e("bdi", {}, group.what.replace(/\.$/, ""))] : null),
+      e("div", {}, "in ", group.names.flatMap((name, place) => [place ? ", " : "", open(group, name)]),
+        group.count > group.names.length ? ` and ${group.count - group.names.length} more` : ""),
+      e("div", { class: "muted" }, e("bdi", {}, [group.count > 1 ? group.names[0] : null, group.wrong || null].filter(Boolean).join(": "), group.wrong ? ". " : " ", rayproof.prose(group.reason))));
+    const list = (title, groups, name) => (groups.length ? [e("h3", { class: name }, `${title}: ${times(groups.reduce((sum, group) => sum + group.count, 0), "case")}`),
+      e("ul", {}, groups.slice(0, 8).map(line)), groups.length > 8 ? e("p", { class: "muted" }, `and ${times(groups.length - 8, "more group")} in the list below`) : null] : null);
+    const beside = (results.causes || []).filter((text) => !told.has(text));
+    if (!fresh.length && !gated && !beside.length) return null;
+    return e("section", { class: "panel blamed", "aria-label": "What is wrong" },
+      e("h2", {}, gated ? "New, accepted and mended failures" : "What is wrong"),
+      beside.map((text) => e("p", { class: "cause" }, e("strong", {}, e("bdi", {}, text)))),
+      gated ? [list("New", fresh, "new"), list("Accepted", accepted, "accepted")] : e("ul", {}, fresh.slice(0, 8).map(line)),
+      !gated && fresh.length > 8 ? e("p", { class: "muted" }, `and ${times(fresh.length - 8, "more group")} in the list below`) : null,
+      mended.length ? [e("h3", { class: "mended" }, `Mended: ${mended.length}`), e("ul", {}, mended.slice(0, 8).map((text) => e("li", {}, rayproof.pill("pass"), " ", e("bdi", {}, text)))),
+        mended.length > 8 ? e("p", { class: "muted" }, `and ${mended.length - 8} more in summary.md`) : null] : null,
+      (results.shut || []).length ? [e("h3", {}, "What shuts the gate"), e("ul", {}, results.shut.map((text) => e("li", {}, rayproof.prose(text))))] : null);
   };
 
   // What differs, to be seen at once: the worst case's images, then those of others, by what is wrong with them.
@@ -164,7 +149,7 @@
       e("summary", {}, `Limits for review (${results.review.length})`),
       e("p", { class: "muted" }, "An error below a hundredth of its limit says the limit is loose; above 0.8, that it is tight."),
       rayproof.scroll("table of limits", e("table", {},
-        e("thead", {}, e("tr", {}, e("th", {}, "check"), e("th", { "data-name": "error / limit" }, rayproof.ratioHead("error / limit")), e("th", {}, "why"))),
+        e("thead", {}, e("tr", {}, e("th", {}, rayproof.term("check")), e("th", { "data-name": "error / limit" }, rayproof.ratioHead(rayproof.term("error / limit"))), e("th", {}, "why"))),
         e("tbody", {}, results.review.slice(0, 400).map((entry) => e("tr", {}, e("td", {}, entry.check),
           e("td", {}, rayproof.ratioBar(entry.ratio)), e("td", {}, rayproof.prose(entry.why))))))),
       results.review.length > 400 ? e("p", { class: "muted" }, "The rest is in results.json.") : null);
@@ -203,7 +188,7 @@
 
   rayproof.environment = function (results) {
     const references = Object.entries(results.references || {}).map(([name, about]) =>
-      [name, [about.version, about.precision, about.independent ? "independent of the tracer" : "not independent"]
+      [rayproof.reference(name), [about.version, about.precision, about.independent ? "independent of the tracer" : "not independent"]
         .filter(Boolean).join(", ")]);
     const pairs = [["rayproof", results.rayproof], ...Object.entries(results.environment || {}), ...references,
       ["configurations", (results.configurations || []).join(", ")]];
@@ -225,8 +210,8 @@
   // What every item was held against is said once; a row names its own only where they are others.
   function asked(names, everyone) {
     const missing = everyone.filter((name) => !names.includes(name));
-    if (names.some((name) => !everyone.includes(name)) || missing.length * 2 > everyone.length) return names.join(", ");
-    return missing.length ? `all but ${missing.join(", ")}` : "all";
+    if (names.some((name) => !everyone.includes(name)) || missing.length * 2 > everyone.length) return names.map(rayproof.reference).join(", ");
+    return missing.length ? `all but ${missing.map(rayproof.reference).join(", ")}` : "all";
   }
   const usual = (items) => items.map((item) => item.references || []).sort((a, b) => b.length - a.length)[0] || [];
 
@@ -235,7 +220,7 @@
 
   const table = (items, onpick, everyone, blamed) => (items.length ? rayproof.scroll("table of specification ids", e("table", { class: "coverage" },
     e("thead", {}, e("tr", {}, ["id", "", "what", "cases", "failed", "worst error / limit", "references"]
-      .map((title) => (title ? e("th", { scope: "col", "data-name": title }, title.includes("/") ? rayproof.ratioHead(title) : title) : e("td"))))),
+      .map((title) => (title ? e("th", { scope: "col", "data-name": title }, title.includes("/") ? rayproof.ratioHead(["worst ", rayproof.term("error / limit")]) : title) : e("td"))))),
     e("tbody", {}, items.map((item) => e("tr", {},
       e("th", { scope: "row" }, e("button", { class: "link", onclick: () => onpick(item.id), title: "show its cases" }, item.id)),
       e("td", {}, e("span", { class: `glyph mark ${rayproof.tone(state(item, blamed))}`, role: "img", "aria-label": says(item, blamed), title: says(item, blamed) },
@@ -252,10 +237,11 @@
     // The ids that the failing cases' own blame names; others of these cases only lie downstream.
     const named = (row) => (String(row.blame || "").match(/[A-Z]+-\d+/g) || []).map((id) => [id, row.verdict]);
     const blamed = new Map(["reference_suspect", "fail"].flatMap((verdict) => results.cases.filter((row) => row.verdict === verdict).flatMap(named)));
-    return e("section", { class: "panel", "aria-label": "Coverage" },
-      e("h2", {}, "Coverage by specification id ",
+    // A phone's screen would be filled fifteen times before the list of cases begins.
+    return e("details", { class: "panel", open: !rayproof.narrow(), role: "region", "aria-label": "Coverage" },
+      e("summary", {}, "Coverage by specification id ",
         e("span", { class: "muted" }, `${covered} of ${results.coverage.length} covered`)),
       e("div", { class: "halves" }, [0, 1].map((half) => table(results.coverage.filter((_, i) => (i < results.coverage.length / 2) === (half === 0)), onpick, everyone, blamed))),
-      e("p", { class: "muted legend" }, `all: ${everyone.join(", ") || "nobody"}`, ". ", rayproof.glyph("fail"), " blamed  ", rayproof.glyph("undecided"), ` ${STATES.undecided}  `, rayproof.glyph("missing"), ` ${STATES.missing}`));
+      e("p", { class: "muted legend" }, `all: ${everyone.map(rayproof.reference).join(", ") || "nobody"}`, ". ", rayproof.glyph("fail"), " blamed  ", rayproof.glyph("undecided"), ` ${STATES.undecided}  `, rayproof.glyph("missing"), ` ${STATES.missing}`));
   };
 })(window.rayproof);

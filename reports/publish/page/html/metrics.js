@@ -303,7 +303,9 @@
       if (size > worst) { worst = size; at = pixel; }
       if (size > 0 && size < smallest) smallest = size;
     }
-    return { metric, width, height, values, worst, smallest, differing, at: [at % width, Math.floor(at / width)] };
+    // Whether a pixel's error is that of its worst channel; what decides is the length of the whole difference.
+    const each = channel < 0 && ours.channels > 1 && !(metric in MAPS);
+    return { metric, width, height, values, worst, smallest, differing, each, at: [at % width, Math.floor(at / width)] };
   };
 
   function pixelwise(metric, ours, theirs, channel) {

@@ -177,28 +177,25 @@
     return picture;
   };
 
-  // The judge's classes of pixels over an image: silhouettes, shadow edges, terminators. A colour and a letter each.
-  // By bit of the mask, as in reports/judge/pixel_classes.py.
-  const KINDS = [
-    [1, "silhouette", "S", [230, 159, 0]], [2, "shadow edge", "H", [86, 180, 233]],
-    [4, "terminator", "T", [240, 228, 66]], [8, "light on the surface", "L", [204, 121, 167]],
-  ];
-  rayproof.edgeKinds = KINDS.map(([bit, name, letter, color]) => ({ bit, name, letter, color }));
+  // The pixels over their limits whose values are explained, over an image: a colour and a letter for each explanation.
+  // By the value of the mask in a case's record.
+  const EXPLANATIONS = [[1, "explained by rounding", "R", [230, 159, 0]], [2, "explained by a declared epsilon", "E", [86, 180, 233]]];
+  rayproof.explanations = EXPLANATIONS.map(([code, name, letter, color]) => ({ code, name, letter, color }));
 
-  // -> the kinds of one pixel
-  rayproof.kindsAt = (mask, width, x, y) => (mask ? rayproof.edgeKinds.filter(({ bit }) => mask[y * width + x] & bit) : []);
+  // -> the explanation of one pixel, or undefined
+  rayproof.explanationAt = (mask, width, x, y) => (mask ? rayproof.explanations.find(({ code }) => mask[y * width + x] === code) : undefined);
 
-  // -> ImageData, see-through where pixels are judged strictly
-  rayproof.paintEdges = function (mask, width, height) {
+  // -> ImageData, see-through where no pixel needs an explanation
+  rayproof.paintExplained = function (mask, width, height) {
     const picture = new ImageData(width, height);
-    mask.forEach((bits, pixel) => {
-      const kind = rayproof.edgeKinds.find(({ bit }) => bits & bit);
+    mask.forEach((value, pixel) => {
+      const kind = rayproof.explanations.find(({ code }) => value === code);
       if (kind) picture.data.set([...kind.color, 215], 4 * pixel);
     });
     return picture;
   };
 
-  rayproof.edgeCounts = (mask) => rayproof.edgeKinds.map((kind) => ({ ...kind, count: mask.reduce((sum, bits) => sum + ((bits & kind.bit) > 0), 0) }))
+  rayproof.explainedCounts = (mask) => rayproof.explanations.map((kind) => ({ ...kind, count: mask.reduce((sum, value) => sum + (value === kind.code), 0) }))
     .filter(({ count }) => count);
 
   // How often which error occurs, on the scale of the colour bar; the limit is a line, what lies beyond it hatched.
@@ -239,8 +236,7 @@
     const said = [zero && `${zero} without error`, below && `${below} below the range`, above && `${above} above it`,
       odd && `${odd} NaN or infinite`].filter(Boolean).join(", ");
     const beyond = limit === null ? null : errors.values.reduce((sum, value) => sum + !(Math.abs(value) <= limit), 0);
-    const words = beyond === null ? "" : beyond ? `${beyond} pixels beyond the limit at its worst pixel, ${rayproof.short(limit)}`
-      : `no pixel beyond the limit at its worst pixel, ${rayproof.short(limit)}`;
+    const words = beyond === null ? "" : `${beyond || "no"} pixel${beyond === 1 ? "" : "s"} beyond ${rayproof.short(limit)}, the limit of the deciding pixel; each pixel has a limit of its own`;
     const ticks = [0, 0.25, 0.5, 0.75, 1].map((at) => (log ? range[0] * (range[1] / range[0]) ** at : range[0] + at * (range[1] - range[0])));
     return e("figure", { class: "histogram" }, e("div", { class: "counts" },
       e("div", { class: "ends", "aria-hidden": "true" }, e("span", {}, Math.max(...bins)), e("span", {}, "pixels"), e("span", {}, 0)), e("div", {},

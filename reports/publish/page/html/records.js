@@ -20,12 +20,12 @@
 
   // The inverse of reports/results/compact.py: what the checks of a case have in common goes back into each of them.
 
-  const COUNTS = ["over_inside", "edge", "differ_at_edge", "wrong_at_edge", "in_window", "differ_in_window", "hit_miss", "nan", "inf", "flagged"];
+  const COUNTS = ["wrong", "explained", "hit_miss", "nan", "inf"];
   const NUMBERS = ["worst_ratio", "worst_error", "limit", "ulp"];
-  const KINDS = ["wide", "side", "interval", "epsilon", "wrong", "unexamined"];
+  const KINDS = ["wide", "rounding", "epsilon", "wrong", "unexamined"];
 
   const zeros = (names) => Object.fromEntries(names.map((name) => [name, 0]));
-  const completed = (measured, pixels) => (measured ? { interior: pixels - (measured.edge || 0), worst_inside: measured.worst_ratio || 0, ...zeros(COUNTS), ...zeros(NUMBERS), pixel: [0, 0], ...measured } : null);
+  const completed = (measured, pixels) => (measured ? { interior: pixels, ...zeros(COUNTS), ...zeros(NUMBERS), pixel: [0, 0], ...measured } : null);
   // An empty one is the same as end to end.
   const continued = (check) => (check.continued && !Object.keys(check.continued).length ? check.end_to_end : check.continued);
 

@@ -171,9 +171,19 @@
   const hueOf = (point) => point.variant || point.renderer;
   const finite = (value) => typeof value === "number" && Number.isFinite(value);
 
+  // Why a point has no error: what decides no pixel rightly has none.
+  const lost = (point) => (finite(point.error) ? "" : point.wrong >= 1 ? "all wrong" : `no error, ${(100 * point.wrong).toPrecision(2)} % wrong`);
+
   function traces(diagram) {
     const drawn = diagram.points.filter((point) => finite(point.error) && finite(point.nanoseconds));
-    const hues = [...new Set(drawn.map(hueOf))];
+    const without = diagram.points.filter((point) => lost(point) && finite(point.nanoseconds));
+    const hues = [...new Set([...drawn, ...without].map(hueOf))];
+    // At the upper edge, a decade above every error.
+    const edge = 10 * Math.max(1e-12, ...drawn.map((point) => (finite(point.error_high) ? point.error_high : point.error)));
+    const edges = hues.map((hue, index) => [index, without.filter((point) => hueOf(point) === hue)]).filter(([, list]) => list.length).map(([index, list]) => ({
+      x: list.map((point) => point.nanoseconds), y: list.map(() => edge), mode: "markers", type: "scatter", name: rayproof.plotText(`${hueOf(list[0])} (${lost(list[0])})`),
+      customdata: list, text: list.map((point) => rayproof.plotText(`${point.label}: ${lost(point)}`)), hovertemplate: "%{text}<br>%{x:.3g} ns<extra></extra>",
+      marker: { color: rayproof.hue(index), size: 11, symbol: "triangle-down" } }));
     const arm = (list, middle, low, high) => ({ type: "data", symmetric: false, thickness: 1, width: 2,
       array: list.map((point) => Math.max(0, point[high] - point[middle])), arrayminus: list.map((point) => Math.max(0, point[middle] - point[low])) });
     const groups = hues.map((hue, index) => {
@@ -187,7 +197,7 @@
     });
     const front = diagram.front.map((label) => drawn.find((point) => point.label === label)).filter(Boolean);
     return [{ x: front.map((point) => point.nanoseconds), y: front.map((point) => point.error), mode: "lines", type: "scatter", name: "Pareto front",
-      hoverinfo: "skip", line: { dash: "dash", width: 1, color: "#8a949e" } }, ...groups];
+      hoverinfo: "skip", line: { dash: "dash", width: 1, color: "#8a949e" } }, ...groups.filter((group) => group.x.length), ...edges];
   }
 
   // What measures this point again, and the cases of its family where the run has some.
@@ -205,7 +215,7 @@
 
   function diagramCard(results, diagram) {
     const chosen = e("div", { role: "status" });
-    const onpoint = (point) => rayproof.replace(chosen, e("p", {}, e("strong", {}, point.label), `: ${rayproof.short(point.nanoseconds)} ns [${rayproof.short(point.nanoseconds_low)}, ${rayproof.short(point.nanoseconds_high)}] by ${point.clock === "wall" ? "the wall's clock" : "kernel times"}, error ${rayproof.short(point.error)} [${rayproof.short(point.error_low)}, ${rayproof.short(point.error_high)}]`,
+    const onpoint = (point) => rayproof.replace(chosen, e("p", {}, e("strong", {}, point.label), `: ${rayproof.short(point.nanoseconds)} ns [${rayproof.short(point.nanoseconds_low)}, ${rayproof.short(point.nanoseconds_high)}] by ${point.clock === "wall" ? "the wall's clock" : "kernel times"}, ${lost(point) || `error ${rayproof.short(point.error)} [${rayproof.short(point.error_low)}, ${rayproof.short(point.error_high)}]`}`,
       finite(point.natural) ? `, ${rayproof.short(point.natural)} ${point.unit}` : "", point.wrong ? `, ${rayproof.short(100 * point.wrong)} % ${diagram.kind === "paths" ? "less exact than declared" : "decided wrongly"}` : ""), origin(results, diagram, point));
     const table = e("details", { ontoggle: () => { if (table.open && table.children.length === 1) table.append(numbers(diagram, onpoint)); } }, e("summary", {}, "numbers"));
     return e("section", { class: "panel ladder", "aria-label": diagram.name }, e("h2", {}, diagram.name, " ", e("span", { class: "muted" }, "faster to the left, more accurate below")),
@@ -216,7 +226,7 @@
   }
 
   function numbers(diagram, onpoint) {
-    const cells = (point) => [rayproof.short(point.nanoseconds), rayproof.short(point.error), point.wrong ? `${rayproof.short(100 * point.wrong)} %` : ""];
+    const cells = (point) => [rayproof.short(point.nanoseconds), lost(point) || rayproof.short(point.error), point.wrong ? `${rayproof.short(100 * point.wrong)} %` : ""];
     return rayproof.scroll("table of points", e("table", {},
       e("thead", {}, e("tr", {}, ["", diagram.time_axis, diagram.error_axis, "wrong", "front"].map((title) => e("th", { scope: "col" }, title)))),
       e("tbody", {}, [...diagram.points].sort((a, b) => a.nanoseconds - b.nanoseconds).map((point) => e("tr", {},
@@ -228,7 +238,7 @@
     const data = JSON.parse(await rayproof.inflateText(await rayproof.request(results.plots.tradeoff)));
     const order = [...data.diagrams].sort((a, b) => b.name.endsWith("/overall") - a.name.endsWith("/overall"));
     return [e("section", { class: "panel" }, e("h2", {}, "Work-precision diagrams"),
-      e("p", { class: "muted" }, `${data.repetitions} interleaved repetitions; intervals of 95 %. Filled: on the front. Circles float32, squares float64, crosses formulas that are kept as wrong.`),
+      e("p", { class: "muted" }, `${data.repetitions} interleaved repetitions; intervals of 95 %. Filled: on the front. Circles float32, squares float64, crosses formulas that are kept as wrong, triangles at the upper edge formulas that decide all pixels wrongly.`),
       results.alone ? null : e("p", {}, e("a", { href: "tradeoff/tradeoff.csv" }, "all numbers as CSV"))),
     e("div", { class: "ladders" }, order.map((diagram) => diagramCard(results, diagram)))];
   }

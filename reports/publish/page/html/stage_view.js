@@ -27,25 +27,25 @@
     const once = painter();
     const numbers = new Map(); // objects by number, for keys
     const keyOf = (image) => { if (!numbers.has(image)) numbers.set(image, numbers.size); return numbers.get(image); };
-    const counts = data.mask ? rayproof.edgeCounts(data.mask) : [];
-    const edges = data.mask ? rayproof.bitmap(rayproof.paintEdges(data.mask, data.masks.width, data.masks.height)) : null;
+    const counts = data.mask ? rayproof.explainedCounts(data.mask) : [];
+    const explained = data.mask ? rayproof.bitmap(rayproof.paintExplained(data.mask, data.masks.width, data.masks.height)) : null;
 
     function limitOf(stage, mine, other, metric) {
       if (metric !== "absolute" && metric !== "signed") return null;
       const check = (data.checks || []).find((one) => one.stage === stage && one.configuration === configurationOf(mine) && one.reference === other);
-      const limit = rayproof.number(check?.end_to_end?.limit);
+      const limit = rayproof.number((rayproof.worstOf?.(check) || check?.end_to_end)?.limit);
       return limit > 0 && Number.isFinite(limit) ? limit : null;
     }
 
     function draw(stage, mine, other, a, b, settings) {
       const name = stage.name, unit = stage.unit === "1" ? "" : stage.unit;
       const both = comparable(a, b);
-      // The classes of pixels are one configuration's: over another's images they would say what nobody judged by.
+      // The explanations are of one configuration's pixels: over another's images they would say what nobody judged.
       const own = configurationOf(mine || "") === data.masks?.configuration;
       const channel = settings.channel < (a || b)?.channels ? settings.channel : -1;
       const noFlip = both ? rayproof.noFlip(name, a) : null;
       const refused = noFlip && settings.metric === "flip" ? `FLIP is ${noFlip} \u00B7 ` : "";
-      settings = { ...settings, channel, edges: own && settings.edges, mode: both ? settings.mode : "side", metric: refused ? "absolute" : settings.metric };
+      settings = { ...settings, channel, explained: own && settings.explained, mode: both ? settings.mode : "side", metric: refused ? "absolute" : settings.metric };
       // A slider that is being dragged stays: it changes nothing but itself and the images.
       const alike = JSON.stringify([{ ...settings, exposure: 0, pixel: 0, zoom: 0 }, name, mine, other, Boolean(both)]);
       const held = controls.contains(document.activeElement) && document.activeElement.type === "range";
@@ -71,13 +71,13 @@
       if (errors && !(range[0] < range[1])) range = [settings.log ? range[1] / 10 : 0, range[1]];
       const limit = errors ? limitOf(name, mine, other, settings.metric) : null;
       const errorUnit = { absolute: unit, signed: unit, squared: unit ? `(${unit})\u00B2` : "", ulp: "ulp", relative: "relative", ssim: "1 \u2212 SSIM", flip: "HDR-FLIP" }[settings.metric];
-      const bitmaps = { ours: paint(a), theirs: paint(b), edges,
+      const bitmaps = { ours: paint(a), theirs: paint(b), explained,
         error: errors && once(`error ${keyOf(a)} ${keyOf(b)} ${channel} ${settings.metric} ${range} ${settings.log} ${settings.colors}`, () =>
           rayproof.bitmap(rayproof.paintErrors(errors, range, settings.log, settings.colors))) };
       const shown = rayproof.hasExposure(name) ? `white = ${rayproof.short(scale.white / 2 ** settings.exposure)} ${unit}` : span(name, scale, unit);
       const unanswered = (data.unsupported || []).find((item) => item.reference === other && item.stage === name);
-      viewer.show({ settings, mask: data.mask, ours: a, theirs: b, bitmaps, errors, names: { ours: mine, theirs: other },
-        notes: { ours: mine, theirs: [other, shown].filter(Boolean).join(" \u00B7 "), error: errors && refused + worst(errors, errorUnit) },
+      viewer.show({ settings, mask: data.mask, ours: a, theirs: b, bitmaps, errors, names: { ours: mine, theirs: rayproof.reference(other) },
+        notes: { ours: mine, theirs: [rayproof.reference(other), shown].filter(Boolean).join(" \u00B7 "), error: errors && refused + worst(errors, errorUnit) },
         foot: errors && rayproof.colorBar({ errors, range, log: settings.log, map: settings.colors, unit: errorUnit, limit,
           onrange: (low, high) => set({ low: low ?? "", high: high ?? "" }) }),
         why: { ours: "No image of this stage was kept.", theirs: unanswered ? unanswered.why : "This reference did not answer this stage.",
@@ -87,14 +87,14 @@
 
     const choosers = (mine, other) => e("div", { class: "controls" },
       ours.length ? rayproof.select("ours", ours.map((name) => [name, name]), mine, (value) => set({ ours: value })) : null,
-      theirs.length ? rayproof.select("reference", theirs.map((name) => [name, name]), other, (value) => set({ reference: value })) : null);
+      theirs.length ? rayproof.select("reference", theirs.map((name) => [name, rayproof.reference(name)]), other, (value) => set({ reference: value })) : null);
 
     return { controls, node: e("div", {}, viewer.node, below, swatches), viewer, draw };
   };
 
-  // The worst pixel is that of the check, by its error over its limit; here the largest error may be another pixel's.
+  // What decides is the error over its own limit; the largest error may be another pixel's, and decides nothing.
   const worst = (errors, unit) => (errors.differing
-    ? `largest ${rayproof.short(errors.worst)} ${unit} at ${errors.at.join(", ")} \u00B7 ${errors.differing} of ${errors.values.length} pixels differ`
+    ? `largest error${errors.each ? " of a channel" : ""} ${rayproof.short(errors.worst)} ${unit} at ${errors.at.join(", ")} \u00B7 ${errors.differing} of ${errors.values.length} pixels differ`
     : "not one pixel differs");
 
   function span(stage, scale, unit) {
@@ -114,7 +114,7 @@
     const kinds = e("p", { class: "muted kinds" });
     const command = e("div");
     const node = e("section", { class: "panel inspector", "aria-label": "Pixel" }, e("h3", {}, "Pixel ", title), command, kinds,
-      rayproof.scroll("every stage of every renderer", table));
+      rayproof.wide("every stage of every renderer", table));
     let images = null, wanted = null, context = { renderers: data.renderers, ours: "", theirs: "", stage: "", metric: "absolute" };
 
     const read = () => Promise.all(stages.map((stage) => Promise.all(data.renderers.map((renderer) => data.image(renderer, stage.name)))));
@@ -150,7 +150,7 @@
       context.metric = rayproof.ofValues(context.metric);
       const chosen = [context.ours, context.theirs].filter((name) => data.renderers.includes(name));
       context.renderers = [...new Set([...chosen, ...data.renderers])];
-      rayproof.replace(head, e("tr", {}, e("th", { scope: "col" }, "stage"), context.renderers.map((name) => e("th", { scope: "col" }, rayproof.parts(name))),
+      rayproof.replace(head, e("tr", {}, e("th", { scope: "col" }, "stage"), context.renderers.map((name) => e("th", { scope: "col" }, rayproof.parts(rayproof.reference(name)))),
         e("th", { scope: "col" }, `${context.metric} error`)));
       if (wanted) show(...wanted);
     }
@@ -162,10 +162,9 @@
       rayproof.replace(title, `column ${x}, row ${y}`);
       rayproof.replace(command, rayproof.command(rayproof.probeCommand(data, x, y, context.ours)));
       const own = rayproof.configurationOf(context.ours || "") === data.masks?.configuration;
-      const edges = own ? rayproof.kindsAt(data.mask, data.masks.width, x, y) : [];
-      rayproof.replace(kinds, edges.length ? `Near an edge, where rounding may decide: ${edges.map(({ name }) => name).join(", ")}.` : "");
+      const explanation = own ? rayproof.explanationAt(data.mask, data.masks.width, x, y) : undefined;
+      rayproof.replace(kinds, explanation ? `This pixel is over its limit, and its value is ${explanation.name}.` : "");
       rayproof.replace(body, stages.map((stage, i) => rows(stage, images[i], x, y)));
-      rayproof.named(table);
     }
     return { node, show, set };
   };

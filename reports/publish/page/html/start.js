@@ -5,6 +5,8 @@
   const results = JSON.parse(document.getElementById("results").textContent);
   const app = document.getElementById("app");
   rayproof.words = results.examined?.words;
+  rayproof.displayNames = results.display_names || {};
+  rayproof.terms = new Set((results.terms || []).map(([word]) => word));
   let turn = 0, list = null;
 
   function front() {
@@ -19,10 +21,10 @@
       ["Enter", "on a case: open it"],
       ["Escape", "clear the filters", () => list.clear()],
     ]);
-    return e("main", {}, rayproof.shoutBars(results), rayproof.navigation(results, ""), rayproof.verdictLine(results),
+    return e("main", {}, rayproof.shoutBars(results), rayproof.navigation(results, ""), rayproof.verdictLine(results), rayproof.remarks(results),
       rayproof.comparison(results), rayproof.worse(results),
       // First what is wrong: its cause, the worst pair, and others by cause. Where nothing is, a look at all of it.
-      bad ? [rayproof.blamed(results), rayproof.differences(results)] : sheet.node,
+      rayproof.blamed(results), bad ? rayproof.differences(results) : sheet.node,
       rayproof.ledger(results, (verdict) => list.set({ verdict })), bad ? sheet.node : null,
       rayproof.coverage(results, (id) => list.set({ id })), list.section,
       rayproof.commonFactors(results), rayproof.review(results), rayproof.tradeoff(results), rayproof.slowest(results), rayproof.environment(results));

@@ -36,15 +36,15 @@
     };
 
     const letters = (x, y) => {
-      const kinds = rayproof.kindsAt(shown.mask, shown.bitmaps.edges.width, x, y).map(({ letter }) => letter).join(" ");
-      return kinds ? [kinds] : [];
+      const explanation = rayproof.explanationAt(shown.mask, shown.bitmaps.explained.width, x, y);
+      return explanation ? [explanation.letter] : [];
     };
 
     function paint() {
       if (!shown || !node.isConnected) return;
       const { bitmaps, ours, theirs, errors, settings } = shown;
       const base = { image: shared.image, view: shared.view, pixel: shared.pixel };
-      const over = bitmaps.edges && settings.edges ? [{ bitmap: bitmaps.edges }] : [];
+      const over = bitmaps.explained && settings.explained ? [{ bitmap: bitmaps.explained }] : [];
       // Where the overlay hides the colour, its letter stands beside the numbers.
       const told = (words) => (over.length ? (x, y) => [...words(x, y), ...letters(x, y)] : words);
       const single = (pane, bitmap, words) => bitmap && pane.draw({ ...base, layers: [{ bitmap }, ...over], text: told(words) });
@@ -156,7 +156,7 @@
     const [low, high] = range;
     const at = limit === null ? null : rayproof.position(limit, range, log);
     const place = signed ? 0.5 + at / 2 : at;
-    const mark = e("i", { class: "limit-mark", title: limit === null ? "" : `limit at its worst pixel: ${rayproof.short(limit)}` });
+    const mark = e("i", { class: "limit-mark", title: limit === null ? "" : `limit of the deciding pixel: ${rayproof.short(limit)}` });
     if (at !== null) mark.style.left = `${100 * place}%`;
     return e("div", { class: "scale" },
       e("div", { class: "bar-holder" }, bar(signed, map), at !== null && at >= 0 && at <= 1 ? mark : null),
@@ -200,13 +200,13 @@
   // set(parts): settings by the names of the address. choices: {ours, theirs, channels, stage, both, counts, noFlip}.
   rayproof.toolbar = function (settings, choices, set, viewer) {
     const pick = (title, pairs, current, key) => rayproof.select(title, pairs, current, (value) => set({ [key]: value }));
-    const same = (names) => names.map((name) => [name, name]);
+    const same = (names) => names.map((name) => [name, rayproof.reference(name)]);
     const check = (title, checked, act) => e("label", { class: "control check" }, e("input", { type: "checkbox", checked, onchange: (event) => act(event.target.checked) }), e("span", {}, title));
     const button = (text, title, act) => e("button", { class: "quiet", title, "aria-label": title, onclick: act }, text);
     const { ours, theirs, mine, other, channels, stage, both, counts, noFlip } = choices;
     return [
       e("div", { class: "controls" },
-        ours.length ? pick("ours", same(ours), mine, "ours") : null,
+        ours.length ? pick("ours", ours.map((name) => [name, name]), mine, "ours") : null,
         theirs.length ? pick("reference", same(theirs), other, "reference") : null,
         pick("channel", channels, String(settings.channel), "channel"),
         modes(both ? settings.mode : "side", both, (mode) => set({ mode })),
@@ -224,8 +224,8 @@
           rayproof.isSigned(settings.metric) ? null : pick("error colours", same(rayproof.colorMaps), settings.colors, "colors"),
           check("log scale", settings.log, (on) => set({ scale: on ? "log" : "linear", low: "", high: "" })),
         ] : null,
-        counts.length ? e("div", { class: "edges-control" }, check("edges", settings.edges, (on) => set({ edges: on ? "1" : "" })),
-          e("span", { class: "muted" }, counts.map(({ letter, name, count }) => e("span", { class: "kind", title: `${count} pixels near a ${name}: rounding may decide there` },
+        counts.length ? e("div", { class: "explained-control" }, check("explained pixels", settings.explained, (on) => set({ explained: on ? "1" : "" })),
+          e("span", { class: "muted" }, counts.map(({ letter, name, count }) => e("span", { class: "kind", title: `${count} pixels over their limits, ${name}` },
             e("i", { class: `kind-${letter}`, "aria-hidden": "true" }, letter), ` ${name} ${count}`)))) : null),
     ];
   };

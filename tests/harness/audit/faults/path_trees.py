@@ -123,7 +123,7 @@ def _sheared(together: bool) -> Any:
     return prepared
 
 
-OVER, THOUSAND, NINE = "faces/over_two_to_the_15", "faces/thousand_and_25", "faces/nine"
+OVER, THOUSAND, NINE = "faces/over_two_to_the_16", "faces/thousand_and_25", "faces/nine"
 MET = (Stage.DISTANCE, Stage.VISIBILITY)
 
 function(

@@ -17,7 +17,7 @@ from tests.harness.audit.records import MutantFieldFinding, MutantFinding, Mutan
 # a mutant that is killed by one of them is known to have survived the rest.
 FIRST = ("random_scenes", "several_lights", "nearest", "cameras", "transforms", "clipping", "primitives")
 LAST = ("combined", "reported", "watertight", "tolerances")
-LARGE = ("faces/over_two_to_the_15", "meshes/twenty_thousand_faces")  # a second each, and no mutant needs them
+LARGE = ("faces/over_two_to_the_16", "meshes/twenty_thousand_faces")  # a second each, and no mutant needs them
 CHUNK = 6  # mutants an order
 SEED, RANDOM_SCENES, QUICK_RANDOM_SCENES = 31, 2000, 100
 RANDOM_CHUNK, RANDOM_WAVE = 25, 8  # scenes an order, and orders before survivors are counted anew

@@ -47,5 +47,5 @@ def test_characters_that_xml_cannot_carry_are_replaced(published):
 def test_a_failure_says_stage_item_and_how_to_reproduce(published):
     text = (published.folder / "junit.xml").read_text()
 
-    assert "fail: normal NRM-3: normal differs" in text
+    assert "fail: normal NRM-3 (world normal by the inverse transpose): normal differs" in text
     assert "reproduce: rayproof run sphere/sheared" in text

@@ -4,22 +4,24 @@ import copy
 
 from rayproof.reports.publish.summaries import escaped
 from rayproof.reports.publish.summaries import publish_summary as publish
-from tests.reports.publish.sample import HOSTILE, results_of
+from tests.reports.publish.sample import HOSTILE, make_folder, results_of
 
 
 def test_totals_failures_and_coverage_are_there(published):
     text = (published.folder / "summary.md").read_text()
 
     assert "| cases | 9 | 1 | 1 | 0 | 1 | 1 | 1 | 1 | 3 |" in text
-    assert "| sphere/sheared | fail | normal NRM-3 |" in text
-    assert "| CAM-4 | 9 | 0 |" in text
+    assert (
+        "| sphere/sheared | fail | normal NRM-3 \\(world normal by the inverse transpose\\) | 12 of 4,000 pix" in text
+    )
+    assert "| CAM-4 ray by the reference point | 9 | 0 |" in text
     assert "mesh/huge" in text
     assert "sphere/plain" not in text
 
 
 def test_a_hostile_name_stays_text_in_its_own_cell(published):
     text = (published.folder / "summary.md").read_text()
-    row = next(line for line in text.splitlines() if "evil/" in line)
+    row = next(line for line in text.splitlines() if line.startswith("| evil/"))
 
     assert "<script" not in text
     assert "<img" not in text
@@ -40,4 +42,21 @@ def test_ten_thousand_failures_with_long_reasons_stay_below_the_limit(tmp_path, 
 
     assert path.stat().st_size < 1_000_000
     assert "more are left out here" in path.read_text()
-    assert "| RAD-5 |" in path.read_text()
+    assert "| RAD-5 radiance" in path.read_text()
+
+
+def test_new_accepted_and_mended_failures_are_apart_each_with_its_count(tmp_path):
+    results = make_folder(tmp_path)
+    gate = {
+        "file": "known.json", "sentence": "", "red": True, "regressions": ["sphere/sheared: no entry is about it"],
+        "tighten": ["plane/tilted: float32 analytic ray passes now"], "stale": [], "expired": [],
+        "matched": ["lights/acne: 4 failing checks: it is known"], "cases": ["lights/acne", "lights/broken"],
+    }  # fmt: skip
+
+    (path,) = publish(tmp_path, results | {"gate": gate})
+
+    text = path.read_text().replace("\\", "")
+    titles = [line for line in text.splitlines() if line.startswith("## ")]
+    assert titles[:3] == ["## New failures: 4 cases", "## Accepted failures: 2 cases", "## Mended: 1"]
+    assert "12 of 4,000 pixels wrong at normal, by 0.017 on average" in text
+    assert "inf" not in [cell.strip() for line in text.splitlines() for cell in line.split("|")]

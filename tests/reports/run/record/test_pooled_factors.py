@@ -112,5 +112,5 @@ def test_the_run_is_blamed_at_the_first_stage_that_has_the_factor_and_says_so_in
     text = headline({"summary": counts, "checks": counts, "cases": [], "wrong_factors": wrong(pooled, [])})
 
     assert [entry["stage"] for entry in pooled] == list(stages), "in the order of the light path"
-    assert text.startswith("40 cases: each passes, in 40 checks. But irradiance of exec is 1.00001 times")
+    assert text.startswith("40 cases: each passes, in 40 checks; but irradiance of exec is 1.00001 times")
     assert "radiance of exec" not in text.replace("irradiance of exec", "")

@@ -160,7 +160,7 @@ def test_too_few_repetitions_are_refused(rayproof: Rayproof) -> None:
     ended = rayproof("compare", "sphere/textbook", "sphere/haines", "--repetitions", 3)
 
     assert ended.code == 2
-    assert "--repetitions" in ended.error
+    assert "--repetitions: 3 are too few, at least 9 are needed: the 95 % interval" in ended.error
 
 
 CAMERA_SLOTS = ("basis", "half_extent", "ndc", "sample", "view", "inverse")
@@ -211,3 +211,31 @@ def test_a_control_is_worse_at_its_own_stage(base: str, candidate: str, case: st
         assert pair.only_candidate > 10 * max(1, pair.only_base)
     else:
         assert pair.digits < -1
+
+
+@pytest.mark.parametrize(
+    ("signs", "word"),
+    [
+        (Signs(decisions=1, typical=-1, tail=0), MIXED),  # fewer wrong pixels, and 0.7 digits lost at a typical one
+        (Signs(decisions=1, typical=0, tail=-1), MIXED),
+        (Signs(decisions=1, typical=1, tail=0), "better"),
+        (Signs(decisions=0, typical=0, tail=-1), "worse"),
+        (Signs(decisions=0, typical=0, tail=0), NOTHING),
+    ],
+)
+def test_the_verdict_follows_from_decisions_typical_pixel_and_tail(signs: Signs, word: str) -> None:
+    assert outcome([signs], 0) == word
+
+
+def test_on_a_shared_edge_the_default_decides_no_pixel_wrongly_and_a_leak_is_still_one() -> None:
+    wrong = {}
+    for name in (FORMULAS.variants("triangle")[0].name, "triangle/moeller_trumbore"):
+        one = contender(name, precision="float32")
+        wrong[name] = 0
+        for case in select(["watertight/fans", "watertight/vertices"]):
+            (found,) = paired(case.scene, (Stage.OBJECT,), one, [one], slots=("triangle",), seed=1)
+            wrong[name] += found[Stage.OBJECT].both_wrong
+
+    default, leaking = wrong.values()
+    assert default == 0
+    assert leaking > 20

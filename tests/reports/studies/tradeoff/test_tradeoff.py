@@ -4,6 +4,7 @@ import csv
 import json
 import math
 import re
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -12,9 +13,16 @@ import pytest
 from rayproof.cases.families import select
 from rayproof.reports.publish.page.page import diagrams
 from rayproof.reports.studies.tradeoff import diagrams as listed
-from rayproof.reports.studies.tradeoff.diagrams import DEFAULT, QUICK, Sampled, measure, tasks
-from rayproof.reports.studies.tradeoff.drawing import page, svg, write
+from rayproof.reports.studies.tradeoff.diagrams import DEFAULT, QUICK, Sampled, measure, overall, tasks
+from rayproof.reports.studies.tradeoff.drawing import cells, page, svg, write
+from rayproof.reports.studies.tradeoff.points import Point, interleave, without_error
 from tests.reports.commands.conftest import Rayproof
+
+POINT = Point(
+    diagram="sphere/a", label="haines, float32", renderer="tracer", variant="haines", precision="float32", samples=1,
+    kind="right", clock="kernels", error=1.0, error_interval=(1.0, 1.0), natural=1e-7, unit="m", wrong=0.0,
+    nanoseconds=4.0, nanoseconds_interval=(3.0, 5.0),
+)  # fmt: skip
 
 
 @pytest.fixture(scope="module")
@@ -26,7 +34,7 @@ def result() -> dict[str, Any]:
     patch.setattr(listed, "SAMPLES_WALL", 2**10)
     formulas, _, climbed = tasks(["grazing_plane", "far_sphere_1e3", "SPH-FAR"])
     sampled = Sampled(family="antialiased", scene=select(["antialiased/sphere"])[0].scene)
-    found = measure(formulas, [sampled], climbed, repetitions=3, tell=lambda _: None)
+    found = measure(formulas, [sampled], climbed, repetitions=9, tell=lambda _: None)
     patch.undo()
     return found
 
@@ -93,11 +101,45 @@ def test_the_same_numbers_give_the_same_bytes(result: dict[str, Any]) -> None:
 @pytest.mark.references
 def test_a_diagram_without_any_error_is_drawn_all_the_same(result: dict[str, Any]) -> None:
     diagram = result["diagrams"][0]
-    nothing = {"error": math.nan, "error_low": math.nan, "error_high": math.nan, "front": False}
+    nothing = {"error": math.nan, "error_low": math.nan, "error_high": math.nan, "front": False, "wrong": 1.0}
 
     text = svg({**diagram, "front": [], "points": [point | nothing for point in diagram["points"]]})
 
     assert diagram["name"] in text
+    assert text.count("(all wrong)") == len(diagram["points"])
+
+
+@pytest.mark.references
+def test_a_formula_that_decides_all_pixels_wrongly_is_drawn_at_the_edge_and_named(result: dict[str, Any]) -> None:
+    diagram = result["diagrams"][0]
+    first, *others = diagram["points"]
+    lost = first | {"error": math.nan, "error_low": math.nan, "error_high": math.nan, "front": False, "wrong": 1.0}
+
+    text = svg({**diagram, "front": [], "points": [lost, *others]})
+
+    assert f"{first['label']} (all wrong)" in text
+    assert text.count("all wrong") == 1
+    assert cells(lost)[3:] == ("all wrong", "", "100 %")
+    assert without_error(lost | {"wrong": 0.25}) == "no error, 25 % wrong"
+    assert without_error(first) == ""
+
+
+def test_a_mean_over_diagrams_does_not_drop_what_has_no_error() -> None:
+    errors = {"sphere/a": math.nan, "sphere/b": 2.0}
+    mine = [
+        replace(POINT, diagram=name, error=error, error_interval=(error, error), wrong=float(math.isnan(error)))
+        for name, error in errors.items()
+    ]
+
+    (mean,) = overall(mine, "sphere")
+
+    assert math.isnan(mean.error)
+    assert mean.wrong == 0.5
+
+
+def test_too_few_repetitions_are_refused_with_the_reason() -> None:
+    with pytest.raises(ValueError, match=r"3 are too few, at least 9 .* range from the shortest to the longest"):
+        interleave([], repetitions=3, budget=1.0)
 
 
 @pytest.mark.references
