@@ -285,7 +285,6 @@ _placed(
     lambda c, p: p * (1, -1) + (0, c.height),
 )
 _placed("turned_half", "turns its image by 180 degrees", FLIPPED, lambda c, p: (c.width, c.height) - p)
-_placed("blocks_of_two", "traces one ray for every two by two pixels", ("CAM-3",), lambda _, p: 2 * np.floor(p / 2) + 1)
 
 
 @family(
@@ -300,18 +299,6 @@ class SamplePosition(Family):
     def image_points(self, scene: Scene, points: np.ndarray) -> np.ndarray:
         """Return the points, moved."""
         return points + self.numbers
-
-
-@known("fisheye", "spreads angles evenly over the image", "CAM-4", "CAM-5")
-class Fisheye(Pinhole):
-    """The angle to the axis grows in proportion to the distance from the image's middle."""
-
-    def on_image(self, camera: Camera, points: np.ndarray) -> np.ndarray:
-        """Return (sx, sy) spread so that angles are even."""
-        flat = super().on_image(camera, points)
-        radius = np.maximum(length(flat * (camera.aspect, 1)), 1e-300)
-        spread = np.tan(np.minimum(radius * camera.alpha, 1.5)) / radius / math.tan(camera.alpha)
-        return flat * spread[:, np.newaxis]
 
 
 @known("depth_for_distance", "writes the depth along the viewing direction as distance", "HIT-9", "CAM-4")

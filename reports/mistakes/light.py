@@ -8,7 +8,7 @@ import numpy as np
 
 from rayproof.cases.scene import PointLight, Scene
 from rayproof.cases.stages import Stage
-from rayproof.reference.analytic import Analytic, Rows
+from rayproof.reference.analytic import Analytic
 from rayproof.reference.analytic.vectors import dot, length
 from rayproof.reports.mistakes import Family, Mistake, family, known, variant
 
@@ -200,29 +200,6 @@ class LightsClamped(Mistake):
         return np.minimum(super().irradiance(scene, objects, shares, visible), 1.0)
 
 
-@known("brightest_light", "takes the brightest light alone", *SUM)
-class BrightestLight(Mistake):
-    """Of the visible shares the one of the greatest sum counts."""
-
-    def irradiance(self, scene: Scene, objects: np.ndarray, shares: np.ndarray, visible: np.ndarray) -> np.ndarray:
-        """Return the greatest share."""
-        if not len(scene.lights):
-            return super().irradiance(scene, objects, shares, visible)
-        each = np.where(visible[..., np.newaxis] > 0, shares, 0.0)
-        best = each.sum(axis=2).argmax(axis=1)
-        return np.where(objects[:, :1] >= 0, each[np.arange(len(each)), best], 0)
-
-
-@family("ambient", "adds {0} to irradiance wherever something is hit", "RAD-5", starts=[(0.01, 0.1, 1.0)])
-class Ambient(Family):
-    """A constant is added."""
-
-    def irradiance(self, scene: Scene, objects: np.ndarray, shares: np.ndarray, visible: np.ndarray) -> np.ndarray:
-        """Return the sum and the constant."""
-        total = super().irradiance(scene, objects, shares, visible)
-        return total + np.where(objects[:, :1] >= 0, self.numbers[0], 0.0)
-
-
 # Models of light.
 
 for _name, _model, _sentence, _items in (
@@ -265,11 +242,6 @@ def srgb(linear: np.ndarray) -> np.ndarray:
     return np.where(linear <= 0.0031308, 12.92 * linear, curved)
 
 
-def _of_next(scene: Scene, objects: np.ndarray, albedo: np.ndarray) -> np.ndarray:
-    following = np.where(objects >= 0, (objects[:, :1] + 1) % max(1, len(scene.shapes)), -1.0)
-    return Analytic().albedo(scene, following)
-
-
 def _of_first(scene: Scene, objects: np.ndarray, albedo: np.ndarray) -> np.ndarray:
     return Analytic().albedo(scene, np.where(objects >= 0, 0.0, -1.0))
 
@@ -278,7 +250,6 @@ _albedo("no_albedo", "leaves the albedo out", lambda scene, objects, a: np.where
 _albedo("albedo_squared", "multiplies by the albedo twice", lambda scene, objects, a: a * a)
 _albedo("albedo_bgr", "takes the albedo's channels in the order blue, green, red", lambda scene, objects, a: a[:, ::-1])
 _albedo("albedo_of_first", "takes the first shape's albedo for all", _of_first)
-_albedo("next_albedo", "takes the albedo of the next shape", _of_next)
 _albedo("srgb_albedo", "takes albedos for sRGB and makes them linear", lambda scene, objects, a: linear_of_srgb(a))
 _albedo("albedo_to_srgb", "writes albedos in sRGB before it uses them", lambda scene, objects, a: srgb(a))
 _albedo(
@@ -387,59 +358,3 @@ for _stage, _item in ((Stage.RADIANCE, "RAD-4"), (Stage.EXITANCE, "RAD-4"), (Sta
         family(_name, f"has its {_stage}{_where} off by a factor {{0}}", _item, starts=[FACTORS], named=PHRASES)(
             type(_name, (Factor,), {"at": _stage, "simplified": _both})
         )
-
-
-class OnHits(Mistake):
-    """Radiance is multiplied by something of the hit."""
-
-    def times(self, scene: Scene, rows: Rows) -> np.ndarray:
-        """Return the factor (N,)."""
-        raise NotImplementedError
-
-    def radiance(self, scene: Scene, rows: Rows) -> np.ndarray:
-        """Return radiance, times that."""
-        with np.errstate(all="ignore"):
-            right = super().radiance(scene, rows)
-            return np.where(right > 0, right * self.times(scene, rows)[:, np.newaxis], right)
-
-
-@family("fog", "darkens by exp(-{0} t) with the distance t to the eye", *SURFACE, starts=[(0.01, 0.05, 0.2)])
-class Fog(Family, OnHits):
-    """Radiance is absorbed on its way to the eye."""
-
-    def times(self, scene: Scene, rows: Rows) -> np.ndarray:
-        """Return the exponential."""
-        return np.exp(-self.numbers[0] * rows[Stage.DISTANCE][:, 0])
-
-
-@known("vignette", "darkens towards the corners by cos^4", *SURFACE)
-class Vignette(OnHits):
-    """Radiance is taken for a film's irradiance."""
-
-    def times(self, scene: Scene, rows: Rows) -> np.ndarray:
-        """Return cos^4 of the angle to the axis."""
-        forward = np.subtract(scene.camera.target, scene.camera.eye)
-        return (rows[Stage.RAY] @ (forward / np.linalg.norm(forward))) ** 4
-
-
-@known("viewer_cosine", "multiplies by the cosine between normal and viewer", *SURFACE)
-class ViewerCosine(OnHits):
-    """Radiance is multiplied by the viewer's cosine."""
-
-    def times(self, scene: Scene, rows: Rows) -> np.ndarray:
-        """Return the cosine."""
-        return np.abs(dot(rows[Stage.NORMAL], rows[Stage.RAY]))
-
-
-@known("eye_distance", "lets light fall off with the distance to the eye", *FALLOFF)
-class EyeDistance(Mistake):
-    """1/t^2 for 1/r^2."""
-
-    def irradiance_of(self, scene: Scene, light: PointLight, positions: np.ndarray, normals: np.ndarray) -> np.ndarray:
-        """Return the share with the eye's distance."""
-        share = super().irradiance_of(scene, light, positions, normals)
-        if scene.shading == "simplified":
-            return share
-        r, t = length(np.asarray(light.position) - positions), length(np.asarray(scene.camera.eye) - positions)
-        with np.errstate(all="ignore"):
-            return np.where(share > 0, share * ((r / t) ** 2)[:, np.newaxis], 0.0)

@@ -4,10 +4,10 @@ from collections.abc import Callable
 
 import numpy as np
 
+from rayproof.cases.placement import world_triangles
 from rayproof.cases.scene import Cube, Mesh, Scene, Shape, Sphere, Triangle
 from rayproof.cases.stages import Stage
 from rayproof.reference.analytic import Analytic, Freedom, Rows
-from rayproof.reference.analytic.surfaces import surface_of
 from rayproof.reference.analytic.vectors import cross, dot, units
 from rayproof.reports.mistakes import Mistake, known, variant
 
@@ -186,13 +186,6 @@ _outward(
     lambda _, m, p, f, n: units(n @ np.linalg.inv(m)) * np.sign(np.linalg.det(m)),
 )
 _outward("smooth_normals", "interpolates a mesh's normals between its vertices", ("NRM-3",), _smooth, Mesh)
-_outward(
-    "normals_from_middle",
-    "takes the direction from a mesh's middle for its normals",
-    ("NRM-3",),
-    lambda s, m, p, f, n: units(p - surface_of(s).corners.mean(axis=(0, 1))),  # type: ignore[attr-defined]
-    Mesh,
-)
 
 
 class Crossed(Mistake):
@@ -309,3 +302,21 @@ class FrontHidden(Mistake):
     def facing(self, scene: Scene, directions: np.ndarray, objects: np.ndarray, normals: np.ndarray) -> np.ndarray:
         """Return whether a hit shows its unlit side."""
         return (objects[:, 0] >= 0) & (dot(normals, directions) > 0)
+
+
+@known(
+    "normal_of_rounded_corners",
+    "takes faces' normals from corners that it rounds to float32 in world space, and does not declare it",
+    "NRM-3",
+)
+class OfRoundedCorners(Mistake):
+    """Faces' normals are those of the corners as they are met."""
+
+    def outward_normals(self, scene: Scene, index: int, positions: np.ndarray, faces: np.ndarray) -> np.ndarray:
+        """Return normals by the winding of baked corners, of the side that is the right one's."""
+        shape, right = scene.shapes[index], super().outward_normals(scene, index, positions, faces)
+        if not isinstance(shape, Triangle | Mesh):
+            return right
+        corners = world_triangles(shape).astype(np.float64)[np.clip(faces, 0, None).astype(int)]
+        normals = units(cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]))
+        return normals * np.where(dot(normals, right) < 0, -1.0, 1.0)[:, np.newaxis]

@@ -4,7 +4,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from rayproof.cases.scene import PointLight, Scene, Sphere
+from rayproof.cases.scene import PointLight, Scene
 from rayproof.cases.stages import Stage
 from rayproof.reference.analytic import Analytic, Freedom, Rows
 from rayproof.reference.analytic.surfaces import surface_of
@@ -169,37 +169,6 @@ class OwnShapePasses(Mistake):
     ) -> np.ndarray:
         """Return what other shapes block."""
         return super().blocked(scene, index, light, objects, starts, between) & (objects[:, 0] != index)
-
-
-@known("spheres_block_alone", "lets spheres alone cast shadows", "LIT-1")
-class SpheresBlockAlone(Mistake):
-    """Other shapes do not block."""
-
-    def blocked(
-        self,
-        scene: Scene,
-        index: int,
-        light: PointLight,
-        objects: np.ndarray,
-        starts: np.ndarray,
-        between: Between = (0.0, 1.0),
-    ) -> np.ndarray:
-        """Return what spheres block."""
-        found = super().blocked(scene, index, light, objects, starts, between)
-        return found & isinstance(scene.shapes[index], Sphere)
-
-
-@known("first_feeler", "lets the shadow ray of the first light answer for all lights", "LIT-1", "RAD-5")
-class FirstFeeler(Mistake):
-    """Visibility of all lights above the horizon is the first one's."""
-
-    def visibility(self, scene: Scene, rows: Rows, freedom: Freedom | None = None) -> np.ndarray:
-        """Return the first light's visibility, for lights above the horizon."""
-        found = super().visibility(scene, rows, freedom)
-        for column, light in enumerate(scene.lights[1:], start=1):
-            hit = rows[Stage.OBJECT][:, 0] >= 0
-            found[:, column] = found[:, 0] * (hit & self.above_horizon(scene, light, rows[Stage.POSITION], rows))
-        return found
 
 
 @known("shadows_inverted", "takes what is blocked for visible", "LIT-1")

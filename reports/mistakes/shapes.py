@@ -67,7 +67,6 @@ for _name, _sentence, _change in (
     ("transposed_matrix", "transposes the model matrix, as if it acted on row vectors", _by_matrix(np.transpose)),
     ("no_translation", "leaves out the translation of the model matrix", _by_matrix(lambda m: m, moved=False)),
     ("no_matrix", "leaves out the model matrix", _by_matrix(lambda _: np.eye(3), moved=False)),
-    ("scale_ignored", "leaves out the scale of the model matrix", _by_matrix(lambda m: m / np.linalg.norm(m, axis=0))),
     ("inverse_matrix", "takes the inverse of the model matrix's linear part", _by_matrix(np.linalg.inv)),
 ):
     _scene(_name, _sentence, ("XF-1", "XF-2"), _each(_change))

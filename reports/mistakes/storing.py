@@ -216,14 +216,10 @@ _coded(
     *(_wrapped(steps, half=half, one=1.0) for steps in (255, 65535) for half in (0.5, 0.0)),
     *(_wrapped(255, half=half, one=255.0) for half in (0.5, 0.0)),
 )
-_coded("reinhard", "maps radiance to L / (1 + L)", lambda values: values / (1 + values))
 _coded("exposed", "maps radiance to 1 - exp(-L)", lambda values: 1 - np.exp(-values))
 _coded("bgr", "writes blue for red and red for blue", lambda values: values[:, ::-1])
 _coded("grb", "writes green for red and red for green", lambda values: values[:, [1, 0, 2]])
 _coded("red_alone", "writes the red channel into all", lambda values: values[:, :1] * np.ones(3))
-_coded(
-    "luminance", "writes the luminance", lambda values: (values @ (0.2126, 0.7152, 0.0722))[:, np.newaxis] * np.ones(3)
-)
 _coded(
     "radiance_mean", "writes the mean of the channels", lambda values: values.mean(axis=1, keepdims=True) * np.ones(3)
 )
