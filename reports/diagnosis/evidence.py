@@ -69,6 +69,7 @@ class Evidence:
     declared: Mapping[str, float] = field(default_factory=dict)  # epsilons, as `Answers` has them
     world_normals: bool = False
     resolutions: dict[Stage, Resolution] = field(default_factory=dict)  # of coarse output that was found
+    kept: dict[type, dict[Stage, np.ndarray]] = field(default_factory=dict)  # samples of mistakes without numbers
     explains_known: dict[object, bool] = field(default_factory=dict)
 
     @cached_property
@@ -99,6 +100,7 @@ class Evidence:
         """Judge the images by the steps in which they are stored."""
         self.resolutions = dict(resolutions)
         self.explains_known.clear()
+        self.kept.clear()
         for name in ("right", "wrong", "drawn", "own"):
             vars(self).pop(name, None)
 
@@ -161,9 +163,15 @@ class Evidence:
 
     def sampled(self, oracle: Analytic) -> dict[Stage, np.ndarray]:
         """Return an oracle's values (n, channels) at the sample."""
+        kind = type(oracle)
+        if kind in self.kept:
+            return self.kept[kind]
         points = pixel_centers(self.scene.camera)[self.drawn[0]]
         with np.errstate(all="ignore"):
-            return oracle.samples(self.scene, points, self.stages[-1]).rows
+            rows = oracle.samples(self.scene, points, self.stages[-1]).rows
+        if isinstance(oracle, Mistake) and not oracle.parts and not oracle.parameters:  # asked again in later rounds
+            self.kept[kind] = rows
+        return rows
 
     def off(self, values: Mapping[Stage, np.ndarray], stages: tuple[Stage, ...] | None = None) -> np.ndarray:
         """Return which pixels of the sample (n,) are off by more than any rounding, at some stage."""

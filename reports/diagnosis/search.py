@@ -12,8 +12,8 @@ from itertools import islice
 
 import numpy as np
 
-from rayproof.cases.stages import IMAGE_STAGES, Stage
-from rayproof.reports.diagnosis.evidence import OFF_OF_ALL, OFF_OF_WRONG, Evidence, off
+from rayproof.cases.stages import Stage
+from rayproof.reports.diagnosis.evidence import COARSE_LIGHT, OFF_OF_ALL, OFF_OF_WRONG, Evidence
 from rayproof.reports.judge.nearby.clouds import LIGHT
 from rayproof.reports.mistakes import FAMILIES, MISTAKES, Family, Mistake, for_kinds, together
 
@@ -24,6 +24,7 @@ MOST_PASSING = 60  # passing cases that are asked whether they contradict a mist
 CONTRADICTED = 2  # passing cases, of which the first might be an accident of a sample
 STEPS_OF_LIGHT = ("irradiance_of", "irradiance", "albedo", "exitance", "leaving", "radiance", "coded")
 MOST_FIRST = 12  # mistakes of geometry that are composed with every mistake of light
+MOST_FITTED = 2  # of these, that are composed with mistakes that have numbers
 MOST_COMPOSED = 24  # compositions whose first pixels agree, and that are judged
 NEWTON = 8  # steps of a fit
 TRIMMED = 0.7  # of the pixels, those of the smallest residuals, are fitted
@@ -95,7 +96,7 @@ def _next(
     singles = [mistake for mistake in catalogue if any(case.explains(mistake) for case in screen)]
     made: tuple[Callable[[], list[type[Mistake]]], ...] = (
         lambda: singles,
-        lambda: fits(screen),
+        lambda: fits(screen[:MOST_FITTED]),
         lambda: for_some_kinds(screen, catalogue),
         lambda: composed(screen, catalogue, [cause.mistake for cause in known]),
     )
@@ -301,54 +302,66 @@ def composed(
     cases: Sequence[Evidence], catalogue: Sequence[type[Mistake]], known: Sequence[type[Mistake]]
 ) -> list[type[Mistake]]:
     """Return pairs of mistakes that explain one of some cases: one of what is seen and lit, and one of light."""
-    found: list[type[Mistake]] = []
     light = [mistake for mistake in catalogue if of_light(mistake)]
-    geometry = [*known, *(mistake for mistake in catalogue if mistake not in set(light))]
+    geometry = [*known, *(mistake for mistake in catalogue if not of_light(mistake))]
     for case in cases:
         first = _of_geometry(case, geometry)
-        agreeing = []
-        for one in first:
-            if case.stages[-1] not in LIGHT:
-                continue
-            agreeing += [made for other in light if case.agrees((made := together(one, other))())]
-            agreeing += fits([case], onto=one)
-        if not first or not agreeing:
-            agreeing += _of_one_sort(case, light)
-        if not agreeing:
-            agreeing += _of_one_sort(case, geometry)
-        found += [made for made in agreeing[:MOST_COMPOSED] if case.explains(made)]
+        made: list[type[Mistake]] = []
+        if case.stages[-1] in LIGHT:
+            made = [together(one, other) for one in first for other in light]
+            made = [both for both in made if case.agrees(both())]
+            made = made or [both for one in first[:MOST_FITTED] for both in fits([case], onto=one)]
+        made = made or [both for both in _products(case, light) if case.agrees(both())]
+        made = made or _by_stages(case, geometry)
+        found = [both for both in made[:MOST_COMPOSED] if case.explains(both)]
         if found:
-            break
-    return found
+            return found
+    return []
 
 
 def _of_geometry(case: Evidence, mistakes: Sequence[type[Mistake]]) -> list[type[Mistake]]:
-    """Return the mistakes whose geometry, or whose dark pixels, are those of a case, unless the right one's are."""
+    """Return the mistakes whose geometry, or whose dark pixels, are those of a case, the most alike first."""
     asked = tuple(stage for stage in case.stages if stage not in LIGHT)
 
-    def distance(values: dict[Stage, np.ndarray]) -> float:
+    def distance(mistake: type[Mistake]) -> float:
+        values = case.sampled(mistake())
         if asked:
             return float(case.off(values, asked).mean())
         own, theirs = case.own[case.stages[-1]], values[case.stages[-1]]
         return float(((own > 0).any(axis=1) != (theirs > 0).any(axis=1)).mean())
 
-    ranked = sorted(((distance(case.sampled(mistake())), place) for place, mistake in enumerate(mistakes)))
-    return [mistakes[place] for apart, place in ranked[:MOST_FIRST] if apart <= OFF_OF_ALL]
+    apart = [distance(mistake) for mistake in mistakes]
+    return [mistakes[place] for place in np.argsort(apart, kind="stable")[:MOST_FIRST] if apart[place] <= OFF_OF_ALL]
 
 
-def _of_one_sort(case: Evidence, mistakes: Sequence[type[Mistake]]) -> list[type[Mistake]]:
-    """Return pairs of mistakes of one sort that agree with a case's sample."""
+def _products(case: Evidence, mistakes: Sequence[type[Mistake]]) -> Iterator[type[Mistake]]:
+    """Yield pairs of mistakes of light that, as factors of the right light, come to that of a case's sample."""
+    stage = case.stages[-1]
+    if stage not in LIGHT:
+        return
+    right, own = case.sampled(Mistake())[stage], case.own[stage]
+    with np.errstate(all="ignore"):
+        lit = (right > 0) & (own > 0)
+        if not lit.any():
+            return
+        wanted = np.log(own[lit] / right[lit])
+        logs = np.array([np.log(case.sampled(mistake())[stage][lit] / right[lit]) for mistake in mistakes])
+    changing = np.flatnonzero(np.abs(np.nan_to_num(logs)).max(axis=1) > COARSE_LIGHT)
+    for place, first in enumerate(changing):
+        for second in changing[place + 1 :]:
+            with np.errstate(invalid="ignore"):
+                close = np.abs(logs[first] + logs[second] - wanted) <= 2 * COARSE_LIGHT
+            if close.mean() >= 1 - OFF_OF_ALL:
+                yield together(mistakes[first], mistakes[second])
+
+
+def _by_stages(case: Evidence, mistakes: Sequence[type[Mistake]]) -> list[type[Mistake]]:
+    """Return pairs of which one explains the first stage that is wrong, and both together all of a case's sample."""
     right = case.sampled(Mistake())
-    changing = [mistake for mistake in mistakes if _changes(case, case.sampled(mistake()), right)]
-    firsts = [mistake for mistake in changing if mistake.name and mistake is MISTAKES[mistake.name]]
-    found = []
-    for place, one in enumerate(firsts):
-        for other in firsts[place + 1 :]:
-            made = together(one, other)
-            if case.agrees(made()):
-                found.append(made)
-    return found
-
-
-def _changes(case: Evidence, values: dict[Stage, np.ndarray], right: dict[Stage, np.ndarray]) -> bool:
-    return any(off(stage, values[stage], right[stage]).any() for stage in case.stages if stage in IMAGE_STAGES)
+    wrong = [stage for stage in case.stages if case.off(right, (stage,)).mean() > OFF_OF_ALL]
+    if len(wrong) < 2:
+        return []
+    before = case.stages[: case.stages.index(wrong[0]) + 1]
+    first = [one for one in mistakes if case.off(case.sampled(one()), before).mean() <= OFF_OF_ALL][:MOST_FIRST]
+    pairs = (together(one, other) for one in first for other in mistakes if other is not one)
+    return [both for both in pairs if case.agrees(both())]

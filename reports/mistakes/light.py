@@ -331,11 +331,11 @@ FACTORS = (0.01, 0.1, 0.5, 0.9, 1.1, 2.0, 10.0, 100.0)
 class Factor(Family):
     """Light is off by a factor at one of its stages."""
 
-    at = Stage.RADIANCE
+    scaled = Stage.RADIANCE
     simplified = True
 
     def _times(self, scene: Scene, value: np.ndarray, stage: Stage) -> np.ndarray:
-        off = stage is self.at and (self.simplified or scene.shading != "simplified")
+        off = stage is self.scaled and (self.simplified or scene.shading != "simplified")
         return value * self.numbers[0] if off else value
 
     def irradiance(self, scene: Scene, objects: np.ndarray, shares: np.ndarray, visible: np.ndarray) -> np.ndarray:
@@ -356,5 +356,5 @@ for _stage, _item in ((Stage.RADIANCE, "RAD-4"), (Stage.EXITANCE, "RAD-4"), (Sta
         _name = f"factor_of_{_stage}{'' if _both else '_physical'}"
         _where = "" if _both else " of the physical light"
         family(_name, f"has its {_stage}{_where} off by a factor {{0}}", _item, starts=[FACTORS], named=PHRASES)(
-            type(_name, (Factor,), {"at": _stage, "simplified": _both})
+            type(_name, (Factor,), {"scaled": _stage, "simplified": _both})
         )
