@@ -138,7 +138,9 @@ class _Judge:
             plain = [other for other in same if len(other.parts) <= len(mistake.parts)]
             plain = [other for other in plain if not other.parameters or mistake.parameters]
             unique = {(other.name, other.sentence): other for other in plain}
-            return Cause(mistake=mistake, cases=explained[mistake], alternatives=tuple(unique.values()))
+            fitted = frozenset(filter(None, (mistake.fitted_to,)))
+            cases, others = explained[mistake], tuple(unique.values())
+            return Cause(mistake=mistake, cases=cases, alternatives=others, fitted=fitted)
         return None
 
     def contradicted(self, mistake: type[Mistake], cases: Sequence[Evidence], left: Sequence[Evidence]) -> bool:
@@ -168,6 +170,7 @@ def fits(cases: Sequence[Evidence], onto: type[Mistake] | None = None) -> list[t
                 continue
             made = _made(FAMILIES[name].of(numbers), onto)
             if case.explains(made):
+                made.fitted_to = case.case
                 found.append(made)
                 break
     return found

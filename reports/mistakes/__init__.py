@@ -29,6 +29,7 @@ class Mistake(Analytic):
     items: ClassVar[tuple[str, ...]] = ()
     parameters: ClassVar[Mapping[str, float]] = {}
     parts: ClassVar[tuple[type["Mistake"], ...]] = ()  # of several mistakes at once
+    fitted_to: ClassVar[str] = ""  # the case that its numbers come from
     of_several_stages: ClassVar[bool] = False  # whether one of several stages is written unlike the others
     variants: ClassVar[tuple[type["Mistake"], ...]] = ()  # other ways in which it shows, by the right steps around it
 

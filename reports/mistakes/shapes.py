@@ -139,7 +139,6 @@ def _interval(
 
 _interval("near_ignored", "ignores the near plane", lambda low, high: (np.zeros_like(low), high))
 _interval("far_ignored", "ignores the far plane", lambda low, high: (low, np.full_like(high, np.inf)))
-_interval("behind_the_eye", "takes hits behind the eye", lambda low, high: (np.full_like(low, -np.inf), high))
 _interval("near_at_1", "sees nothing that is nearer than 1 m", lambda low, high: (np.maximum(low, 1.0), high))
 
 
@@ -224,6 +223,32 @@ for _rule in ("first", "last", "farthest"):
 variant("farthest_hit")(type("farthest_of_all", (AnotherOrder,), {"shapes": "farthest", "faces": "farthest"}))
 variant("last_hit")(type("last_of_all", (AnotherOrder,), {"shapes": "last", "faces": "last"}))
 variant("first_hit")(type("first_of_all", (AnotherOrder,), {"shapes": "first", "faces": "first"}))
+
+
+@known("behind_the_eye", "takes hits behind the eye", *CLIP)
+class BehindTheEye(Mistake):
+    """The interval has no lower end: the farthest hit behind the eye comes first."""
+
+    def clip_interval(self, scene: Scene, directions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return an interval without a lower end."""
+        low, high = super().clip_interval(scene, directions)
+        return np.full_like(low, -np.inf), high
+
+    def crossing(
+        self, scene: Scene, index: int, eye: np.ndarray, directions: np.ndarray, low: np.ndarray, high: np.ndarray
+    ) -> Crossing:
+        """Return the first crossing of the whole line; of a mesh, rays alone are asked, so it is asked both ways."""
+        ahead = super().crossing(scene, index, eye, directions, low, high)
+        if not isinstance(scene.shapes[index], Mesh):
+            return ahead
+        back = _Farthest().crossing(scene, index, eye, -directions, np.zeros_like(low), np.full_like(low, np.inf))
+        there = np.isfinite(back.distance)
+        pairs = zip((-back.distance, back.face, back.piece), ahead, strict=True)
+        return Crossing(*(np.where(there, behind, before) for behind, before in pairs))
+
+
+class _Farthest(AnotherOrder):
+    faces = "farthest"
 
 
 class OtherSurfaces(Mistake):

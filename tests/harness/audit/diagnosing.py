@@ -249,7 +249,8 @@ def outcomes(renderer: Renderer, folder: Path, names: Sequence[str]) -> list[Out
             cases = []
         start = time.process_time()
         findings, searched = causes_of(cases)
-        named = [(finding.name,) for finding in findings]
+        # Noise is no formula's name: what scatters at random does so whatever it is called.
+        named = [(finding.name,) for finding in findings if finding.name != "noise"]
         for cause in searched.causes:
             others = [name for one in cause.alternatives for name in one.name.split("+")]
             named += [(part.name, *others) for part in cause.mistake.parts or (cause.mistake,)]
