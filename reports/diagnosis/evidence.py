@@ -1,7 +1,7 @@
 """`Evidence`: a renderer's images of one case, held against the oracle, right or with a mistake."""
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -14,11 +14,11 @@ from rayproof.reference.analytic.camera import pixel_centers
 from rayproof.reports.judge.against_oracle import AgainstOracle
 from rayproof.reports.judge.answers import Answers, well_shaped
 from rayproof.reports.judge.forward.conditioning import condition
-from rayproof.reports.judge.forward.limits import Limits, Roundoff
+from rayproof.reports.judge.forward.limits import Limits, Roundoff, limits
 from rayproof.reports.judge.measurement import error
 from rayproof.reports.judge.nearby.clouds import LIGHT
 from rayproof.reports.judge.oracle import stages_of
-from rayproof.reports.judge.scene_truth import SceneTruth
+from rayproof.reports.judge.scene_truth import SceneTruth, scene_truth
 from rayproof.reports.mistakes import Mistake
 
 PRECISION = "float32"  # what results keep, whatever a renderer computes in
@@ -40,10 +40,12 @@ RIGHT = Analytic()
 class SupposedTruth(SceneTruth):
     """What an oracle with a mistake answers; limits of light grow with how much brighter the mistake makes it."""
 
+    basis: StageImages  # the answers before they are written, of which the limits are
+
     def limits(self, g: Roundoff, *, by_matrices: bool) -> Limits:
         """Return the limits of one kind of rounding."""
-        found = super().limits(g, by_matrices=by_matrices)
-        plain, whole = dict(self.truth), dict(found.end_to_end)
+        found = limits(self.scene, self.basis, self.conditioning, g, by_matrices=by_matrices)
+        plain, whole = dict(self.basis), dict(found.end_to_end)
         for stage in LIGHT:
             if stage not in whole:
                 continue
@@ -54,7 +56,15 @@ class SupposedTruth(SceneTruth):
             brighter = np.nan_to_num(value / np.abs(plain[stage]), nan=1.0, posinf=1.0)
             widened = limit * np.maximum(brighter, 1.0) + MORE * value
             whole[stage] = np.nan_to_num(np.maximum(limit, np.minimum(widened, WIDEST * value)))
-        return Limits(**{**vars(found), "end_to_end": whole})
+        return replace(found, end_to_end=whole)
+
+
+def supposed(scene: Scene, stages: tuple[Stage, ...], oracle: Analytic) -> SceneTruth:
+    """Return what an oracle with a mistake answers, with its limits."""
+    truth = basis = oracle.render(scene, stages)
+    if type(oracle).image is not Analytic.image:
+        basis = type("Unwritten", (type(oracle),), {"image": Analytic.image})().render(scene, stages)
+    return SupposedTruth(scene=scene, truth=truth, conditioning=condition(scene, basis), oracle=oracle, basis=basis)
 
 
 @dataclass(eq=False, kw_only=True)
@@ -108,10 +118,8 @@ class Evidence:
         """Return the renderer's images held against an oracle."""
         stages = tuple(stage for stage in stages_of(self.scene) if stage is not Stage.CAMERA)
         with np.errstate(all="ignore"):
-            truth = oracle.render(self.scene, stages)
-            conditioning = condition(self.scene, truth)
-        supposed = SceneTruth if oracle is RIGHT else SupposedTruth
-        base = supposed(scene=self.scene, truth=truth, conditioning=conditioning, oracle=oracle)
+            right = oracle is RIGHT
+            base = scene_truth(self.scene, stages, RIGHT) if right else supposed(self.scene, stages, oracle)
         renderer = Answers(
             name=self.name, precision=PRECISION, answers=self.images, resolutions=self.resolutions,
             world_normals=self.world_normals, **self.declared,
