@@ -15,7 +15,7 @@ from rayproof.reports.judge.against_oracle import AgainstOracle
 from rayproof.reports.judge.answers import Answers, well_shaped
 from rayproof.reports.judge.forward.conditioning import condition
 from rayproof.reports.judge.forward.limits import Limits, Roundoff, limits
-from rayproof.reports.judge.measurement import error
+from rayproof.reports.judge.measurement import error, ratios
 from rayproof.reports.judge.nearby.clouds import LIGHT
 from rayproof.reports.judge.oracle import stages_of
 from rayproof.reports.judge.scene_truth import SceneTruth, scene_truth
@@ -25,6 +25,7 @@ PRECISION = "float32"  # what results keep, whatever a renderer computes in
 MOST_OVER = 0.05  # of the pixels: more over their limits are no matter of rounding
 LEFT = 0.1  # of the pixels that are wrong by the right oracle: so many may stay wrong
 MOST_LEFT = 0.002  # of the image
+TELLS = 0.5  # limits of the right oracle: an oracle within so little of it tells nothing
 SHOWS = 0.01  # of the image: a mistake that changes more pixels shows
 MORE = gamma(16, precision=PRECISION)  # relative: roundings that a mistake adds to those counted
 WIDEST = 0.01  # relative: no mistake widens a limit to more
@@ -54,7 +55,8 @@ class SupposedTruth(SceneTruth):
             plain[stage] = RIGHT.continued(self.scene, stage, rows).reshape(*size, 3)
             value, limit = np.abs(self.truth[stage]), whole[stage]
             brighter = np.nan_to_num(value / np.abs(plain[stage]), nan=1.0, posinf=1.0)
-            widened = limit * np.maximum(brighter, 1.0) + MORE * value
+            changed = ~np.isclose(brighter, 1.0, rtol=1e-9, atol=0)
+            widened = limit * np.maximum(brighter, 1.0) + MORE * value * changed
             whole[stage] = np.nan_to_num(np.maximum(limit, np.minimum(widened, WIDEST * value)))
         return replace(found, end_to_end=whole)
 
@@ -150,9 +152,18 @@ class Evidence:
             return False
         against, allowed = self.held(oracle), min(LEFT * np.count_nonzero(self.wrong), MOST_LEFT * self.wrong.size)
         over = over_of(against)
-        if np.count_nonzero(over) <= allowed:
-            return True
-        return bool(over.mean() <= MOST_OVER) and np.count_nonzero(wrong_of(against)) <= allowed
+        if np.count_nonzero(over) > allowed:
+            if over.mean() > MOST_OVER or np.count_nonzero(wrong_of(against)) > allowed:
+                return False
+        return self._tells(against)
+
+    def _tells(self, against: AgainstOracle) -> bool:
+        """Return whether an oracle differs from the right one, beyond its limits, in most pixels that are wrong."""
+        told, right = np.zeros_like(self.wrong), self.right.base.truth
+        for stage in self.stages:
+            limit = self.right.limits.end_to_end.get(stage, self.right.base.no_limit)
+            told |= ~(ratios(stage, against.base.truth[stage], right[stage], limit)[0] <= TELLS)
+        return 2 * np.count_nonzero(told & self.wrong) >= np.count_nonzero(self.wrong)
 
     @cached_property
     def drawn(self) -> tuple[np.ndarray, np.ndarray]:
