@@ -152,9 +152,9 @@ class Evidence:
             return False
         against, allowed = self.held(oracle), min(LEFT * np.count_nonzero(self.wrong), MOST_LEFT * self.wrong.size)
         over = over_of(against)
-        if np.count_nonzero(over) > allowed:
-            if over.mean() > MOST_OVER or np.count_nonzero(wrong_of(against)) > allowed:
-                return False
+        few = np.count_nonzero(over) <= allowed
+        if not few and (over.mean() > MOST_OVER or np.count_nonzero(wrong_of(against)) > allowed):
+            return False
         return self._tells(against)
 
     def _tells(self, against: AgainstOracle) -> bool:

@@ -188,12 +188,13 @@ def _fitted(case: Evidence, family: type[Family], onto: type[Mistake] | None) ->
 
     grids = np.meshgrid(*family.starts, indexing="ij")
     starts = np.stack([grid.ravel() for grid in grids], axis=1)
-    scores = [_score(residuals(start)) for start in starts]
-    best, least = None, np.inf
-    for place in np.argsort(scores)[:2]:
-        numbers, score = _newton(residuals, starts[place], scores[place])
-        if score < least:
-            best, least = numbers, score
+    apart = [_apart(residuals(start)) for start in starts]
+    best, least, nearest = None, np.inf, np.inf
+    for place in np.argsort(apart, kind="stable")[:2]:
+        numbers, score = _newton(residuals, starts[place], _score(residuals(starts[place])))
+        off = _apart(residuals(numbers))
+        if off < nearest:
+            best, least, nearest = numbers, score, off
     if best is None or not least < 1e-2:
         return None
     rounded = np.array([_rounded(number) for number in best])
@@ -249,6 +250,11 @@ def _score(residuals: np.ndarray) -> float:
     """Return the mean of the smaller residuals; infinite where there are none."""
     known = np.sort(np.abs(residuals[np.isfinite(residuals)]))
     return float(known[: max(1, int(TRIMMED * len(known)))].mean()) if len(known) else np.inf
+
+
+def _apart(residuals: np.ndarray) -> float:
+    """Return the mean of all residuals, each counted as 1 at most."""
+    return float(np.minimum(np.abs(np.nan_to_num(residuals, nan=1.0)), 1.0).mean())
 
 
 def _rounded(number: float) -> float:
