@@ -78,7 +78,7 @@ class Evidence:
     load: Callable[[], StageImages]
     failed: bool
     name: str = "renderer"  # as its rounding is known by
-    declared: Mapping[str, float] = field(default_factory=dict)  # epsilons, as `Answers` has them
+    shadow_epsilon: float = 0.0  # m: as the renderer declares it
     world_normals: bool = False
     resolutions: dict[Stage, Resolution] = field(default_factory=dict)  # of coarse output that was found
     kept: dict[type, dict[Stage, np.ndarray]] = field(default_factory=dict)  # samples of mistakes without numbers
@@ -124,7 +124,7 @@ class Evidence:
             base = scene_truth(self.scene, stages, RIGHT) if right else supposed(self.scene, stages, oracle)
         renderer = Answers(
             name=self.name, precision=PRECISION, answers=self.images, resolutions=self.resolutions,
-            world_normals=self.world_normals, **self.declared,
+            world_normals=self.world_normals, shadow_epsilon=self.shadow_epsilon,
         )  # fmt: skip
         return AgainstOracle(base=base, renderer=renderer)
 
@@ -211,7 +211,9 @@ class Evidence:
     def agrees(self, oracle: Analytic) -> bool:
         """Return whether an oracle may explain this case, by a sample and coarse tolerances."""
         wrong, found = self.drawn[1], self.off(self.sampled(oracle))
-        return found[wrong].mean() <= OFF_OF_WRONG and found.mean() <= OFF_OF_ALL if wrong.any() else False
+        if not wrong.any():
+            return False
+        return bool(found[wrong].mean() <= OFF_OF_WRONG and found.mean() <= OFF_OF_ALL)
 
     def shows(self, mistake: type[Mistake]) -> bool:
         """Return whether a mistake changes more than 1 % of what the renderer answers here."""

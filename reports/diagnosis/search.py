@@ -340,7 +340,8 @@ def _of_geometry(case: Evidence, mistakes: Sequence[type[Mistake]]) -> list[type
         return float(((own > 0).any(axis=1) != (theirs > 0).any(axis=1)).mean())
 
     apart = [distance(mistake) for mistake in mistakes]
-    return [mistakes[place] for place in np.argsort(apart, kind="stable")[:MOST_FIRST] if apart[place] <= OFF_OF_ALL]
+    order = sorted(range(len(apart)), key=apart.__getitem__)
+    return [mistakes[place] for place in order[:MOST_FIRST] if apart[place] <= OFF_OF_ALL]
 
 
 def _products(case: Evidence, mistakes: Sequence[type[Mistake]]) -> Iterator[type[Mistake]]:
@@ -361,7 +362,7 @@ def _products(case: Evidence, mistakes: Sequence[type[Mistake]]) -> Iterator[typ
             with np.errstate(invalid="ignore"):
                 close = np.abs(logs[first] + logs[second] - wanted) <= 2 * COARSE_LIGHT
             if close.mean() >= 1 - OFF_OF_ALL:
-                yield together(mistakes[first], mistakes[second])
+                yield together(mistakes[int(first)], mistakes[int(second)])
 
 
 def _by_stages(case: Evidence, mistakes: Sequence[type[Mistake]]) -> list[type[Mistake]]:

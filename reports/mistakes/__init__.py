@@ -94,12 +94,15 @@ class Family(Mistake):
 NAMED = 1e-4  # a fitted number so near to one that has a name, relatively, is that number
 
 
+FamilyKind = TypeVar("FamilyKind", bound=type[Family])
+
+
 def family(
     name: str, sentence: str, *items: str, starts: Sequence[Sequence[float]], named: Mapping[float, str] | None = None
-) -> Callable[[Kind], Kind]:
+) -> Callable[[FamilyKind], FamilyKind]:
     """Return a decorator that registers a family."""
 
-    def register(mistake: Kind) -> Kind:
+    def register(mistake: FamilyKind) -> FamilyKind:
         mistake.name, mistake.sentence, mistake.items = name, sentence, items
         mistake.starts, mistake.named = tuple(map(tuple, starts)), named or {}
         return FAMILIES.register(name)(mistake)

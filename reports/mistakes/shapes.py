@@ -463,7 +463,7 @@ class InObjectSpace(Mistake):
             return super().blocked(scene, index, light, objects, starts, between)
         found = self._all(shape, starts, np.asarray(light.position) - starts, np.zeros(len(starts)))
         least = np.where(objects[:, 0] == index, OWN, 0.0)[:, np.newaxis]
-        return ((found > least) & (found < 1)).any(axis=1)
+        return np.asarray(((found > least) & (found < 1)).any(axis=1))
 
     def normals(self, scene: Scene, directions: np.ndarray, objects: np.ndarray, positions: np.ndarray) -> np.ndarray:
         """Return normals, of spheres and cubes from the hit in object space."""

@@ -233,9 +233,7 @@ def evidence_of(renderer: Renderer, folder: Path, names: Sequence[str]) -> dict[
 
 def evidence(case: Case, ours: StageImages) -> Evidence:
     """Return what images of a case show, and whether they fail."""
-    one = Evidence(
-        case=case.name, scene=case.scene, load=lambda: ours, failed=False, declared={"shadow_epsilon": EPSILON}
-    )
+    one = Evidence(case=case.name, scene=case.scene, load=lambda: ours, failed=False, shadow_epsilon=EPSILON)
     one.failed = bool(one.wrong.any())
     return one
 

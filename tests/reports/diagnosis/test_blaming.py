@@ -63,7 +63,7 @@ def shown(
             scene=case.scene,
             load=lambda answers=given.answers: dict(answers or {}),
             failed=found.outcome.value == "fail",
-            declared={"shadow_epsilon": diagnosing.EPSILON},
+            shadow_epsilon=diagnosing.EPSILON,
         )
     return records, evidence
 
