@@ -42,7 +42,7 @@ LONGEST = (
     "examples/test_notebooks.py",
     "reports/studies/stability/test_targets.py",
     "harness/audit/test_diagnosing.py",
-    "reports/diagnosis/test_mistakes.py",
+    "reports/diagnosis/test_diagnosing.py",
     "examples/test_renderers.py",
     "reports/run/test_interrupting.py",
     "reports/publish/test_case_page.py",

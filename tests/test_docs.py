@@ -11,7 +11,7 @@ import pytest
 from rayproof.cases.case import BLAMABLE
 from rayproof.cases.scene_json import scene_from_json
 from rayproof.reports.cli import COMMANDS
-from rayproof.reports.diagnosis import MISTAKES
+from rayproof.reports.diagnosis.pages import listed
 
 CHECKOUT = Path(__file__).parents[1]
 PAGES = sorted([*CHECKOUT.glob("*.md"), *(CHECKOUT / "docs").glob("*.md")])
@@ -111,7 +111,7 @@ def test_every_row_of_a_table_belongs_to_a_table(page: Path) -> None:
 def test_the_pages_count_the_known_mistakes() -> None:
     for page in ("docs/diagnosis.md", "CHANGELOG.md"):
         (some,) = re.findall(r"some (\d+) (?:known|that are put to)", (CHECKOUT / page).read_text())
-        assert int(some) == round(len(list(MISTAKES)), -1)
+        assert int(some) == round(len(listed()), -1)
 
 
 def test_the_page_on_the_architecture_names_every_folder() -> None:

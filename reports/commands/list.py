@@ -65,9 +65,7 @@ def catalogue(
 
 def _write_pages(folder: Path) -> int:
     from rayproof.reports.diagnosis.pages import write
-    from rayproof.tracer.kernel.compiler import choose_packaged_llvm
 
-    choose_packaged_llvm()
     return write(folder)
 
 
@@ -147,19 +145,19 @@ def metrics() -> list[Row]:
 
 def mistakes() -> list[Row]:
     """Describe every known mistake: the items that it concerns, the right formulas of these, what the renderer does."""
-    from rayproof.reports.diagnosis import MISTAKES
+    from rayproof.reports.diagnosis.pages import in_words, listed
+    from rayproof.reports.mistakes import FAMILIES
     from rayproof.reports.results.outcomes import TITLES
 
     return [
         {
             "name": name,
-            "items": list(MISTAKES[name].items),
-            "ways": len(MISTAKES[name].ways),
-            "estimated": MISTAKES[name].fit is not None,
-            "about": [TITLES[item] for item in MISTAKES[name].items],
-            "what": MISTAKES[name].says.format("x"),
+            "items": list(mistake.items),
+            "estimated": name in FAMILIES,
+            "about": [TITLES[item] for item in mistake.items],
+            "what": in_words(mistake),
         }
-        for name in MISTAKES
+        for name, mistake in listed().items()
     ]
 
 

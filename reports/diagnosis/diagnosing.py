@@ -1,8 +1,7 @@
 """`diagnose`: a results folder's failures become causes in sentences, with evidence and what is left."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
-from typing import cast
 
 import numpy as np
 
@@ -12,134 +11,143 @@ from rayproof.cases.scene import Mesh, Scene, SceneError
 from rayproof.cases.scene_json import load_scene
 from rayproof.cases.stages import IMAGE_STAGES, Stage
 from rayproof.reference.analytic import Analytic
-from rayproof.reports.diagnosis import MISTAKES
-from rayproof.reports.diagnosis.answering import PRECISION
 from rayproof.reports.diagnosis.blaming import Blamed, guilty, narrowed, put
-from rayproof.reports.diagnosis.hypotheses import Clock
-from rayproof.reports.diagnosis.search import Found, Searched, search, spread
-from rayproof.reports.diagnosis.trials import Evidence, differ, trial, undecided
-from rayproof.reports.judge.forward.limits import Roundoff, roundoff_of
+from rayproof.reports.diagnosis.evidence import Evidence
+from rayproof.reports.diagnosis.findings import Finding, acne, blank, coarse, noise, not_drawn
+from rayproof.reports.diagnosis.search import Cause, Searched, search, spread
+from rayproof.reports.mistakes import MISTAKES, Mistake
+from rayproof.reports.mistakes.storing import Coded
 from rayproof.reports.results.case_records import CaseRecord, RepeatedRecord
 from rayproof.reports.results.files import at_worst, several
-from rayproof.reports.results.float_codec import inflated
 from rayproof.reports.results.images import inside, kept_images
 from rayproof.reports.results.outcomes import TITLES, Outcome
 from rayproof.reports.results.records import AlternativeRecord, CauseRecord, RunRecord
 
 FEW = 4  # items that are told by name
-CHANGING = "changes_from_call_to_call"  # no hypothesis: its pixels cannot be foretold
+CHANGING = "changes_from_call_to_call"  # no mistake: its pixels cannot be foretold
+LARGEST = 2000  # faces: a larger mesh is asked too slowly
+MOST_OTHERS = 40  # cases beyond the run that are asked whether they tell two mistakes apart
+APART = 0.05  # of a sample of pixels: mistakes that differ in more are told apart
+
+
+def faces(scene: Scene) -> int:
+    """Return how many triangles a scene's meshes have."""
+    return sum(len(shape.faces) for shape in scene.shapes if isinstance(shape, Mesh))
+
+
+def causes_of(cases: Sequence[Evidence]) -> tuple[list[Finding], Searched]:
+    """Return what is found out about images, and the mistakes that explain the failing cases of a run."""
+    failing = spread([case for case in cases if case.failed and case.stages])
+    passing = [case for case in cases if not case.failed and case.stages]
+    found: list[Finding] = []
+    if not failing:
+        return found, Searched()
+    if (finding := blank([*failing, *passing], failing)) is not None:
+        return [finding], Searched(left=[case for case in failing if case not in finding.cases], tried=1)
+    coded = [MISTAKES[name] for name in MISTAKES if issubclass(MISTAKES[name], Coded)]
+    stored = any(all(case.explains(way) for case in failing[:2]) for one in coded for way in (one, *one.variants))
+    if not stored and (finding := coarse([*failing, *passing], failing)) is not None:
+        if finding.cases:
+            found.append(finding)
+        failing = [case for case in failing if case not in finding.cases]
+    searched = search(failing, passing, not_drawn(failing))
+    for last in (acne, noise):
+        if searched.left and (finding := last(searched.left)) is not None:
+            found.append(finding)
+            searched.left = [case for case in searched.left if case not in finding.cases]
+            if searched.left:
+                again = search(searched.left, passing)
+                searched.causes, searched.left = [*searched.causes, *again.causes], again.left
+    return found, searched
 
 
 def entries(
-    searched: Searched, failing: Sequence[Evidence], others: Sequence[Evidence], *, of: int
+    found: Sequence[Finding], searched: Searched, *, of: int, others: Sequence[Evidence] = ()
 ) -> list[CauseRecord]:
-    """Return one entry for each cause; where nothing fits, one that says so.
+    """Return one entry for each cause; where nothing fits, one that says so. `of` cases failed.
 
-    `failing` are the cases to be explained, `of` how many failed, `others` cases beyond the run that may tell apart
-    what the run does not.
+    `others` are cases beyond the run, that may tell apart what the run does not.
     """
-    if not searched.found:
-        return [_nothing(searched, of)] if searched.tried else []
-    found = sorted(searched.found, key=_preference)
-    # Ways of one mistake are one mistake.
-    by_name: dict[tuple[str, ...], Found] = {}
-    for one in found:
-        by_name.setdefault((*sorted(one.hypothesis.mistakes), one.hypothesis.way.says or ""), one)
-    members = list(by_name.values())
-    first = members[0]
-    # A factor that is estimated to be pi says nothing beside "leaves out 1/pi".
-    plain = not first.hypothesis.parameters
-    rest = [one for one in members[1:] if not (plain and one.hypothesis.parameters)]
-    explained = [case.case for case in failing if _explains(first, case)]
-    predicted = [name for name in explained if name not in searched.fitted]
-    telling = {
-        member.hypothesis.sentence: next(
-            (case.case for case in others if differ(case, first.hypothesis.way, member.hypothesis.way)), None
-        )
-        for member in rest
-    }
-    told_apart = next((name for name in telling.values() if name is not None), None)
-    found_entries: list[CauseRecord] = []
-    for name in first.hypothesis.mistakes:
-        mistake = MISTAKES[name]
-        parameter = first.hypothesis.parameters.get(name)
-        beside = [other for other in first.hypothesis.mistakes if other != name]
-        alternatives: list[AlternativeRecord] = [
-            {
-                "mistake": "+".join(member.hypothesis.mistakes),
-                "sentence": member.hypothesis.sentence,
-                "items": list(member.hypothesis.items),
-                "parameters": {**member.hypothesis.parameters},
-            }
-            for member in rest
-            if name not in member.hypothesis.mistakes or member.hypothesis.way.says is not None
-        ]
-        phrase = first.hypothesis.phrase(name)
-        found_entries.append(
-            {
-                "mistake": name,
-                "items": list(mistake.items),
-                "sentence": _sentence(phrase, mistake.items, len(explained), of, beside, alternatives, told_apart),
-                "explains": {"cases": len(explained), "of": of},
-                "cases": explained,
-                "with": beside,
-                "alternatives": alternatives,
-                "told_apart_by": told_apart,
-                "predicted": {"cases": len(predicted), "of": of - len(searched.fitted)},
-                "parameters": {} if parameter is None else {name: parameter},
-                "tried": searched.tried,
-            }
-        )
-    return found_entries
+    records = [_of_finding(finding, of=of, tried=searched.tried) for finding in found]
+    for cause in searched.causes:
+        records += _of_cause(cause, of=of, tried=searched.tried, others=others)
+    if not records and searched.tried:
+        said = f"None of {searched.tried} known mistakes explains the {several(of, 'failing case')}."
+        records.append(_record(None, (), said, (), of=of, tried=searched.tried))
+    return records
 
 
-def _preference(found: Found) -> tuple[int, bool, int]:
-    """Return what puts a plain mistake before an estimated one, and one mistake before two."""
-    estimated = bool(found.hypothesis.parameters)
-    traced = bool(found.hypothesis.way.formulas)
-    return len(found.hypothesis.mistakes), estimated, traced
+def _of_finding(finding: Finding, *, of: int, tried: int) -> CauseRecord:
+    said = _sentence(finding.sentence, finding.items, len(finding.cases), of)
+    names = [case.case for case in finding.cases]
+    return _record(finding.name, finding.items, f"{said}.", names, of=of, tried=tried)
 
 
-def _explains(found: Found, case: Evidence) -> bool:
-    seen = MISTAKES[found.hypothesis.mistakes[0]].seen
-    if seen is not None:
-        return seen(case) is True
-    tally = found.tallies.get(case.case)
-    if tally is None:
-        tally = trial(case, found.hypothesis.way)
-    return tally is not None and tally.explains
+def _of_cause(cause: Cause, *, of: int, tried: int, others: Sequence[Evidence]) -> list[CauseRecord]:
+    parts = cause.mistake.parts or (cause.mistake,)
+    names, records = [case.case for case in cause.cases], []
+    alternatives: list[AlternativeRecord] = [
+        {
+            "mistake": other.name,
+            "sentence": other.sentence,
+            "items": list(other.items),
+            "parameters": {**other.parameters},
+        }
+        for other in cause.alternatives
+    ]
+    apart = next((case.case for case in others for one in cause.alternatives if _apart(case, cause.mistake, one)), None)
+    for part in parts:
+        said = _sentence(part.sentence, part.items, len(names), of)
+        beside = [other for other in parts if other is not part]
+        if beside:
+            said += f", together with: it {' and '.join(other.sentence for other in beside)}"
+        if alternatives:
+            said += f". The same pixels come of one that {', or '.join(one['sentence'] for one in alternatives)}"
+            said += f"; {apart} would tell" if apart else "; no case that was asked tells them apart"
+        record = _record(part.name, part.items, f"{said}.", names, of=of, tried=tried)
+        fitted = len(cause.fitted)
+        record["with"], record["alternatives"] = [other.name for other in beside], alternatives
+        record["told_apart_by"], record["parameters"] = apart, {**part.parameters}
+        record["predicted"] = {"cases": len(names) - fitted, "of": of - fitted}
+        records.append(record)
+    return records
 
 
-def _sentence(
-    phrase: str,
-    items: Sequence[str],
-    cases: int,
-    of: int,
-    beside: Sequence[str],
-    alternatives: Sequence[AlternativeRecord],
-    told_apart: str | None,
-) -> str:
+def _sentence(phrase: str, items: Sequence[str], cases: int, of: int) -> str:
     named = ", ".join(f"{item} {TITLES[item]}" for item in items)
-    said = f"The renderer {phrase} [{named}]: this explains {cases} of {several(of, 'failing case')}"
-    if beside:
-        said += f", together with: it {' and '.join(MISTAKES[name].says for name in beside)}"
-    if alternatives:
-        said += f". The same pixels come of one that {', or '.join(one['sentence'] for one in alternatives)}"
-        said += f"; {told_apart} would tell" if told_apart is not None else "; no case that was asked tells them apart"
-    return f"{said}."
+    return f"The renderer {phrase} [{named}]: this explains {cases} of {several(of, 'failing case')}"
+
+
+def _record(
+    name: str | None, items: Sequence[str], sentence: str, cases: Sequence[str], *, of: int, tried: int
+) -> CauseRecord:
+    return {
+        "mistake": name,
+        "items": list(items),
+        "sentence": sentence,
+        "explains": {"cases": len(cases), "of": of},
+        "cases": list(cases),
+        "with": [],
+        "alternatives": [],
+        "told_apart_by": None,
+        "predicted": None,
+        "parameters": {},
+        "tried": tried,
+    }
+
+
+def _apart(case: Evidence, one: type[Mistake], other: type[Mistake]) -> bool:
+    return bool(case.off_each_other(one(), other()).mean() > APART)
 
 
 def of_images_that_change(repeated: RepeatedRecord, case: str, failing: Sequence[str], *, of: int) -> CauseRecord:
-    """Return the cause of failures of a renderer whose images differ from call to call by more than right ones may."""
+    """Return the finding of a renderer whose images differ from call to call by more than right ones may."""
     item = "IMG-1"
     said = (
         f"The renderer writes another image each time it is asked [{item} {TITLES[item]}]: in {case} two differ in "
-        f"{repeated['differing']} pixels of {repeated['stage']}, beyond the limits. No formula is looked for in "
-        f"{len(failing)} of {several(of, 'failing case')}, since images that change prove nothing."
+        f"{repeated['differing']} pixels of {repeated['stage']}, beyond the limits. Its first images are diagnosed."
     )
-    found = _no_mistake(said, of=of, tried=0)
-    found["explains"]["cases"] = len(failing)
-    return {**found, "mistake": CHANGING, "items": [item], "cases": list(failing)}
+    return _record(CHANGING, (item,), said, failing, of=of, tried=0)
 
 
 def what_is_left(cases: Sequence[CaseRecord]) -> str:
@@ -160,62 +168,50 @@ def what_is_left(cases: Sequence[CaseRecord]) -> str:
     return said
 
 
-def _nothing(searched: Searched, of: int) -> CauseRecord:
-    stopped = "" if searched.finished else " (the search was stopped at its time limit)"
-    said = f"None of {searched.tried} known mistakes explains the {several(of, 'failing case')}{stopped}."
-    return _no_mistake(said, of=of, tried=searched.tried)
-
-
-def _no_mistake(sentence: str, *, of: int, tried: int) -> CauseRecord:
-    return {
-        "mistake": None,
-        "items": [],
-        "sentence": sentence,
-        "explains": {"cases": 0, "of": of},
-        "cases": [],
-        "with": [],
-        "alternatives": [],
-        "told_apart_by": None,
-        "predicted": None,
-        "parameters": {},
-        "tried": tried,
-    }
-
-
-GEOMETRY = IMAGE_STAGES[: IMAGE_STAGES.index(Stage.VISIBILITY)]
-LARGEST = 2000  # faces: of a larger mesh nearly every pixel is an edge, and edges prove nothing
-FOR_BLAME = 4.0  # s of processor time that the search for a cause leaves
-MOST_OTHERS = 30  # cases beyond the run that are asked whether they tell two mistakes apart
-
-
-def diagnose(folder: Path, results: RunRecord, *, seconds: float) -> list[CauseRecord]:
+def diagnose(folder: Path, results: RunRecord, *, accepted: Collection[str] = ()) -> list[CauseRecord]:
     """Return the causes of a run's failures as `diagnosis` of results.json; none where nothing failed by its pixels.
 
-    What is blamed in the cases is narrowed to what a cause or the known mistakes leave of it.
+    What is blamed in the cases is narrowed to what a cause or the known mistakes leave of it. Causes of `accepted`
+    failures are sought by themselves, and come last.
     """
     renderer, configuration = _worst(results)
     if renderer is None:
         return []
-    oracle, clock, rounding = Analytic(), Clock(seconds), _rounding(results)
     evidence = {
         str(case["name"]): one
         for case in results["cases"]
-        if (one := _evidence(folder, case, renderer, configuration, oracle, rounding)) is not None
+        if (one := _evidence(folder, case, renderer, configuration, results)) is not None
     }
-    failing = spread([one for one in evidence.values() if one.failed])
+    causes: list[CauseRecord] = []
+    for known in (False, True):
+        failing = [case for case in evidence.values() if case.failed and (case.case in accepted) is known]
+        if failing:
+            passing = [case for case in evidence.values() if not case.failed]
+            causes += _records([*failing, *passing], results, configuration, known=known, accepted=accepted)
     changing = _changing(results, configuration)
-    searched = search(list(evidence.values()), seconds=seconds - FOR_BLAME)
-    if not searched.tried:
-        return []
-    others: Sequence[Evidence] = ()
-    if len({tuple(sorted(one.hypothesis.mistakes)) for one in searched.found}) > 1:
-        others = _others(set(evidence), failing[0].stages, oracle)
-    failed = sum(_verdict(case, configuration) == Outcome.FAIL.value for case in results["cases"])
-    causes = cast("list[CauseRecord]", entries(searched, failing, others, of=failed))
-    if changing is not None and not searched.found:
-        causes = [of_images_that_change(*changing, [one.case for one in failing], of=failed)]
-    narrow(results, evidence, configuration, causes, seconds=max(FOR_BLAME, seconds - clock.spent))
+    if changing is not None:
+        names = [case.case for case in evidence.values() if case.failed]
+        mistakes = [cause for cause in causes if cause["mistake"] is not None]
+        causes = [of_images_that_change(*changing, [] if mistakes else names, of=len(names)), *mistakes]
+    narrow(results, evidence, configuration, causes)
     return causes
+
+
+def _records(
+    cases: Sequence[Evidence], results: RunRecord, configuration: str, *, known: bool, accepted: Collection[str]
+) -> list[CauseRecord]:
+    found, searched = causes_of(cases)
+    failed = sum(
+        _verdict(case, configuration) == Outcome.FAIL.value and (str(case["name"]) in accepted) is known
+        for case in results["cases"]
+    )
+    others: Sequence[Evidence] = ()
+    if any(cause.alternatives for cause in searched.causes):
+        others = _others({str(case["name"]) for case in results["cases"]}, cases[0].stages)
+    records = entries(found, searched, of=failed, others=others)
+    for record in records if known else ():
+        record["sentence"] = f"Accepted before: {record['sentence'][0].lower()}{record['sentence'][1:]}"
+    return records
 
 
 def _changing(results: RunRecord, configuration: str) -> tuple[RepeatedRecord, str] | None:
@@ -228,12 +224,7 @@ def _changing(results: RunRecord, configuration: str) -> tuple[RepeatedRecord, s
 
 
 def narrow(
-    results: RunRecord,
-    evidence: Mapping[str, Evidence],
-    configuration: str,
-    causes: list[CauseRecord],
-    *,
-    seconds: float,
+    results: RunRecord, evidence: Mapping[str, Evidence], configuration: str, causes: Sequence[CauseRecord]
 ) -> None:
     """Write into the failing cases' records which items are left to blame; of what nothing explains, say it too."""
     named: dict[str, list[str]] = {}
@@ -255,14 +246,12 @@ def narrow(
         for case in results["cases"]
         if (known := evidence.get(str(case["name"]))) is not None and not known.failed
     ]
-    found = narrowed(open_cases, passed, configuration, seconds=seconds)
+    found = narrowed(open_cases, passed, configuration)
     for case, _, _ in open_cases:
-        if case["name"] in found:
-            put(case, found[case["name"]])
+        put(case, found[case["name"]])
     for cause in causes:
         if cause["mistake"] is None:
-            asked = [case for case, _, _ in open_cases if case["name"] in found]
-            cause["sentence"] = f"{cause['sentence']} {what_is_left(asked)}".rstrip()
+            cause["sentence"] = f"{cause['sentence']} {what_is_left([case for case, _, _ in open_cases])}".rstrip()
 
 
 def _worst(results: RunRecord) -> tuple[str | None, str]:
@@ -293,15 +282,7 @@ def _verdict(case: CaseRecord, configuration: str) -> str | None:
     )
 
 
-def _rounding(results: RunRecord) -> Roundoff:
-    """Return how the renderer under test rounds, as far as it is known or declares it."""
-    world = bool(results["declared"].get("world_normals"))
-    return roundoff_of(str(results.get("subject", "")), PRECISION, world_normals=world)
-
-
-def _evidence(
-    folder: Path, case: CaseRecord, renderer: str, configuration: str, oracle: Analytic, rounding: Roundoff
-) -> Evidence | None:
+def _evidence(folder: Path, case: CaseRecord, renderer: str, configuration: str, results: RunRecord) -> Evidence | None:
     verdict, path = _verdict(case, configuration), case.get("scene")
     if verdict is None or not isinstance(path, str) or not inside(folder, path):
         return None
@@ -314,56 +295,28 @@ def _evidence(
 
     def images() -> dict[Stage, np.ndarray]:
         found, _ = kept_images(folder, case, only=[renderer])
-        return {
-            stage: np.asarray(image, dtype=np.float64)
-            for stage, image in found.get(renderer, {}).items()
-            if stage in IMAGE_STAGES
-        }
+        return {stage: image for stage, image in found.get(renderer, {}).items() if stage in IMAGE_STAGES}
 
     return Evidence(
         case=str(case["name"]),
         scene=scene,
         load=images,
         failed=verdict == Outcome.FAIL.value,
-        oracle=oracle,
-        undecided=_mask(case, configuration),
-        rounding=rounding,
+        name=str(results.get("subject", "")),
+        world_normals=bool(results["declared"].get("world_normals")),
     )
 
 
-def faces(scene: Scene) -> int:
-    """Return how many triangles a scene's meshes have."""
-    return sum(len(shape.faces) for shape in scene.shapes if isinstance(shape, Mesh))
-
-
-def _mask(case: CaseRecord, configuration: str) -> np.ndarray | None:
-    """Return the pixels that the judge left undecided, as the record has them; None where it has not."""
-    kept = case.get("masks")
-    if not isinstance(kept, Mapping) or kept.get("configuration") != configuration:
-        return None
-    try:
-        height, width = int(kept["height"]), int(kept["width"])
-        flags = np.frombuffer(inflated(str(kept["data"]), height * width), dtype=np.uint8)
-        return flags.reshape(height, width) > 0
-    except (KeyError, TypeError, ValueError):
-        return None
-
-
-def _others(run: set[str], stages: Sequence[Stage], oracle: Analytic) -> list[Evidence]:
+def _others(run: set[str], stages: Sequence[Stage]) -> list[Evidence]:
     """Return cases of the suite beyond a run, as if they had been answered rightly in these stages."""
-    found = []
-    for case in all_cases():
-        if case.name in run or faces(case.scene) > LARGEST:
-            continue
-
-        def images(scene: Scene = case.scene) -> dict[Stage, np.ndarray]:
-            answers = oracle.render(scene, [stage for stage in stages if scene.lights or stage in GEOMETRY])
-            return dict(answers)
-
-        found.append(
-            Evidence(case=case.name, scene=case.scene, load=images, failed=False, oracle=oracle, undecided=None)
+    found = [
+        Evidence(
+            case=case.name,
+            scene=case.scene,
+            load=lambda scene=case.scene: Analytic().render(scene, stages),
+            failed=False,
         )
+        for case in all_cases()
+        if case.name not in run and case.samples == 1 and faces(case.scene) <= LARGEST and case.scene.lights
+    ]
     return spread(found)[:MOST_OTHERS]
-
-
-__all__ = ["diagnose", "faces", "undecided"]

@@ -11,11 +11,11 @@ from rayproof import ROOT
 from rayproof.cases.case import BLAMABLE
 from rayproof.cases.families import select
 from rayproof.cases.scene import Scene
-from rayproof.cases.stages import Stage
+from rayproof.cases.stages import Stage, StageImages
 from rayproof.reference.analytic import Analytic
-from rayproof.reports.diagnosis import MISTAKES, Fit, Mistake
-from rayproof.reports.diagnosis.answering import Answered, Unanswerable, answer, changed, right_answer
-from rayproof.reports.diagnosis.hypotheses import bound
+from rayproof.reports.diagnosis.evidence import off
+from rayproof.reports.judge.oracle import stages_of
+from rayproof.reports.mistakes import FAMILIES, MISTAKES, Family, Mistake
 from rayproof.reports.results.outcomes import TITLES
 
 SPECIFICATION = ROOT / "docs" / "specification.md"
@@ -48,20 +48,30 @@ def page(pictures: dict[str, str] | None = None) -> str:
 
     """
     right = formulas(SPECIFICATION.read_text(encoding="utf-8"))
-    parts = [HEAD]
+    parts, everything = [HEAD], listed()
     for item in BLAMABLE:
-        names = [name for name in MISTAKES if MISTAKES[name].items[0] == item]
+        names = [name for name, mistake in everything.items() if mistake.items[0] == item]
         if names:
             parts.append(f"## {item}, {TITLES[item]}\n\n{right[item]}\n")
-            parts.append("\n".join(_entry(name, pictures or {}) for name in names) + "\n")
+            parts.append("\n".join(_entry(name, everything[name], pictures or {}) for name in names) + "\n")
     return "\n".join([*parts, "<!-- end -->\n"])
 
 
-def _entry(name: str, pictures: dict[str, str]) -> str:
-    mistake = MISTAKES[name]
+def listed() -> dict[str, type[Mistake]]:
+    """Return every known mistake by its name, those with numbers included."""
+    found = {name: MISTAKES[name] for name in MISTAKES} | {name: FAMILIES[name] for name in FAMILIES}
+    return dict(sorted(found.items()))
+
+
+def in_words(mistake: type[Mistake]) -> str:
+    """Return what a renderer with a mistake does; `x` and `y` stand for estimated numbers."""
+    return mistake.sentence.format("x", "y")
+
+
+def _entry(name: str, mistake: type[Mistake], pictures: dict[str, str]) -> str:
     beside = f" Concerns {', '.join(mistake.items[1:])}, too." if mistake.items[1:] else ""
     picture = f"\n\n  ![{name}]({pictures[name]})\n" if name in pictures else ""
-    return f"* `{name}`: the renderer {mistake.says.format('x')}.{beside}{picture}"
+    return f"* `{name}`: the renderer {in_words(mistake)}.{beside}{picture}"
 
 
 def formulas(specification: str) -> dict[str, str]:
@@ -74,40 +84,35 @@ def formulas(specification: str) -> dict[str, str]:
 
 def pictures() -> Iterator[tuple[str, bytes | None]]:
     """Yield each mistake with its picture, as PNG; None where no scene shows it to a reader."""
-    oracle = Analytic()
     scenes = {case.name: case.scene for case in select(SHOWN_BY)}
-    right = [right_answer(scenes[name], oracle) for name in SHOWN_BY]
-    for name in MISTAKES:
-        yield name, picture(MISTAKES[name], right, oracle)
+    right = [(scenes[name], Analytic().render(scenes[name], _asked(scenes[name]))) for name in SHOWN_BY]
+    for name, mistake in listed().items():
+        yield name, picture(mistake, right)
 
 
-def picture(mistake: Mistake, right: list[Answered], oracle: Analytic) -> bytes | None:
+def _asked(scene: Scene) -> list[Stage]:
+    return [stage for stage in STAGES if stage in stages_of(scene)]
+
+
+def picture(mistake: type[Mistake], right: list[tuple[Scene, StageImages]]) -> bytes | None:
     """Return the right answer and the mistake's side by side, in the first scene that shows it well; None without."""
-    way = bound(mistake.ways[0], example(mistake.fit))
-    best: tuple[int, Answered, Stage] | None = None
-    for one in right:
-        try:
-            pixels = changed(way, one, oracle)
-        except Unanswerable:
-            continue
-        for stage in STAGES:
-            count = int(np.count_nonzero(pixels[stage])) if stage in pixels else 0
+    best: tuple[int, Scene, np.ndarray, np.ndarray, Stage] | None = None
+    for scene, answers in right:
+        with np.errstate(all="ignore"):
+            wrong = example(mistake)().render(scene, list(answers))
+        for stage, image in answers.items():
+            count = int(np.count_nonzero(off(stage, wrong[stage], image)))
             if count >= LEAST and (best is None or count > best[0]):
-                best = count, one, stage
+                best = count, scene, image, wrong[stage], stage
                 break
-        if best is not None and best[0] >= ENOUGH * one.edge.size:
+        if best is not None and best[0] >= ENOUGH * scene.camera.width * scene.camera.height:
             break
-    if best is None:
-        return None
-    _, one, stage = best
-    return _side_by_side(one.scene, one.answers[stage], answer(way, one, oracle).answers[stage], stage)
+    return None if best is None else _side_by_side(*best[1:])
 
 
-def example(fit: Fit | None) -> float:
-    """Return a parameter that shows a mistake which has one."""
-    if fit is None:
-        return 0.0
-    return fit.grid[len(fit.grid) // 2] if fit.grid else 2 * fit.nothing
+def example(mistake: type[Mistake]) -> type[Mistake]:
+    """Return a mistake with numbers that show it, of one that has them."""
+    return mistake.of([values[-1] for values in mistake.starts]) if issubclass(mistake, Family) else mistake
 
 
 def _side_by_side(scene: Scene, right: np.ndarray, wrong: np.ndarray, stage: Stage) -> bytes:

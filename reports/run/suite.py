@@ -69,7 +69,6 @@ LOADING = 30.0  # s that a process that draws may take until it has loaded what 
 MOST_OF_A_GATE = 10  # lines of a kind in the terminal
 EXAMINED = 500  # cases that failed, and as many that passed, among which a long run's causes are sought
 MOST_LOOKED_AT = 10_000  # of the best cases, to find those whose images were kept
-DIAGNOSING = 20.0  # s of processor time for naming the mistake
 SMALL = "small"  # where in a run's folder `rayproof shrink` is told to put its scenes
 LOG_WIDTH = 140  # columns of a log file: a table is not squeezed into a terminal that is not there
 
@@ -247,7 +246,8 @@ def _diagnose(request: RunOptions, results: RunRecord, console: Console) -> None
 
     asked = examined_for_causes(results["cases"])
     try:
-        causes = diagnose(request.out, cast(RunRecord, {**results, "cases": asked}), seconds=DIAGNOSING)
+        whole = cast(RunRecord, {**results, "cases": asked})
+        causes = diagnose(request.out, whole, accepted=_accepted(request, results))
     except (ArithmeticError, LookupError, RuntimeError, TypeError, ValueError) as error:
         results["environment"]["diagnosis"] = f"not made: {type(error).__name__}: {error}"
         console.print(f"no cause was looked for: {error}", style="yellow", soft_wrap=True)
@@ -259,6 +259,15 @@ def _diagnose(request: RunOptions, results: RunRecord, console: Console) -> None
             record["cause"] = [*record.get("cause", []), *named_in]
         if "blamed_items" in record:
             _keep(results, record)
+
+
+def _accepted(request: RunOptions, results: RunRecord) -> frozenset[str]:
+    """Return the failing cases that the gate lets through: their causes are known, and hide no new one."""
+    if request.demanded is None or not request.demanded.lets_through:
+        return frozenset()
+    from rayproof.reports.history.gating import held
+
+    return frozenset(held(results, request.demanded).cases)
 
 
 def examined_for_causes(cases: Sequence[CaseRecord]) -> list[CaseRecord]:

@@ -18,7 +18,7 @@ def audit(
     json: Path | None = None,
     diagnose: bool = False,
     pairs: int = 0,
-    faults: int = 0,
+    cases: str = "",
     seed: int = 0,
 ) -> int:
     """Plant faults in the tracer, references, mesh loader and judge, one at a time, and print the kill matrix.
@@ -45,18 +45,18 @@ def audit(
         compiler and some 40 minutes of processor time.
     pairs
         With --diagnose: measure so many pairs of these mistakes instead, drawn at random; a minute each.
-    faults
-        With --diagnose: measure so many of the tracer's own wrong formulas instead, or besides, drawn at random.
+    cases
+        With --diagnose: the cases that are rendered, by patterns with commas; all of the suite without.
     seed
-        With --pairs or --faults: what is drawn.
+        With --pairs: what is drawn.
 
     """
     if diagnose:
         return _diagnosed(
-            jobs=jobs or os.cpu_count() or 1, quick=quick, only=only, json=json, pairs=pairs, faults=faults, seed=seed
+            jobs=jobs or os.cpu_count() or 1, quick=quick, only=only, json=json, cases=cases, pairs=pairs, seed=seed
         )
-    if pairs or faults:
-        raise UsageError("--pairs and --faults go with --diagnose")
+    if pairs or cases:
+        raise UsageError("--pairs and --cases go with --diagnose")
     from rayproof.tracer.kernel.compiler import choose_packaged_llvm
     from tests.harness.audit.planted import planted
     from tests.harness.audit.suite import AuditRequest
@@ -76,20 +76,20 @@ def audit(
     )
 
 
-def _diagnosed(*, jobs: int, quick: bool, only: str, json: Path | None, pairs: int, faults: int, seed: int) -> int:
+def _diagnosed(*, jobs: int, quick: bool, only: str, json: Path | None, cases: str, pairs: int, seed: int) -> int:
     """Print how many mistakes are named rightly; return 1 if any is named wrongly."""
     from subprocess import CalledProcessError
 
     from rayproof.reports.commands.output import say, show_table, write_json
     from tests.harness.audit.diagnosing import measure
 
-    if min(pairs, faults) < 0:
-        raise UsageError(f"--pairs and --faults must not be negative, got {pairs} and {faults}")
+    if pairs < 0:
+        raise UsageError(f"--pairs must not be negative, got {pairs}")
     if json is not None:
         with told_in_one_line():
             writable_folder(json.parent)
     try:
-        found = measure(jobs=jobs, quick=quick, only=only, pairs=pairs, faults=faults, seed=seed)
+        found = measure(jobs=jobs, quick=quick, only=only, cases=cases, pairs=pairs, seed=seed)
     except (FileNotFoundError, CalledProcessError, LookupError) as error:
         raise UsageError(f"--diagnose: {error}") from None
     write_json(json, found)

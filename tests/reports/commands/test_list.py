@@ -7,7 +7,7 @@ import pytest
 
 from rayproof.cases.families import CASE_FAMILIES, all_cases, cases_of
 from rayproof.reference import REFERENCES
-from rayproof.reports.diagnosis import MISTAKES
+from rayproof.reports.diagnosis.pages import listed
 from rayproof.reports.judge.metrics import METRICS
 from rayproof.tracer.formulas import FORMULAS
 from tests.reports.commands.conftest import Rayproof
@@ -17,7 +17,7 @@ KINDS = {
     "formulas": lambda: sorted(FORMULAS),
     "references": lambda: list(REFERENCES),
     "metrics": lambda: list(METRICS),
-    "mistakes": lambda: list(MISTAKES),
+    "mistakes": lambda: list(listed()),
 }
 
 

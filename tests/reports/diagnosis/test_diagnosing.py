@@ -1,23 +1,244 @@
-"""What of a run's record a diagnosis goes by."""
+"""What is said of renderers that are wrong in a known way, each made of the oracle and rounded to float32."""
 
-import base64
-import zlib
+from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import cache
 from typing import Any
 
 import numpy as np
 import pytest
 
-from rayproof.cases.scene import Camera, Mesh, Plane, PointLight, Scene
-from rayproof.cases.stages import Stage
+from rayproof.cases.case import Case
+from rayproof.cases.families import select
+from rayproof.cases.scene import Plane, Scene, Sphere
+from rayproof.cases.stages import Stage, StageImages
 from rayproof.reference.analytic import Analytic
-from rayproof.reports.diagnosis.answering import seen_from_a_surface
-from rayproof.reports.diagnosis.diagnosing import _mask, _rounding, _worst
-from rayproof.reports.diagnosis.trials import NOTHING, Continued, Evidence
-from rayproof.reports.judge.answers import Answers
-from rayproof.reports.judge.comparison import roundoff
-from rayproof.reports.judge.forward.limits import CALIBRATED
+from rayproof.reports.diagnosis.diagnosing import _worst, causes_of, entries
+from rayproof.reports.diagnosis.evidence import Evidence
+from rayproof.reports.judge.oracle import stages_of
+from rayproof.reports.mistakes import FAMILIES, MISTAKES, Mistake, for_kinds, together
 from tests.reports.checks import recorded
+
+CASES = (
+    "primitives/sphere",
+    "primitives/cube",
+    "primitives/mesh",
+    "clipping/sphere_depth",
+    "several_lights/simplified",
+    "transforms/sphere_stretched",
+    "transforms/plane_sheared",
+    "sidedness/square_lit_from_behind",
+    "inverse_square/distance_2m",
+)
+Renderer = Callable[[Scene, tuple[Stage, ...]], StageImages]
+
+
+@cache
+def cases(*names: str) -> tuple[Case, ...]:
+    return tuple(case for case in select(list(names or CASES)) if case.scene.lights)
+
+
+def shown(renderer: Renderer, *, names: Sequence[str] = (), staged: bool = False) -> list[Evidence]:
+    """Return what a renderer shows in some cases."""
+    found = []
+    for case in cases(*names):
+        stages = tuple(stage for stage in stages_of(case.scene) if stage is not Stage.CAMERA)
+        with np.errstate(all="ignore"):
+            images = renderer(case.scene, stages if staged else (Stage.RADIANCE,))
+        ours = {stage: image.astype(np.float32) for stage, image in images.items()}
+        one = Evidence(case=case.name, scene=case.scene, load=lambda ours=ours: ours, failed=False)
+        one.failed = bool(one.wrong.any())
+        found.append(one)
+    return found
+
+
+def by(mistake: type[Mistake]) -> Renderer:
+    return lambda scene, stages: mistake().render(scene, stages)
+
+
+def named(evidence: Sequence[Evidence]) -> set[str]:
+    """Return every name that is said of some evidence."""
+    findings, searched = causes_of(evidence)
+    parts = [part.name for cause in searched.causes for part in cause.mistake.parts or (cause.mistake,)]
+    return {finding.name for finding in findings} | set(parts)
+
+
+@pytest.mark.parametrize("staged", [True, False], ids=["all stages", "radiance alone"])
+@pytest.mark.parametrize(
+    "name",
+    [
+        "no_pi",
+        "no_falloff",
+        "pixel_corner",
+        "clips_nothing",
+        "fovx_for_fovy",
+        "albedo_squared",
+        "srgb",
+    ],
+)
+def test_a_mistake_of_the_catalogue_is_named_and_no_other(name: str, staged: bool) -> None:
+    assert named(shown(by(MISTAKES[name]), staged=staged)) == {name}
+
+
+@pytest.mark.parametrize(
+    ("name", "numbers"),
+    [
+        ("falloff_exponent", (1.7,)),
+        ("factor_of_radiance", (1.3,)),
+        ("sample_position", (0.0005, -0.0005)),
+        ("gamma", (1.8,)),
+    ],
+)
+def test_numbers_are_fitted(name: str, numbers: tuple[float, ...]) -> None:
+    _, searched = causes_of(shown(by(FAMILIES[name].of(numbers))))
+
+    (cause,) = searched.causes
+    assert cause.mistake.name == name
+    assert list(cause.mistake.parameters.values()) == pytest.approx(numbers, rel=1e-3)
+
+
+def test_a_right_renderer_has_no_cause() -> None:
+    evidence = shown(lambda scene, stages: Analytic().render(scene, stages))
+
+    assert not any(one.failed for one in evidence)
+    assert named(evidence) == set()
+
+
+def test_a_black_image_is_no_mistake_of_a_formula() -> None:
+    assert named(shown(lambda scene, _: {Stage.RADIANCE: np.zeros((scene.camera.height, scene.camera.width, 3))})) == {
+        "black"
+    }
+
+
+def test_where_nothing_is_hit_that_is_said() -> None:
+    def nothing(scene: Scene, stages: tuple[Stage, ...]) -> StageImages:
+        empty = {Stage.OBJECT: -1.0, Stage.DISTANCE: np.inf}
+        images = Analytic().render(scene, stages)
+        return {s: i if s is Stage.RAY else np.full_like(i, empty.get(s, 0.0)) for s, i in images.items()}
+
+    assert named(shown(nothing, staged=True)) == {"nothing_hit"}
+
+
+def test_shadow_rays_from_the_front_of_two_sided_surfaces_are_told_from_one_sided_surfaces() -> None:
+    names = ["sidedness/square*", "sidedness/mesh*", "primitives/sphere"]
+    evidence = shown(by(MISTAKES["feelers_from_the_front"]), names=names, staged=True)
+
+    assert named(evidence) == {"feelers_from_the_front"}
+
+
+def test_two_mistakes_in_one_image_are_both_named() -> None:
+    both = together(MISTAKES["fovx_for_fovy"], MISTAKES["no_four_pi"])
+
+    found = named(shown(by(both), names=["primitives/sphere", "primitives/cube", "inverse_square/distance_2m"]))
+
+    assert found >= {"no_four_pi"}
+    assert len(found) == 2
+    assert found & {"fovx_for_fovy", "diagonal_fov", "fixed_fov", "one_fov", "smaller_side_fov"}
+
+
+def test_several_causes_of_different_cases_are_all_named() -> None:
+    def renderer(scene: Scene, stages: tuple[Stage, ...]) -> StageImages:
+        wrong = MISTAKES["clips_nothing"]() if scene.clip == "depth" else MISTAKES["mean_of_lights"]()
+        return wrong.render(scene, stages)
+
+    names = ["clipping/sphere_depth", "several_lights/*", "primitives/sphere"]
+    _, searched = causes_of(shown(renderer, names=names))
+
+    assert {cause.mistake.name for cause in searched.causes} <= {"clips_nothing", "mean_of_lights"}
+    assert not searched.left
+
+
+def test_a_mistake_of_some_kinds_of_shapes_is_named_for_these() -> None:
+    some = for_kinds(MISTAKES["normal_by_model"], (Sphere, Plane))
+    assert some is not None
+
+    _, searched = causes_of(
+        shown(by(some), names=["transforms/*_stretched", "transforms/*_sheared", "primitives/sphere"])
+    )
+
+    (cause,) = searched.causes
+    assert cause.mistake.name == "normal_by_model"
+    assert "for spheres" in cause.mistake.sentence
+
+
+def test_half_floats_are_no_obstacle() -> None:
+    def renderer(scene: Scene, _: tuple[Stage, ...]) -> StageImages:
+        image = Analytic().render(replace(scene, clip="none"), [Stage.RADIANCE])[Stage.RADIANCE]
+        return {Stage.RADIANCE: image.astype(np.float16)}
+
+    names = ["clipping/sphere_depth", "clipping/sphere_shell", "primitives/sphere"]
+
+    assert named(shown(renderer, names=names)) == {"clips_nothing", "half_floats"}
+
+
+def test_eight_bits_of_srgb_decoded_are_stored_wrongly() -> None:
+    def renderer(scene: Scene, _: tuple[Stage, ...]) -> StageImages:
+        image = np.clip(Analytic().render(scene, [Stage.RADIANCE])[Stage.RADIANCE], 0, 1)
+        coded = np.where(image <= 0.0031308, 12.92 * image, 1.055 * image ** (1 / 2.4) - 0.055)
+        back = np.round(255 * coded) / 255
+        return {Stage.RADIANCE: np.where(back <= 0.04045, back / 12.92, ((back + 0.055) / 1.055) ** 2.4)}
+
+    assert named(shown(renderer, names=["primitives/sphere", "primitives/cube", "primitives/plane"])) == {
+        "too_few_bits"
+    }
+
+
+def test_normals_in_ten_bits_are_stored_wrongly() -> None:
+    def renderer(scene: Scene, stages: tuple[Stage, ...]) -> StageImages:
+        images = Analytic().render(scene, stages)
+        images[Stage.NORMAL] = np.round((images[Stage.NORMAL] + 1) / 2 * 1023) / 1023 * 2 - 1
+        return images
+
+    found, searched = causes_of(shown(renderer, names=["primitives/sphere"], staged=True))
+
+    assert [(finding.name, finding.items) for finding in found] == [("too_few_bits", ("IMG-1",))]
+    assert "normal in 10 bits" in found[0].sentence
+    assert not searched.causes
+
+
+def test_objects_in_one_byte_are_stored_wrongly() -> None:
+    evidence = shown(by(MISTAKES["ids_in_8_bits"].variants[1]), names=["meshes/icosphere", "meshes/torus"], staged=True)
+
+    assert any(one.failed for one in evidence)
+    assert named(evidence) == {"ids_in_8_bits"}
+
+
+def test_widened_triangles_are_named() -> None:
+    assert named(shown(by(MISTAKES["triangles_widened_2"]), names=["primitives/triangle", "primitives/mesh"])) == {
+        "triangles_widened_2"
+    }
+
+
+def test_acne_is_dark_points_scattered_over_lit_surfaces() -> None:
+    def renderer(scene: Scene, stages: tuple[Stage, ...]) -> StageImages:
+        images = Analytic().render(scene, stages)
+        dark = np.random.default_rng(3).random(images[Stage.RADIANCE].shape[:2]) < 0.1
+        return {stage: np.where(dark[..., np.newaxis], 0.0, image) for stage, image in images.items()}
+
+    assert named(shown(renderer, names=["primitives/sphere", "primitives/plane", "primitives/cube"])) == {"acne"}
+
+
+def test_noise_is_no_mistake_of_a_formula() -> None:
+    def renderer(scene: Scene, stages: tuple[Stage, ...]) -> StageImages:
+        draw = np.random.default_rng(5)
+        return {
+            stage: image * draw.normal(1, 0.2, image.shape[:2])[..., np.newaxis]
+            for stage, image in Analytic().render(scene, stages).items()
+        }
+
+    assert named(shown(renderer, names=["primitives/sphere", "primitives/plane", "primitives/cube"])) == {"noise"}
+
+
+def test_one_sentence_a_cause_with_its_items_and_what_has_the_same_pixels() -> None:
+    evidence = shown(by(MISTAKES["left_handed"]))
+    found, searched = causes_of(evidence)
+
+    (entry,) = entries(found, searched, of=9)
+
+    same = {entry["mistake"], *(one["mistake"] for one in entry["alternatives"])}
+    assert same == {"left_handed", "image_mirrored"}
+    assert "CAM-1" in {item for one in (entry, *entry["alternatives"]) for item in one["items"]}
+    assert f"this explains {len(entry['cases'])} of 9 failing cases" in entry["sentence"]
 
 
 def case(name: str, **failing: int) -> Any:
@@ -27,77 +248,8 @@ def case(name: str, **failing: int) -> Any:
     return {"name": name, "checks": [*checks, recorded(configuration="float64")], "renders": renders}
 
 
-CAMERA = Camera(
-    eye=(0.0, 0.0, 5.0), target=(0.0, 0.0, 0.0), up=(0.0, 1.0, 0.0), fovy=40.0, width=4, height=1, near=0.1, far=100.0
-)
-
-
 def test_who_fails_most_is_diagnosed() -> None:
-    cases = [case("a/one", float64=1, float32=2), case("a/two", float64=1, float32=1)]
+    several = [case("a/one", float64=1, float32=2), case("a/two", float64=1, float32=1)]
 
-    assert _worst({"cases": cases}) == ("tracer-float32", "float32")  # type: ignore[typeddict-item]
+    assert _worst({"cases": several}) == ("tracer-float32", "float32")  # type: ignore[typeddict-item]
     assert _worst({"cases": [case("a/one")]}) == (None, "")  # type: ignore[typeddict-item]
-
-
-@pytest.mark.parametrize(("configuration", "known"), [("float32", True), ("float64", False)])
-def test_undecided_pixels_are_those_of_the_configuration_that_they_are_kept_of(configuration: str, known: bool) -> None:
-    flags = np.array([[0, 1, 0], [4, 0, 0]], dtype=np.uint8)
-    kept = {"configuration": "float32", "height": 2, "width": 3}
-    kept["data"] = base64.b64encode(zlib.compress(flags.tobytes())).decode()
-
-    found = _mask({"masks": kept}, configuration)  # type: ignore[typeddict-item]
-
-    assert (found is not None) is known
-    if found is not None:
-        assert np.array_equal(found, flags > 0)
-
-
-@pytest.mark.parametrize("name", ["tracer", *CALIBRATED])
-@pytest.mark.parametrize("world", [False, True])
-def test_a_renderer_is_diagnosed_by_the_rounding_by_which_it_is_judged(name: str, world: bool) -> None:
-    # Baked corners of references were left out: their normals were beyond the limits of the diagnosis alone.
-    subject = Answers(name=name, precision="float32", world_normals=world)
-
-    diagnosed = _rounding({"subject": name, "declared": {"world_normals": world}})  # type: ignore[typeddict-item]
-
-    assert diagnosed == roundoff(subject)
-
-
-def test_what_feelers_meet_from_where_two_faces_of_a_mesh_are_is_decided_by_rounding() -> None:
-    corners = np.array([(-1.0, -1.0, 0.0), (1.0, -1.0, 0.0), (0.0, 1.0, 0.0), (0.0, 3.0, 0.0), (2.0, 3.0, 0.0)])
-    faces = np.array([(0, 1, 2), (1, 2, 0), (2, 4, 3)])  # the first one again, from another corner
-    mesh = Mesh(albedo=(0.5, 0.5, 0.5), vertices=corners, faces=faces)
-    light = PointLight(position=(0.0, 0.0, 3.0), flux=(1.0, 1.0, 1.0))
-    scene = Scene(camera=CAMERA, shapes=(mesh,), lights=(light,))
-    objects = np.array([[(0, 0), (0, 1), (0, 2), (-1, -1)]], dtype=float)
-    places = np.array([[(0.0, 0.0, 0.0), (0.1, -0.5, 0.0), (0.7, 2.5, 0.0), (9.0, 0.0, 0.0)]])
-
-    found = seen_from_a_surface(scene, {Stage.OBJECT: objects, Stage.RAY: places - (0.0, 0.0, 5.0)})
-
-    assert found.tolist() == [[True, True, False, False]]
-
-
-def test_a_feeler_along_the_rim_of_an_open_mesh_is_decided_by_rounding() -> None:
-    corners = np.array([(-1.0, 0.0, 1.0), (1.0, 0.0, 1.0), (1.0, 2.0, 1.0), (-1.0, 2.0, 1.0)])
-    sheet = Mesh(albedo=(0.5, 0.5, 0.5), vertices=corners, faces=np.array([(0, 1, 2), (0, 2, 3)]))
-    light = PointLight(position=(0.0, 0.0, 3.0), flux=(1.0, 1.0, 1.0))
-    eye = (0.0, -4.0, 0.9)  # below the sheet
-    scene = Scene(
-        camera=replace(CAMERA, eye=eye, up=(0.0, 0.0, 1.0)),
-        shapes=(Plane(albedo=(0.5, 0.5, 0.5)), sheet),
-        lights=(light,),
-    )
-    point = np.array([[(-0.5, 0.0, 0.0), (0.5, 0.0, 0.0), (0.0, 0.5, 0.0), (0.0, -0.5, 0.0)]])  # two below the rim
-    own = {
-        Stage.RAY: (point - eye) / np.linalg.norm(point - eye, axis=-1, keepdims=True),
-        Stage.OBJECT: np.zeros((1, 4, 2)),
-        Stage.POSITION: point,
-        Stage.NORMAL: np.broadcast_to((0.0, 0.0, 1.0), (1, 4, 3)),
-    }
-    own[Stage.VISIBILITY] = np.ones((1, 4, 1))
-    blank = np.zeros((1, 4), dtype=bool)
-    evidence = Evidence(case="rim", scene=scene, load=lambda: own, failed=True, oracle=Analytic(), undecided=blank)
-
-    decided_by_rounding = Continued(evidence=evidence)._by_rounding(NOTHING, Stage.VISIBILITY, own=True)
-
-    assert decided_by_rounding[0].tolist() == [True, True, False, False]

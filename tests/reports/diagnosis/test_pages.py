@@ -9,19 +9,19 @@ from PIL import Image
 
 from rayproof.cases.case import BLAMABLE
 from rayproof.cases.families import select
+from rayproof.cases.stages import Stage
 from rayproof.reference.analytic import Analytic
-from rayproof.reports.diagnosis import MISTAKES
-from rayproof.reports.diagnosis.answering import right_answer
-from rayproof.reports.diagnosis.pages import GAP, LARGER, SPECIFICATION, formulas, page, picture
+from rayproof.reports.diagnosis.pages import GAP, LARGER, SPECIFICATION, formulas, listed, page, picture
+from rayproof.reports.mistakes import MISTAKES
 
-ORACLE = Analytic()
+STAGES = (Stage.RADIANCE, Stage.NORMAL, Stage.DISTANCE)
 
 
 def test_the_page_in_the_documents_is_what_is_declared_now() -> None:
     written = (Path(__file__).parents[3] / "docs" / "mistakes.md").read_text(encoding="utf-8")
 
     assert written == page(), "write it anew: rayproof list mistakes --pages FOLDER, without pictures"
-    assert all(f"* `{name}`: " in written for name in MISTAKES)
+    assert all(f"* `{name}`: " in written for name in listed())
 
 
 def test_every_item_has_its_right_formula_in_the_specification() -> None:
@@ -31,9 +31,9 @@ def test_every_item_has_its_right_formula_in_the_specification() -> None:
 @pytest.mark.parametrize("name", ["left_handed", "no_pi", "depth_for_distance"])
 def test_a_picture_has_what_is_right_beside_what_the_mistake_makes_of_it(name: str) -> None:
     (case,) = select(["primitives/cube"])
-    right = right_answer(case.scene, ORACLE)
+    right = Analytic().render(case.scene, STAGES)
 
-    drawn = picture(MISTAKES[name], [right], ORACLE)
+    drawn = picture(MISTAKES[name], [(case.scene, right)])
 
     assert drawn is not None
     image = np.asarray(Image.open(io.BytesIO(drawn)))
@@ -45,4 +45,6 @@ def test_a_picture_has_what_is_right_beside_what_the_mistake_makes_of_it(name: s
 def test_what_no_scene_shows_has_no_picture() -> None:
     (case,) = select(["primitives/cube"])
 
-    assert picture(MISTAKES["radius_ignored"], [right_answer(case.scene, ORACLE)], ORACLE) is None
+    right = Analytic().render(case.scene, STAGES)
+
+    assert picture(MISTAKES["radius_ignored"], [(case.scene, right)]) is None

@@ -2,19 +2,22 @@
 
 from typing import Any
 
-from rayproof.reports.diagnosis import MISTAKES
+from rayproof.cases.families import select
 from rayproof.reports.diagnosis.diagnosing import _changing, entries, of_images_that_change
-from rayproof.reports.diagnosis.hypotheses import Hypothesis
-from rayproof.reports.diagnosis.search import Found, Searched
+from rayproof.reports.diagnosis.evidence import Evidence
+from rayproof.reports.diagnosis.search import Cause, Searched
+from rayproof.reports.mistakes import MISTAKES
 from rayproof.reports.results.headline import cause_of, causes, headline
 
 
 def searched(*names: str) -> Searched:
-    found = tuple(
-        Found(hypothesis=Hypothesis(mistakes=(name,), parameters={}, way=MISTAKES[name].ways[0]), tallies={})
-        for name in names
-    )
-    return Searched(found=found, tried=150, failing=("a/b",), fitted=(), seconds=1.0, finished=True)
+    """Return that the first of some mistakes explains a case, and that the others have the same pixels."""
+    if not names:
+        return Searched(tried=150)
+    case = select(["primitives/sphere"])[0]
+    evidence = Evidence(case="a/b", scene=case.scene, load=dict, failed=True)
+    first, *others = (MISTAKES[name] for name in names)
+    return Searched(causes=[Cause(mistake=first, cases=(evidence,), alternatives=tuple(others))], tried=150)
 
 
 def results(diagnosis: list[dict[str, Any]]) -> dict[str, Any]:
@@ -27,7 +30,7 @@ def results(diagnosis: list[dict[str, Any]]) -> dict[str, Any]:
 
 
 def test_where_nothing_fits_that_is_said_and_the_stage_stays_blamed() -> None:
-    (entry,) = entries(searched(), [], [], of=12)
+    (entry,) = entries([], searched(), of=12)
 
     said = results([entry])
 
@@ -38,7 +41,7 @@ def test_where_nothing_fits_that_is_said_and_the_stage_stays_blamed() -> None:
 
 
 def test_a_mistake_is_said_with_its_item_and_with_what_has_the_same_pixels() -> None:
-    (entry,) = entries(searched("left_handed", "image_mirrored"), [], [], of=3)
+    (entry,) = entries([], searched("left_handed", "image_mirrored"), of=3)
 
     assert "[CAM-1 view basis and view matrix]" in entry["sentence"]
     assert [one["mistake"] for one in entry["alternatives"]] == ["image_mirrored"]
@@ -46,7 +49,7 @@ def test_a_mistake_is_said_with_its_item_and_with_what_has_the_same_pixels() -> 
 
 
 def test_the_headline_says_the_cause_without_its_other_names() -> None:
-    (entry,) = entries(searched("left_handed", "image_mirrored"), [], [], of=3)
+    (entry,) = entries([], searched("left_handed", "image_mirrored"), of=3)
 
     said = headline(results([entry | {"cases": ["a/b"]}]))
 
@@ -57,7 +60,7 @@ def test_the_headline_says_the_cause_without_its_other_names() -> None:
 
 
 def test_a_case_tells_the_causes_that_explain_it_alone() -> None:
-    (entry,) = entries(searched("left_handed"), [], [], of=3)
+    (entry,) = entries([], searched("left_handed"), of=3)
     entry["cases"] = ["a/b"]
     told = results([entry])
 
@@ -70,7 +73,7 @@ def test_what_an_unknown_hand_wrote_is_no_cause() -> None:
     assert cause_of({"diagnosis": "left_handed"}, {"name": "a/b"}) == ""
 
 
-def test_of_images_that_change_beyond_the_limits_no_formula_is_named() -> None:
+def test_images_that_change_beyond_the_limits_are_one_finding() -> None:
     told = {"configuration": "exec", "stage": "radiance", "differing": 9, "verdict": "fail", "beyond": "inf"}
     cases = [{"name": "a/b", "verdict": "fail", "checks": []}, {"name": "a/c", "checks": [], "repeated": [told]}]
 
@@ -81,5 +84,6 @@ def test_of_images_that_change_beyond_the_limits_no_formula_is_named() -> None:
 
     assert (cause["items"], cause["cases"]) == (["IMG-1"], ["a/b"])
     assert "in a/c two differ in 9 pixels of radiance" in cause["sentence"]
+    assert "Its first images are diagnosed" in cause["sentence"]
     assert within is None, "what differs by roundings explains no failure"
     assert _changing({"cases": cases}, "float32") is None

@@ -10,12 +10,11 @@ from rayproof.cases.case import Case
 from rayproof.cases.placement import camera_around, compose, rotation, translation, world_triangles
 from rayproof.cases.scene import PointLight, Scene, Triangle
 from rayproof.cases.stages import IMAGE_STAGES, Stage
-from rayproof.reports.diagnosis import Given
-from rayproof.reports.diagnosis.mistakes.normals import MISTAKES
 from rayproof.reports.judge.case import judge_case
 from rayproof.reports.judge.forward.limits import BAKING
 from rayproof.reports.judge.oracle import stages_of
 from rayproof.reports.judge.verdict import Judged, of_what_is_supported
+from rayproof.reports.mistakes import MISTAKES
 from rayproof.reports.results.outcomes import Outcome
 from tests.reports.judge.scenes import ORACLE, candidate, rounded, witness
 
@@ -41,10 +40,9 @@ TRUTH = ORACLE.render(CASE.scene, stages_of(CASE.scene))
 
 def answers(*, turned: float) -> dict:
     """Return the answers of a renderer whose normals are those of rounded corners, off by `turned` as much as they."""
-    (way,) = MISTAKES["normal_of_rounded_corners"].ways
     found = dict(TRUTH)
     right = TRUTH[Stage.NORMAL]
-    corners = way.stages[Stage.NORMAL](Given(scene=CASE.scene, answers=TRUTH, right=right, parameter=0.0))
+    corners = MISTAKES["normal_of_rounded_corners"]().render(CASE.scene, [Stage.NORMAL])[Stage.NORMAL]
     normal = right + turned * (corners - right)
     size = np.linalg.norm(normal, axis=-1, keepdims=True)
     found[Stage.NORMAL] = np.divide(normal, size, out=np.zeros_like(normal), where=size > 0)

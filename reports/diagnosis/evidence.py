@@ -1,0 +1,265 @@
+"""`Evidence`: a renderer's images of one case, held against the oracle, right or with a mistake."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+
+import numpy as np
+
+from rayproof.cases.rounding import gamma
+from rayproof.cases.scene import Mesh, Scene
+from rayproof.cases.stages import IMAGE_STAGES, Resolution, Stage, StageImages
+from rayproof.reference.analytic import Analytic
+from rayproof.reference.analytic.camera import pixel_centers
+from rayproof.reports.judge.against_oracle import AgainstOracle
+from rayproof.reports.judge.answers import Answers, well_shaped
+from rayproof.reports.judge.forward.conditioning import condition
+from rayproof.reports.judge.forward.limits import Limits, Roundoff, limits
+from rayproof.reports.judge.measurement import error, ratios
+from rayproof.reports.judge.nearby.clouds import LIGHT
+from rayproof.reports.judge.oracle import stages_of
+from rayproof.reports.judge.scene_truth import SceneTruth, scene_truth
+from rayproof.reports.mistakes import Mistake
+
+PRECISION = "float32"  # what results keep, whatever a renderer computes in
+MOST_OVER = 0.05  # of the pixels: more over their limits are no matter of rounding
+LEFT = 0.1  # of the pixels that are wrong by the right oracle: so many may stay wrong
+MOST_LEFT = 0.002  # of the image
+TELLS = 0.5  # limits of the right oracle: an oracle within so little of it tells nothing
+SHOWS = 0.01  # of the image: a mistake that changes more pixels shows
+MORE = gamma(16, precision=PRECISION)  # relative: roundings that a mistake adds to those counted
+WIDEST = 0.01  # relative: no mistake widens a limit to more
+# Of a sample of pixels: so many are drawn among wrong ones, and among all; of these so many may be off.
+DRAWN, OFF_OF_WRONG, OFF_OF_ALL = 80, 0.15, 0.1
+# Coarse tolerances, relative to the value's size: what is farther off no rounding explains.
+COARSE = {Stage.RAY: 1e-4, Stage.DISTANCE: 1e-3, Stage.POSITION: 1e-3, Stage.NORMAL: 5e-3}
+COARSE_LIGHT = 3e-3
+RIGHT = Analytic()
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class SupposedTruth(SceneTruth):
+    """What an oracle with a mistake answers; limits of light grow with how much brighter the mistake makes it."""
+
+    basis: StageImages  # the answers before they are written, of which the limits are
+
+    def limits(self, g: Roundoff, *, by_matrices: bool) -> Limits:
+        """Return the limits of one kind of rounding."""
+        found = limits(self.scene, self.basis, self.conditioning, g, by_matrices=by_matrices)
+        plain, whole = dict(self.basis), dict(found.end_to_end)
+        for stage in LIGHT:
+            if stage not in whole:
+                continue
+            size = self.scene.camera.height, self.scene.camera.width
+            rows = {one: image.reshape(size[0] * size[1], -1) for one, image in plain.items() if one in IMAGE_STAGES}
+            plain[stage] = RIGHT.continued(self.scene, stage, rows).reshape(*size, 3)
+            value, limit = np.abs(self.truth[stage]), whole[stage]
+            brighter = np.nan_to_num(value / np.abs(plain[stage]), nan=1.0, posinf=1.0)
+            changed = ~np.isclose(brighter, 1.0, rtol=1e-9, atol=0)
+            widened = limit * np.maximum(brighter, 1.0) + MORE * value * changed
+            whole[stage] = np.nan_to_num(np.maximum(limit, np.minimum(widened, WIDEST * value)))
+        return replace(found, end_to_end=whole)
+
+
+def supposed(scene: Scene, stages: tuple[Stage, ...], oracle: Analytic) -> SceneTruth:
+    """Return what an oracle with a mistake answers, with its limits."""
+    truth = basis = oracle.render(scene, stages)
+    if type(oracle).image is not Analytic.image:
+        basis = type("Unwritten", (type(oracle),), {"image": Analytic.image})().render(scene, stages)
+    return SupposedTruth(scene=scene, truth=truth, conditioning=condition(scene, basis), oracle=oracle, basis=basis)
+
+
+@dataclass(eq=False, kw_only=True)
+class Evidence:
+    """A case of a run as far as a renderer's images of it are known."""
+
+    case: str
+    scene: Scene
+    load: Callable[[], StageImages]
+    failed: bool
+    name: str = "renderer"  # as its rounding is known by
+    shadow_epsilon: float = 0.0  # m: as the renderer declares it
+    world_normals: bool = False
+    resolutions: dict[Stage, Resolution] = field(default_factory=dict)  # of coarse output that was found
+    kept: dict[type, dict[Stage, np.ndarray]] = field(default_factory=dict)  # samples of mistakes without numbers
+    explains_known: dict[object, bool] = field(default_factory=dict)
+
+    @cached_property
+    def images(self) -> StageImages:
+        """Return the renderer's image stages of the scene's size, as float64."""
+        loaded = {stage: np.asarray(image, dtype=np.float64) for stage, image in self.load().items()}
+        asked = {stage: image for stage, image in loaded.items() if stage in stages_of(self.scene)}
+        renderer = Answers(name="renderer", precision=PRECISION, answers=asked)
+        return dict(well_shaped(self.scene, renderer).answers)
+
+    @cached_property
+    def stages(self) -> tuple[Stage, ...]:
+        """Return the image stages that it answers, in order."""
+        return tuple(stage for stage in IMAGE_STAGES if stage in self.images)
+
+    @cached_property
+    def kinds(self) -> tuple[type, ...]:
+        """Return the kinds of shapes in the scene."""
+        return tuple(dict.fromkeys(type(shape) for shape in self.scene.shapes))
+
+    @property
+    def work(self) -> int:
+        """Return how much work a scene is: what every mistake meets first ought to be little."""
+        faces = sum(len(shape.faces) if isinstance(shape, Mesh) else 1 for shape in self.scene.shapes)
+        return self.scene.camera.width * self.scene.camera.height * (faces + 4) * (2 + len(self.scene.lights))
+
+    def judge_by(self, resolutions: Mapping[Stage, Resolution]) -> None:
+        """Judge the images by the steps in which they are stored."""
+        self.resolutions = dict(resolutions)
+        self.explains_known.clear()
+        self.kept.clear()
+        for name in ("right", "wrong", "drawn", "own"):
+            vars(self).pop(name, None)
+
+    def held(self, oracle: Analytic) -> AgainstOracle:
+        """Return the renderer's images held against an oracle."""
+        stages = tuple(stage for stage in stages_of(self.scene) if stage is not Stage.CAMERA)
+        with np.errstate(all="ignore"):
+            right = oracle is RIGHT
+            base = scene_truth(self.scene, stages, RIGHT) if right else supposed(self.scene, stages, oracle)
+        renderer = Answers(
+            name=self.name, precision=PRECISION, answers=self.images, resolutions=self.resolutions,
+            world_normals=self.world_normals, shadow_epsilon=self.shadow_epsilon,
+        )  # fmt: skip
+        return AgainstOracle(base=base, renderer=renderer)
+
+    @cached_property
+    def right(self) -> AgainstOracle:
+        """Return the images held against the right oracle."""
+        return self.held(RIGHT)
+
+    @cached_property
+    def wrong(self) -> np.ndarray:
+        """Return the pixels (height, width) that are wrong by the right oracle, at any stage."""
+        over = over_of(self.right)
+        return wrong_of(self.right) if over.mean() < MOST_OVER else over
+
+    def explains(self, mistake: type[Mistake]) -> bool:
+        """Return whether an oracle with a mistake explains this case."""
+        if mistake not in self.explains_known:
+            with np.errstate(all="ignore"):
+                self.explains_known[mistake] = self._explains(mistake)
+        return self.explains_known[mistake]
+
+    def _explains(self, mistake: type[Mistake]) -> bool:
+        oracle = mistake()
+        if not self.agrees(oracle):
+            return False
+        against, allowed = self.held(oracle), min(LEFT * np.count_nonzero(self.wrong), MOST_LEFT * self.wrong.size)
+        over = over_of(against)
+        few = np.count_nonzero(over) <= allowed
+        if not few and (over.mean() > MOST_OVER or np.count_nonzero(wrong_of(against)) > allowed):
+            return False
+        return self._tells(against)
+
+    def _tells(self, against: AgainstOracle) -> bool:
+        """Return whether an oracle differs from the right one, beyond its limits, in most pixels that are wrong."""
+        told, right = np.zeros_like(self.wrong), self.right.base.truth
+        for stage in self.stages:
+            limit = self.right.limits.end_to_end.get(stage, self.right.base.no_limit)
+            told |= ~(ratios(stage, against.base.truth[stage], right[stage], limit)[0] <= TELLS)
+        return 2 * np.count_nonzero(told & self.wrong) >= np.count_nonzero(self.wrong)
+
+    @cached_property
+    def drawn(self) -> tuple[np.ndarray, np.ndarray]:
+        """Return a sample of pixels (n,), by their numbers, and which of them are wrong by the right oracle."""
+        draw, wrong = np.random.default_rng(0), np.flatnonzero(self.wrong.ravel())
+        some = draw.permutation(wrong)[:DRAWN]
+        others = draw.permutation(self.wrong.size)[:DRAWN]
+        pixels = np.concatenate([some, others])
+        return pixels, self.wrong.ravel()[pixels]
+
+    @cached_property
+    def own(self) -> dict[Stage, np.ndarray]:
+        """Return the renderer's values (n, channels) at the sample."""
+        pixels, _ = self.drawn
+        return {stage: image.reshape(len(self.wrong.ravel()), -1)[pixels] for stage, image in self.images.items()}
+
+    def sampled(self, oracle: Analytic) -> dict[Stage, np.ndarray]:
+        """Return an oracle's values (n, channels) at the sample."""
+        kind = type(oracle)
+        if kind in self.kept:
+            return self.kept[kind]
+        points = pixel_centers(self.scene.camera)[self.drawn[0]]
+        with np.errstate(all="ignore"):
+            rows = oracle.samples(self.scene, points, self.stages[-1]).rows
+        if isinstance(oracle, Mistake) and not oracle.parts and not oracle.parameters:  # asked again in later rounds
+            self.kept[kind] = rows
+        return rows
+
+    def off(self, values: Mapping[Stage, np.ndarray], stages: tuple[Stage, ...] | None = None) -> np.ndarray:
+        """Return which pixels of the sample (n,) are off by more than any rounding, at some stage."""
+        found = np.zeros(len(self.drawn[0]), dtype=bool)
+        for stage in self.stages if stages is None else stages:
+            if stage in values:
+                found |= off(stage, self.own[stage], values[stage], self.resolutions.get(stage))
+        return found
+
+    def off_each_other(self, one: Analytic, other: Analytic) -> np.ndarray:
+        """Return in which pixels of the sample (n,) two oracles are apart by more than any rounding."""
+        first, second = self.sampled(one), self.sampled(other)
+        found = np.zeros(len(self.drawn[0]), dtype=bool)
+        for stage in self.stages:
+            found |= off(stage, first[stage], second[stage])
+        return found
+
+    def agrees(self, oracle: Analytic) -> bool:
+        """Return whether an oracle may explain this case, by a sample and coarse tolerances."""
+        wrong, found = self.drawn[1], self.off(self.sampled(oracle))
+        if not wrong.any():
+            return False
+        return bool(found[wrong].mean() <= OFF_OF_WRONG and found.mean() <= OFF_OF_ALL)
+
+    def shows(self, mistake: type[Mistake]) -> bool:
+        """Return whether a mistake changes more than 1 % of what the renderer answers here."""
+        stages = self.stages
+        if not stages:
+            return False
+        with np.errstate(all="ignore"):
+            values = mistake().render(self.scene, stages)
+            changed = np.zeros(self.right.base.conditioning.hit.shape, dtype=bool)
+            for stage in stages:
+                changed |= off(stage, values[stage], self.right.base.truth[stage])
+        return bool(changed.mean() > SHOWS)
+
+
+def off(stage: Stage, ours: np.ndarray, theirs: np.ndarray, step: Resolution | None = None) -> np.ndarray:
+    """Return which pixels (...) are farther apart at a stage than any rounding explains."""
+    with np.errstate(all="ignore"):
+        wrong = error(stage, ours, theirs)
+        wrong = wrong.max(axis=-1) if wrong.ndim == ours.ndim else wrong
+        if stage in (Stage.OBJECT, Stage.VISIBILITY):
+            return np.asarray(~(wrong == 0))
+        size = np.linalg.norm(np.where(np.isfinite(theirs), theirs, 0.0), axis=-1)
+        if stage in LIGHT:
+            largest = np.abs(theirs[np.isfinite(theirs)]).max(initial=0.0)
+            limit = COARSE_LIGHT * size + 1e-5 * largest
+        else:
+            limit = COARSE[stage] * np.maximum(size, 1.0 if stage in (Stage.RAY, Stage.NORMAL) else 1e-3)
+        if step is not None:
+            limit = limit + 2 * (step.relative * size + step.absolute)
+        return np.asarray(~(wrong <= limit))
+
+
+def over_of(against: AgainstOracle) -> np.ndarray:
+    """Return the pixels (height, width) over the forward limit of any stage."""
+    found = np.zeros(against.base.conditioning.hit.shape, dtype=bool)
+    with np.errstate(all="ignore"):
+        for stage in IMAGE_STAGES:
+            if against.answers(stage):
+                found |= against.over(stage)
+    return found
+
+
+def wrong_of(against: AgainstOracle) -> np.ndarray:
+    """Return the pixels (height, width) that no nearby problem explains, at any stage."""
+    found = np.zeros(against.base.conditioning.hit.shape, dtype=bool)
+    with np.errstate(all="ignore"):
+        for pixels in against.end_to_end.values():
+            found |= pixels.wrong
+    return found

@@ -1,0 +1,192 @@
+"""`MISTAKES`: known mistakes of ray tracers, each the oracle with one wrong step.
+
+To add one, write a subclass of `Mistake` that overrides one method of `reference.analytic.Analytic`, and register it
+with `known`: its name, what such a renderer does in a verb phrase, and the items of the specification that this
+concerns. Whatever is asked of it, a whole image, a nearby problem or a stage continued from a renderer's own, is
+answered with the mistake. A `Family` has numbers that are fitted to a renderer's images.
+
+Two mistakes at once are a class that inherits from both (`together`); `for_kinds` limits one to some kinds of shapes.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from typing import ClassVar, TypeVar
+
+import numpy as np
+
+from rayproof.cases.registry import Registry
+from rayproof.cases.scene import PointLight, Scene, Shape
+from rayproof.cases.stages import Stage
+from rayproof.reference.analytic import Analytic, Rows
+from rayproof.reference.analytic.surfaces import Crossing
+
+
+class Mistake(Analytic):
+    """The oracle with one wrong step."""
+
+    name: ClassVar[str] = ""
+    sentence: ClassVar[str] = ""  # a verb phrase of which the renderer is the subject
+    items: ClassVar[tuple[str, ...]] = ()
+    parameters: ClassVar[Mapping[str, float]] = {}
+    parts: ClassVar[tuple[type["Mistake"], ...]] = ()  # of several mistakes at once
+    fitted_to: ClassVar[str] = ""  # the case that its numbers come from
+    of_several_stages: ClassVar[bool] = False  # whether one of several stages is written unlike the others
+    variants: ClassVar[tuple[type["Mistake"], ...]] = ()  # other ways in which it shows, by the right steps around it
+
+
+MISTAKES: Registry[type[Mistake]] = Registry("mistake", package="rayproof.reports.mistakes")
+FAMILIES: "Registry[type[Family]]" = Registry("family of mistakes", package="rayproof.reports.mistakes")
+_KNOWN: dict[str, type[Mistake]] = {}  # those registered so far, while the modules are still being imported
+Kind = TypeVar("Kind", bound=type[Mistake])
+
+
+def known(name: str, sentence: str, *items: str) -> Callable[[Kind], Kind]:
+    """Return a decorator that registers a mistake."""
+
+    def register(mistake: Kind) -> Kind:
+        mistake.name, mistake.sentence, mistake.items = name, sentence, items
+        _KNOWN[name] = mistake
+        return MISTAKES.register(name)(mistake)
+
+    return register
+
+
+def variant(name: str) -> Callable[[Kind], Kind]:
+    """Return a decorator that adds another way in which a mistake shows."""
+
+    def register(mistake: Kind) -> Kind:
+        first = _KNOWN[name]
+        mistake.name, mistake.sentence, mistake.items = name, first.sentence, first.items
+        first.variants = (*first.variants, mistake)
+        return mistake
+
+    return register
+
+
+class Family(Mistake):
+    """Mistakes of one kind that differ by numbers; each subclass has a wrong step that reads `numbers`.
+
+    A search starts at every combination of `starts`, and refines the numbers between the starts' neighbours.
+    """
+
+    numbers: ClassVar[tuple[float, ...]] = ()
+    starts: ClassVar[tuple[tuple[float, ...], ...]] = ()  # of each number: values to begin with, ascending
+    named: ClassVar[Mapping[float, str]] = {}  # numbers that have a name of their own
+
+    @classmethod
+    def of(cls, numbers: Sequence[float]) -> "type[Family]":
+        """Return the mistake with these numbers."""
+        said = [
+            next(
+                (word for value, word in cls.named.items() if abs(number - value) <= NAMED * abs(value)),
+                f"{number:.4g}",
+            )
+            for number in numbers
+        ]
+        parameters = {str(place): number for place, number in enumerate(numbers)}
+        parameters = (
+            {cls.name: numbers[0]} if len(numbers) == 1 else {f"{cls.name} {k}": v for k, v in parameters.items()}
+        )
+        changed = {"numbers": tuple(numbers), "sentence": cls.sentence.format(*said), "parameters": parameters}
+        return type(cls.__name__, (cls,), changed)
+
+
+NAMED = 1e-4  # a fitted number so near to one that has a name, relatively, is that number
+
+
+FamilyKind = TypeVar("FamilyKind", bound=type[Family])
+
+
+def family(
+    name: str, sentence: str, *items: str, starts: Sequence[Sequence[float]], named: Mapping[float, str] | None = None
+) -> Callable[[FamilyKind], FamilyKind]:
+    """Return a decorator that registers a family."""
+
+    def register(mistake: FamilyKind) -> FamilyKind:
+        mistake.name, mistake.sentence, mistake.items = name, sentence, items
+        mistake.starts, mistake.named = tuple(map(tuple, starts)), named or {}
+        return FAMILIES.register(name)(mistake)
+
+    return register
+
+
+def together(first: type[Mistake], second: type[Mistake]) -> type[Mistake]:
+    """Return the oracle with both mistakes; of one step, the first mistake is made of the second's answer."""
+    made = type(f"{first.__name__}And{second.__name__}", (first, second), {})
+    made.name = f"{first.name}+{second.name}"
+    made.sentence = f"{first.sentence}, and {second.sentence}"
+    made.items = tuple(dict.fromkeys((*first.items, *second.items)))
+    made.parameters = {**first.parameters, **second.parameters}
+    made.parts = (first, second)
+    return made
+
+
+# Where a mistake can be told shape by shape: its steps that are asked for one shape, or whose answers belong to shapes.
+BY_SHAPE = ("scene", "crossing", "blocked", "outward_normals", "normals", "facing", "albedo", "above_horizon")
+
+
+def for_kinds(mistake: type[Mistake], kinds: Sequence[type[Shape]]) -> type[Mistake] | None:
+    """Return a mistake that is made for shapes of some kinds alone; None where its step knows no shapes."""
+    if not any(vars(one).get(step) for one in mistake.__mro__ if issubclass(one, Mistake) for step in BY_SHAPE):
+        return None
+    words = [f"{kind.__name__.lower()}s".replace("meshs", "meshes") for kind in kinds]
+    of = " and ".join(filter(None, (", ".join(words[:-1]), words[-1])))
+    made = type(f"{mistake.__name__}Some", (_Some, mistake), {"kinds": tuple(kinds)})
+    made.sentence = f"{mistake.sentence}, for {of}"
+    return made
+
+
+class _Some(Mistake):
+    """A mistake of some kinds of shapes alone, before it in the order of resolution."""
+
+    kinds: ClassVar[tuple[type[Shape], ...]] = ()
+
+    def _of(self, scene: Scene, objects: np.ndarray) -> np.ndarray:
+        """Return which objects (N, 2) are of the kinds, (N, 1)."""
+        concerned = np.array([*(isinstance(shape, self.kinds) for shape in scene.shapes), False])
+        return concerned[np.clip(objects[:, :1], -1, len(scene.shapes)).astype(int)]
+
+    def scene(self, scene: Scene) -> Scene:
+        changed = super().scene(scene)
+        if len(changed.shapes) != len(scene.shapes):
+            return changed
+        pairs = zip(changed.shapes, scene.shapes, strict=True)
+        return replace(changed, shapes=tuple(new if isinstance(old, self.kinds) else old for new, old in pairs))
+
+    def crossing(
+        self, scene: Scene, index: int, eye: np.ndarray, directions: np.ndarray, low: np.ndarray, high: np.ndarray
+    ) -> Crossing:
+        asked = super() if isinstance(scene.shapes[index], self.kinds) else Analytic()
+        return asked.crossing(scene, index, eye, directions, low, high)
+
+    def blocked(
+        self,
+        scene: Scene,
+        index: int,
+        light: PointLight,
+        objects: np.ndarray,
+        starts: np.ndarray,
+        between: tuple[np.ndarray | float, np.ndarray | float] = (0.0, 1.0),
+    ) -> np.ndarray:
+        asked = super() if isinstance(scene.shapes[index], self.kinds) else Analytic()
+        return asked.blocked(scene, index, light, objects, starts, between)
+
+    def outward_normals(self, scene: Scene, index: int, positions: np.ndarray, faces: np.ndarray) -> np.ndarray:
+        asked = super() if isinstance(scene.shapes[index], self.kinds) else Analytic()
+        return asked.outward_normals(scene, index, positions, faces)
+
+    def normals(self, scene: Scene, directions: np.ndarray, objects: np.ndarray, positions: np.ndarray) -> np.ndarray:
+        arguments = scene, directions, objects, positions
+        return np.where(self._of(scene, objects), super().normals(*arguments), Analytic().normals(*arguments))
+
+    def facing(self, scene: Scene, directions: np.ndarray, objects: np.ndarray, normals: np.ndarray) -> np.ndarray:
+        arguments = scene, directions, objects, normals
+        return np.where(self._of(scene, objects)[:, 0], super().facing(*arguments), Analytic().facing(*arguments))
+
+    def albedo(self, scene: Scene, objects: np.ndarray) -> np.ndarray:
+        return np.where(self._of(scene, objects), super().albedo(scene, objects), Analytic().albedo(scene, objects))
+
+    def above_horizon(self, scene: Scene, light: PointLight, starts: np.ndarray, rows: Rows) -> np.ndarray:
+        arguments = scene, light, starts, rows
+        concerned = self._of(scene, rows[Stage.OBJECT])[:, 0]
+        return np.where(concerned, super().above_horizon(*arguments), Analytic().above_horizon(*arguments))

@@ -1,0 +1,286 @@
+"""Mistakes of shadow rays: where they start and end, what blocks them, and which lights are above the horizon."""
+
+from collections.abc import Callable
+
+import numpy as np
+
+from rayproof.cases.scene import PointLight, Scene
+from rayproof.cases.stages import Stage
+from rayproof.reference.analytic import Analytic, Freedom, Rows
+from rayproof.reference.analytic.surfaces import surface_of
+from rayproof.reference.analytic.vectors import dot, length
+from rayproof.reports.mistakes import Family, Mistake, family, known, variant
+
+Between = tuple[np.ndarray | float, np.ndarray | float]
+OWN = 1e-7  # of a shadow ray's length: a shape's own crossing nearer to the ray's start is the start itself
+
+
+class AlongFeelers(Mistake):
+    """Shadow rays are traced from their start: s = 0 there and 1 at the light."""
+
+    def interval(self, light: PointLight, starts: np.ndarray) -> tuple[np.ndarray | float, np.ndarray | float]:
+        """Return the open interval of s in which blockers count."""
+        return 0.0, 1.0
+
+    def blocked(
+        self,
+        scene: Scene,
+        index: int,
+        light: PointLight,
+        objects: np.ndarray,
+        starts: np.ndarray,
+        between: Between = (0.0, 1.0),
+    ) -> np.ndarray:
+        """Return which shadow rays meet the shape in that interval."""
+        surface, source = surface_of(scene.shapes[index]), np.asarray(light.position, dtype=np.float64)
+        low, high = (np.broadcast_to(end, len(starts)) for end in self.interval(light, starts))
+        own, blocked = objects[:, 0] == index, np.zeros(len(starts), dtype=bool)
+        for rays, _, crossing in surface.meetings(source, starts - source):
+            s = 1 - crossing
+            inside = (s > low[rays, np.newaxis]) & (s < high[rays, np.newaxis])
+            inside &= ~own[rays, np.newaxis] | (np.abs(s) > OWN)
+            blocked[rays] |= inside.any(axis=1)
+        return blocked
+
+
+def _along(name: str, sentence: str, *items: str, interval: Callable[[PointLight, np.ndarray], Between]) -> None:
+    known(name, sentence, *items)(
+        type(name, (AlongFeelers,), {"interval": lambda _, light, starts: interval(light, starts)})
+    )
+
+
+def _metres(light: PointLight, starts: np.ndarray) -> np.ndarray:
+    with np.errstate(all="ignore"):
+        return 1 / length(np.asarray(light.position) - starts)
+
+
+_along("beyond_the_light", "lets shapes behind a light cast shadows", "LIT-1", interval=lambda light, p: (0.0, np.inf))
+_along(
+    "blockers_behind",
+    "counts blockers behind the point from which a shadow ray starts, too",
+    "LIT-1",
+    interval=lambda light, p: (-np.inf, 1.0),
+)
+_along(
+    "whole_line",
+    "counts blockers behind the light and behind the point",
+    "LIT-1",
+    interval=lambda light, p: (-np.inf, np.inf),
+)
+_along(
+    "unit_feelers",
+    "gives shadow rays length 1 but compares their t with 1, so that blockers farther than 1 m are missed",
+    "LIT-1",
+    interval=lambda light, p: (0.0, _metres(light, p)),
+)
+_along(
+    "half_way",
+    "lets only the nearer half of the way to a light be blocked",
+    "LIT-1",
+    interval=lambda light, p: (0.0, 0.5),
+)
+
+
+@family(
+    "feeler_length",
+    "lets its shadow rays end at {0} times the way to the light",
+    "LIT-1",
+    starts=[(0.5, 0.8, 0.9, 1.1, 1.3, 2.0)],
+)
+class FeelerLength(Family, AlongFeelers):
+    """The interval ends elsewhere than at the light."""
+
+    def interval(self, light: PointLight, starts: np.ndarray) -> Between:
+        """Return the interval up to the number."""
+        return 0.0, self.numbers[0]
+
+
+OFFSETS = (1e-3, 2e-3, 5e-3, 0.01, 0.02, 0.05, 0.1, 0.2)
+
+
+@family(
+    "feeler_offset",
+    "starts its shadow rays {0} m above the surface, so that nearer blockers are missed",
+    "LIT-5",
+    "LIT-3",
+    starts=[OFFSETS],
+)
+class FeelerOffset(Family):
+    """Shadow rays start off the surface; the light's side is asked at the surface."""
+
+    def visibility(self, scene: Scene, rows: Rows, freedom: Freedom | None = None) -> np.ndarray:
+        """Return visibility from there, where whatever is met blocks."""
+        objects, points = rows[Stage.OBJECT], rows[Stage.POSITION]
+        starts = points + self.numbers[0] * rows[Stage.NORMAL]
+        nobody = np.where(objects >= 0, len(scene.shapes), -1.0)
+        answer = np.zeros((len(objects), len(scene.lights)))
+        for column, light in enumerate(scene.lights):
+            free = (objects[:, 0] >= 0) & self.above_horizon(scene, light, points, rows)
+            for index in range(len(scene.shapes)):
+                free &= ~self.blocked(scene, index, light, nobody, starts)
+            answer[:, column] = free
+        return answer
+
+
+@family(
+    "feeler_skip",
+    "does not see blockers nearer than {0} m to the point from which a shadow ray starts",
+    "LIT-5",
+    "LIT-2",
+    starts=[OFFSETS],
+)
+class FeelerSkip(Family, AlongFeelers):
+    """Shadow rays begin to be blocked some way from the surface."""
+
+    def interval(self, light: PointLight, starts: np.ndarray) -> Between:
+        """Return the interval from there."""
+        return self.numbers[0] * _metres(light, starts), 1.0
+
+
+@known("no_shadows", "casts no shadows", "LIT-1")
+class NoShadows(Mistake):
+    """Nothing blocks."""
+
+    def blocked(
+        self,
+        scene: Scene,
+        index: int,
+        light: PointLight,
+        objects: np.ndarray,
+        starts: np.ndarray,
+        between: Between = (0.0, 1.0),
+    ) -> np.ndarray:
+        """Return False."""
+        return np.zeros(len(objects), dtype=bool)
+
+
+@known("own_shape_passes", "lets no shape cast a shadow on itself", "LIT-1", "LIT-5")
+class OwnShapePasses(Mistake):
+    """A shape does not block the light of its own points."""
+
+    def blocked(
+        self,
+        scene: Scene,
+        index: int,
+        light: PointLight,
+        objects: np.ndarray,
+        starts: np.ndarray,
+        between: Between = (0.0, 1.0),
+    ) -> np.ndarray:
+        """Return what other shapes block."""
+        return super().blocked(scene, index, light, objects, starts, between) & (objects[:, 0] != index)
+
+
+@known("shadows_inverted", "takes what is blocked for visible", "LIT-1")
+class Inverted(Mistake):
+    """Lights above the horizon are visible where something blocks them."""
+
+    def visibility(self, scene: Scene, rows: Rows, freedom: Freedom | None = None) -> np.ndarray:
+        """Return the opposite above the horizon."""
+        found, hit = super().visibility(scene, rows, freedom), rows[Stage.OBJECT][:, 0] >= 0
+        for column, light in enumerate(scene.lights):
+            above = hit & self.above_horizon(scene, light, rows[Stage.POSITION], rows)
+            found[:, column] = above & (found[:, column] == 0)
+        return found
+
+
+def _side(self: Mistake, scene: Scene, rows: Rows) -> np.ndarray:
+    """Return the hits' outward normals (N, 3), never turned."""
+    objects, found = rows[Stage.OBJECT], np.zeros((len(rows[Stage.OBJECT]), 3))
+    for index in range(len(scene.shapes)):
+        here = objects[:, 0] == index
+        if here.any():
+            found[here] = self.outward_normals(scene, index, rows[Stage.POSITION][here], objects[here, 1])
+    return found
+
+
+@known(
+    "feelers_from_the_front",
+    "starts its shadow rays on the front side of two-sided surfaces, even where these are seen from behind",
+    "LIT-5",
+)
+class FromTheFront(Mistake):
+    """The surface itself blocks the lights of its back."""
+
+    def visibility(self, scene: Scene, rows: Rows, freedom: Freedom | None = None) -> np.ndarray:
+        """Return no visibility where the normal was turned."""
+        turned = dot(_side(self, scene, rows), rows[Stage.NORMAL]) < 0
+        return super().visibility(scene, rows, freedom) * ~turned[:, np.newaxis]
+
+
+@known("feelers_from_below", "starts its shadow rays below the surface", "LIT-5")
+class FromBelow(Mistake):
+    """The surface itself blocks every light above its horizon."""
+
+    def visibility(self, scene: Scene, rows: Rows, freedom: Freedom | None = None) -> np.ndarray:
+        """Return no visibility."""
+        return np.zeros((len(rows[Stage.OBJECT]), len(scene.lights)))
+
+
+@known("horizon_reversed", "asks the wrong way round whether a light is above the horizon", "LIT-1")
+class HorizonReversed(Mistake):
+    """Lights below the horizon are asked about."""
+
+    def above_horizon(self, scene: Scene, light: PointLight, starts: np.ndarray, rows: Rows) -> np.ndarray:
+        """Return whether a light is below."""
+        return dot(rows[Stage.NORMAL], np.asarray(light.position) - rows[Stage.POSITION]) < 0
+
+
+class NoHorizon(Mistake):
+    """Lights on either side of a surface are asked about; shadow rays start on the light's side."""
+
+    def visibility(self, scene: Scene, rows: Rows, freedom: Freedom | None = None) -> np.ndarray:
+        """Return visibility from the light's side of each surface."""
+        above = super().visibility(scene, rows, freedom)
+        below = super().visibility(scene, {**rows, Stage.NORMAL: -rows[Stage.NORMAL]}, freedom)
+        return np.maximum(above, below)
+
+    def signed(self, cosine: np.ndarray) -> np.ndarray:
+        """Return what the cosine, of either sign, becomes."""
+        return cosine
+
+    def irradiance_of(self, scene: Scene, light: PointLight, positions: np.ndarray, normals: np.ndarray) -> np.ndarray:
+        """Return the light's share with another cosine."""
+        offset = np.asarray(light.position) - positions
+        with np.errstate(all="ignore"):
+            cosine = dot(normals, offset) / length(offset)
+            toward = offset / length(offset)[:, np.newaxis]
+            full = super().irradiance_of(scene, light, positions, toward)
+            return full * np.nan_to_num(self.signed(cosine))[:, np.newaxis]
+
+
+RAD2 = ("RAD-2", "LIT-1")
+for _name, _sentence, _signed in (
+    (
+        "cosine_not_clamped",
+        "neither clamps the cosine to zero nor asks whether the light is above the horizon",
+        lambda _, c: c,
+    ),
+    (
+        "cosine_absolute",
+        "takes the absolute value of the cosine, so that surfaces are lit from behind",
+        lambda _, c: np.abs(c),
+    ),
+    ("wrapped_cosine", "takes (1 + cosine) / 2 for the cosine", lambda _, c: (1 + c) / 2),
+):
+    known(_name, _sentence, *RAD2)(type(_name, (NoHorizon,), {"signed": _signed}))
+
+
+class Unblocked(NoHorizon):
+    """Lights below the horizon count whatever is between."""
+
+    def visibility(self, scene: Scene, rows: Rows, freedom: Freedom | None = None) -> np.ndarray:
+        """Return visibility of lights above the horizon, and all below it."""
+        return np.maximum(Analytic.visibility(self, scene, rows, freedom), _below(scene, rows))
+
+
+def _below(scene: Scene, rows: Rows) -> np.ndarray:
+    """Return which lights are below each hit's horizon, (N, lights)."""
+    found = np.zeros((len(rows[Stage.OBJECT]), len(scene.lights)))
+    for column, light in enumerate(scene.lights):
+        below = dot(rows[Stage.NORMAL], np.asarray(light.position) - rows[Stage.POSITION]) < 0
+        found[:, column] = below & (rows[Stage.OBJECT][:, 0] >= 0)
+    return found
+
+
+variant("cosine_not_clamped")(Unblocked)
