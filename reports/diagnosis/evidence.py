@@ -163,7 +163,7 @@ class Evidence:
         for stage in self.stages:
             limit = self.right.limits.end_to_end.get(stage, self.right.base.no_limit)
             told |= ~(ratios(stage, against.base.truth[stage], right[stage], limit)[0] <= TELLS)
-        return 2 * np.count_nonzero(told & self.wrong) >= np.count_nonzero(self.wrong)
+        return bool(2 * np.count_nonzero(told & self.wrong) >= np.count_nonzero(self.wrong))
 
     @cached_property
     def drawn(self) -> tuple[np.ndarray, np.ndarray]:

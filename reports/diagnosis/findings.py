@@ -91,8 +91,8 @@ def _srgb(values: np.ndarray) -> tuple[Resolution, str] | None:
     nearest = codes[np.clip(np.searchsorted((codes[1:] + codes[:-1]) / 2, values), 0, 255)]
     if not (np.abs(nearest - values) <= 1e-6 + 1e-5 * values).all():
         return None
-    # Between codes the curve's slope is at most 2.4 times a code's own share of it.
-    return Resolution(relative=0.005, absolute=0.6 / 255 / 12.92, because="sRGB of 8 bits"), "sRGB of 8 bits"
+    # Half a step is 1.2 L / (code + 14) on the curve, which this covers from the darkest to the brightest code.
+    return Resolution(relative=0.012, absolute=0.0004, because="sRGB of 8 bits"), "sRGB of 8 bits"
 
 
 def steps_of(stage: Stage, images: Sequence[np.ndarray]) -> tuple[Resolution, str] | None:

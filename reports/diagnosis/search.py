@@ -234,9 +234,10 @@ def _newton(residuals: Callable[[np.ndarray], np.ndarray], start: np.ndarray, sc
 
 
 def _residuals(case: Evidence, oracle: Mistake) -> np.ndarray:
-    """Return how far an oracle's answers are from the images at the sample, relative, all stages and channels."""
-    values, parts = case.sampled(oracle), []
-    for stage in case.stages:
+    """Return how far an oracle's answers are from the images at the sample, relative, in stages that are wrong."""
+    values, right, parts = case.sampled(oracle), case.sampled(Mistake()), []
+    wrong = [stage for stage in case.stages if case.off(right, (stage,)).any()]
+    for stage in wrong or case.stages:
         if stage in (Stage.OBJECT, Stage.VISIBILITY):
             continue
         own, theirs = case.own[stage], values[stage]
