@@ -60,7 +60,7 @@ class TracedDisk(TracedPlane):
 
     slot, endless = "square", False
 
-    def arrays(self, types):
+    def arrays(self, types):  # pyright: ignore[reportIncompatibleMethodOverride]  # a square's, as its slot asks
         """Return what a square is given as well, for its own formula is asked beside the user's."""
         return CubeArrays()
 
