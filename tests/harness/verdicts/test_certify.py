@@ -171,6 +171,7 @@ def test_what_rounding_decides_is_undecidable_and_no_fault_of_the_judges() -> No
     ways = [ORACLE.distances(case.scene, rays, np.tile((index, 0.0), (len(rays), 1))) for index in planes]
     with np.errstate(invalid="ignore"):
         shared = (np.abs(ways[0] - ways[1]) <= 1e-9 * np.abs(ways[0])).reshape(size)
+    shared &= np.isin(truth[Stage.OBJECT][..., 0], planes)
     # Who answers sees in each place the plane that the oracle does not.
     named = np.where(truth[Stage.OBJECT][..., 0] == planes[0], planes[1], planes[0])
     spoilt = dict(truth)
