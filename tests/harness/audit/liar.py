@@ -218,6 +218,13 @@ def _among_sides(
     undecided = np.zeros((len(rows), len(scene.lights)), dtype=bool)
     if Stage.VISIBILITY in samples:
         undecided = (np.ptp(samples[Stage.VISIBILITY], axis=1) > 0) | changing[0][:, np.newaxis]
+        # Nor does anybody know of a light in the plane of what it lights.
+        here = {name: against.base.truth[name][rows, columns] for name in (Stage.POSITION, Stage.NORMAL)}
+        for index, light in enumerate(scene.lights):
+            way = np.asarray(light.position) - here[Stage.POSITION]
+            cosine = np.abs(np.sum(way * here[Stage.NORMAL], axis=1))
+            off = against.limits.cosine[rows, columns, index] * np.linalg.norm(way, axis=1)
+            undecided[:, index] |= cosine <= off
     least, most = _range(scene, stage, samples, undecided, against.limits.cosine[rows, columns])
     value = ours[rows, columns]
     slack = limit if limit.ndim == 3 else limit[..., np.newaxis]

@@ -166,14 +166,28 @@ def test_what_rounding_decides_is_undecidable_and_no_fault_of_the_judges() -> No
     # Two planes share four fifths of what is seen.
     (case,) = select(["random/1/18"])
     truth = ORACLE.render(case.scene, stages_of(case.scene))
+    rays, size = truth[Stage.RAY].reshape(-1, 3), truth[Stage.OBJECT].shape[:2]
+    planes = [index for index, shape in enumerate(case.scene.shapes) if type(shape).__name__ == "Plane"]
+    ways = [ORACLE.distances(case.scene, rays, np.tile((index, 0.0), (len(rays), 1))) for index in planes]
+    with np.errstate(invalid="ignore"):
+        shared = (np.abs(ways[0] - ways[1]) <= 1e-9 * np.abs(ways[0])).reshape(size)
+    shared &= np.isin(truth[Stage.OBJECT][..., 0], planes)
+    # Who answers sees in each place the plane that the oracle does not.
+    named = np.where(truth[Stage.OBJECT][..., 0] == planes[0], planes[1], planes[0])
+    spoilt = dict(truth)
+    spoilt[Stage.OBJECT] = truth[Stage.OBJECT].copy()
+    spoilt[Stage.OBJECT][shared, 0] = named[shared]
+    for stage in IMAGE_STAGES[2:]:
+        spoilt[stage] = ORACLE.continue_from(case.scene, stage, spoilt)
     answers = {
-        stage: image if stage is Stage.CAMERA else np.float64(np.float32(image)) for stage, image in truth.items()
+        stage: image if stage is Stage.CAMERA else np.float64(np.float32(image)) for stage, image in spoilt.items()
     }
     ours, panel = candidate(answers), [witness(truth)]
     judged = judge(case, ours, panel)
 
     found = certified(judged, ours, panel)
 
+    assert shared.mean() > 0.5
     assert Outcome.UNDECIDED in {check.outcome for check in judged.checks}
     assert (found.wrong, found.undecided, found.undecidable) == ((), (), ("ours",))
 

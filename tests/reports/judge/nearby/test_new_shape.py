@@ -24,7 +24,8 @@ from rayproof.reports.judge.oracle import stages_of
 from rayproof.reports.run.tracer_task import shadow_epsilons
 from rayproof.tracer.configuration import Configuration
 from rayproof.tracer.render import render
-from rayproof.tracer.shapes.primitives import KINDS, CubeArrays, TracedPlane
+from rayproof.tracer.shapes.primitives import KINDS, CubeArrays
+from rayproof.tracer.shapes.shape import TracedShape
 from tests.reports.judge.scenes import ORACLE, against, candidate, followed, put, rounded, truth_of_scene
 
 FORMULA = f"square={Path(__file__).with_name('disk_formula.py')}:disk"
@@ -55,10 +56,10 @@ def round_surface(_shape: Disk, linear: np.ndarray, offset: np.ndarray) -> Surfa
     return Round(point=offset, normal=units(inverse[2]), to_object=inverse)
 
 
-class TracedDisk(TracedPlane):
+class TracedDisk(TracedShape):
     """A disk, as traced by the slot of squares."""
 
-    slot, endless = "square", False
+    slot = "square"
 
     def arrays(self, types):  # pyright: ignore[reportIncompatibleMethodOverride]  # a square's, as its slot asks
         """Return what a square is given as well, for its own formula is asked beside the user's."""

@@ -12,11 +12,14 @@ from rayproof.cases.stages import Stage
 from rayproof.reference.analytic import Analytic
 from rayproof.reports.judge.answers import Answers
 from rayproof.reports.judge.case import judge_case
+from rayproof.reports.judge.oracle import stages_of
+from rayproof.reports.judge.sentinels import EDGE_CASE, SIDE, edge_scene
 from rayproof.reports.results.images import read_answers, read_pixels
 from rayproof.reports.results.outcomes import Outcome
 from rayproof.reports.run.judge_task import keep_images, masks
 from rayproof.reports.run.messages import JudgeTask
 from rayproof.reports.run.options import EVERY_CASE, KeptImages, images_to_keep
+from tests.reports.judge.scenes import candidate, rounded, witness
 
 
 @pytest.fixture(scope="module")
@@ -124,11 +127,16 @@ def test_what_can_not_be_kept_is_refused(text):
         images_to_keep(text, cases=1)
 
 
-def test_the_mask_has_an_outline_and_leaves_most_alone(task):
-    asked = task()
-    found = masks(asked, judge_case(asked.case, asked.subjects, asked.references, Analytic(), {}).base)
+def test_the_mask_has_what_rounding_explains_and_nothing_else(task):
+    # The border of a square meets the centres of 28 pixels, and each shows what the oracle does not.
+    stages = stages_of(EDGE_CASE.scene)
+    truth, *shown = (Analytic().render(edge_scene(SIDE * (1 + part)), stages) for part in (0.0, 1e-9, -1e-9))
+    other = next(each for each in shown if (each[Stage.OBJECT] != truth[Stage.OBJECT]).any())
+    subject, reference = candidate(rounded(other)), witness(truth)
+    asked = replace(task(), case=EDGE_CASE, subjects=(subject,), references=(reference,))
+
+    found = masks(asked, judge_case(EDGE_CASE, [subject], [reference], Analytic(), {}))
 
     assert found is not None
-    bits = np.frombuffer(zlib.decompress(b64decode(found["data"])), np.uint8)
-    assert len(bits) == found["width"] * found["height"]
-    assert 0 < np.count_nonzero(bits) < len(bits) / 10
+    bits = np.frombuffer(zlib.decompress(b64decode(found["data"])), np.uint8).reshape(found["height"], found["width"])
+    np.testing.assert_array_equal(bits > 0, (other[Stage.OBJECT] != truth[Stage.OBJECT]).any(axis=-1))
