@@ -12,11 +12,7 @@ from rayproof.reports.results.records import schema
 from tests.reports.checks import recorded
 
 MEASURED = {"worst_ratio": 0.5, "worst_error": 1e-7, "limit": 2e-7, "ulp": 1.5, "pixel": [3, 1]}
-<<<<<<< HEAD
 MEASURED |= {"explained": 3, "interior": 9}
-=======
-MEASURED |= {"interior": 9, "explained": 3}
->>>>>>> part-h
 EXAMINED = {"pixels": 12}
 CHECK = {
     "configuration": "float32", "reference": "analytic", "stage": "ray", "verdict": "pass", "reason": "", "ratio": 0.5,
@@ -63,7 +59,6 @@ def test_what_checks_have_in_common_stands_once_and_comes_back():
 
     (case,) = compacted(results)["cases"]
 
-<<<<<<< HEAD
     usual = {
         "end_to_end": {
             "worst_ratio": 0.5,
@@ -75,9 +70,6 @@ def test_what_checks_have_in_common_stands_once_and_comes_back():
             "ulp": 1.5,
         }
     }
-=======
-    usual = {"end_to_end": MEASURED | {"pixel": (3, 1)}}
->>>>>>> part-h
     assert case["because"] == {"analytic": {"ray": 0, "object": 0}, "radiance": {"ray": 0, "object": 0}}
     assert [group["stages"]["ray"] for group in case["checks"]] == [usual] * 2 + [usual | {"because": 1}] * 2
     assert results == before
@@ -86,22 +78,14 @@ def test_what_checks_have_in_common_stands_once_and_comes_back():
 
 def test_what_is_not_usual_is_written_and_read():
     exact = MEASURED | {"worst_ratio": 0, "worst_error": 0, "limit": 0, "ulp": 0, "pixel": [0, 0]}
-<<<<<<< HEAD
     counts = EXAMINED | {"rounding": 2, "epsilon": 1, "wrong": 3}
-=======
-    counts = EXAMINED | {"wrong": 3}
->>>>>>> part-h
     unusual = [
         CHECK | {"verdict": "fail", "reason": "it is off", "ratio": 2.0, "examined": counts},
         CHECK | {"stage": "object", "end_to_end": exact, "continued": exact, "ratio": 0},
         CHECK | {"stage": "normal", "end_to_end": MEASURED | {"wrong": 2, "nan": 1}, "continued": MEASURED},
         CHECK | {"stage": "position", "end_to_end": MEASURED | {"interior": 0}},
         CHECK | {"stage": "irradiance", "continued": exact | {"explained": 0, "interior": 12}},
-<<<<<<< HEAD
         CHECK | {"stage": "distance", "continued": MEASURED | {"worst_ratio": "inf", "mean_wrong": "nan"}},
-=======
-        CHECK | {"stage": "distance", "continued": MEASURED | {"worst_ratio": "inf", "worst_error": "nan"}},
->>>>>>> part-h
         CHECK | {"stage": "camera", "end_to_end": None, "examined": {"pixels": 78}},
         CHECK | {"stage": "exitance", "examined": {"pixels": 78, "unexamined": 78}},
         CHECK | {"stage": "radiance", "end_to_end": None, "ratio": 0.0, "examined": None},
