@@ -44,7 +44,12 @@ def run(outcomes: dict[Outcome, int], answered: int, request: RunOptions) -> tup
         "checks": {outcome.value: 0 for outcome in Outcome} | {"planned": 0},
         "answered": {"cases": answered, "planned_cases": planned},
         "least_coverage": least_coverage(request),
-        "gate": {"red": False, "sentence": "Green.", "cases": []},
+        "gate": {
+            "red": False,
+            "sentence": "Green.",
+            "cases": [],
+            **dict.fromkeys(("regressions", "expired", "stale", "tighten"), []),
+        },
         "cases": [],
     }
     return code_of(request, results, found, Console(quiet=True), tracer=False), results

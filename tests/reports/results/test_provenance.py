@@ -126,7 +126,7 @@ def test_what_differs_is_named_and_a_changed_input_is_not_executed(rayproof: Ray
     changed = rayproof("report", "kept", "--reproduce", "--trust")
 
     assert differs.code == 1
-    assert "stability: 1 of 1 results differ" in differs.out
+    assert "stability: 1 of 2 results differ" in differs.out
     assert "SPH-TAN sphere=mine.py:hit float32: " in differs.out
     assert changed.code == 2
     assert "mine.py is not what it was" in changed.error
