@@ -62,7 +62,7 @@ def test_a_program_that_is_right_about_a_scene_only_once_fails(
     growing = totals.of([{**record, "growth": 2_100_000}]).growing
     assert growing == ["at primitives/sphere the program's memory grew by 2.1 MB a scene over 100 scenes"]
     assert no_say({**results, "growing": growing})[0] == growing[0]
-    assert f"{growing[0]}." in remarks({**results, "growing": growing})
+    assert f"A{growing[0][1:]}." in remarks({**results, "growing": growing})
 
 
 DYING = """
