@@ -387,7 +387,7 @@ def blame_in_words(case: CaseRecord) -> str:
     """Return the blamed stage of a case, and the items that may be to blame with their names; or an empty string."""
     told = case.get("blamed_items")
     items = [str(item) for item in told if item] if isinstance(told, list | tuple) else []
-    items = items or [str(case["item"])] * bool(case.get("item"))
+    items = items or [str(item) for item in (case.get("item"),) if item]
     words = [f"{legible(item)} ({TITLES[item]})" if item in TITLES else legible(item) for item in items]
     named = " or ".join(words) if len(words) <= FEW else f"one of {len(words)} items"
     return " ".join(filter(None, (legible(case.get("stage") or ""), named)))

@@ -196,7 +196,10 @@ class Asking:
             problems = list(self.problems.within(range(1)))
             clouds = [self._of_itself(rows, columns, self.declared), self._cloud(pixels, problems, self.declared)]
             values = joined(clouds).rows[stage]
-            off[rows, columns] = np.abs(values - truth[stage][rows, columns]).max(axis=0)
+            own = truth[stage][rows, columns]
+            with np.errstate(invalid="ignore"):  # an infinite value of both is no difference
+                apart = np.where(values == own, 0.0, np.abs(values - own))
+            off[rows, columns] = apart.max(axis=0)
         return off
 
     # Rounds.

@@ -89,9 +89,11 @@ HOW = (
     "configurations",
     "patient",
     "diagnose",
+    "least_coverage",
 )
-# Of a subject: what it is called, is told by its title; what it runs and can, by its identity; limits change no answer.
-TOLD_BY_IDENTITY = ("name", "command", "capabilities", "variables", "seconds", "memory")
+# The title of a subject tells its name and transport. Its identity tells its command, what it declares and what it can
+# do. Limits of time and memory change no answer.
+TOLD_BY_IDENTITY = ("name", "transport", "command", "capabilities", "declare", "variables", "seconds", "memory")
 # Other values of what cannot be guessed from the value that is there.
 OTHERS: Mapping[tuple[str, str], Any] = {
     ("Scene", "shading"): "simplified",
@@ -114,6 +116,7 @@ OTHERS: Mapping[tuple[str, str], Any] = {
     ("Demands", "require"): ("analytic",),
     ("Demands", "own"): ("sphere=mine.py:nearest_hit 0",),
     ("JudgementKey", "notes"): ("it says so",),
+    ("Resolution", "steps"): np.full(_IMAGE.shape, 0.25),
     ("RenderKey", "settings"): {"quality": "2"},
 }
 

@@ -30,5 +30,4 @@ def test_a_run_whose_radiance_does_not_start_says_so_and_plans_the_same_checks(
 
     assert planned[0] == planned[1]
     assert lost == {"undecided"}
-    assert "The panel lost radiance: pyradiance carries no oconv and no rtrace" in headline(results)
-    assert "The panel lost radiance" in ended.out
+    assert "the panel lost Radiance (rtrace): pyradiance carries no oconv and no rtrace" in headline(results)

@@ -102,8 +102,8 @@ def test_it_climbs_ladders_where_nothing_is_expected_of_it(rayproof: Rayproof, f
     ended = rayproof("stability", FORMULA, *arguments)
 
     assert ended.code == 0
-    (climb,) = json.loads((folder / "s.json").read_text())["ladders"]
-    assert climb["formula"] == FORMULA
+    climbs = json.loads((folder / "s.json").read_text())["ladders"]
+    (climb,) = (one for one in climbs if one["formula"] == FORMULA)
     assert climb["expected"] == "none"
     assert climb["slope"] == pytest.approx(2, abs=0.2)  # as the textbook's: it subtracts two squares
 

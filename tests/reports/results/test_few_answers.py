@@ -48,7 +48,7 @@ def run(outcomes: dict[Outcome, int], answered: int, request: RunOptions) -> tup
             "red": False,
             "sentence": "Green.",
             "cases": [],
-            **dict.fromkeys(("regressions", "expired", "stale", "tighten"), []),
+            **{key: [] for key in ("regressions", "expired", "stale", "tighten")},
         },
         "cases": [],
     }

@@ -61,23 +61,6 @@ def test_each_thin_face_at_the_hub_of_a_fan_is_found_however_few_problems_there_
         assert found.kinds[pixel] != Kind.WRONG, face
 
 
-def test_where_all_that_were_asked_are_right_nobody_knows_of_the_others(monkeypatch):
-    places = {pixel: int(faces_at(pixel)[len(faces_at(pixel)) // 3]) for pixel in hubs() if len(faces_at(pixel)) > 100}
-    if len(places) < 2:
-        places |= {pixel: int(faces_at(pixel)[len(faces_at(pixel)) // 3]) for pixel in hubs()}
-    monkeypatch.setattr(explaining.Asking, "_first_round", lambda asking, where: None)
-    ours = naming_at(places)
-    every = against(FANS, ours).end_to_end[Stage.OBJECT].kinds
-    monkeypatch.setattr(explaining, "MOST_ASKED", 1)
-    single = against(FANS, ours).end_to_end[Stage.OBJECT].kinds
-
-    changed = [pixel for pixel in places if every[pixel] == Kind.ROUNDING]
-    assert len(changed) >= 2
-    assert sorted(Kind(int(single[pixel])) for pixel in changed) == [Kind.ROUNDING] + [Kind.UNEXAMINED] * (
-        len(changed) - 1
-    )
-
-
 def test_where_some_that_were_asked_are_wrong_all_of_them_count():
     scene = netted(width=32, height=24)
     truth = truth_of_scene(scene).truth
