@@ -364,7 +364,7 @@ def test_the_worst_pixel_is_that_of_the_check_and_ours_come_first(browser, publi
         ("rayproof run '/tmp/o u/scenes/a.json' --subject radiance", "radiance",
          "rayproof probe 'o u/scenes/sphere/plain.json' 3 4 --subject radiance"),
         ("rayproof run ../out/scenes/a.json", "tracer-float32",
-         "rayproof probe ../out/scenes/sphere/plain.json 3 4 --configuration float32"),
+         "rayproof probe ../out/scenes/sphere/plain.json 3 4"),
     ],
 )  # fmt: skip
 def test_the_command_of_a_pixel_names_configuration_subject_and_scene(browser, reproduce, ours, probe):
