@@ -59,9 +59,9 @@ class Matrix:
     cells: Mapping[tuple[str, str], Cell]
 
     def agree(self, one: str, other: str) -> bool | None:
-        """Say whether two renderers agree, either way round; None where they cannot be compared."""
-        both = [self.cells[pair] for pair in ((one, other), (other, one)) if pair in self.cells]
-        return all(cell.agrees for cell in both) if both else None
+        """Say whether two renderers agree; None where they cannot be compared."""
+        cell = self.cells.get((one, other))
+        return None if cell is None else cell.agrees
 
     def answered(self) -> tuple[str, ...]:
         """Return who can be compared with anybody here."""

@@ -9,7 +9,7 @@ import numpy as np
 from msgspec import structs
 
 from rayproof.cases.rounding import gamma
-from rayproof.cases.scene import Motion
+from rayproof.cases.scene import Mesh, Motion
 from rayproof.cases.stages import Stage
 from rayproof.reference.analytic import Analytic
 from rayproof.reference.mitsuba3 import _Mitsuba
@@ -237,16 +237,18 @@ def continued_excused() -> Iterator[None]:
 @FAULTS.register("judge/holes_excused", where="judge", stage=None)
 @contextmanager
 def holes_excused() -> Iterator[None]:
-    """Move the vertices of a mesh far apart from each other.
+    """Move the faces of a mesh apart.
 
-    Nearby meshes have cracks, so that a hole between faces passes.
+    Nearby meshes have cracks between their faces, so that a hole passes.
     """
-    right = Motion.of_places
+    right = Mesh.moved
 
-    def wrong(self: Motion, places: np.ndarray) -> np.ndarray:
-        return right(self, places) + 1e-3 * self.draw.uniform(-1, 1, places.shape)
+    def wrong(self: Mesh, motion: Motion) -> Mesh:
+        apart = np.arange(3 * len(self.faces), dtype=np.int32).reshape(-1, 3)
+        moved = right(replace(self, vertices=self.vertices[self.faces].reshape(-1, 3), faces=apart), motion)
+        return replace(moved, vertices=moved.vertices + 1e-3 * motion.draw.uniform(-1, 1, moved.vertices.shape))
 
-    with altered(Motion, "of_places", wrong):
+    with altered(Mesh, "moved", wrong):
         yield
 
 
@@ -430,23 +432,6 @@ def majority_alone() -> Iterator[None]:
         return replace(found, alone=found.majority, majority=found.alone) if found.alone else found
 
     with replaced(right, wrong):
-        yield
-
-
-@FAULTS.register("judge/matrix_transposed", where="judge", stage=None)
-@contextmanager
-def matrix_transposed() -> Iterator[None]:
-    """Transpose both tables of the record.
-
-    The panel's matrix has its rows where its columns belong.
-    """
-    right = Matrix.as_json
-
-    def wrong(self: Any) -> Any:
-        told = right(self)
-        return told | {name: [list(row) for row in zip(*told[name], strict=True)] for name in ("ratio", "differing")}
-
-    with altered(Matrix, "as_json", wrong):
         yield
 
 
