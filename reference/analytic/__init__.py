@@ -152,7 +152,7 @@ class Analytic:
                 part[asked] = values
             _put(hits, where, index, whole)
         if freedom.named is not None:
-            distances = self.distances(scene, directions, freedom.named)
+            distances = self.distances(scene, directions, freedom.named, freedom)
             there = np.flatnonzero(distances <= last)
             hits.objects[there], hits.distances[there] = freedom.named[there], distances[there]
             rows = {Stage.RAY: directions[there], Stage.OBJECT: hits.objects[there]}
