@@ -121,7 +121,7 @@ def test_the_way_from_the_readme_to_a_green_a_red_and_a_repaired_gate(
     assert green == (0, "gate green; cases: fail: gated/index.html", "gate green: 0 of 1 pass, 1 known to fail")
     worse = wrong.replace("flux / (4 * np.pi)", "flux / (2 * np.pi)")
     assert run(gated, worse) == (1, "gate red; cases: fail: gated/index.html", "gate red: 0 of 1 pass")
-    head = "The gate known.json is red: 1 new ("
+    head = "The gate known.json is red: 1 new (the renderer leaves out the model matrix "
     assert (tmp_path / "gated" / "summary.md").read_text().replace("\\", "").startswith(f"# rayproof: {head}")
     page = (tmp_path / "gated" / "index.html").read_text()
     assert "<title>rayproof: gate red</title>" in page
