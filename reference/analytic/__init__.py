@@ -15,7 +15,7 @@ import numpy as np
 from rayproof.cases.scene import Camera, PointLight, Scene
 from rayproof.cases.stages import IMAGE_STAGES, Stage, StageImages
 from rayproof.reference.analytic.camera import camera_answer, pixel_centers, view_of
-from rayproof.reference.analytic.surfaces import Crossing, surface_of
+from rayproof.reference.analytic.surfaces import Between, Crossing, surface_of
 from rayproof.reference.analytic.vectors import dot, ends_of, length
 
 Rows = Mapping[Stage, np.ndarray]  # stage -> (N, channels)
@@ -232,7 +232,7 @@ class Analytic:
         light: PointLight,
         objects: np.ndarray,
         starts: np.ndarray,
-        between: tuple[np.ndarray | float, np.ndarray | float] = (0.0, 1.0),
+        between: Between = (0.0, 1.0),
     ) -> np.ndarray:
         """Return whether shape `index` lies strictly between the light and points on the given objects, (N,).
 

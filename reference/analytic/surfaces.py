@@ -30,6 +30,8 @@ class Crossing(NamedTuple):
 
 
 Meetings = Iterator[tuple[np.ndarray, np.ndarray, np.ndarray]]
+# The open interval of shares of a shadow ray in which blockers count, one for all rays or one for each (N,).
+Between = tuple[np.ndarray | float, np.ndarray | float]
 
 
 class Surface:
@@ -127,7 +129,7 @@ class Surface:
         apex: np.ndarray,
         segments: np.ndarray,
         ends: Ends,
-        between: tuple[np.ndarray | float, np.ndarray | float] = (0.0, 1.0),
+        between: Between = (0.0, 1.0),
         without: np.ndarray | None = None,
     ) -> np.ndarray:
         """Return which segments from the apex meet the surface strictly between their ends, shape (N,).

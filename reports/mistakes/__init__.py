@@ -18,7 +18,7 @@ from rayproof.cases.registry import Registry
 from rayproof.cases.scene import PointLight, Scene, Shape
 from rayproof.cases.stages import Stage
 from rayproof.reference.analytic import Analytic, Rows
-from rayproof.reference.analytic.surfaces import Crossing
+from rayproof.reference.analytic.surfaces import Between, Crossing
 
 
 class Mistake(Analytic):
@@ -166,7 +166,7 @@ class _Some(Mistake):
         light: PointLight,
         objects: np.ndarray,
         starts: np.ndarray,
-        between: tuple[np.ndarray | float, np.ndarray | float] = (0.0, 1.0),
+        between: Between = (0.0, 1.0),
     ) -> np.ndarray:
         asked = super() if isinstance(scene.shapes[index], self.kinds) else Analytic()
         return asked.blocked(scene, index, light, objects, starts, between)

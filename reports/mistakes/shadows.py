@@ -7,18 +7,17 @@ import numpy as np
 from rayproof.cases.scene import PointLight, Scene
 from rayproof.cases.stages import Stage
 from rayproof.reference.analytic import Analytic, Freedom, Rows
-from rayproof.reference.analytic.surfaces import surface_of
+from rayproof.reference.analytic.surfaces import Between, surface_of
 from rayproof.reference.analytic.vectors import dot, length
 from rayproof.reports.mistakes import Family, Mistake, family, known, variant
 
-Between = tuple[np.ndarray | float, np.ndarray | float]
 OWN = 1e-7  # of a shadow ray's length: a shape's own crossing nearer to the ray's start is the start itself
 
 
 class AlongFeelers(Mistake):
     """Shadow rays are traced from their start: s = 0 there and 1 at the light."""
 
-    def interval(self, light: PointLight, starts: np.ndarray) -> tuple[np.ndarray | float, np.ndarray | float]:
+    def interval(self, light: PointLight, starts: np.ndarray) -> Between:
         """Return the open interval of s in which blockers count."""
         return 0.0, 1.0
 

@@ -20,7 +20,7 @@ from rayproof.cases.scene import (
     Triangle,
 )
 from rayproof.reference.analytic import Analytic, Freedom, Hits
-from rayproof.reference.analytic.surfaces import Crossing, Meetings, Polygons, Surface, bundles, surface_of
+from rayproof.reference.analytic.surfaces import Between, Crossing, Meetings, Polygons, Surface, bundles, surface_of
 from rayproof.reference.analytic.vectors import dot, ends_of, length, units
 from rayproof.reports.mistakes import Family, Mistake, family, known, variant
 
@@ -273,7 +273,7 @@ class OtherSurfaces(Mistake):
         light: PointLight,
         objects: np.ndarray,
         starts: np.ndarray,
-        between: tuple[np.ndarray | float, np.ndarray | float] = (0.0, 1.0),
+        between: Between = (0.0, 1.0),
     ) -> np.ndarray:
         """Return which shadow rays it blocks."""
         surface = self.surface(scene.shapes[index])
@@ -374,7 +374,7 @@ class BackFacesPass(Mistake):
         light: PointLight,
         objects: np.ndarray,
         starts: np.ndarray,
-        between: tuple[np.ndarray | float, np.ndarray | float] = (0.0, 1.0),
+        between: Between = (0.0, 1.0),
     ) -> np.ndarray:
         """Return which shadow rays meet a triangle's front."""
         if not isinstance(scene.shapes[index], TRIANGLES):
@@ -455,7 +455,7 @@ class InObjectSpace(Mistake):
         light: PointLight,
         objects: np.ndarray,
         starts: np.ndarray,
-        between: tuple[np.ndarray | float, np.ndarray | float] = (0.0, 1.0),
+        between: Between = (0.0, 1.0),
     ) -> np.ndarray:
         """Return which shadow rays meet it between their start and the light."""
         shape = scene.shapes[index]
