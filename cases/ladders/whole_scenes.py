@@ -363,7 +363,7 @@ SCENE_LADDERS: tuple[SceneLadder, ...] = (
     ),
     SceneLadder(
         name="condition", quantity="Condition of the matrix", unit="", values=_halves(0, 8),
-        scene=_squeezed, control=True, formulas=Formulas(ladder="XF-COND", formula="to_object/inverse"),
+        scene=_squeezed, control=True,
     ),
     SceneLadder(name="radii", quantity="Ratio of two spheres' radii", unit="", values=_halves(0, 8), scene=_unequal),
     SceneLadder(

@@ -116,8 +116,9 @@ def test_what_differs_is_named_and_a_changed_input_is_not_executed(rayproof: Ray
     )
     record = folder / "kept" / "stability" / "SPH-TAN.json"
     document = json.loads(record.read_text())
-    document["climbs"][0]["slope"] += 7.0
-    document["climbs"][0]["slope_interval"] = [7.0, 8.0]
+    climb = next(one for one in document["climbs"] if one["formula"] == "sphere=mine.py:hit")
+    climb["slope"] += 7.0
+    climb["slope_interval"] = [7.0, 8.0]
     record.write_text(json.dumps(document))
 
     differs = rayproof("report", "kept", "--reproduce", "--trust")
