@@ -141,8 +141,8 @@ def covering(scene: Scene, *more: str) -> tuple[str, ...]:
 
     A family adds the items of alternative formulas by hand. Triangles and meshes are baked into world space before
     rendering, so their transforms exercise no XF item. A
-    scene where nothing can block a light needs no feeler: alone, only a mesh shadows itself, or a two-sided sphere or
-    cube that is lit through its wall.
+    scene where nothing can block a light needs no shadow ray: alone, only a mesh shadows itself, or a two-sided sphere
+    or cube that is lit through its wall.
     """
     shapes = scene.shapes
     items = {"CAM-1", "CAM-2", "CAM-3", "CAM-4", *more}

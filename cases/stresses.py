@@ -32,7 +32,7 @@ def stressing(slot: str) -> tuple[str, ...]:
 
 # Blockers a thousandth of the scene's scale above a floor, from a tenth of a millimetre to a thousand kilometres.
 #
-# A feeler that starts too high leaks light under the blocker; one that starts too low shadows itself.
+# A shadow ray that starts too high leaks light under the blocker; one that starts too low shadows itself.
 
 
 GAP = 2.0**-10  # of the scale
@@ -64,7 +64,7 @@ def contact(scale: float) -> Iterator[tuple[str, Scene]]:
         yield f"view_{number}", Scene(camera=camera, shapes=(floor, tile), lights=(light,))
 
 
-CONTACT_SLOTS = ("feeler", "segment", "obstructed", "horizon", "falloff", "lambert")
+CONTACT_SLOTS = ("shadow_ray", "segment", "obstructed", "horizon", "falloff", "lambert")
 
 
 for _label, _scale in (("1e-4", 1e-4), ("1", 1.0), ("1e6", 1e6)):

@@ -14,12 +14,12 @@ Beyond the protocol a class may have, each looked up by name:
     settings(scene)              a dict of text: the settings that its answer depends on, for report and cache
     resolution(scene, stage)     a cases.stages.Resolution where its output is coarser than its arithmetic, or None
     notes(scene)                 sentences: where it answers another question than the one asked
-    epsilon_at(answers)          m, number or (height, width): what it ignores at a feeler's start
+    epsilon_at(answers)          m, number or (height, width): what it ignores at a shadow ray's start
     epsilon_in(scene, answers)   the same, where it depends on more of the scene than was seen
     ray_epsilon                  m: hits nearer to a ray's origin than this are not seen
     edge_epsilon(scene)          m: so far beyond a flat shape's edge points may count as inside
     tie_epsilon(scene)           m: of surfaces no farther apart along a ray than this it names either
-    light_epsilon                of a feeler's length: blockers nearer to the light than this are not seen
+    light_epsilon                of a shadow ray's length: blockers nearer to the light than this are not seen
 """
 
 from rayproof.cases.registry import Entry, Table

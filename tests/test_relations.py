@@ -330,7 +330,7 @@ def scene_of(name: str) -> Scene:
 RELATIONS: tuple[tuple[Relation, str, str], ...] = (
     (turned_world, "several_lights/inverse_square", "to_object=fault_moved_direction"),
     (mirrored_world, "random_scenes/seed_2", "world_normal=fault_world_winding"),
-    (small_world, "random_scenes/seed_2", "feeler=fault_wide_offset"),
+    (small_world, "random_scenes/seed_2", "shadow_ray=fault_wide_offset"),
     (wider_image, "random_scenes/seed_2", "half_extent=fault_no_aspect"),
     (same_view, "random_scenes/seed_2", "basis=fault_up_as_given"),
     (clipped_hits, "random_scenes/seed_2", "clip_depth=fault_far_ignored"),

@@ -2,9 +2,9 @@
 
 Few primitives are unrolled: nothing is cheaper than a formula whose numbers are constants, but to go past it. In a
 large image a lane takes several samples in a row, so that asking what they may meet costs little. More primitives go
-into trees, and a lane takes a whole tile of samples through them. Fused into one kernel the feelers of a tile go
+into trees, and a lane takes a whole tile of samples through them. Fused into one kernel the shadow rays of a tile go
 together as well, in fewer rows where triangles are nearly as small as pixels; where the image is small, or a mesh is as
-deep as hair, a second kernel takes feelers one by one.
+deep as hair, a second kernel takes shadow rays one by one.
 """
 
 from collections import Counter
@@ -33,7 +33,7 @@ DUST = 2.5  # and from which on only two by two go together
 FINE, CLOSED = 0.5, 1.5
 FINE_DUST = {"float32": (7.5, 2.0), "float64": (2.5, 1.0)}  # of open sheets, and of closed bodies
 # Meshes that cover their box more often than this are hair or dust: neighbours see triangles that lie one behind the
-# other, and feelers of a tile would go one group after the other. It is asked from so many triangles per sample on.
+# other, and shadow rays of a tile would go one group after the other. It is asked from so many triangles per sample on.
 DEEP, SCATTERED = 5.0, 0.25
 FINE_DEEP = {"float32": SCATTERED, "float64": SMALL}  # from which on one loop goes through their tree
 # How far a hit may lie beside its triangle is known of the default formula, and parts have room for it.

@@ -1,4 +1,4 @@
-"""The classes `Ray`, `Interval`, `Hit`, `NearestHit` and `Feeler`."""
+"""The classes `Ray`, `Interval`, `Hit`, `NearestHit` and `ShadowRay`."""
 
 from dataclasses import dataclass, field
 from typing import Any
@@ -50,7 +50,7 @@ class NearestHit:
 
 @dataclass(frozen=True, kw_only=True)
 class Hit:
-    """A hit point as a light feeler sees it."""
+    """A hit point as a shadow ray sees it."""
 
     position: Any  # m
     normal: Any  # the side that the light must be on
@@ -62,7 +62,7 @@ class Hit:
 
 @dataclass(frozen=True, kw_only=True)
 class Start:
-    """Where a feeler begins; t = 1 is the light."""
+    """Where a shadow ray begins; t = 1 is the light."""
 
     origin: Any  # m
     nearest: Any = 0.0  # t below which nothing counts
@@ -71,8 +71,8 @@ class Start:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Feeler:
-    """A light feeler: t in the interval is tested, the shape `skip` (or None) is left out."""
+class ShadowRay:
+    """A shadow ray: t in the interval is tested, the shape `skip` (or None) is left out."""
 
     ray: Ray
     interval: Interval

@@ -1,7 +1,7 @@
 """Family `acne`: contact, long grazing light, the terminator, a light on a surface, layers.
 
-A feeler that starts a rounding error below its surface hits that surface. The danger grows with the distance from the
-eye and with the slant of the light; a strategy that starts too far away loses the shadow where things touch.
+A shadow ray that starts a rounding error below its surface hits that surface. The danger grows with the distance from
+the eye and with the slant of the light; a strategy that starts too far away loses the shadow where things touch.
 """
 
 from collections.abc import Iterator
@@ -125,7 +125,7 @@ def acne() -> Iterator[Case]:
         ),
         (
             "grazing",
-            "A light a little above a floor: feelers that almost run along it, and long shadows.",
+            "A light a little above a floor: shadow rays that almost run along it, and long shadows.",
             Scene(camera=near, shapes=resting, lights=(grazing,)),
             ("LIT-2", "LIT-4"),
             3000,

@@ -84,7 +84,7 @@ FACES = np.array(((0, 2, 4), (2, 1, 4), (1, 3, 4), (3, 0, 4), (2, 0, 5), (1, 2, 
 RGB = ((0.9, 0.7, 0.5), (0.6, 0.8, 1.0))
 WIDTH, HEIGHT = 81, 65  # odd: a pixel centre lies on the central ray
 EYE_DISTANCE = 5.0  # m
-ROUNDINGS = 25  # of the feeler vector and its length (10), cosines and their sum (15)
+ROUNDINGS = 25  # of the shadow ray vector and its length (10), cosines and their sum (15)
 PLACE = 10  # roundings of the eye's distance: how far the hit may lie from its place
 
 

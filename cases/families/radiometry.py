@@ -20,7 +20,7 @@ DISTANCES = (0.5, 1.0, 2.0, 4.0, 8.0)  # m; straight above, each step a quarter 
 ANGLES = (30.0, 60.0, 75.0, 85.0, 95.0, 150.0)  # degrees from the normal, at 2 m; the last two below the horizon
 WIDTH, HEIGHT = 81, 65  # odd: a pixel centre lies on the central ray
 EYE_DISTANCE = 5.0  # m
-ROUNDINGS = 25  # of the feeler vector and its length (10), cosine and falloff (15)
+ROUNDINGS = 25  # of the shadow ray vector and its length (10), cosine and falloff (15)
 PLACE = 10  # roundings of the eye's distance: how far the hit may lie from its place
 
 
@@ -99,7 +99,7 @@ SOURCE_HEIGHT, EYE_HEIGHT = 3.0, 5.0  # m above the plane
 PIXEL = 1 / 16  # m
 CIE_WIDTH, CIE_HEIGHT = 97, 65  # odd: a pixel centre lies under the source
 POINTS = ((0.0, 0.0), (0.5, 0.0), (0.0, -0.5), (1.0, 0.5), (1.5, 1.5), (-1.5, 1.0), (-1.75, -1.75))  # m
-CIE_ROUNDINGS = 60  # of camera ray (20), hit (15), feeler vector and its length (10), cosine and falloff (15)
+CIE_ROUNDINGS = 60  # of camera ray (20), hit (15), shadow ray vector and its length (10), cosine and falloff (15)
 EXTENT = 2.0  # a rounding of the hit point counts this much more: |p| / d times the exponent 3
 GENERIC = compose(translation(0.7, -0.4, 0.3), rotation((0.3, 0.8, 0.5), 50))
 
@@ -167,7 +167,7 @@ ALBEDO = (0.8, 0.6, 0.35)
 WALL_FLUX = (500.0, 320.0, 640.0)  # W
 WALL_CENTER: Vector = (0.3, -0.2, 0.15)  # m, in object space
 RADIUS = 1.6  # m, in object space
-# Of camera ray (20), root (25), both ways through the matrix (20), feeler (10), square (10), rest (15).
+# Of camera ray (20), root (25), both ways through the matrix (20), shadow ray (10), square (10), rest (15).
 WALL_ROUNDINGS = 100
 PLACEMENTS: tuple[tuple[str, float, Matrix], ...] = (
     ("as_given", 1.0, IDENTITY),
@@ -221,7 +221,9 @@ ROOM_FLUX = (10_000.0, 4_000.0, 1_500.0)  # lm, stored as W; the first channel i
 MIDDLE: Vector = (0.0, 0.0, 1.5)  # m
 ROOM_PIXEL = 0.05  # m
 BACK = 1.25  # m; the camera stands so far behind the source, seen from the face
-ROOM_ROUNDINGS = 80  # of camera ray (20), hit (15), feeler (15), cosine and falloff (15), and the slant of the hit (15)
+ROOM_ROUNDINGS = (
+    80  # of camera ray (20), hit (15), shadow ray (15), cosine and falloff (15), and the slant of the hit (15)
+)
 
 # Name, the face's rotation from z = 0 facing +z, its two sizes [m], its distance from the middle [m], image size [px].
 FACES: tuple[tuple[str, Vector, float, tuple[float, float], float, tuple[int, int]], ...] = (
@@ -316,7 +318,7 @@ LIGHTS = (
 )
 ALONG_DISTANCES = ((1.5, 3000), (3.0, 3000), (6.0, 2200), (12.0, 450))  # m, and least interior pixels
 ALONG_WIDTH, ALONG_HEIGHT = 73, 57  # odd: a pixel centre lies on the central ray
-ALONG_ROUNDINGS = 30  # of the feelers and their lengths (10), cosines and falloffs (15), sum and radiance (5)
+ALONG_ROUNDINGS = 30  # of the shadow rays and their lengths (10), cosines and falloffs (15), sum and radiance (5)
 
 
 def irradiance(channel: int) -> float:

@@ -28,7 +28,7 @@ SMALL = 2e-4  # m, a small triangle's side
 MIDDLE: Vector = (0.5, -0.25, 1.0)  # m, of the rooms that are seen and lit from their middle
 ROOM = 4.0  # m, a side and a diameter
 FACE = 48  # px, a side of a cube's face seen from its middle
-ROUNDINGS = 80  # of camera ray (20), hit (15), feeler (15), cosine and falloff (15), and the slant of the hit (15)
+ROUNDINGS = 80  # of camera ray (20), hit (15), shadow ray (15), cosine and falloff (15), and the slant of the hit (15)
 GAP = 1e-3  # m, between a cube and the floor
 
 

@@ -254,9 +254,9 @@ def uneven() -> Scene:
 
 # Name -> scene, what it stresses, least interior pixels.
 SCENES: dict[str, tuple[Callable[[], Scene], str, int]] = {
-    "slit": (slit, "Floor and ceiling 4e-9 m apart: feelers that start late, lights that keep a distance.", 2000),
+    "slit": (slit, "Floor and ceiling 4e-9 m apart: shadow rays that start late, lights that keep a distance.", 2000),
     "crumbs": (crumbs, "Shapes of 1e-8 m: determinants, areas, edges, planes and ties in metres.", 1200),
-    "lamp": (lamp, "Shades 9e-5 of the way before and behind a lamp: the ends of feelers.", 1400),
+    "lamp": (lamp, "Shades 9e-5 of the way before and behind a lamp: the ends of shadow rays.", 1400),
     "skimmed_square": (skimmed_square, "A square at less than 1e-4 rad: parallel tests.", 1500),
     "skimmed_mesh": (skimmed_mesh, "Triangles in a box at less than 1e-4 rad: parallel tests.", 1500),
     "skimmed_cube": (skimmed_cube, "A cube at less than 1e-4 rad: parallel tests.", 1500),

@@ -257,8 +257,8 @@ def watertight() -> Iterator[Case]:
         because="the net ends on the pyramid over this square whose top is the light",
     )
     yield _case(
-        "feelers",
-        "A net between floor and light with a vertex on each feeler: below it the irradiance is 0 to the last bit.",
+        "shadow_rays",
+        "A net between floor and light with a vertex on each shadow ray: below it the irradiance is 0 to the last bit.",
         view,
         (Square(albedo=WALL_ALBEDO, to_world=scaling(8.0, 8.0, 1.0)), canopy(view, lamp, half)),
         PointLight(position=lamp, flux=(4000.0, 3600.0, 3200.0)),

@@ -1,4 +1,4 @@
-"""Ladders of light feelers: starts on floors and balls, and lids near them that block."""
+"""Ladders of shadow rays: starts on floors and balls, and lids near them that block."""
 
 from typing import Any
 
@@ -112,11 +112,11 @@ def _reached(*others: str) -> Failure:
     )
 
 
-def _feeler(**about: Any) -> Ladder:
+def _shadow_ray(**about: Any) -> Ladder:
     given: dict[str, Any] = {
         "group": "light and shadow",
         "question": "shadow",
-        "slots": ("feeler",),
+        "slots": ("shadow_ray",),
         "unit": "acne and leaks, rays",
         "condition": NO_K,
         "kind": "count",
@@ -130,47 +130,47 @@ def _feeler(**about: Any) -> Ladder:
 
 
 LADDERS = (
-    _feeler(
+    _shadow_ray(
         name="SHD-GROW",
         parameter="scale of the scene [m], gap 1e-3 of it",
         values=(1.0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6),
         draw=floors(swept="scale"),
         fails=(BELOW, TOO_SHORT),
-        first_to_break="feeler/none, fixed_minimum_t, fixed_offset",
-        survivor="feeler/error_bound",
+        first_to_break="shadow_ray/none, fixed_minimum_t, fixed_offset",
+        survivor="shadow_ray/error_bound",
         measured="predicted: 0.005 to 0.4 % acne for waechter_binder; 0.005 % measured with planes anchored up to 4 "
         "scales away, and none with anchors nearer",
     ),
-    _feeler(
+    _shadow_ray(
         name="SHD-SHRINK",
         parameter="scale of the scene [m], gap 1e-3 of it",
         values=(1.0, 1e-1, 1e-2, 1e-3, 1e-4, 1e-6),
         draw=floors(swept="scale"),
         fails=(BELOW, TOO_LONG, ABSOLUTE),
-        first_to_break="feeler/none, fixed_minimum_t, fixed_offset, mitsuba, waechter_binder",
-        survivor="feeler/error_bound",
+        first_to_break="shadow_ray/none, fixed_minimum_t, fixed_offset, mitsuba, waechter_binder",
+        survivor="shadow_ray/error_bound",
     ),
-    _feeler(
+    _shadow_ray(
         name="SHD-FAR",
         parameter="distance of the scene from the world's origin [m], gap 1e-3 m",
         values=(0.0, 1e1, 1e2, 1e3, 1e4),
         draw=floors(swept="offset"),
         fails=(BELOW, _reached(*FIXED), BY_DISTANCE),
-        first_to_break="feeler/relative_minimum_t, mitsuba",
+        first_to_break="shadow_ray/relative_minimum_t, mitsuba",
         survivor="none where u T reaches the gap: the information is gone",
         measured="predicted: the error bound leaks 4 % at 1e2 and 82 % at 1e3; 0 and 100 % measured, the "
         "clearance being twice as tight at first and never clipped",
     ),
-    _feeler(
+    _shadow_ray(
         name="SHD-GAP",
         parameter="gap [m] at scale 1 m",
         values=(1e-1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6),
         draw=floors(swept="gap"),
         fails=(BELOW, _reached(), Failure(formulas=(*FIXED, "relative_minimum_t"), because="one length for every gap")),
-        first_to_break="feeler/fixed_minimum_t, mitsuba",
-        survivor="feeler/error_bound down to 1e-4",
+        first_to_break="shadow_ray/fixed_minimum_t, mitsuba",
+        survivor="shadow_ray/error_bound down to 1e-4",
     ),
-    _feeler(
+    _shadow_ray(
         name="SHD-GRAZE",
         parameter="cosine of view and of light",
         values=(0.5, 1e-1, 3e-2, 1e-2, 3e-3, 1e-3),
@@ -178,7 +178,7 @@ LADDERS = (
         fails=(
             Failure(
                 formulas=("relative_minimum_t",),
-                because="too short where light and view graze: the error along the feeler is a height over the cosine",
+                because="too short where light and view graze: the error along the ray is a height over the cosine",
                 precisions=("float32",),
             ),
             BELOW,
@@ -186,62 +186,62 @@ LADDERS = (
                 formulas=("error_bound",), because="the box around o + t d grows as 1 / cos", precisions=("float32",)
             ),
         ),
-        first_to_break="feeler/none",
-        survivor="feeler/normal_offset",
+        first_to_break="shadow_ray/none",
+        survivor="shadow_ray/normal_offset",
     ),
-    _feeler(
+    _shadow_ray(
         name="SHD-BALL-GROW",
         parameter="radius of a sphere [m], gap 1e-3 of it",
         values=(1.0, 1e2, 1e4, 1e6),
         draw=balls(swept="scale"),
         options={"surface": "sphere"},
         fails=(BELOW, TOO_SHORT),
-        first_to_break="feeler/none",
-        survivor="feeler/error_bound, normal_offset",
+        first_to_break="shadow_ray/none",
+        survivor="shadow_ray/error_bound, normal_offset",
     ),
-    _feeler(
+    _shadow_ray(
         name="SHD-BALL-SHRINK",
         parameter="radius of a sphere [m], gap 1e-3 of it",
         values=(1.0, 1e-2, 1e-4, 1e-6),
         draw=balls(swept="scale"),
         options={"surface": "sphere"},
         fails=(BELOW, TOO_LONG, ABSOLUTE),
-        first_to_break="feeler/none",
-        survivor="feeler/error_bound, normal_offset",
+        first_to_break="shadow_ray/none",
+        survivor="shadow_ray/error_bound, normal_offset",
     ),
-    _feeler(
+    _shadow_ray(
         name="SHD-BALL-FAR",
         parameter="distance of the sphere from the world's origin [r], gap 1e-3 r",
         values=(0.0, 1e1, 1e2, 1e3),
         draw=balls(swept="offset"),
         options={"surface": "sphere"},
         fails=(BELOW, _reached("fixed_minimum_t"), BY_DISTANCE),
-        first_to_break="feeler/none",
-        survivor="feeler/error_bound",
+        first_to_break="shadow_ray/none",
+        survivor="shadow_ray/error_bound",
     ),
-    _feeler(
+    _shadow_ray(
         name="SHD-BALL-REPROJECTED",
         parameter="distance of the sphere from the world's origin [r], gap 1e-3 r, points reprojected",
         values=(0.0, 1e1, 1e2, 1e3),
         draw=balls(swept="offset"),
         options={"surface": "sphere", "reprojected": True},
         fails=(BELOW, _reached("fixed_minimum_t"), BY_DISTANCE),
-        first_to_break="feeler/none",
-        survivor="feeler/error_bound",
+        first_to_break="shadow_ray/none",
+        survivor="shadow_ray/error_bound",
         measured="predicted: reprojection clean up to 1e3; the clearance that a strategy gets does not know of "
         "it, and leaks all the same at 1e3",
     ),
-    _feeler(
+    _shadow_ray(
         name="SHD-SELF",
         parameter="gap [m] between a point and another part of the same shape, which is in the way",
         values=(1e-1, 1e-2, 2e-3),
         draw=floors(swept="gap"),
         options={"self_shadow": True},
         fails=(BELOW, Failure(formulas=("skip_last",), because="the shape that was left casts no shadow on itself")),
-        first_to_break="feeler/skip_last: every light shines through",
-        survivor="feeler/error_bound, normal_offset",
+        first_to_break="shadow_ray/skip_last: every light shines through",
+        survivor="shadow_ray/error_bound, normal_offset",
     ),
-    _feeler(
+    _shadow_ray(
         name="SHD-COPLANAR",
         parameter="scale [m] of two coplanar neighbours that share the point",
         values=(1.0, 1e2, 1e4),
@@ -254,12 +254,12 @@ LADDERS = (
             ),
             TOO_SHORT,
         ),
-        first_to_break="feeler/skip_last: the neighbour is not the shape that was left",
-        survivor="feeler/error_bound, normal_offset",
+        first_to_break="shadow_ray/skip_last: the neighbour is not the shape that was left",
+        survivor="shadow_ray/error_bound, normal_offset",
     ),
-    _feeler(
+    _shadow_ray(
         name="SHD-LIGHT-END",
-        slots=("feeler", "segment", "obstructed"),
+        slots=("shadow_ray", "segment", "obstructed"),
         parameter="height of a blocker below or above the light, over the light's own; half of them stand behind it",
         values=(1e-1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6),
         draw=lids,
@@ -272,7 +272,7 @@ LADDERS = (
                 precisions=("float32",),
             ),
         ),
-        first_to_break="segment/endless, then feeler/mitsuba",
+        first_to_break="segment/endless, then shadow_ray/mitsuba",
         survivor="segment/to_light",
     ),
 )

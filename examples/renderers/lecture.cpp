@@ -205,7 +205,7 @@ int main(int count, char** words) try {
                 const auto& [position, flux] = scene.lights[i];
                 const Vec to = position - p;
                 const double r = length(to), cosine = any && r > 0 ? dot(n, to) / r : 0;
-                // The feeler starts a little above the surface, by a small multiple of doubles' spacing.
+                // The shadow ray starts a little above the surface, by a small multiple of doubles' spacing.
                 const Vec start = p + (1e-12 * std::max({1.0, length(p), length(eye)})) * n;
                 const bool lit = cosine > 0 && scene.nearest({start, position - start, 0, 1}).shape < 0;
                 if (lit) E = E + (cosine * (scene.simplified ? 1 : 1 / (4 * PI * r * r))) * flux;

@@ -97,16 +97,16 @@ using Json = rayproof::Json;
     _(cube_normal_unsigned, H, "forgets the sign of the cube normal") \
     _(bumps, U, "bends normals by a bump map") \
     _(smooth_mesh, U, "takes sphere-like normals for meshes, from their middle") \
-    _(no_shadows, H, "traces no feelers") \
+    _(no_shadows, H, "traces no shadow_rays") \
     _(beyond_the_light, H, "lets shapes behind the light cast shadows") \
-    _(offset_5cm, H, "starts feelers 5 cm above the surface") \
-    _(offset_2cm, H, "starts feelers 2 cm above the surface") \
+    _(offset_5cm, H, "starts shadow rays 5 cm above the surface") \
+    _(offset_2cm, H, "starts shadow rays 2 cm above the surface") \
     _(blockers_behind, H, "counts blockers behind the point, too") \
-    _(unit_feelers, H, "normalises the feeler and compares with t < 1") \
-    _(acne, H, "starts feelers on the surface as rounded to floats, without an offset") \
+    _(unit_shadow_rays, H, "normalises the shadow ray and compares with t < 1") \
+    _(acne, H, "starts shadow rays on the surface as rounded to floats, without an offset") \
     _(spheres_block_alone, U, "lets spheres alone cast shadows") \
     _(faces_behind_pass, U, "lets light through shapes other than the nearest") \
-    _(first_feeler, U, "lets the feeler of light 0 answer for all lights") \
+    _(first_shadow_ray, U, "lets the shadow ray of light 0 answer for all lights") \
     _(not_by_itself, U, "lets no shape cast a shadow on itself, nor its neighbour in the list") \
     _(simplified_for_physical, H, "uses the simplified light throughout") \
     _(physical_for_simplified, H, "uses the physical light throughout") \
@@ -233,7 +233,7 @@ struct Placement {
 struct Ray {
     Vec origin, direction;
     double low, high;
-    // Of a feeler that counts blockers behind its start, not the surface that it starts on.
+    // Of a shadow ray that counts blockers behind its start, not the surface that it starts on.
     bool holds(double t) const {
         const bool own = low < 0 && is(blockers_behind) && std::abs(t) * length(direction) <= 1e-6 * std::max(1.0, length(origin));
         return !own && t > low && t < high;
@@ -363,7 +363,7 @@ struct Scene {
         return best;
     }
 
-    // What a feeler meets between a point on shape `own` and a light: any hit inside the ray's interval.
+    // What a shadow ray meets between a point on shape `own` and a light: any hit inside the ray's interval.
     bool blocked(const Ray& ray, int own) const {
         bool met = false;
         const Hit seen = is(faces_behind_pass) ? nearest(ray) : Hit{};
@@ -577,18 +577,18 @@ int main(int count, char** words) try {
                 const Vec position = is(moved_lights) ? place + Vec{0.3, 0, 0} : place, to = position - p;
                 const double r = length(to), cosine = any && r > 0 ? dot(n, to) / r : 0;
                 const bool any_side = is(cosine_not_clamped) || is(cosine_absolute) || is(wrapped_cosine);
-                // The feeler starts a little above the surface, by a small multiple of doubles' spacing.
+                // The shadow ray starts a little above the surface, by a small multiple of doubles' spacing.
                 Vec start = p + (1e-12 * std::max({1.0, length(p), length(eye)})) * n;
                 if (any_side && cosine < 0) start = 2.0 * p - start;  // on the side of the light
                 if (is(offset_5cm)) start = p + 0.05 * n;
                 if (is(offset_2cm)) start = p + 0.02 * n;
                 if (is(acne)) start = {float(p.x), float(p.y), float(p.z)};
                 const double low = is(blockers_behind) ? -INF : 0, high = is(beyond_the_light) ? INF : 1;
-                const Vec feeler = is(unit_feelers) ? normalize(position - start) : position - start;
+                const Vec shadow ray = is(unit_shadow_rays) ? normalize(position - start) : position - start;
                 const bool above = cosine > 0 || (any && any_side);
-                bool lit = above && (is(no_shadows) || !scene.blocked({start, feeler, low, high}, hit.shape));
+                bool lit = above && (is(no_shadows) || !scene.blocked({start, shadow ray, low, high}, hit.shape));
                 if (i == 0) first = lit;
-                if (is(first_feeler) && i > 0) lit = above && first;
+                if (is(first_shadow_ray) && i > 0) lit = above && first;
                 if (lit && i < lights) {
                     double c = cosine;
                     if (is(no_cosine)) c = 1;

@@ -1,4 +1,4 @@
-"""Float64 with error margins, ahead of the balls: which surfaces a ray or feeler surely misses."""
+"""Float64 with error margins, ahead of the balls: which surfaces a ray or shadow ray surely misses."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -314,7 +314,7 @@ def _piece(
     if not lights or not scene.lights:
         yield from _told(surfaces, possible, [])
         return
-    # Where one surface alone is left, and surely hit, the hit point is known well enough to filter the feelers.
+    # Where one surface alone is left, and surely hit, the hit point is known well enough to filter the shadow rays.
     rows = np.flatnonzero((possible.sum(axis=1) == 1) & (nearest < np.inf))
     own = possible[rows].argmax(axis=1) if surfaces else np.zeros(0, dtype=int)
     low, high = reaches.low[rows, own], reaches.high[rows, own]
@@ -324,7 +324,7 @@ def _piece(
     blockers = []
     for light in range(len(scene.lights)):
         blocked, maybe = np.zeros(len(points), dtype=bool), np.ones_like(possible)
-        blocked[rows], maybe[rows] = feelers(scene, light, position, own)
+        blocked[rows], maybe[rows] = shadow_rays(scene, light, position, own)
         blockers.append((blocked, maybe))
     yield from _told(surfaces, possible, blockers)
 
@@ -352,7 +352,7 @@ def _told(
         yield made[key]
 
 
-def feelers(scene: Scene, light: int, position: Margin, own: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def shadow_rays(scene: Scene, light: int, position: Margin, own: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return which positions are surely blocked by another surface (N,), and which surfaces may block (N, surfaces)."""
     source = rational(scene.lights[light].position)
     ends = Span(low=floats(np.zeros((1, 1))), high=floats(np.ones((1, 1))))
@@ -426,7 +426,9 @@ def lights_from(scene: Scene, positions: np.ndarray, objects: np.ndarray) -> lis
     answer: list[list[list[Surface] | None]] = []
     for part in _pieces(len(positions), len(surfaces)):
         with np.errstate(all="ignore"):
-            found = [feelers(scene, light, floats(positions[part]), own[part]) for light in range(len(scene.lights))]
+            found = [
+                shadow_rays(scene, light, floats(positions[part]), own[part]) for light in range(len(scene.lights))
+            ]
             told = [(blocked, _lists(possible)) for blocked, possible in found]
         answer += [
             [None if blocked[row] else [surfaces[column] for column in lists[row]] for blocked, lists in told]

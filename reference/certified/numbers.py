@@ -210,7 +210,7 @@ class Tower:
         return answer
 
 
-# Where along a ray hits count: the clip interval of a camera ray (HIT-2), the open segment of a light feeler.
+# Where along a ray hits count: the clip interval of a camera ray (HIT-2), the open segment of a shadow ray.
 
 
 @dataclass(frozen=True, kw_only=True)

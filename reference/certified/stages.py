@@ -28,7 +28,9 @@ from rayproof.reference.certified.truths import BEFORE_EXACT, narrow, rounded
 from rayproof.reference.certified.worlds import EYE, Surface, World, Worlds
 
 Given = dict[Stage, list[float]]  # one pixel's floats, all finite, of an object that exists
-Suspected = Sequence[Sequence[Surface] | None]  # for the hit one list; for feelers one per light, None: surely blocked
+Suspected = Sequence[
+    Sequence[Surface] | None
+]  # for the hit one list; for shadow rays one per light, None: surely blocked
 
 
 def vector(world: World, values: Sequence[float]) -> Vector:

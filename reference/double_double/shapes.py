@@ -55,7 +55,7 @@ class Span:
     speed: Pair | None
 
     @property
-    def is_feeler(self) -> bool:
+    def is_shadow_ray(self) -> bool:
         """Return whether crossings count between a ray's ends alone, t = 0 and 1."""
         return self.low is None and self.high is not None
 
@@ -70,7 +70,7 @@ class Span:
         if self.high is not None:
             whole = scale + self.high.size()
             inside &= ask.is_less(value, self.high, where, whole)
-            if self.is_feeler:
+            if self.is_shadow_ray:
                 # The end lies on the surface that was hit, and on whatever coincides with it: neither lies before it.
                 inside &= (self.high - value).size() > LOW_MARGIN * whole
         if self.speed is not None:

@@ -50,13 +50,13 @@ class Ball:
     radius_square: Float  # [m^2]
 
     def may_be_met(self, ray: Vector, span: Span) -> Bool:
-        """Return where a ray comes near, ahead of the apex and before the end of a feeler; where unsure, true."""
+        """Return where a ray comes near, ahead of the apex and before the end of a shadow ray; where unsure, true."""
         x, y, z = (part.high for part in ray)
         a, b, c = self.to_center
         square = x * x + y * y + z * z
         nearest = (x * a + y * b + z * c) * (1 / square)
         nearest = dr.select(nearest < 0, 0, nearest)
-        if span.is_feeler:
+        if span.is_shadow_ray:
             nearest = dr.select(nearest > 1, 1, nearest)
         p, q, r = a - nearest * x, b - nearest * y, c - nearest * z
         # Not "is nearer", so that NaN rules out nothing.

@@ -84,11 +84,11 @@ class _Mitsuba:
         return images
 
     def epsilon(self, scene: Scene) -> float:
-        """Return how far [m] above the surface feelers start at most, over all that the camera sees."""
+        """Return how far [m] above the surface shadow rays start at most, over all that the camera sees."""
         return float(self.epsilon_per_pixel(scene).max())
 
     def epsilon_per_pixel(self, scene: Scene) -> np.ndarray:
-        """Return how far [m] above the surface the pixel's feelers start, (height, width), 0 on a miss.
+        """Return how far [m] above the surface the pixel's shadow rays start, (height, width), 0 on a miss.
 
         It grows with the distance from the origin, so a plane's far end says nothing about its near one.
         """
@@ -111,7 +111,7 @@ class _Mitsuba:
             radius = f"{disc_reach(scene):.4g} m"
             notes.append(f"Infinite plane shapes[{', '.join(planes)}] is a disc of radius {radius}, covering {covers}.")
         if scene.lights:
-            notes.append(f"Blockers nearer to a light than {SHADOW_EPSILON:.1e} of a feeler's length do not count.")
+            notes.append(f"Blockers nearer to a light than {SHADOW_EPSILON:.1e} of a shadow ray's length do not count.")
         return notes
 
 
@@ -135,7 +135,7 @@ class MitsubaLlvm(_Mitsuba):
 LIT = IMAGE_STAGES[IMAGE_STAGES.index(Stage.VISIBILITY) :]
 # Embree ignores geometry with coordinates above 1.8e18, and the determinant of a disc's matrix must fit float32.
 LARGEST = 1e15  # m
-# Feelers that start higher above a shape than this fraction of its size no longer test its shadow.
+# Shadow rays that start higher above a shape than this fraction of its size no longer test its shadow.
 COARSEST_OFFSET = 0.01
 
 
@@ -157,7 +157,7 @@ def _light(scene: Scene, stage: Stage) -> str | None:
         low, high = box(shape)
         size, offset = float((high - low).max()), float(offsets(np.stack([low, high])).max())
         if scene.lights and offset > COARSEST_OFFSET * size:
-            return f"Mitsuba's feelers start {offset:g} m above shapes[{index}], which measures only {size:g} m."
+            return f"Mitsuba's shadow rays start {offset:g} m above shapes[{index}], which measures only {size:g} m."
     if stage is Stage.VISIBILITY:
         return None
     if scene.shading == "simplified":

@@ -1,4 +1,4 @@
-"""Mitsuba asked ray by ray or all at once: variants, hits, feelers, stages, the integrator's radiance.
+"""Mitsuba asked ray by ray or all at once: variants, hits, shadow rays, stages, the integrator's radiance.
 
 The scalar variant is asked ray by ray, without a compiler; the LLVM variant is asked for all rays at once. Which one
 is in force is global to the process. The camera stage comes from Mitsuba's own matrices and from the ends of its rays,
@@ -78,11 +78,11 @@ class Hits:
     primitive: np.ndarray  # (n,) Mitsuba's index of the triangle
     position: np.ndarray  # (n, 3), m
     normal: np.ndarray  # (n, 3), unit, geometric, as the surface is oriented
-    interactions: Any  # Mitsuba's own records, where feelers start
+    interactions: Any  # Mitsuba's own records, where shadow rays start
 
 
 @dataclass(frozen=True, kw_only=True)
-class Feelers:
+class ShadowRays:
     """The light that arrives from one light source at the hits."""
 
     free: np.ndarray  # (n,) bool: nothing between hit and light; False where not asked
@@ -154,7 +154,7 @@ def clip_planes_beyond(camera: Camera, hits: Hits) -> tuple[float, float]:
     return float(nearest) * 1e-3, float(farthest) * 1e3
 
 
-Feel = Callable[[MitsubaScene, Hits, PointLight, np.ndarray], Feelers]
+Feel = Callable[[MitsubaScene, Hits, PointLight, np.ndarray], ShadowRays]
 
 
 def stage_answers(scene: Scene, world: MitsubaScene, hits: Hits, feel: Feel, stages: Collection[Stage]) -> StageImages:
@@ -190,10 +190,10 @@ def _lit(scene: Scene, world: MitsubaScene, hits: Hits, normal: np.ndarray, feel
         distance = np.linalg.norm(to_light, axis=1)
         facing = np.einsum("ij,ij->i", normal, to_light)
         above = hit & (facing > 0)
-        feelers = feel(world, hits, light, above)
-        visibility[:, number] = feelers.free
-        cosine = np.divide(facing, distance, out=np.zeros_like(facing), where=feelers.free)
-        irradiance += np.where(feelers.free, cosine, 0.0)[:, np.newaxis] * feelers.arriving
+        shadow_rays = feel(world, hits, light, above)
+        visibility[:, number] = shadow_rays.free
+        cosine = np.divide(facing, distance, out=np.zeros_like(facing), where=shadow_rays.free)
+        irradiance += np.where(shadow_rays.free, cosine, 0.0)[:, np.newaxis] * shadow_rays.arriving
     albedo = np.array([*(shape.albedo for shape in scene.shapes), (0.0, 0.0, 0.0)])
     return {
         Stage.VISIBILITY: visibility,
@@ -261,7 +261,7 @@ def trace_one_by_one(world: MitsubaScene, camera: Camera, interval: Interval | N
     )
 
 
-def feel_one_by_one(world: MitsubaScene, hits: Hits, light: PointLight, asked: np.ndarray) -> Feelers:
+def feel_one_by_one(world: MitsubaScene, hits: Hits, light: PointLight, asked: np.ndarray) -> ShadowRays:
     """Return what arrives from `light` at the hits that are `asked` about, (n,) bool."""
     mi = world.mi
     world.place(light)
@@ -276,7 +276,7 @@ def feel_one_by_one(world: MitsubaScene, hits: Hits, light: PointLight, asked: n
         colors += color[0], color[1], color[2]
     free, arriving = np.zeros(len(asked), dtype=bool), np.zeros((len(asked), 3))
     free[asked], arriving[asked] = frees, np.array(colors).reshape(-1, 3)
-    return Feelers(free=free, arriving=arriving)
+    return ShadowRays(free=free, arriving=arriving)
 
 
 def ends_one_by_one(world: MitsubaScene, film: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -339,18 +339,18 @@ def trace_together(world: MitsubaScene, camera: Camera, interval: Interval | Non
     )
 
 
-def feel_together(world: MitsubaScene, hits: Hits, light: PointLight, asked: np.ndarray) -> Feelers:
+def feel_together(world: MitsubaScene, hits: Hits, light: PointLight, asked: np.ndarray) -> ShadowRays:
     """Return what arrives from `light` at the hits that are `asked` about, (n,) bool."""
     import drjit as dr
 
     mi = world.mi
     world.place(light)
     active = mi.Bool(asked.tolist())
-    feeler = hits.interactions.spawn_ray_to(dr.opaque(mi.Point3f, light.position))
-    free = ~world.loaded.ray_test(feeler, active) & active
+    shadow_ray = hits.interactions.spawn_ray_to(dr.opaque(mi.Point3f, light.position))
+    free = ~world.loaded.ray_test(shadow_ray, active) & active
     arriving = world.emitter.sample_direction(hits.interactions, mi.Point2f(0.5, 0.5), active)[1]
     dr.eval(free, arriving)
-    return Feelers(free=free.numpy(), arriving=np.where(asked[:, np.newaxis], _rows(arriving), 0.0))
+    return ShadowRays(free=free.numpy(), arriving=np.where(asked[:, np.newaxis], _rows(arriving), 0.0))
 
 
 def ends_together(world: MitsubaScene, film: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

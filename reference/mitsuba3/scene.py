@@ -33,12 +33,12 @@ from rayproof.cases.scene import (
 
 # 1500 times the unit roundoff of float32.
 RAY_EPSILON = 1500 * 2.0**-24
-# A feeler ends this fraction of its length short of the light: blockers nearer to the light do not count.
+# A shadow ray ends this fraction of its length short of the light: blockers nearer to the light do not count.
 SHADOW_EPSILON = 10 * RAY_EPSILON
 
 
 def offsets(positions: np.ndarray) -> np.ndarray:
-    """Return how far [m] along the normal a feeler starts above each position (..., 3): blockers below do not count."""
+    """Return the height [m] of a shadow ray's start above each position (..., 3): lower blockers do not count."""
     return RAY_EPSILON * (1.0 + np.abs(positions).max(axis=-1))
 
 
@@ -98,8 +98,8 @@ HORIZON = 1e6
 def disc_reach(scene: Scene) -> float:
     """Return how far [m] from the eye every plane must be present.
 
-    Feelers run between points that the camera sees and lights, so a ball about the eye that holds both holds every
-    crossing of a feeler with the plane too.
+    Shadow rays run between points that the camera sees and lights, so a ball about the eye that holds both holds every
+    crossing of a shadow ray with the plane too.
     """
     camera = scene.camera
     lights = [float(np.linalg.norm(np.subtract(light.position, camera.eye))) for light in scene.lights]

@@ -117,7 +117,7 @@ class Radiance:
         )
 
     def epsilon_in(self, scene: Scene, answers: StageImages) -> float:
-        """Return how far [m] off its edge a blocker may count, which exceeds what is overlooked at a feeler's start.
+        """Return how far [m] outside its edges a polygon may block; shadow rays start nearer to their hits than that.
 
         A point counts as on a polygon's edge where two coordinates, or two products of coordinates, differ by FTINY:
         absolutely in rtrace 6.0a, relatively in later ones (common/face.c, `inface`). Either is below this at sides of

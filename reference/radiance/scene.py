@@ -148,8 +148,8 @@ def height(plane: Plane, point: tuple[float, float, float]) -> tuple[float, np.n
 def reach(scene: Scene) -> float:
     """Return the radius [m] of the discs that stand in for planes, each about the foot of the eye.
 
-    Feelers run between what the camera sees and the lights, so a ball about the eye that holds both holds every
-    crossing of a feeler with the plane too.
+    Shadow rays run between what the camera sees and the lights, so a ball about the eye that holds both holds every
+    crossing of a shadow ray with the plane too.
     """
     camera = scene.camera
     vertical = np.tan(camera.alpha)

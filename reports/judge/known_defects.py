@@ -103,8 +103,9 @@ def light_nearness(scene: Scene, truth: StageImages, pixels: np.ndarray) -> np.n
 def center_over_hit(scene: Scene, truth: StageImages, pixels: np.ndarray) -> np.ndarray:
     """Return of the sphere that is seen its centre's distance from the origin and its radius over 1 m and the hit's.
 
-    A hit in float32 is off its surface by 16 u of the former at most, and Mitsuba's feelers start 1500 u of the latter
-    above it, the largest coordinate standing for the distance: from 1500 / 16 on the sphere may block its own light.
+    A hit in float32 is off its surface by 16 u of the former at most, and Mitsuba's shadow rays start 1500 u of the
+    latter above it, the largest coordinate standing for the distance: from 1500 / 16 on the sphere may block its own
+    light.
     """
     objects, found = truth[Stage.OBJECT][pixels, 0], np.zeros(np.count_nonzero(pixels))
     for index, shape in enumerate(scene.shapes):

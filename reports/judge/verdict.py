@@ -105,7 +105,7 @@ HITS: dict[type[Shape], tuple[str, ...]] = {
 NORMALS: dict[type[Shape], str] = {Sphere: "NRM-1", Cube: "NRM-2"}
 MATRICES = ("XF-1", "XF-2")
 _HITS = ("HIT-1", "HIT-2", "HIT-3", "HIT-4", "HIT-5", "HIT-6", "HIT-7", "HIT-8", "HIT-9")
-# Items whose formula can make a stage wrong though the stages before it are right. A feeler meets shapes as well,
+# Items whose formula can make a stage wrong though the stages before it are right. A shadow ray meets shapes as well,
 # behind the eye and from inside, where no ray of the camera shows it; a light is left out of visibility or of the sum.
 COMPUTED: dict[Stage, tuple[str, ...]] = {
     Stage.CAMERA: ("CAM-1", "CAM-2", "CAM-3", "CAM-5"),

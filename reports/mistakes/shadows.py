@@ -14,7 +14,7 @@ from rayproof.reports.mistakes import Family, Mistake, family, known, variant
 OWN = 1e-7  # of a shadow ray's length: a shape's own crossing nearer to the ray's start is the start itself
 
 
-class AlongFeelers(Mistake):
+class AlongShadowRays(Mistake):
     """Shadow rays are traced from their start: s = 0 there and 1 at the light."""
 
     def interval(self, light: PointLight, starts: np.ndarray) -> Between:
@@ -44,7 +44,7 @@ class AlongFeelers(Mistake):
 
 def _along(name: str, sentence: str, *items: str, interval: Callable[[PointLight, np.ndarray], Between]) -> None:
     known(name, sentence, *items)(
-        type(name, (AlongFeelers,), {"interval": lambda _, light, starts: interval(light, starts)})
+        type(name, (AlongShadowRays,), {"interval": lambda _, light, starts: interval(light, starts)})
     )
 
 
@@ -67,7 +67,7 @@ _along(
     interval=lambda light, p: (-np.inf, np.inf),
 )
 _along(
-    "unit_feelers",
+    "unit_shadow_rays",
     "gives shadow rays length 1 but compares their t with 1, so that blockers farther than 1 m are missed",
     "LIT-1",
     interval=lambda light, p: (0.0, _metres(light, p)),
@@ -81,12 +81,12 @@ _along(
 
 
 @family(
-    "feeler_length",
+    "shadow_ray_length",
     "lets its shadow rays end at {0} times the way to the light",
     "LIT-1",
     starts=[(0.5, 0.8, 0.9, 1.1, 1.3, 2.0)],
 )
-class FeelerLength(Family, AlongFeelers):
+class ShadowRayLength(Family, AlongShadowRays):
     """The interval ends elsewhere than at the light."""
 
     def interval(self, light: PointLight, starts: np.ndarray) -> Between:
@@ -98,13 +98,13 @@ OFFSETS = (1e-3, 2e-3, 5e-3, 0.01, 0.02, 0.05, 0.1, 0.2)
 
 
 @family(
-    "feeler_offset",
+    "shadow_ray_offset",
     "starts its shadow rays {0} m above the surface, so that nearer blockers are missed",
     "LIT-5",
     "LIT-3",
     starts=[OFFSETS],
 )
-class FeelerOffset(Family):
+class ShadowRayOffset(Family):
     """Shadow rays start off the surface; the light's side is asked at the surface."""
 
     def visibility(self, scene: Scene, rows: Rows, freedom: Freedom | None = None) -> np.ndarray:
@@ -122,13 +122,13 @@ class FeelerOffset(Family):
 
 
 @family(
-    "feeler_skip",
+    "shadow_ray_skip",
     "does not see blockers nearer than {0} m to the point from which a shadow ray starts",
     "LIT-5",
     "LIT-2",
     starts=[OFFSETS],
 )
-class FeelerSkip(Family, AlongFeelers):
+class ShadowRayskip(Family, AlongShadowRays):
     """Shadow rays begin to be blocked some way from the surface."""
 
     def interval(self, light: PointLight, starts: np.ndarray) -> Between:
@@ -194,7 +194,7 @@ def _side(self: Mistake, scene: Scene, rows: Rows) -> np.ndarray:
 
 
 @known(
-    "feelers_from_the_front",
+    "shadow_rays_from_the_front",
     "starts its shadow rays on the front side of two-sided surfaces, even where these are seen from behind",
     "LIT-5",
 )
@@ -207,7 +207,7 @@ class FromTheFront(Mistake):
         return super().visibility(scene, rows, freedom) * ~turned[:, np.newaxis]
 
 
-@known("feelers_from_below", "starts its shadow rays below the surface", "LIT-5")
+@known("shadow_rays_from_below", "starts its shadow rays below the surface", "LIT-5")
 class FromBelow(Mistake):
     """The surface itself blocks every light above its horizon."""
 

@@ -254,7 +254,7 @@ class _Farthest(AnotherOrder):
 class OtherSurfaces(Mistake):
     """Rays and shadow rays meet another surface than the shape's, whose normals stay right."""
 
-    feelers = True  # whether shadow rays meet it, too
+    shadow_rays = True  # whether shadow rays meet it, too
 
     def surface(self, shape: Shape) -> Surface:
         """Return the surface that is met."""
@@ -277,7 +277,7 @@ class OtherSurfaces(Mistake):
     ) -> np.ndarray:
         """Return which shadow rays it blocks."""
         surface = self.surface(scene.shapes[index])
-        if not self.feelers or surface is surface_of(scene.shapes[index]):
+        if not self.shadow_rays or surface is surface_of(scene.shapes[index]):
             return super().blocked(scene, index, light, objects, starts, between)
         source = np.asarray(light.position, dtype=np.float64)
         own, ends = objects[:, 0] == index, ends_of(np.asarray(scene.camera.eye), starts)
@@ -344,14 +344,14 @@ class OtherTriangles(OtherSurfaces):
         return _wrong_triangles(shape, self.wrong) if isinstance(shape, TRIANGLES) else surface_of(shape)
 
 
-def _triangles(name: str, sentence: str, item: str = "HIT-6", *, feelers: bool = True, **wrong: float) -> None:
+def _triangles(name: str, sentence: str, item: str = "HIT-6", *, shadow_rays: bool = True, **wrong: float) -> None:
     known(name, sentence, item, "HIT-5" if item == "HIT-6" else "HIT-6")(
-        type(name, (OtherTriangles,), {"wrong": tuple(wrong.items()), "feelers": feelers})
+        type(name, (OtherTriangles,), {"wrong": tuple(wrong.items()), "shadow_rays": shadow_rays})
     )
 
 
 _triangles("triangle_culled", "culls triangles that face away", culled=True)
-variant("triangle_culled")(type("seen", (OtherTriangles,), {"wrong": (("culled", True),), "feelers": False}))
+variant("triangle_culled")(type("seen", (OtherTriangles,), {"wrong": (("culled", True),), "shadow_rays": False}))
 _triangles("triangle_no_sum", "leaves out u + v <= 1, so that triangles become parallelograms", parallelogram=True)
 _triangles("triangle_one_area", "leaves out the third side of triangles", "HIT-5", open_side=True)
 for _number, _least in enumerate((1e-2, 1e-3, 1e-4)):
@@ -390,7 +390,7 @@ class BackFacesPass(Mistake):
         return blocked
 
 
-known("feelers_culled", "culls triangles that face away in shadow rays", "LIT-1", "HIT-6")(BackFacesPass)
+known("shadow_rays_culled", "culls triangles that face away in shadow rays", "LIT-1", "HIT-6")(BackFacesPass)
 
 
 class InObjectSpace(Mistake):

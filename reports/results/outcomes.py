@@ -86,7 +86,7 @@ TITLES: dict[str, str] = {
     "NRM-1": "sphere's local normal",
     "NRM-2": "cube's local normal",
     "NRM-3": "world normal by the inverse transpose",
-    "LIT-1": "one light feeler per light",
+    "LIT-1": "one shadow ray per light",
     "LIT-2": "against acne: ignore the last object hit",
     "LIT-3": "against acne: a minimum t",
     "LIT-4": "against acne: doubles",

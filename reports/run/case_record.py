@@ -147,7 +147,7 @@ def said(reference: Answers) -> dict[str, str]:
     if reference.ray_epsilon:
         told["ray epsilon"] = f"{reference.ray_epsilon:.3g} m"
     if reference.light_epsilon:
-        told["light epsilon"] = f"{reference.light_epsilon:.3g} of a feeler's length"
+        told["light epsilon"] = f"{reference.light_epsilon:.3g} of a shadow ray's length"
     if reference.edge_epsilon:
         told["edge epsilon"] = f"{reference.edge_epsilon:.3g} m"
     if reference.tie_epsilon:

@@ -29,9 +29,9 @@ ALTERNATIVES = (
     "ray/inverse_matrices",
     "triangle/moeller_trumbore",
     "square/half_vectors",
-    "feeler/skip_last",
-    "feeler/minimum_t",
-    "feeler/doubles",
+    "shadow_ray/skip_last",
+    "shadow_ray/minimum_t",
+    "shadow_ray/doubles",
 )
 
 

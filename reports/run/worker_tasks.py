@@ -115,7 +115,7 @@ def put_to_test(answers: Answers) -> Answers:
 
 
 def _shadow_epsilon(reference: Reference, scene: Scene, answers: StageImages) -> float | np.ndarray:
-    """Return what a reference ignores at a feeler's start [m], one number or (height, width); 0 if it does not say."""
+    """Return the shadow epsilon [m] of a reference, one number or (height, width); 0 if it declares none."""
     if Stage.POSITION not in answers:
         return 0.0
     of_scene, of_answers = _ability(reference, "epsilon_in"), _ability(reference, "epsilon_at")

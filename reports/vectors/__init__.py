@@ -2,7 +2,7 @@
 
     rows        the ladders' rays that were chosen, rows made by hand, relations between rows
     shapes      exact answers of ray and sphere, box, plane, triangle and square, and their limits
-    values      certified answers of cameras, normals, feelers and light, and theirs
+    values      certified answers of cameras, normals, shadow rays and light, and theirs
     files       CSV, JSON, its schema and the digest
     check       scores an answer file; written beside the files, with Python's standard library alone
     answering   what the tracer's own formulas answer
@@ -35,7 +35,7 @@ SLOTS_OF: dict[str, tuple[str, ...]] = {
     "triangle": ("triangle",),
     "square": ("square",),
     "normals": ("sphere_normal", "cube_normal", "world_normal", "facing"),
-    "feeler": ("horizon", "feeler", "segment", "obstructed"),
+    "shadow_ray": ("horizon", "shadow_ray", "segment", "obstructed"),
     "irradiance": ("falloff", "cosine", "lambert", "simplified", "sum_lights"),
     "radiance": ("exitance", "radiance", "radiance_simplified", "hidden"),
     "nearest": ("nearest",),

@@ -177,7 +177,7 @@ def _normals(rows: Members, chosen: Configuration, types: ArrayTypes) -> Mapping
     return {"normal": formula.function(ray, t) if formula.facts.get("takes") == "ray" else formula.function(ray.at(t))}
 
 
-def _feeler(rows: Members, chosen: Configuration, types: ArrayTypes) -> Mapping[str, Any]:
+def _shadow_ray(rows: Members, chosen: Configuration, types: ArrayTypes) -> Mapping[str, Any]:
     x = columns(rows)
     if "point" not in x:
         given = uploaded(x, types)
@@ -186,10 +186,12 @@ def _feeler(rows: Members, chosen: Configuration, types: ArrayTypes) -> Mapping[
     sphere = "radius" in x
     if sphere:
         x["c"], x["r"] = x["center"], x["radius"]
-    x.setdefault("blocker", x["point"] - x["normal"])  # behind the surface, where no feeler goes
+    x.setdefault("blocker", x["point"] - x["normal"])  # behind the surface, where no shadow ray goes
     x["gap"] = np.zeros(len(rows))
     ladder: Any = SimpleNamespace(options={"surface": "sphere"} if sphere else {})
-    asked = next((f for f in chosen.chosen if f.slot in SLOTS_OF["feeler"] and not f.default), chosen.formula("feeler"))
+    asked = next(
+        (f for f in chosen.chosen if f.slot in SLOTS_OF["shadow_ray"] and not f.default), chosen.formula("shadow_ray")
+    )
     answer = Shadow().answer(ladder, asked, x, chosen.precision)
     given = uploaded({"n": x["normal"], "away": x["light"] - x["point"]}, types)
     below = dr.select(chosen["horizon"](chosen["cosine"](given["n"], given["away"])), types.Float(1.0), 0.0)
@@ -238,7 +240,7 @@ def _nearest(rows: Members, chosen: Configuration, types: ArrayTypes) -> Mapping
 ASKED: Mapping[str, Callable[[Members, Configuration, ArrayTypes], Mapping[str, Any]]] = {
     "camera_ray": _camera,
     "normals": _normals,
-    "feeler": _feeler,
+    "shadow_ray": _shadow_ray,
     "irradiance": _light,
     "radiance": _radiance,
     "nearest": _nearest,

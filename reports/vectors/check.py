@@ -29,7 +29,7 @@ FILES: dict[str, tuple[str, dict[str, tuple[str, ...]]]] = {
     "triangle": ("hit", {"t": ("t",)}),
     "square": ("hit", {"t": ("t",)}),
     "normals": ("", {"normal": ("nx", "ny", "nz")}),
-    "feeler": ("visible", {}),
+    "shadow_ray": ("visible", {}),
     "irradiance": ("", {"value": ("e",)}),
     "radiance": ("dark", {"value": ("r", "g", "b")}),
     "nearest": ("nearest", {}),

@@ -32,8 +32,8 @@ QUESTIONS: Mapping[tuple[str, str], tuple[Callable[[Any], Exact], str]] = {
     ("normals", "box"): (values.box_normal, "NRM-2"),
     ("normals", "placed"): (values.placed_normal, "NRM-3"),
     ("normals", "facing"): (values.facing, "NRM-3"),
-    ("feeler", "feeler"): (values.visible, "LIT-1"),
-    ("feeler", "horizon"): (values.above, "LIT-1"),
+    ("shadow_ray", "shadow_ray"): (values.visible, "LIT-1"),
+    ("shadow_ray", "horizon"): (values.above, "LIT-1"),
     ("irradiance", "facing"): (values.facing_light, "RAD-1"),
     ("irradiance", "cosine"): (values.cosine, "RAD-2"),
     ("irradiance", "lit"): (values.lit, "RAD-2"),
@@ -162,7 +162,7 @@ def _of_ladder(ladder: Ladder, x: Mapping[str, Any]) -> Iterator[tuple[str, str,
         case "decision" if slot == "hidden":
             yield "radiance", "dark", {"n": x["n"], "d": x["d"]}, ""
         case "decision" if slot == "horizon":
-            yield "feeler", "horizon", {"normal": x["n"], "light": x["d"]}, ""
+            yield "shadow_ray", "horizon", {"normal": x["n"], "light": x["d"]}, ""
         case _:  # clipping
             clip = slot.removeprefix("clip_")
             given = {name: x[name] for name in ("direction", "forward", "near", "far")}
@@ -172,8 +172,8 @@ def _of_ladder(ladder: Ladder, x: Mapping[str, Any]) -> Iterator[tuple[str, str,
 def _shadow(x: Mapping[str, Any], ray: dict[str, Numbers]) -> Iterator[tuple[str, str, dict[str, Numbers], str]]:
     sphere = {"center": x.get("c", ""), "radius": x.get("r", "")}
     given = ray | {"point": x["point"], "normal": x["normal"], **sphere, "light": x["light"]}
-    yield "feeler", "feeler", given | {"blocker": ""}, ""
-    yield "feeler", "feeler", given | {"blocker": x["blocker"]}, ""
+    yield "shadow_ray", "shadow_ray", given | {"blocker": ""}, ""
+    yield "shadow_ray", "shadow_ray", given | {"blocker": x["blocker"]}, ""
 
 
 def _plain(array: np.ndarray) -> Any:

@@ -1,4 +1,4 @@
-"""Certified answers of cameras, normals, feelers and light, with their limits.
+"""Certified answers of cameras, normals, shadow rays and light, with their limits.
 
 Limits, u being the unit roundoff, of a vector for the length of the difference:
 
@@ -9,7 +9,8 @@ Limits, u being the unit roundoff, of a vector for the length of the difference:
     normals             16 u, of placed ones times cond(M) in the Frobenius norm
     irradiance          16 u Phi / (4 pi r^2), a cosine 16 u, a sum of n lights (n + 16) u times the sum of their sizes
     exitance, radiance  16 u of themselves
-    feeler              required where light and blocker clear the plane of the hit, and each other, by more than the
+    shadow ray              required where light and blocker clear the plane of the hit, and each other, by more than
+    the
                         error of the hit, 16 u (|o| + |p| + t |d|)
 """
 
@@ -176,7 +177,8 @@ def box_normal(x: Inputs) -> Exact:
     return Exact(values={name: bounds(value) for name, value in found.items()}, limits={"normal": limits})
 
 
-# Feelers: a ray at a surface, a light, and a plane in the way, parallel to the surface at the hit, through `blocker`.
+# Shadow rays: a ray at a surface, a light, and a plane in the way, parallel to the surface at the hit, through
+# `blocker`.
 
 
 @certified

@@ -44,7 +44,7 @@ def scene_of(shapes: tuple) -> Scene:
 
 @pytest.mark.parametrize("oracle", ["analytic", "double_double"])
 @pytest.mark.parametrize("name", SCENES)
-def test_a_coincident_surface_blocks_no_feeler(name, oracle):
+def test_a_coincident_surface_blocks_no_shadow_ray(name, oracle):
     scene = scene_of(SCENES[name])
     if (reason := REFERENCES[oracle]().unsupported(scene, Stage.VISIBILITY)) is not None:
         pytest.skip(reason)

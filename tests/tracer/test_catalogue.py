@@ -13,7 +13,7 @@ from rayproof.tracer.formulas import FORMULAS, TABLE
 
 # Each erratum that prints a formula, except where the printed form is text only (E16) or a choice (E8, E12).
 ERRATA = ("E1", "E2", "E3", "E4", "E5", "E6", "E7", "E9", "E10", "E11", "E13", "E14", "E15", "E17")
-MOVED = [entry for entry in TABLE.values() if "moved" in entry.facts]  # feelers that move by a length of their own
+MOVED = [entry for entry in TABLE.values() if "moved" in entry.facts]  # shadow rays that move by a length of their own
 
 
 def test_every_item_is_covered_by_a_right_formula() -> None:

@@ -85,11 +85,11 @@ SCENES: dict[str, tuple[Scene, str, Stage]] = {
     "cube/division": (IN_A_FACE, "", Stage.OBJECT),
     "cube/ize": (IN_A_FACE, "", Stage.OBJECT),
     "world_normal/model_matrix": (scene(SHAPES["sphere"]), "", Stage.NORMAL),
-    "feeler/none": (scene(FLOOR, ELSEWHERE), "", Stage.VISIBILITY),
-    "feeler/fixed_minimum_t": (CLOSE_LID, "", Stage.VISIBILITY),
-    "feeler/fixed_offset": (CLOSE_LID, "", Stage.VISIBILITY),
-    "feeler/relative_minimum_t": (LID, "", Stage.VISIBILITY),
-    "feeler/waechter_binder": (TOWN, "", Stage.VISIBILITY),
+    "shadow_ray/none": (scene(FLOOR, ELSEWHERE), "", Stage.VISIBILITY),
+    "shadow_ray/fixed_minimum_t": (CLOSE_LID, "", Stage.VISIBILITY),
+    "shadow_ray/fixed_offset": (CLOSE_LID, "", Stage.VISIBILITY),
+    "shadow_ray/relative_minimum_t": (LID, "", Stage.VISIBILITY),
+    "shadow_ray/waechter_binder": (TOWN, "", Stage.VISIBILITY),
     "falloff/none": (scene(FLOOR), "", Stage.IRRADIANCE),
 }
 

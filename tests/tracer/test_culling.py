@@ -79,14 +79,14 @@ def tried(forest: TriangleHierarchy, rays: Sequence[Ray], interval: Interval, wi
 
 
 def from_the_light(
-    forest: TriangleHierarchy, feelers: Sequence[Ray], eye: Any, segment: Interval
+    forest: TriangleHierarchy, shadow_rays: Sequence[Ray], eye: Any, segment: Interval
 ) -> Callable[[Any, Any], Any]:
-    """Return the way of a group of feelers and the t of its end, from the group and its turn."""
+    """Return the way of a group of shadow rays and the t of its end, from the group and its turn."""
     Single: Any = dr.float32_array_t(forest.types.Float)
 
     def walk(active: Any, turn: Any) -> tuple[Walk, Any]:
-        beam = Beam(forest.nodes, eye, [feeler.origin - eye for feeler in feelers], active=active)
-        alike = turning_alike(feelers, turn)
+        beam = Beam(forest.nodes, eye, [shadow_ray.origin - eye for shadow_ray in shadow_rays], active=active)
+        alike = turning_alike(shadow_rays, turn)
         way = Walk(hierarchy=forest, beam=beam, meet=lambda triangle, k: FORMULA(alike[k], triangle, segment))
         return way, Single(WIDER)
 
@@ -104,9 +104,9 @@ def test_bundles_lose_no_hit_on_random_scenes(precision: str, request: pytest.Fi
         corners, origins, directions = scene(seed)
         forest = grown(corners, types)
         rays = [Ray(origin=vector(types, origins), direction=vector(types, directions[:, k])) for k in range(PER_LANE)]
-        # As feelers: from the ends of the rays back to their common origin.
+        # As shadow rays: from the ends of the rays back to their common origin.
         ends = [origins + directions[:, k] for k in range(PER_LANE)]
-        feelers = [Ray(origin=vector(types, end), direction=vector(types, origins - end)) for end in ends]
+        shadow_rays = [Ray(origin=vector(types, end), direction=vector(types, origins - end)) for end in ends]
 
         walk = Walk(
             hierarchy=forest,
@@ -116,8 +116,8 @@ def test_bundles_lose_no_hit_on_random_scenes(precision: str, request: pytest.Fi
         )
         back = Walk(
             hierarchy=forest,
-            beam=Beam(forest.nodes, rays[0].origin, [feeler.origin - rays[0].origin for feeler in feelers]),
-            meet=lambda triangle, k, feelers=feelers: FORMULA(feelers[k], triangle, segment),
+            beam=Beam(forest.nodes, rays[0].origin, [shadow_ray.origin - rays[0].origin for shadow_ray in shadow_rays]),
+            meet=lambda triangle, k, shadow_rays=shadow_rays: FORMULA(shadow_rays[k], triangle, segment),
             pipelined=seed % 2 == 1,
         )
         met = nearest(walk, closer=CLOSER, limits=[types.Float(dr.inf)] * PER_LANE, width=LANES)
@@ -126,12 +126,12 @@ def test_bundles_lose_no_hit_on_random_scenes(precision: str, request: pytest.Fi
         for (t, _), expected in zip(met, tried(forest, rays, everywhere, LANES), strict=True):
             np.testing.assert_array_equal(np.array(t), expected, err_msg=f"scene {seed}")
             hits += np.isfinite(expected).sum()
-        for t, expected in zip(blocked, tried(forest, feelers, segment, LANES), strict=True):
+        for t, expected in zip(blocked, tried(forest, shadow_rays, segment, LANES), strict=True):
             np.testing.assert_array_equal(np.isfinite(np.array(t)), np.isfinite(expected), err_msg=f"scene {seed}")
     assert hits > SCENES * LANES * PER_LANE * 0.2
 
 
-def test_feelers_that_part_lose_no_hit_either() -> None:
+def test_shadow_rays_that_part_lose_no_hit_either() -> None:
     types = array_types("float32")
     segment = Interval(nearest=types.Float(0), farthest=types.Float(1))
     light, hits = np.array([3.0, -2.0, 4.0], dtype=np.float32), 0
@@ -147,15 +147,15 @@ def test_feelers_that_part_lose_no_hit_either() -> None:
         asked = generator.random((LANES, PER_LANE)) < 0.8
         forest = grown(corners, types)
         ends = [points[:, k].astype(np.float32) for k in range(PER_LANE)]
-        feelers = [Ray(origin=vector(types, end), direction=vector(types, light - end)) for end in ends]
+        shadow_rays = [Ray(origin=vector(types, end), direction=vector(types, light - end)) for end in ends]
         eye = types.Vector(*map(float, light))
 
-        feelers = prepared(feelers)
+        shadow_rays = prepared(shadow_rays)
         blocked = any_hit_in_groups(
             types,
-            from_the_light(forest, feelers, eye, segment),
-            points=[feeler.origin for feeler in feelers],
-            alike=turns(feelers),
+            from_the_light(forest, shadow_rays, eye, segment),
+            points=[shadow_ray.origin for shadow_ray in shadow_rays],
+            alike=turns(shadow_rays),
             columns=2,
             eye=eye,
             sample=types.Float(0.01),
@@ -164,7 +164,7 @@ def test_feelers_that_part_lose_no_hit_either() -> None:
             width=LANES,
         )
 
-        for k, expected in enumerate(tried(forest, feelers, segment, LANES)):
+        for k, expected in enumerate(tried(forest, shadow_rays, segment, LANES)):
             where = asked[:, k] & np.isfinite(points[:, k]).all(axis=1)
             found = np.isfinite(np.array(blocked[k]))
             np.testing.assert_array_equal(found[where], np.isfinite(expected)[where], err_msg=f"scene {seed}")

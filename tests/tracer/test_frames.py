@@ -119,7 +119,7 @@ def test_samples_of_a_mesh_stay_in_one_kernel_though_hits_would_go_through_memor
         np.testing.assert_allclose(frames.pixels(), expected, rtol=1e-5, atol=1e-7)
 
 
-def test_feelers_through_trees_alone_are_one_loop_over_lights_with_the_same_pixels(
+def test_shadow_rays_through_trees_alone_are_one_loop_over_lights_with_the_same_pixels(
     precision: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     what, configuration = scene(rods(400), lights=LIGHTS[:3]), Configuration(precision=precision)

@@ -49,7 +49,7 @@ def with_lights(*lights: PointLight) -> Scene:
 FEATURES: dict[str, tuple[Scene, Scene, Collection[Stage], int]] = {
     "lights": (BOTH, with_lights(), RADIANCE, 210),
     "a second light": (with_lights(LIGHT, SECOND_LIGHT), BOTH, RADIANCE, 60),
-    "feelers": (scene(HOLLOW), scene(SPHERE), (Stage.VISIBILITY,), 45),
+    "shadow_rays": (scene(HOLLOW), scene(SPHERE), (Stage.VISIBILITY,), 45),
     "a second sphere": (scene(SPHERE, OTHER), scene(SPHERE), DISTANCE, 25),
     "a plane": (BOTH, scene(SPHERE), DISTANCE, 8),
     "a triangle": (scene(TRIANGLE, FLOOR), scene(FLOOR), DISTANCE, 75),
@@ -88,9 +88,9 @@ def test_every_stage_costs_more_than_what_it_is_made_of_and_nothing_that_comes_a
     assert sum(kernel["operation_count"] for kernel in together) <= counts[-1] + handed
 
 
-def test_feelers_in_float64_are_there_only_by_the_strategy_that_wants_them() -> None:
+def test_shadow_rays_in_float64_are_there_only_by_the_strategy_that_wants_them() -> None:
     def of_float64(variant: str) -> int:
-        render(BOTH, RADIANCE, Configuration(formulas={"feeler": variant}))
+        render(BOTH, RADIANCE, Configuration(formulas={"shadow_ray": variant}))
         (kernel,) = dr.kernel_history([dr.KernelType.JIT])
         return kernel["ir"].getvalue().count("x double>")
 

@@ -63,9 +63,9 @@ def test_a_tree_takes_one_kernel_or_two_as_planned(split: bool, precision: str) 
     assert len(dr.kernel_history([dr.KernelType.JIT])) == 1 + split
 
 
-@pytest.mark.parametrize("variant", [formula.variant for formula in FORMULAS.variants("feeler")])
+@pytest.mark.parametrize("variant", [formula.variant for formula in FORMULAS.variants("shadow_ray")])
 def test_no_strategy_against_acne_takes_a_kernel_of_its_own(variant: str) -> None:
-    assert len(kernels(everything(), configuration=Configuration(formulas={"feeler": variant}))) == 2
+    assert len(kernels(everything(), configuration=Configuration(formulas={"shadow_ray": variant}))) == 2
 
 
 @pytest.mark.parametrize("name", sorted(SHAPES))
@@ -83,7 +83,7 @@ def test_a_shape_that_is_absent_leaves_nothing(name: str) -> None:
         ("square", "half_vectors"),
         ("triangle", "signed_areas"),
         ("to_object", None),
-        ("feeler", "minimum_t"),
+        ("shadow_ray", "minimum_t"),
     ],
 )
 def test_a_formula_without_work_is_not_in_the_kernel(slot: str, variant: str | None) -> None:
@@ -100,7 +100,7 @@ def test_identity_costs_no_transform() -> None:
     assert operations(scene(SPHERE)) < operations(scene(translated)) < operations(scene(moved))
 
 
-def test_without_lights_there_are_no_feelers_and_no_cosines() -> None:
+def test_without_lights_there_are_no_shadow_rays_and_no_cosines() -> None:
     both = scene(SPHERE, FLOOR)
 
     dark = operations(dataclasses.replace(both, lights=()))
@@ -120,9 +120,9 @@ def test_where_it_is_dark_no_kernel_is_about_light() -> None:
 
 
 @pytest.mark.parametrize("name", sorted(SHAPES))
-def test_feelers_are_there_only_where_something_may_block(name: str) -> None:
+def test_shadow_rays_are_there_only_where_something_may_block(name: str) -> None:
     # A mesh may shadow itself, and so may a two-sided body that is seen from inside; other bodies cannot when alone.
-    other = Configuration(formulas={"feeler": "minimum_t"})
+    other = Configuration(formulas={"shadow_ray": "minimum_t"})
     alone = scene(dataclasses.replace(SHAPES[name], two_sided=False))
     hollow = scene(dataclasses.replace(SHAPES[name], two_sided=True))
     pair = scene(SHAPES[name], FLOOR)

@@ -44,10 +44,10 @@ def test_no_hit_and_no_shadow_is_lost(precision: str) -> None:
     assert shadowed > SCENES * 48 * 30 * 0.2
 
 
-@pytest.mark.parametrize("feeler", ["none", "doubles"])
-def test_a_strategy_against_acne_means_the_same(feeler: str) -> None:
+@pytest.mark.parametrize("shadow_ray", ["none", "doubles"])
+def test_a_strategy_against_acne_means_the_same(shadow_ray: str) -> None:
     what = scene(Sphere(albedo=ALBEDO, center=(0.0, 0.0, 1.0), two_sided=True), FLOOR, lights=(LIGHT,))
-    configuration = Configuration(formulas={"feeler": feeler})
+    configuration = Configuration(formulas={"shadow_ray": shadow_ray})
 
     one, other = (render(what, (Stage.VISIBILITY,), configuration, chosen=chosen) for chosen in (STRIP, ONE_BY_ONE))
 
@@ -94,8 +94,8 @@ def test_a_discriminant_that_cancels_hits_as_much(formula: str, radii: float) ->
     assert (single[Stage.OBJECT][..., 0] >= 0).any()
 
 
-@pytest.mark.parametrize("feeler", ["normal_offset", "doubles"])
-def test_a_light_that_rounding_moves_loses_no_shadow(feeler: str) -> None:
+@pytest.mark.parametrize("shadow_ray", ["normal_offset", "doubles"])
+def test_a_light_that_rounding_moves_loses_no_shadow(shadow_ray: str) -> None:
     ball = Sphere(albedo=ALBEDO, center=(1e5, 0.0, 0.2), radius=0.02)
     near = {"eye": (1e5 + 0.2, -0.2, 0.4), "target": (1e5, 0.0, 0.0), "fovy": 20.0, "near": 1e-3}
     what = scene(
@@ -104,7 +104,7 @@ def test_a_light_that_rounding_moves_loses_no_shadow(feeler: str) -> None:
         lights=(PointLight(position=(1e5 + 0.0039, 0.0, 0.5), flux=(10.0, 10.0, 10.0)),),
         camera=camera(width=256, height=256, **near),
     )
-    configuration = Configuration(formulas={"feeler": feeler})
+    configuration = Configuration(formulas={"shadow_ray": shadow_ray})
 
     one, other = (render(what, (Stage.VISIBILITY,), configuration, chosen=chosen) for chosen in (STRIP, ONE_BY_ONE))
 

@@ -125,14 +125,14 @@ def test_the_scene_decides() -> None:
     # Of as many triangles, a closed body goes two by two.
     view = camera(width=384, height=384)
     assert [plan(scene(mesh, camera=view), default).columns for mesh in (terrain(400), bumpy(7))] == [4, 2]
-    # About as many faces as samples, far apart, and one behind the other: there feelers go by themselves.
+    # About as many faces as samples, far apart, and one behind the other: there shadow rays go by themselves.
     dust = soup(200_000)
     thick = dataclasses.replace(dust, vertices=dust.vertices + 5 * (dust.vertices - centers(dust)))
     assert [plan(large(scene(mesh)), default).split for mesh in (dust, thick)] == [False, True]
     # One loop goes through them; in float64, of small triangles only.
     assert plan(large(scene(thick)), default).pipelined
     assert not plan(large(scene(thick)), double).pipelined
-    # A feeler that goes on behind the light cannot be bounded from there.
+    # A shadow ray that goes on behind the light cannot be bounded from there.
     assert plan(large(scene(octahedron())), endless).split
 
 
@@ -145,12 +145,12 @@ def test_a_plan_reads_as_one_line() -> None:
 
 
 @pytest.mark.parametrize("what", [scene(Sphere(albedo=ALBEDO), FLOOR), everything()], ids=["unrolled", "trees"])
-@pytest.mark.parametrize("feeler", ["normal_offset", "doubles"])
-def test_many_lights_are_the_sum_of_few(what: Scene, feeler: str, precision: str) -> None:
+@pytest.mark.parametrize("shadow_ray", ["normal_offset", "doubles"])
+def test_many_lights_are_the_sum_of_few(what: Scene, shadow_ray: str, precision: str) -> None:
     generator = np.random.default_rng(6)
     places = generator.uniform((-4, -4, 3), (4, 4, 6), (9, 3)).tolist()
     lights = tuple(PointLight(position=(x, y, z), flux=(30.0 + k, 20.0, 10.0)) for k, (x, y, z) in enumerate(places))
-    configuration = Configuration(precision=precision, formulas={"feeler": feeler})
+    configuration = Configuration(precision=precision, formulas={"shadow_ray": shadow_ray})
     stages = (Stage.VISIBILITY, Stage.IRRADIANCE, Stage.RADIANCE)
 
     together = render(dataclasses.replace(what, lights=lights), stages, configuration)

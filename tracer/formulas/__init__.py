@@ -55,15 +55,15 @@ Normals:
     world_normal(normal, transform)              -> unit world normal; not called where object space is world space
     facing(normal, direction)                    -> the normal of a two-sided surface, turned against `direction`
 
-Shadow rays, or feelers; cosine = dot(N, L):
+Shadow rays, or shadow rays; cosine = dot(N, L):
 
     horizon(cosine)                              -> where the light is not above the surface's horizon
     segment(origin, light)                       -> (direction, end): origin + t direction is tested for t < end; with
                                                     the fact bounded=True no farther than the light
-    obstructed(distance)                         -> where a feeler that met something at t (inf: nothing) is blocked
-    feeler(hit, cosine, reach)                   -> `tracer.rays.Start`, the strategy against shadow acne. `hit` is
+    obstructed(distance)                         -> where a shadow ray that met something at t (inf: nothing) is blocked
+    shadow ray(hit, cosine, reach)                   -> `tracer.rays.Start`, the strategy against shadow acne. `hit` is
                                                     `tracer.rays.Hit`, reach the distance to the light [m]. Facts:
-                                                    doubles=True (compute the feeler and its start in float64),
+                                                    doubles=True (compute the shadow ray and its start in float64),
                                                     clearances (as many from the surface, 1 if not given, a blocker
                                                     may stand without being noticed), moved(scale, precision) (and as
                                                     much farther [m]; scale is the largest absolute coordinate [m])
@@ -107,7 +107,7 @@ STAGE_OF: dict[str, Stage] = {
         (Stage.POSITION, "position"),
         (Stage.OBJECT, "to_object cube nearest plane sphere square triangle"),
         (Stage.NORMAL, "cube_normal facing sphere_normal world_normal"),
-        (Stage.VISIBILITY, "feeler horizon obstructed segment"),
+        (Stage.VISIBILITY, "shadow_ray horizon obstructed segment"),
         (Stage.IRRADIANCE, "cosine"),
         (Stage.EXITANCE, "exitance"),
         (Stage.IRRADIANCE, "falloff"),
@@ -318,43 +318,43 @@ TABLE: dict[str, Entry] = {
     "segment/to_light": right("shadow_rays:to_light", "LIT-1", default=True, bounded=True),
     "segment/endless": control("shadow_rays:endless", "LIT-1", erratum="E10"),
     "obstructed/any_hit": right("shadow_rays:any_hit", "LIT-1", default=True),
-    "feeler/none": control(
+    "shadow_ray/none": control(
         "shadow_rays:no_strategy",
         "LIT-1",
         known_bad="rounding puts about half of all hit points below their own surface, which then hides the light",
         clearances=0,
     ),
-    "feeler/skip_last": right("shadow_rays:skip_last", "LIT-2"),
-    "feeler/minimum_t": right("shadow_rays:minimum_t", "LIT-3"),
-    "feeler/fixed_minimum_t": control(
+    "shadow_ray/skip_last": right("shadow_rays:skip_last", "LIT-2"),
+    "shadow_ray/minimum_t": right("shadow_rays:minimum_t", "LIT-3"),
+    "shadow_ray/fixed_minimum_t": control(
         "shadow_rays:fixed_minimum_t",
         "LIT-3",
         known_bad="one length for every scale: too short from 100 m on, and longer than what stands close in small "
         "scenes",
         moved=Place("shadow_rays:fixed_minimum_t_moves"),
     ),
-    "feeler/relative_minimum_t": control(
+    "shadow_ray/relative_minimum_t": control(
         "shadow_rays:relative_minimum_t",
         "LIT-3",
         known_bad="too short towards the terminator, and longer than what stands close in scenes far from the origin",
         moved=Place("shadow_rays:relative_minimum_t_moves"),
     ),
-    "feeler/doubles": right("shadow_rays:doubles", "LIT-4", doubles=True),
-    "feeler/normal_offset": right("shadow_rays:normal_offset", "LIT-5", default=True),
-    "feeler/fixed_offset": control(
+    "shadow_ray/doubles": right("shadow_rays:doubles", "LIT-4", doubles=True),
+    "shadow_ray/normal_offset": right("shadow_rays:normal_offset", "LIT-5", default=True),
+    "shadow_ray/fixed_offset": control(
         "shadow_rays:fixed_offset",
         "LIT-5",
         known_bad="one length for every scale: too short from 1 km on, and more than the whole of a small scene",
         moved=Place("shadow_rays:fixed_offset_moves"),
     ),
-    "feeler/waechter_binder": control(
+    "shadow_ray/waechter_binder": control(
         "shadow_rays:waechter_binder",
         "LIT-5",
         known_bad="256 spacings of the hit point are fewer than the error of o + t d on grazing or far hits",
         moved=Place("shadow_rays:waechter_binder_moves"),
     ),
-    "feeler/error_bound": right("shadow_rays:error_bound", "LIT-5", clearances=4),
-    "feeler/mitsuba": right("shadow_rays:mitsuba", "LIT-5", moved=Place("shadow_rays:mitsuba_moves")),
+    "shadow_ray/error_bound": right("shadow_rays:error_bound", "LIT-5", clearances=4),
+    "shadow_ray/mitsuba": right("shadow_rays:mitsuba", "LIT-5", moved=Place("shadow_rays:mitsuba_moves")),
     "cosine/direct": right("light:direct", "RAD-2", default=True),
     "cosine/scaled": right("light:cosine_scaled", "RAD-2"),
     "falloff/inverse_square": right("light:inverse_square", "RAD-1", default=True),

@@ -1,8 +1,8 @@
-"""Formulas of light feelers: their direction and end, what blocks them, and strategies against shadow acne.
+"""Formulas of shadow rays: their direction and end, what blocks them, and strategies against shadow acne.
 
-The strategies against such shadow acne return where a feeler begins: first the lecture's, by a minimum t, then offsets
-along the normal, by year. Where a strategy goes by something else than the clearance, it moves the start farther by a
-length that `..._moves` bounds from the scene's largest absolute coordinate `scale` [m].
+The strategies against such shadow acne return where a shadow ray begins: first the lecture's, by a minimum t, then
+offsets along the normal, by year. Where a strategy goes by something else than the clearance, it moves the start
+farther by a length that `..._moves` bounds from the scene's largest absolute coordinate `scale` [m].
 """
 
 from typing import Any
@@ -36,7 +36,7 @@ def below(cosine: Any) -> Any:
 def to_light(origin: Any, light: Any) -> tuple[Any, Any]:
     """Return the direction light - origin, so that the light stands at t = 1, and the end 1.
 
-    The segment that a feeler tests: strictly between the point and the light.
+    The segment that a shadow ray tests: strictly between the point and the light.
     """
     return light - origin, 1.0
 
@@ -44,15 +44,15 @@ def to_light(origin: Any, light: Any) -> tuple[Any, Any]:
 def endless(origin: Any, light: Any) -> tuple[Any, Any]:
     """Return a ray that goes on behind the light, where a blocker does not count.
 
-    Control for erratum E10: a feeler "obstructed by an object", wherever that object stands.
+    Control for erratum E10: a shadow ray "obstructed by an object", wherever that object stands.
     """
     return light - origin, dr.inf
 
 
 def any_hit(distance: Any) -> Any:
-    """Return where the feeler met something: a blocked light adds pure black.
+    """Return where the shadow ray met something: a blocked light adds pure black.
 
-    What a feeler that met something means.
+    What a shadow ray that met something means.
     """
     return distance < dr.inf
 
@@ -116,9 +116,9 @@ def relative_minimum_t_moves(scale: float, precision: str) -> float:
 def doubles(hit: Hit, cosine: Any, reach: Any) -> Start:
     """Return the hit point, found again in float64, and its clearance as a share of the way to the light.
 
-    Doubles, for the hit point and for the feeler.
-    The rounding error of a hit point does not vanish, it shrinks by 2^29; so the feeler still begins at a minimum t, as
-    small as doubles allow.
+    Doubles, for the hit point and for the shadow ray.
+    The rounding error of a hit point does not vanish, it shrinks by 2^29; so the shadow ray still begins at a minimum
+    t, as small as doubles allow.
     """
     return Start(origin=hit.position, nearest=hit.clearance / (cosine * reach))
 
@@ -126,7 +126,7 @@ def doubles(hit: Hit, cosine: Any, reach: Any) -> Start:
 def normal_offset(hit: Hit, cosine: Any, reach: Any) -> Start:
     """Return a start moved by the clearance [m] to the side that the normal, and so the light, is on.
 
-    Start the feeler a few float spacings above the surface, along its normal.
+    Start the shadow ray a few float spacings above the surface, along its normal.
     The clearance bounds the distance along the normal between the computed and the true surface
     (`tracer.shapes.bounds`).
     Sources: Pharr, Jakob and Humphreys, "Physically Based Rendering", 3rd ed., section 3.9; Wächter and Binder, "A Fast
@@ -176,7 +176,7 @@ def error_bound(hit: Hit, cosine: Any, reach: Any) -> Start:
     Leave the box that bounds the hit point's error along the normal, then round outwards.
     Per axis the error of o + t d is abs(d) dt + gamma(2) (abs(o) + abs(t d)); dt is half the clearance over abs(N . d),
     what rounding may do to t at this angle. The box does not know that the first part lies along d: the offset grows as
-    1 / cos at grazing views, where `feeler/normal_offset` keeps to the part along the normal.
+    1 / cos at grazing views, where `shadow_ray/normal_offset` keeps to the part along the normal.
     Source: Pharr, Jakob and Humphreys, "Physically Based Rendering", 4th ed. (2023), section 6.8.6, and pbrt-v4's
     ray.h, OffsetRayOrigin.
     """

@@ -220,7 +220,7 @@ def _given_hits(traced: Sequence[HitShapes], given: Given) -> list[HitShapes]:
 
 
 def _on_surface(traced: Sequence[HitShapes], positions: Sequence[Any]) -> list[Any]:
-    """Return given positions [m] for feelers to start from: where the traced one is the same up to rounding, that.
+    """Return given positions [m] for shadow rays to start from: where the traced one is the same up to rounding, that.
 
     Rounding has moved what is given off the surface, and what is traced stands on it.
     """

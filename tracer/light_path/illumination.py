@@ -1,7 +1,7 @@
-"""The stages visibility and irradiance: feelers to each light, one by one or in a loop of the kernel.
+"""The stages visibility and irradiance: shadow rays to each light, one by one or in a loop of the kernel.
 
 Many lights, one after the other in a loop of the kernel: its length does not depend on how many there are. Of a few,
-only feelers that go through trees are in one.
+only shadow rays that go through trees are in one.
 """
 
 from collections.abc import Callable, Sequence
@@ -13,9 +13,9 @@ import numpy as np
 
 from rayproof.cases.scene import Vector
 from rayproof.tracer.kernel.arrays import next_step
-from rayproof.tracer.light_path.shadow_stage import FeelerOrigins, feeler_origins
+from rayproof.tracer.light_path.shadow_stage import ShadowRayOrigins, shadow_ray_origins
 from rayproof.tracer.light_path.surfaces import DeviceScene, Surface
-from rayproof.tracer.rays import Feeler, Hit, Interval, Ray
+from rayproof.tracer.rays import Hit, Interval, Ray, ShadowRay
 
 MANY = 6  # lights from which on a kernel loops over them; fewer are unrolled
 
@@ -59,14 +59,14 @@ def _above_horizon(world: DeviceScene, surfaces: Sequence[Surface], towards: Seq
     return [surface.met.mask & ~horizon(way.cosine) for surface, way in zip(surfaces, towards, strict=True)]
 
 
-def _feeler(world: DeviceScene, hit: Hit, towards: DirectionToLight, active: Any) -> Feeler:
+def _shadow_ray(world: DeviceScene, hit: Hit, towards: DirectionToLight, active: Any) -> ShadowRay:
     Float, Vector = world.types.Float, world.types.Vector
-    start = world.configuration["feeler"](hit, Float(towards.cosine), Float(towards.distance))
+    start = world.configuration["shadow_ray"](hit, Float(towards.cosine), Float(towards.distance))
     direction, end = world.configuration["segment"](start.origin, Vector(towards.light))
     width = dr.width(direction)
     if start.shorter:
         end = end * (1 - start.shorter)
-    return Feeler(
+    return ShadowRay(
         ray=Ray(origin=start.origin, direction=direction),
         interval=Interval(nearest=world.parameters.per_lane(Float(start.nearest), width), farthest=Float(end)),
         skip=start.skip,
@@ -75,7 +75,7 @@ def _feeler(world: DeviceScene, hit: Hit, towards: DirectionToLight, active: Any
 
 
 def _unblocked(
-    origins: FeelerOrigins | None,
+    origins: ShadowRayOrigins | None,
     surfaces: Sequence[Surface],
     towards: Sequence[DirectionToLight],
     above: Sequence[Any],
@@ -85,10 +85,10 @@ def _unblocked(
     if origins is None:
         return masks
     world = origins.world
-    feelers = [_feeler(world, *one) for one in zip(origins.hits, towards, above, strict=True)]
-    world.parameters.store([feeler.arrays for feeler in feelers])
+    shadow_rays = [_shadow_ray(world, *one) for one in zip(origins.hits, towards, above, strict=True)]
+    world.parameters.store([shadow_ray.arrays for shadow_ray in shadow_rays])
     next_step(world.types, samples=len(surfaces))
-    blocked = world.blocked(feelers, world.types.Vector(towards[0].light), place=towards[0].place)
+    blocked = world.blocked(shadow_rays, world.types.Vector(towards[0].light), place=towards[0].place)
     free = [mask & ~there for mask, there in zip(masks, blocked, strict=True)]
     world.parameters.store(free)
     next_step(world.types, samples=len(surfaces))
@@ -96,11 +96,11 @@ def _unblocked(
 
 
 def _alike(world: DeviceScene) -> bool:
-    """Return whether feelers to all lights run through the same long code: trees alone, in a kernel of their own."""
+    """Return whether the shadow rays to all lights run through the same code: only trees, in a kernel of their own."""
     return world.in_trees and not world.bodies.each and not world.parameters.shared
 
 
-def _unblocked_by_loop(origins: FeelerOrigins, surfaces: Sequence[Surface]) -> list[list[Any]]:
+def _unblocked_by_loop(origins: ShadowRayOrigins, surfaces: Sequence[Surface]) -> list[list[Any]]:
     """Return what `_unblocked` returns, light by light, from a loop over them: each is a bit of a ray's number."""
     world, lights = origins.world, origins.world.scene.lights
     UInt, width = world.types.UInt, dr.width(surfaces[0].met.hit.distance)
@@ -150,7 +150,7 @@ def illuminate(
 
 def _by_loop(world: DeviceScene, surfaces: Sequence[Surface], *, visibility: bool) -> tuple[list[list[Any]], list[Any]]:
     # Before the loop: it does not depend on the light.
-    origins = feeler_origins(world, surfaces) if world.has_blockers else None
+    origins = shadow_ray_origins(world, surfaces) if world.has_blockers else None
 
     def one_light(position: Any, flux: Any) -> tuple[list[Any], list[Any]]:
         towards = _towards(world, surfaces, position)
@@ -174,7 +174,7 @@ def _unrolled(
     # Then what follows is the same code for each light.
     world.parameters.store(above)
     if known is None:
-        origins = feeler_origins(world, surfaces) if world.has_blockers else None
+        origins = shadow_ray_origins(world, surfaces) if world.has_blockers else None
         if origins is not None and len(lights) > 1 and _alike(world):
             free = _unblocked_by_loop(origins, surfaces)
         else:

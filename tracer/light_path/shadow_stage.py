@@ -1,6 +1,6 @@
-"""Where feelers start (by which strategy, in which precision), and how near a blocker goes unnoticed.
+"""Where shadow rays start (by which strategy, in which precision), and how near a blocker goes unnoticed.
 
-Where feelers start, and the shapes that they run through, in the precision that the strategy wants.
+Where shadow rays start, and the shapes that they run through, in the precision that the strategy wants.
 
 How far from a surface a blocker may stand without being noticed: what the strategy against acne costs.
 """
@@ -21,16 +21,16 @@ WINDOW = 2.0**-10  # of t, on either side: where the shape that a pixel shows is
 
 
 @dataclass(frozen=True, kw_only=True)
-class FeelerOrigins:
-    """The hits that feelers start from, one for each ray, and the world that they run through."""
+class ShadowRayOrigins:
+    """The hits that shadow rays start from, one for each ray, and the world that they run through."""
 
     world: DeviceScene
     hits: list[Hit]
 
 
-def feeler_origins(world: DeviceScene, surfaces: Sequence[Surface]) -> FeelerOrigins:
-    """Return where feelers start."""
-    if world.configuration.formula("feeler").facts.get("doubles", False) and world.types.precision != "float64":
+def shadow_ray_origins(world: DeviceScene, surfaces: Sequence[Surface]) -> ShadowRayOrigins:
+    """Return where shadow rays start."""
+    if world.configuration.formula("shadow_ray").facts.get("doubles", False) and world.types.precision != "float64":
         return _in_float64(world, surfaces)
     hits = [
         Hit(
@@ -44,10 +44,10 @@ def feeler_origins(world: DeviceScene, surfaces: Sequence[Surface]) -> FeelerOri
         for surface in surfaces
     ]
     world.parameters.store([hit.clearance for hit in hits])
-    return FeelerOrigins(world=world, hits=hits)
+    return ShadowRayOrigins(world=world, hits=hits)
 
 
-def _in_float64(world: DeviceScene, surfaces: Sequence[Surface]) -> FeelerOrigins:
+def _in_float64(world: DeviceScene, surfaces: Sequence[Surface]) -> ShadowRayOrigins:
     """Return the hits of the same rays, found again; where that fails, the usual ones."""
     types, parameters = array_types("float64"), world.parameters
     wide = DeviceScene(replace(world.context, types=types))
@@ -75,7 +75,7 @@ def _in_float64(world: DeviceScene, surfaces: Sequence[Surface]) -> FeelerOrigin
             )
         )
     parameters.store([(hit.position, hit.normal, hit.clearance, hit.distance) for hit in hits])
-    return FeelerOrigins(world=wide, hits=hits)
+    return ShadowRayOrigins(world=wide, hits=hits)
 
 
 def shadow_epsilon(configuration: Configuration, *, scale: Any, spread: Any = 1.0) -> Any:
@@ -85,7 +85,7 @@ def shadow_epsilon(configuration: Configuration, *, scale: Any, spread: Any = 1.
     `TracedShape.spreads`; both may be arrays. It is a bound for the whole image; the strategies use each pixel's own,
     smaller clearance.
     """
-    strategy = configuration.formula("feeler")
+    strategy = configuration.formula("shadow_ray")
     precision = "float64" if strategy.facts.get("doubles", False) else configuration.precision
     epsilon = strategy.facts.get("clearances", 1) * bound(scale=scale, spread=spread, precision=precision)
     moved = strategy.facts.get("moved")

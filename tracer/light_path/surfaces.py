@@ -17,7 +17,7 @@ import numpy as np
 
 from rayproof.cases.scene import Vector
 from rayproof.tracer.plan import Context
-from rayproof.tracer.rays import Feeler, Interval, NearestHit, Ray
+from rayproof.tracer.rays import Interval, NearestHit, Ray, ShadowRay
 from rayproof.tracer.shapes import bounds
 from rayproof.tracer.shapes.meshes import TracedMesh
 from rayproof.tracer.shapes.primitives import TracedCube, TracedSphere, traced
@@ -79,14 +79,14 @@ class DeviceScene:
         hits = self.bodies.nearest(rays, intervals)
         return self.trees.nearest(rays, intervals, hits, narrow=narrow) if self.in_trees else hits
 
-    def blocked(self, feelers: Sequence[Feeler], light: Any, *, place: Vector | None) -> list[Any]:
-        """Return where something other than the shape that it leaves out is met inside a feeler's interval.
+    def blocked(self, shadow_rays: Sequence[ShadowRay], light: Any, *, place: Vector | None) -> list[Any]:
+        """Return where something other than the shape that it leaves out is met inside a shadow ray's interval.
 
-        The feelers all end at `light` [m], `place` on the host if it is known there.
+        The shadow rays all end at `light` [m], `place` on the host if it is known there.
         """
-        blocked = self.bodies.blocked(feelers, place)
-        blocked = self.trees.blocked(feelers, light, blocked) if self.in_trees else blocked
-        return [there & feeler.active for there, feeler in zip(blocked, feelers, strict=True)]
+        blocked = self.bodies.blocked(shadow_rays, place)
+        blocked = self.trees.blocked(shadow_rays, light, blocked) if self.in_trees else blocked
+        return [there & shadow_ray.active for there, shadow_ray in zip(blocked, shadow_rays, strict=True)]
 
 
 Value = TypeVar("Value", bound=Hashable)

@@ -6,7 +6,7 @@ Let S = abs(eye) + t + extent, where `extent` bounds the distance from the world
 of the mesh's face, that is hit. The point fl(eye + t d) is off by one rounding, at most u S. The t of a formula that is
 as good as its inputs deserve is off by a small multiple of u S / abs(dot(n, d)), and multiplied by abs(dot(n, d)) that
 is again a small multiple of u S along the normal, however grazing the ray. Counting the roundings of plane and cube
-(subtract, three fused products, one division: gamma(5) of o and of t d) and adding those of the feeler's own
+(subtract, three fused products, one division: gamma(5) of o and of t d) and adding those of the shadow ray's own
 intersection test gives 12 u S; the sphere's measured worst error is of the same size. FACTOR rounds up.
 
 Two things multiply it (`TracedShape.spreads`): the transform of a curved surface, by at most norm(abs(A^-1)) norm(A),

@@ -14,7 +14,7 @@ Where a way through a tree stands, in two words: the heap index `key` of a node,
 A node has four children, and trail three bits per level, one for each sibling that is still to be visited: to go back,
 climb to the deepest set bit and turn to that sibling. So there is no stack.
 
-Feelers of one tile that part: those whose points lie close together go as one beam, one group after the other.
+Shadow rays of one tile that part: those whose points lie close together go as one beam, one group after the other.
 
 Where a tile shows two surfaces, one behind the other, a single beam from the light to both would meet much of what lies
 between them: one tile in a hundred, and most of the work.

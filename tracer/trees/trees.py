@@ -18,7 +18,7 @@ from rayproof.tracer.kernel.arithmetic import prepared, smaller, turning_alike, 
 from rayproof.tracer.kernel.arrays import ArrayTypes
 from rayproof.tracer.kernel.parameters import LITERALS, DeviceBuffers, KernelConstants, aligned, packets
 from rayproof.tracer.plan import Context
-from rayproof.tracer.rays import Feeler, Interval, NearestHit, Ray
+from rayproof.tracer.rays import Interval, NearestHit, Ray, ShadowRay
 from rayproof.tracer.shapes.meshes import (
     TriangleArrays,
     baked,
@@ -347,14 +347,17 @@ class Hierarchies:
             number=number if hierarchy is self.forest else before.number,
         )
 
-    def blocked(self, feelers: Sequence[Feeler], light: Any, blocked: list[Any]) -> list[Any]:
-        """Return where a feeler is `blocked` already, or by a shape in a tree.
+    def blocked(self, shadow_rays: Sequence[ShadowRay], light: Any, blocked: list[Any]) -> list[Any]:
+        """Return where a shadow ray is `blocked` already, or by a shape in a tree.
 
         They all end at `light` [m], and through a tree they go as one beam from there; the formulas are asked about the
-        feelers as they are, so that a strategy against acne means the same either way.
+        shadow rays as they are, so that a strategy against acne means the same either way.
         """
         obstructed = self.configuration["obstructed"]
-        rays, intervals = [feeler.ray for feeler in feelers], [feeler.interval for feeler in feelers]
+        rays, intervals = (
+            [shadow_ray.ray for shadow_ray in shadow_rays],
+            [shadow_ray.interval for shadow_ray in shadow_rays],
+        )
         camera = self.scene.camera
         eye = self.parameters("camera eye", self.types.Vector(*camera.eye))
         sample = self.parameters("camera sample", self.types.Float(2 * math.tan(camera.alpha) / camera.height))
@@ -362,7 +365,7 @@ class Hierarchies:
             self.parameters.store(light)
             rays = prepared(rays)
         for hierarchy in self.hierarchies:
-            active = [feeler.active & ~there for there, feeler in zip(blocked, feelers, strict=True)]
+            active = [shadow_ray.active & ~there for there, shadow_ray in zip(blocked, shadow_rays, strict=True)]
             triangles = hierarchy is self.forest
 
             def walk(
@@ -381,7 +384,7 @@ class Hierarchies:
                 columns=self.plan.columns,
                 eye=eye,
                 sample=sample,
-                skips=None if feelers[0].skip is None else self._skips(hierarchy, feelers),
+                skips=None if shadow_rays[0].skip is None else self._skips(hierarchy, shadow_rays),
                 active=active,
                 width=max(dr.width(ray.origin) for ray in rays),
             )
@@ -391,14 +394,14 @@ class Hierarchies:
     def _feeling(
         self, hierarchy: Hierarchy, rays: Sequence[Ray], light: Any, active: Sequence[Any]
     ) -> tuple[Beam, Any]:
-        """Return what bounds the feelers on their way through a tree, and the t of its end."""
+        """Return what bounds the shadow rays on their way through a tree, and the t of its end."""
         Single: Any = dr.float32_array_t(self.types.Float)
         if self.configuration.formula("segment").facts.get("bounded", False):
             reaches = [ray.origin - light for ray in rays]
             return Beam(hierarchy.nodes, light, reaches, active=active), Single(WIDER)
-        # A feeler that does not end at the light goes by itself.
+        # A shadow ray that does not end at the light goes by itself.
         (ray,) = rays
         return Beam(hierarchy.nodes, ray.origin, [ray.direction]), Single(dr.inf)
 
-    def _skips(self, hierarchy: Hierarchy, feelers: Sequence[Feeler]) -> Callable[[Any, int], Any]:
-        return lambda number, k: hierarchy.shape(number, self.types.Bool(True)) == feelers[k].skip
+    def _skips(self, hierarchy: Hierarchy, shadow_rays: Sequence[ShadowRay]) -> Callable[[Any, int], Any]:
+        return lambda number, k: hierarchy.shape(number, self.types.Bool(True)) == shadow_rays[k].skip

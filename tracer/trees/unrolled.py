@@ -15,7 +15,7 @@ import drjit as dr
 from rayproof.cases.scene import Vector
 from rayproof.tracer.kernel.arrays import where
 from rayproof.tracer.plan import Context
-from rayproof.tracer.rays import Feeler, Interval, NearestHit, Ray
+from rayproof.tracer.rays import Interval, NearestHit, Ray, ShadowRay
 from rayproof.tracer.shapes.primitives import traced
 from rayproof.tracer.shapes.shape import TracedShape, Transform
 from rayproof.tracer.trees.beams import Cone, Directions, cone
@@ -98,27 +98,27 @@ class UnrolledShapes:
             for t, index in zip(best, shape, strict=True)
         ]
 
-    def blocked(self, feelers: Sequence[Feeler], light: Vector | None) -> list[Any]:
-        """Return where a body other than the one that it leaves out is met inside a feeler's interval.
+    def blocked(self, shadow_rays: Sequence[ShadowRay], light: Vector | None) -> list[Any]:
+        """Return where a body other than the one that it leaves out is met inside a shadow ray's interval.
 
         `light` [m] is where they end, None where the kernel reads it from memory.
         """
         obstructed = self.configuration["obstructed"]
-        width = max(dr.width(feeler.ray.origin) for feeler in feelers)
-        blocked = [self.parameters.per_lane(self.types.Bool(False), width) for _ in feelers]
+        width = max(dr.width(shadow_ray.ray.origin) for shadow_ray in shadow_rays)
+        blocked = [self.parameters.per_lane(self.types.Bool(False), width) for _ in shadow_rays]
         missed = obstructed(self.types.Float(dr.inf))
-        asked = self._felt(feelers, light)
+        asked = self._felt(shadow_rays, light)
         for body in self.each:
 
             def meet(body: UnrolledShape = body) -> list[Any]:
-                distances = [self._distance(body, one.ray, one.interval) for one in feelers]
+                distances = [self._distance(body, one.ray, one.interval) for one in shadow_rays]
                 return [
                     obstructed(t if one.skip is None else dr.select(one.skip == body.number, dr.inf, t))
-                    for one, t in zip(feelers, distances, strict=True)
+                    for one, t in zip(shadow_rays, distances, strict=True)
                 ]
 
             some = asked(body)
-            found = meet() if some is None else where(some, meet, [missed] * len(feelers))
+            found = meet() if some is None else where(some, meet, [missed] * len(shadow_rays))
             blocked = [there | one for there, one in zip(blocked, found, strict=True)]
             self.parameters.store(blocked)
         return blocked
@@ -146,30 +146,30 @@ class UnrolledShapes:
 
         return asked
 
-    def _felt(self, feelers: Sequence[Feeler], light: Vector | None) -> Callable[[UnrolledShape], Any]:
-        """Return what says in which lanes a body may be met by feelers; None where nobody knows."""
-        # A feeler that does not end at the light meets what stands behind it, too.
+    def _felt(self, shadow_rays: Sequence[ShadowRay], light: Vector | None) -> Callable[[UnrolledShape], Any]:
+        """Return what says in which lanes a body may be met by shadow rays; None where nobody knows."""
+        # A shadow ray that does not end at the light meets what stands behind it, too.
         segment = self.configuration.formula("segment")
         known = segment.kind == "right" and segment.facts.get("bounded", False)
-        if len(feelers) == 1 or light is None or not known:
+        if len(shadow_rays) == 1 or light is None or not known:
             return lambda body: None
-        active = [feeler.active for feeler in feelers]
-        directions = Directions([feeler.ray.direction for feeler in feelers], self.types, active=active)
+        active = [shadow_ray.active for shadow_ray in shadow_rays]
+        directions = Directions([shadow_ray.ray.direction for shadow_ray in shadow_rays], self.types, active=active)
         self.parameters.store(directions.arrays)
 
         def asked(body: UnrolledShape) -> Any:
             if body.shape.endless:
-                return self._crossing(body, feelers) if self._right(body) else None
+                return self._crossing(body, shadow_rays) if self._right(body) else None
             about = self._cone(body, light)
             name = f"shape {body.index} from {light}"
             return about and about.reversed.may_meet(directions, self.types, self.parameters, name=name)
 
         return asked
 
-    def _crossing(self, plane: UnrolledShape, feelers: Sequence[Feeler]) -> Any:
-        """Return in which lanes a feeler goes towards the plane: only then t is not negative."""
+    def _crossing(self, plane: UnrolledShape, shadow_rays: Sequence[ShadowRay]) -> Any:
+        """Return in which lanes a shadow ray goes towards the plane: only then t is not negative."""
         some = self.types.Bool(False)
-        for feeler in feelers:
-            ray = self._object_ray(plane, feeler.ray)
-            some |= feeler.active & ~(ray.origin.z * ray.direction.z > 0)
+        for shadow_ray in shadow_rays:
+            ray = self._object_ray(plane, shadow_ray.ray)
+            some |= shadow_ray.active & ~(ray.origin.z * ray.direction.z > 0)
         return some

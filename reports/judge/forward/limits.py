@@ -130,7 +130,7 @@ def limits(scene: Scene, truth: StageImages, conditioning: Conditioning, g: Roun
         irradiance = _visible(lights, truth)
         cosine = _turned(scene, truth, g, lifted, all_position, all_normal)
         # A triangle's normal is that of object space, and its plane that of the baked corners: between the horizons of
-        # the two a feeler that leaves along the normal meets the triangle itself, whoever traces it.
+        # the two a shadow ray that leaves along the normal meets the triangle itself, whoever traces it.
         baked = (gamma(BAKING, precision="float32") * c.baking)[..., np.newaxis]
         cosine, relative = cosine + baked, relative + baked
         albedo = _albedo(scene, truth)

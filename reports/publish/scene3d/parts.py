@@ -118,7 +118,7 @@ Answers = Mapping[Stage, np.ndarray]
 
 
 class Layer(msgspec.Struct, forbid_unknown_fields=True):
-    """How the parts of a layer look; `length` is in sizes of the scene, of rays and feelers the longest."""
+    """How the parts of a layer look; `length` is in sizes of the scene, of rays and shadow rays the longest."""
 
     color: tuple[str, str]  # on a light and on a dark page
     width: float = 1.0  # px, of lines and points
@@ -161,7 +161,7 @@ class Look(msgspec.Struct, forbid_unknown_fields=True):
     points: int  # hits that are shown
     worst: int  # of which so many are the worst
     rays: int
-    feelers: int
+    shadow_rays: int
     normals: int
     lights: int  # a thousand balls hide what they light
     colors: str  # of the points, from good to bad
@@ -403,17 +403,17 @@ def _measured(
     lights: np.ndarray,
     frame: _Frame,
 ) -> Iterator[Part]:
-    """Yield what hangs on hit points: the points, rays, feelers and normals."""
+    """Yield what hangs on hit points: the points, rays, shadow rays and normals."""
     layers, size = look().layers, frame.size
     seen = few(hits.points, look().rays)
     # From afar only the last stretch: lines a kilometre long lose their digits in the depth buffer.
     yield _lines("rays", np.stack([_towards(seen, eye, layers["rays"].length * size), seen], axis=1), frame)
     if Stage.VISIBILITY in answers and len(lights) and answers[Stage.VISIBILITY].shape[-1] >= len(lights):
-        some = few(np.arange(len(hits.points)), look().feelers)
+        some = few(np.arange(len(hits.points)), look().shadow_rays)
         shown = few(np.arange(len(lights)), look().lights)
         arrives = hits.of(answers[Stage.VISIBILITY])[some][:, shown] > 0
         starts = np.broadcast_to(hits.points[some][:, None], (len(some), len(shown), 3))
-        for layer, chosen in (("feelers, lit", arrives), ("feelers, blocked", ~arrives)):
+        for layer, chosen in (("shadow_rays, lit", arrives), ("shadow_rays, blocked", ~arrives)):
             ends = _towards(starts, lights[shown], layers[layer].length * size)
             if chosen.any():
                 yield _lines(layer, np.stack([starts, ends], axis=2)[chosen], frame)

@@ -20,8 +20,8 @@ class RungRecord(TypedDict):
     worst: float | None
     worst_over_Ku: float | None  # largest error over condition number and unit roundoff
     double_hits: NotRequired[int]  # rays through a shared edge that met both triangles
-    acne: NotRequired[int]  # feelers that met the surface that they leave
-    leak: NotRequired[int]  # feelers that missed what is between point and light
+    acne: NotRequired[int]  # shadow rays that met the surface that they leave
+    leak: NotRequired[int]  # shadow rays that missed what is between point and light
 
 
 class ClimbRecord(TypedDict):

@@ -131,7 +131,7 @@ def test_a_pixel_of_the_sphere_takes_the_divisions_that_its_formulas_have() -> N
     (kernel,) = frame("float32")
 
     found = work(kernel.code, kernel.shares)["float32"]
-    # A ray, a normal and the light's falloff; clipping; plane and sphere, for the ray and for the feeler; a cosine.
+    # A ray, a normal and the light's falloff; clipping; plane and sphere, for the ray and for the shadow ray; a cosine.
     assert found.divisions <= 10
     assert found.roots <= 5
     assert work(kernel.code, kernel.shares)["float64"] == Work(operations=0, divisions=0, roots=0)

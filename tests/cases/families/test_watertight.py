@@ -63,16 +63,16 @@ def test_rays_meet_inner_edges_and_vertices_to_a_trillionth_and_few_others_do(na
     assert (near[:, 0] < 1e-4).sum() <= 0.1 * view.width * view.height
 
 
-def test_feelers_meet_the_vertices_before_the_light():
-    scene = CASES["feelers"].scene
+def test_shadow_rays_meet_the_vertices_before_the_light():
+    scene = CASES["shadow_rays"].scene
     positions = ORACLE.render(scene, [Stage.POSITION])[Stage.POSITION].reshape(-1, 3)
     shaded = positions[ORACLE.render(scene, [Stage.VISIBILITY])[Stage.VISIBILITY].ravel() == 0]
     light = np.asarray(scene.lights[0].position)
     vertices = world_triangles(scene.shapes[1]).reshape(-1, 3).astype(np.float64) - light
     units = vertices / np.linalg.norm(vertices, axis=1, keepdims=True)
 
-    feelers = (shaded - light) / np.linalg.norm(shaded - light, axis=1, keepdims=True)
-    sines = np.linalg.norm(np.cross(feelers[:, np.newaxis], units[np.newaxis]), axis=2).min(axis=1)
+    shadow_rays = (shaded - light) / np.linalg.norm(shaded - light, axis=1, keepdims=True)
+    sines = np.linalg.norm(np.cross(shadow_rays[:, np.newaxis], units[np.newaxis]), axis=2).min(axis=1)
 
     assert len(shaded) == 18 * 18
     assert sines.max() < 1e-14

@@ -36,8 +36,8 @@ EPSILON = 1e-7  # m: the program's shadow epsilon, as it declares it
 KNOWN, FITTED = "H", "F"  # what the program calls a mistake that has a hypothesis, and one that a fit finds
 # What the program calls otherwise than the catalogue, and other names of the same images.
 CALLED: Mapping[str, tuple[str, ...]] = {
-    "offset_5cm": ("feeler_offset",),
-    "offset_2cm": ("feeler_offset",),
+    "offset_5cm": ("shadow_ray_offset",),
+    "offset_2cm": ("shadow_ray_offset",),
     "cosine_power_1_5": ("cosine_power",),
     "gamma_2_2": ("gamma",),
     "gamma_1_8": ("gamma",),

@@ -39,7 +39,7 @@ class GradedOrder:
 
 @dataclass(frozen=True, kw_only=True)
 class LiarOrder:
-    """Let a liar spoil whatever it can of a case, unseen; it declares `epsilon` [m] of eye and feelers."""
+    """Let a liar spoil whatever it can of a case, unseen; it declares `epsilon` [m] of eye and shadow rays."""
 
     case: Case
     epsilon: float

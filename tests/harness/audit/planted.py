@@ -17,8 +17,8 @@ from tests.harness.audit.mutants.trials import selected
 if TYPE_CHECKING:
     from rayproof.tracer.formulas import Formula
 
-# An intersection says what is hit and how far away it is, and feelers run through it too: a fault may show in a shadow
-# alone. So may one of the way into object space.
+# An intersection says what is hit and how far away it is, and shadow rays run through it too: a fault may show in a
+# shadow alone. So may one of the way into object space.
 MET = (Stage.OBJECT, Stage.DISTANCE, Stage.VISIBILITY)
 
 

@@ -45,7 +45,7 @@ GRADED_CASE = "primitives/sphere"
 # What a liar is let loose on: shadows, several lights, surfaces and lights that coincide, mirrors, whatever is random.
 LIAR_CASES = ("acne/*", "nearest/*", "primitives/*", "several_lights/*", "shadows/*", "transforms/*_mirrored")
 QUICK_LIAR_CASES = ("acne/light_on_a_blocker", "nearest/coincident", "shadows/every_blocker")
-LIAR_EPSILON = 0.05  # m, of eye and feelers: what a liar declares to hide behind, on the few cases
+LIAR_EPSILON = 0.05  # m, of eye and shadow rays: what a liar declares to hide behind, on the few cases
 GRADES = tuple(10.0 ** (-half / 2) for half in range(4, 15))  # half decades from 1e-2 to 1e-7, relative
 QUICK_GRADES = GRADES[::2]
 MORE, QUICK_MORE = 12, 3  # further cases a round for what no case has killed at its own stage

@@ -24,7 +24,7 @@ TRACER = (
     ("sphere/fault_far_root", "primitives/sphere"),
     ("position/fault_left_in_object_space", "transforms/square_translated"),
     ("world_normal/fault_model_matrix", "transforms/sphere_stretched"),
-    ("feeler/fault_inward", "shadows/square_at_0.6m"),
+    ("shadow_ray/fault_inward", "shadows/square_at_0.6m"),
     ("lambert/fault_squared", "primitives/square"),
     ("exitance/fault_albedo_squared", "primitives/square"),
     ("radiance/fault_srgb", "primitives/square"),

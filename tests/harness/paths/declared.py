@@ -200,12 +200,12 @@ PATHS: tuple[Path, ...] = (
     ),
     _path(
         "cones/from a light",
-        "feelers go past shapes likewise",
+        "shadow rays go past shapes likewise",
         lambda r: r.together and r.blockers and 0 < len(r.scene.lights) <= MANY and _bounded(r),
     ),
     _path(
         "cones/planes",
-        "feelers go past planes that they lead away from",
+        "shadow rays go past planes that they lead away from",
         lambda r: (
             r.together
             and r.blockers
@@ -218,16 +218,18 @@ PATHS: tuple[Path, ...] = (
     _path("lights/none", "no light, or nothing to light", lambda r: not r.lit),
     _path("lights/unrolled", "each light is code of its own", lambda r: r.lit and len(r.scene.lights) <= MANY),
     _path("lights/in turn", "lights are a loop of the kernel", lambda r: r.lit and len(r.scene.lights) > MANY),
-    _path("feelers/none", "nothing can stand before a light", lambda r: r.lit and not r.blockers),
-    _path("feelers/of a lone body", "a body may shade itself alone", lambda r: r.blockers and len(r.scene.shapes) == 1),
+    _path("shadow_rays/none", "nothing can stand before a light", lambda r: r.lit and not r.blockers),
     _path(
-        "feelers/one by one",
-        "feelers go through trees one by one",
+        "shadow_rays/of a lone body", "a body may shade itself alone", lambda r: r.blockers and len(r.scene.shapes) == 1
+    ),
+    _path(
+        "shadow_rays/one by one",
+        "shadow rays go through trees one by one",
         lambda r: r.blockers and bool(r.trees) and not r.together,
     ),
     _path(
-        "feelers/in groups",
-        "feelers of a tile go through trees in groups",
+        "shadow_rays/in groups",
+        "shadow_rays of a tile go through trees in groups",
         lambda r: r.blockers and bool(r.trees) and r.together,
     ),
     _path("precision/float32", "single precision", lambda r: r.configuration.precision == "float32"),

@@ -33,7 +33,7 @@ def test_every_route_is_taken_by_two_cases_of_the_suite_that_suit_it() -> None:
 def test_everything_is_every_route_in_both_precisions() -> None:
     assert asked(NAMES, "float64") == NAMES
     assert asked(("frames", "tiles of 4 x 4"), "float64") == ("frames",)
-    assert asked(NAMES, "float32/feeler=doubles") == ()
+    assert asked(NAMES, "float32/shadow_ray=doubles") == ()
     assert set(SHORT) < set(NAMES)
 
 

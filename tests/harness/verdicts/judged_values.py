@@ -338,7 +338,7 @@ class Held:
     def _feels(self, ours: dict[Stage, np.ndarray], value: np.ndarray, rows: np.ndarray, columns: np.ndarray):
         """Return which lights (n, lights) are seen or not, as `value` says, from about the hit that the party names.
 
-        Feelers start above it by what the party declares, as far as that is granted.
+        Shadow rays start above it by what the party declares, as far as that is granted.
         """
         found = np.zeros(value.shape, dtype=bool)
         if not {Stage.OBJECT, Stage.POSITION, Stage.NORMAL} <= set(ours):
@@ -352,7 +352,7 @@ class Held:
         return found
 
     def _felt_otherwise(self, seen: np.ndarray, rows: np.ndarray, columns: np.ndarray) -> np.ndarray:
-        """Return where (n,) the party's feelers see what it says, and not the lights that are `seen` (n, lights)."""
+        """Return in which pixels (n,) the subject's shadow rays explain its visibility, but not that of the oracle."""
         ours = {name: np.asarray(self.party.answers[name])[rows, columns] for name in self.stages}
         if Stage.VISIBILITY not in ours:
             return np.zeros(len(rows), dtype=bool)

@@ -261,7 +261,9 @@ def test_a_light_that_nothing_makes_undecided_is_wrong_if_it_is_not_seen() -> No
 
 
 @pytest.mark.parametrize(("warned", "right"), [(True, True), (False, False)])
-def test_a_warning_of_an_epsilon_says_that_feelers_start_as_far_above_a_hit_as_that(warned: bool, right: bool) -> None:
+def test_a_warning_of_an_epsilon_says_that_shadow_rays_start_as_far_above_a_hit_as_that(
+    warned: bool, right: bool
+) -> None:
     # The ellipsoid is 300 times as wide as thick, and the tracer's bound 53 times what rounding needs at this pixel.
     (case,) = select(["random/61303/32"])
     (ours,), _ = answers_of(case, THE_TRACER, ("float32",))
@@ -275,7 +277,7 @@ def test_a_warning_of_an_epsilon_says_that_feelers_start_as_far_above_a_hit_as_t
 
 
 @pytest.mark.parametrize(("declared", "right"), [(0.011, True), (0.0, False)])
-def test_feelers_that_start_above_a_hit_as_declared_decide_what_no_scene_within_rounding_does(
+def test_shadow_rays_that_start_above_a_hit_as_declared_decide_what_no_scene_within_rounding_does(
     declared: float, *, right: bool
 ) -> None:
     found, (column, row) = inquest("random/42011/316"), (28, 22)
@@ -325,7 +327,7 @@ def test_of_two_squares_in_one_place_a_renderer_sees_either_but_not_neither(seen
     assert (Stage.OBJECT not in wrong.get((column, row), ())) == right
 
 
-def test_feelers_start_no_farther_above_a_long_ellipsoid_than_the_tracer_declares() -> None:
+def test_shadow_rays_start_no_farther_above_a_long_ellipsoid_than_the_tracer_declares() -> None:
     # It reaches 28 m from the origin, of which the image shows 2 m, and the clearance goes by the whole.
     found, (column, row) = inquest("random/84001/321"), (21, 4)
     (ours,), _ = answers_of(found.case, THE_TRACER, ("float32",))

@@ -29,7 +29,7 @@ SHAPES: dict[str, Shape] = {
 }
 
 
-def feeler() -> Span:
+def shadow_ray() -> Span:
     float64 = types().Float64
     return Span(low=None, high=Pair(float64(1), float64(0)), speed=None)
 
@@ -68,7 +68,7 @@ def test_a_ray_to_a_point_of_the_shape_is_never_ruled_out(shape: Shape) -> None:
     rays = points_of(shape) - APEX
 
     assert may_be_met(shape, rays / np.linalg.norm(rays, axis=1, keepdims=True)).all()
-    assert may_be_met(shape, rays, feeler()).all()
+    assert may_be_met(shape, rays, shadow_ray()).all()
 
 
 def test_a_ray_that_touches_a_sphere_is_not_ruled_out_and_one_a_millionth_wider_is() -> None:
@@ -87,12 +87,12 @@ def test_a_ray_that_touches_a_sphere_is_not_ruled_out_and_one_a_millionth_wider_
 
 
 @pytest.mark.parametrize("shape", SHAPES.values(), ids=SHAPES.keys())
-def test_what_lies_behind_the_apex_or_beyond_a_feeler_is_ruled_out(shape: Shape) -> None:
+def test_what_lies_behind_the_apex_or_beyond_a_shadow_ray_is_ruled_out(shape: Shape) -> None:
     away = np.subtract(points_of(shape), APEX)
 
     assert not may_be_met(shape, -away).any()
     if shape is not SHAPES["mesh"]:  # it is too large for its distance
-        assert not may_be_met(shape, away / 100, feeler()).any()
+        assert not may_be_met(shape, away / 100, shadow_ray()).any()
 
 
 def test_rays_too_short_to_be_squared_and_rays_that_are_no_numbers_rule_out_nothing() -> None:

@@ -54,7 +54,7 @@ def test_an_albedo_above_one_stops_only_the_image(mitsuba):
 
 
 @pytest.mark.parametrize(("gap", "seen"), [(0.5, False), (2.0, True)], ids=["within-the-offset", "beyond-the-offset"])
-def test_blockers_below_the_start_of_a_feeler_do_not_count(mitsuba, gap, seen):
+def test_blockers_below_the_start_of_a_shadow_ray_do_not_count(mitsuba, gap, seen):
     # A sheet hangs so low over the floor that the camera, which starts below it, sees the floor alone.
     sheet = Square(albedo=WHITE, to_world=((1, 0, 0, 0), (0, 1, 0, 0), (0, 0, 1, gap * RAY_EPSILON), (0, 0, 0, 1)))
     camera = looking_down(height=0.25 * RAY_EPSILON, near=1e-6, fovy=10)
@@ -68,7 +68,7 @@ def test_blockers_below_the_start_of_a_feeler_do_not_count(mitsuba, gap, seen):
 
 
 @pytest.mark.parametrize(("gap", "seen"), [(0.5, False), (2.0, True)], ids=["within-the-gap", "beyond-the-gap"])
-def test_blockers_closer_to_the_light_than_a_feeler_reaches_do_not_count(mitsuba, gap, seen):
+def test_blockers_closer_to_the_light_than_a_shadow_ray_reaches_do_not_count(mitsuba, gap, seen):
     light = PointLight(position=(0, 0, 1), flux=(10.0, 20.0, 30.0))
     under = ((1, 0, 0, 0), (0, 1, 0, 0), (0, 0, 1, 1 - gap * SHADOW_EPSILON), (0, 0, 0, 1))
     scene = Scene(
@@ -102,7 +102,7 @@ def test_epsilon_is_the_largest_offset_that_the_camera_sees(mitsuba):
     assert per_pixel.shape == (scene.camera.height, scene.camera.width)
 
 
-def test_notes_name_what_stands_in_for_a_plane_and_where_feelers_end(mitsuba):
+def test_notes_name_what_stands_in_for_a_plane_and_where_shadow_rays_end(mitsuba):
     camera = looking_down(height=5)
     bare = Scene(camera=camera, shapes=(Sphere(albedo=WHITE),))
     lit = Scene(camera=camera, shapes=(Sphere(albedo=WHITE), Plane(albedo=WHITE)), lights=(LIGHT,))

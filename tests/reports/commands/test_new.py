@@ -31,7 +31,7 @@ def test_every_slot_has_a_starter_that_states_its_contract_and_loads(slot: str, 
 
 def test_it_works_as_it_stands(rayproof: Rayproof, tmp_path: Path) -> None:
     chosen = {}
-    for slot in ("sphere", "feeler", "falloff", "ray"):
+    for slot in ("sphere", "shadow_ray", "falloff", "ray"):
         file = tmp_path / f"{slot}.py"
         ended = rayproof("new", "formula", slot, file)
         assert ended.code == 0

@@ -171,7 +171,7 @@ def test_radiance_alone_leaves_every_item_that_its_shapes_ask_for() -> None:
     assert not {"HIT-3", "NRM-2", "HIT-7"} & set(blamed.items)
 
 
-def test_shadows_alone_may_come_of_a_shape_that_only_feelers_meet_wrongly() -> None:
+def test_shadows_alone_may_come_of_a_shape_that_only_shadow_rays_meet_wrongly() -> None:
     blamed = by_stages(failing("visibility", "ray", "object", "distance", "position", "normal"), ran=False)
 
     assert blamed is not None

@@ -121,9 +121,9 @@ def test_where_nothing_is_hit_that_is_said() -> None:
 
 def test_shadow_rays_from_the_front_of_two_sided_surfaces_are_told_from_one_sided_surfaces() -> None:
     names = ["sidedness/square*", "sidedness/mesh*", "primitives/sphere"]
-    evidence = shown(by(MISTAKES["feelers_from_the_front"]), names=names, staged=True)
+    evidence = shown(by(MISTAKES["shadow_rays_from_the_front"]), names=names, staged=True)
 
-    assert named(evidence) == {"feelers_from_the_front"}
+    assert named(evidence) == {"shadow_rays_from_the_front"}
 
 
 def test_two_mistakes_in_one_image_are_both_named() -> None:

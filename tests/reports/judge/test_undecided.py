@@ -198,7 +198,7 @@ def test_a_light_a_millimetre_below_a_blocker_excuses_nothing():
 
 
 @pytest.mark.parametrize(("epsilon", "outcome"), [(0.05, Outcome.PASS), (1e-5, Outcome.REFERENCE_SUSPECT)], ids=str)
-def test_who_does_not_see_the_end_of_a_feeler_is_excused_as_far_as_that_and_no_farther(epsilon, outcome):
+def test_who_does_not_see_the_end_of_a_shadow_ray_is_excused_as_far_as_that_and_no_farther(epsilon, outcome):
     light = LAMP.scene.lights[0]
     x, y, z = light.position
     case = replace(
@@ -492,7 +492,8 @@ def test_a_ball_about_the_eye_within_rounding_of_an_end_of_clipping_may_be_seen_
 
 @pytest.mark.parametrize(("pixel", "outcome"), [((9, 15), Outcome.PASS), ((9, 17), Outcome.FAIL)], ids=str)
 def test_a_light_on_a_face_may_be_seen_past_the_edge_of_that_face(pixel, outcome):
-    # The feeler enters the cube 7 um beside the edge of the face on which the light lies, and starts 0.28 mm higher.
+    # The shadow ray enters the cube 7 um beside the edge of the face on which the light lies, and starts 0.28 mm
+    # higher.
     case, (column, row) = random_case(72004, 314), pixel
     truth = truth_of(case)
     seen = truth[Stage.VISIBILITY].copy()

@@ -108,7 +108,18 @@ def test_every_ladder_breaks_where_stability_says(file: str, precision: str) -> 
 def test_every_formula_has_ladders_to_climb() -> None:
     asked = {slot for ladder in LADDERS for slot in ladder.slots}
 
-    assert asked >= {"sphere", "cube", "plane", "square", "triangle", "ray", "feeler", "falloff", "cosine", "nearest"}
+    assert asked >= {
+        "sphere",
+        "cube",
+        "plane",
+        "square",
+        "triangle",
+        "ray",
+        "shadow_ray",
+        "falloff",
+        "cosine",
+        "nearest",
+    }
 
 
 def test_a_known_formula_is_recognised(tmp_path: Path) -> None:

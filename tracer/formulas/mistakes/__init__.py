@@ -242,11 +242,11 @@ MISTAKES: dict[str, Entry] = {
         says="lets only the nearer half of the way to a light be blocked",
     ),
     "obstructed/fault_never": mistake("shadow_rays:fault_obstructed_never", "LIT-1"),
-    "feeler/fault_bare": mistake("shadow_rays:fault_bare", "LIT-5"),
-    "feeler/fault_inward": mistake(
+    "shadow_ray/fault_bare": mistake("shadow_rays:fault_bare", "LIT-5"),
+    "shadow_ray/fault_inward": mistake(
         "shadow_rays:fault_inward", "LIT-5", says="starts its shadow rays below the surface"
     ),
-    "feeler/fault_wide_offset": mistake("shadow_rays:fault_wide_offset", "LIT-5"),
+    "shadow_ray/fault_wide_offset": mistake("shadow_rays:fault_wide_offset", "LIT-5"),
     "falloff/fault_hemisphere": mistake("light:fault_hemisphere", "RAD-1"),
     "falloff/fault_inverse": mistake("light:fault_inverse", "RAD-1"),
     "falloff/fault_no_four_pi": mistake("light:fault_no_four_pi", "RAD-1"),

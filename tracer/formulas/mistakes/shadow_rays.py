@@ -1,4 +1,4 @@
-"""Planted mistakes of where light feelers start, where they end, and what blocks them."""
+"""Planted mistakes of where shadow rays start, where they end, and what blocks them."""
 
 from typing import Any
 
@@ -48,7 +48,7 @@ def fault_reversed(cosine: Any) -> Any:
 
 
 def fault_nearer_than_light(distance: Any) -> Any:
-    """Return where something is met before the middle of the feeler.
+    """Return where something is met before the middle of the shadow ray.
 
     A hit counted only in the first half of the way to the light.
     """
@@ -58,7 +58,7 @@ def fault_nearer_than_light(distance: Any) -> Any:
 def fault_obstructed_never(distance: Any) -> Any:
     """Return False everywhere.
 
-    The feeler missing: every light above the horizon is seen.
+    The shadow ray missing: every light above the horizon is seen.
     """
     return (distance < 0) & (distance > 0)
 
@@ -66,7 +66,7 @@ def fault_obstructed_never(distance: Any) -> Any:
 def fault_long(origin: Any, light: Any) -> tuple[Any, Any]:
     """Return the direction light - origin, and an end of 1.15 where the light stands at 1.
 
-    Feelers that end behind the light, at 1.15 of the way.
+    Shadow rays that end behind the light, at 1.15 of the way.
     """
     return light - origin, 1.15
 
@@ -74,6 +74,6 @@ def fault_long(origin: Any, light: Any) -> tuple[Any, Any]:
 def fault_short(origin: Any, light: Any) -> tuple[Any, Any]:
     """Return the direction light - origin, and an end of 0.9 where the light stands at 1.
 
-    Feelers that end before the light, at 0.9 of the way.
+    Shadow rays that end before the light, at 0.9 of the way.
     """
     return light - origin, 0.9

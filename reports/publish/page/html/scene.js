@@ -246,16 +246,16 @@
       bulbs.flatMap((_, i) => bulb.cells.map((cell) => cell.map((corner) => corner + i * bulb.points.length))));
     // From afar only the last stretch: lines a kilometre long lose their digits in the depth buffer.
     lines("rays", few(points, look.rays).map((point) => [towards(point, camera.eye, layers.rays.length * size), point]));
-    const feelers = { "feelers, lit": [], "feelers, blocked": [] };
+    const shadow rays = { "shadow_rays, lit": [], "shadow_rays, blocked": [] };
     if (visible && visible.channels >= places.length) {
-      for (const i of few(numbers(points.length), look.feelers)) {
+      for (const i of few(numbers(points.length), look.shadow_rays)) {
         for (const light of few(numbers(places.length), look.lights)) {
-          const layer = visible.values[pixels[i] * visible.channels + light] > 0 ? "feelers, lit" : "feelers, blocked";
-          feelers[layer].push([points[i], towards(points[i], places[light], layers[layer].length * size)]);
+          const layer = visible.values[pixels[i] * visible.channels + light] > 0 ? "shadow_rays, lit" : "shadow_rays, blocked";
+          shadow rays[layer].push([points[i], towards(points[i], places[light], layers[layer].length * size)]);
         }
       }
     }
-    for (const [layer, ends] of Object.entries(feelers)) lines(layer, ends);
+    for (const [layer, ends] of Object.entries(shadow rays)) lines(layer, ends);
     add("points", "points", points.map(inside), numbers(points.length).map((i) => [i]));
     for (const [layer, normals] of [["normals, ours", normal], ["normals, reference", other]]) {
       if (!normals) continue;
@@ -272,7 +272,7 @@
   // The scene in 3-D: PyVista's still if there is one, and when it is asked for the viewer in a frame, to which the page
   // sends the parts that it makes then. Pixels go both ways.
   const e = rayproof.element;
-  const CAPTION = "Geometry, camera (blue), some rays (ochre), feelers that arrive (blue) or are blocked (orange), normals, lights (yellow) and hit points coloured by their error.";
+  const CAPTION = "Geometry, camera (blue), some rays (ochre), shadow rays that arrive (blue) or are blocked (orange), normals, lights (yellow) and hit points coloured by their error.";
 
   const VIEWER = "viewer/index.html";
 

@@ -105,7 +105,7 @@
     return measure === "digits" ? `${value.toFixed(1)} digits` : `${(10 ** value).toExponential(1)}${unit && unit !== "1" ? ` ${unit}` : ""}`;
   };
 
-  // The pixel that is pointed at: which hit point the pointer is at, and a pixel's ray, feelers and normals.
+  // The pixel that is pointed at: which hit point the pointer is at, and a pixel's ray, shadow rays and normals.
   const REACH = 9; // CSS px
   const along = (from, direction, length) => from.map((value, axis) => value + length * direction[axis]);
 

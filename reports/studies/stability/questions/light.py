@@ -1,4 +1,4 @@
-"""Questions of irradiance and cosine (in ulps), of feelers and blockers, and of decisions (clip, below, side).
+"""Questions of irradiance and cosine (in ulps), of shadow rays and blockers, and of decisions (clip, below, side).
 
 Truth is computed by balls alone, ray for ray: products of these lengths leave float64's exponents, where pairs end.
 Inputs: flux, normal, away.
@@ -115,7 +115,8 @@ def _ulps(value: float, ball: arb, limits: Any, precision: str) -> float:
     return float((abs(arb(value) - ball) / arb(spacing)).upper())
 
 
-# Does a feeler that starts on a surface see the light? Acne where it is lit, leaks where it is in shadow, as a pair.
+# Does a shadow ray that starts on a surface see the light? Acne where it is lit, leaks where it is in shadow, as a
+# pair.
 #
 # Every ray asks both. Lit: the own surface alone, which a light above the horizon can never be behind (on a sphere
 # seen from outside and on a plane the own root is divided out by algebra: truth knows no epsilon). Shadowed: a
@@ -142,7 +143,7 @@ def met(t: Any, interval: Interval) -> Any:
 
 @QUESTIONS.register("shadow")
 class Shadow:
-    """The slots `feeler`, `segment` and `obstructed`, each with the defaults of the others."""
+    """The slots `shadow_ray`, `segment` and `obstructed`, each with the defaults of the others."""
 
     def truth(self, ladder: Ladder, inputs: Inputs, rungs: np.ndarray) -> Truth:
         """Return which rays count: eye and light are on the same side, and the way to the light crosses the gap."""
@@ -157,10 +158,10 @@ class Shadow:
         return Truth(counted=counted, facts={"blocked": signs["before"] > 0}, witness=witness)
 
     def answer(self, ladder: Ladder, formula: Formula, inputs: Inputs, precision: str) -> Answer:
-        """Return where the own surface, and where the blocker, stops the feeler."""
+        """Return where the own surface, and where the blocker, stops the shadow ray."""
         types = array_types(precision)
         configuration = Configuration(precision=precision, formulas={formula.slot: formula.variant})
-        strategy = configuration.formula("feeler")
+        strategy = configuration.formula("shadow_ray")
         columns = uploaded(inputs, types)
         columns = columns | self._hit(ladder, columns, types)
         wide = bool(strategy.facts.get("doubles", False)) and precision != FLOAT64
@@ -181,12 +182,12 @@ class Shadow:
         )
         start = strategy.function(hit, cosine, reach)
         direction, end = configuration["segment"](start.origin, columns["light"])
-        feeler = Ray(origin=start.origin, direction=direction)
+        shadow_ray = Ray(origin=start.origin, direction=direction)
         interval = Interval(nearest=types.Float(start.nearest), farthest=types.Float(end * (1 - start.shorter)))
         skipped = start.skip is not None and not ladder.options.get("adjacent")
-        own = types.Bool(False) if skipped else self._own(ladder, columns, feeler, interval)
+        own = types.Bool(False) if skipped else self._own(ladder, columns, shadow_ray, interval)
         blocker = columns.get("blocker", columns["point"] + columns["normal"] * columns["gap"])
-        t = plane_t(feeler, blocker, columns["normal"])
+        t = plane_t(shadow_ray, blocker, columns["normal"])
         stopped = configuration["obstructed"](dr.select(met(t, interval), t, dr.inf))
         if start.skip is not None and ladder.options.get("self_shadow"):
             stopped = types.Bool(False)
@@ -213,10 +214,10 @@ class Shadow:
         intersect = FORMULAS[f"sphere/{FORMULAS.slots['sphere']}"].function
         return intersect(ray, SphereArrays(center=x["c"], radius=x["r"]), interval)
 
-    def _own(self, ladder: Ladder, x: Columns, feeler: Ray, interval: Interval) -> Any:
+    def _own(self, ladder: Ladder, x: Columns, shadow_ray: Ray, interval: Interval) -> Any:
         if ladder.options.get("surface") == "sphere":
-            return self._sphere(x, feeler, interval) < dr.inf
-        return met(plane_t(feeler, x["point"], x["normal"]), interval)
+            return self._sphere(x, shadow_ray, interval) < dr.inf
+        return met(plane_t(shadow_ray, x["point"], x["normal"]), interval)
 
     def grade(self, ladder: Ladder, inputs: Inputs, truth: Truth, answer: Answer, precision: str) -> Grades:
         """Return acne as false misses and leaks as false hits (of light)."""

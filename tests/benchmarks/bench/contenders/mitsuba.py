@@ -26,7 +26,7 @@ def loaded(variant: str, scene: Scene) -> tuple[Any, float]:
     rest = Scene(camera=camera, shapes=tuple(s for s in scene.shapes if not isinstance(s, Mesh)))
     description: dict[str, Any] = {
         "type": "scene",
-        # As many feelers as the tracer sends: one to each light.
+        # As many shadow rays as the tracer sends: one to each light.
         "integrator": {"type": "direct", "emitter_samples": max(1, len(scene.lights)), "bsdf_samples": 0},
         "sensor": {
             **sensor(mi, camera, camera.near, camera.far, 1),

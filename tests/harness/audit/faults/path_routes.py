@@ -44,7 +44,7 @@ def _turned_packet(right: Any, image: Any, numbers: Any, values: Any, lanes: Any
     right(image, numbers, [*values[1:], values[0]] if packets else values, lanes, types)
 
 
-def _never_crossed(right: Any, bodies: Any, plane: Any, feelers: Any) -> Any:
+def _never_crossed(right: Any, bodies: Any, plane: Any, shadow_rays: Any) -> Any:
     return bodies.types.Bool(False)
 
 
@@ -229,7 +229,7 @@ method(
     Cone,
     "reversed",
     _unreversed,
-    "The cone from the light is not turned round for feelers.",
+    "The cone from the light is not turned round for shadow rays.",
     path="cones/from a light",
     stage=Stage.VISIBILITY,
     cases=("shadows/every_blocker", "several_lights/simplified"),
@@ -240,7 +240,7 @@ method(
     UnrolledShapes,
     "_crossing",
     _never_crossed,
-    "Planes are passed over by all feelers of a tile.",
+    "Planes are passed over by all shadow rays of a tile.",
     path="cones/planes",
     stage=Stage.VISIBILITY,
     cases=("shadows/behind_a_plane",),

@@ -279,20 +279,20 @@ function(
     cases=(NINE, "meshes/torus"),
 )
 function(
-    "feelers_one_by_one",
+    "shadow_rays_one_by_one",
     traversal.any_hit,
     _one_by_one,
-    "A feeler that goes through a tree by itself meets nothing.",
-    path="feelers/one by one",
+    "A shadow ray that goes through a tree by itself meets nothing.",
+    path="shadow_rays/one by one",
     stage=Stage.VISIBILITY,
     cases=("meshes/torus", "alone/concave_mesh"),
 )
 function(
-    "feelers_that_part",
+    "shadow_rays_that_part",
     traversal.any_hit_in_groups,
     _unparted,
-    "Feelers that part from a tile's first are lost.",
-    path="feelers/in groups",
+    "ShadowRays that part from a tile's first are lost.",
+    path="shadow_rays/in groups",
     stage=Stage.VISIBILITY,
     cases=("alone/concave_mesh", "crowds/cubes", "crowds/squares"),
     routes=("tiles of 4 x 4", "tiles of 4 x 2", "tiles of 2 x 2"),

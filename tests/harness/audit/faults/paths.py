@@ -106,7 +106,7 @@ def function(name: str, right: Any, wrong: Wrong, what: str, **about: Any) -> No
     _register(name, plant, what, **about)
 
 
-# Planted faults of lights: in a loop and unrolled, with and without feelers, and of scenes without any.
+# Planted faults of lights: in a loop and unrolled, with and without shadow rays, and of scenes without any.
 
 
 SIXTH = 6
@@ -183,7 +183,7 @@ function(
     illumination._unblocked,
     _dark,
     "Where nothing can block, light that slants is lost.",
-    path="feelers/none",
+    path="shadow_rays/none",
     stage=Stage.VISIBILITY,
     cases=("primitives/sphere", "primitives/square"),
 )
@@ -203,7 +203,7 @@ method(
     "can_shadow_itself",
     _never,
     "A lone two-sided body never shades itself.",
-    path="feelers/of a lone body",
+    path="shadow_rays/of a lone body",
     stage=Stage.VISIBILITY,
     cases=("alone/two_sided_*",),
 )
@@ -213,7 +213,7 @@ method(
     "has_blockers",
     _alone,
     "A lone mesh never shades itself.",
-    path="feelers/of a lone body",
+    path="shadow_rays/of a lone body",
     stage=Stage.VISIBILITY,
     cases=("alone/concave_mesh",),
 )

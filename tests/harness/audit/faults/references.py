@@ -188,7 +188,7 @@ def analytic_pixel_corner() -> Iterator[None]:
 def analytic_shadowless() -> Iterator[None]:
     """Let no shape block a light.
 
-    Analytic's feelers meet nothing.
+    Analytic's shadow rays meet nothing.
     """
 
     def wrong(self: Analytic, scene: Any, index: int, light: Any, objects: Any, *rest: Any) -> Any:

@@ -2,7 +2,7 @@
 
 A mutant of a field is the oracle, at one place of use or everywhere, on a scene whose field was changed by a rule of
 `operations`: `fields` walks the fields, `frames` the camera's axes and pixels, and what is in the wrong space. A
-mutant of a tolerance is an intersection or feeler with one number put where none belongs (`tolerances`). Equivalent
+mutant of a tolerance is an intersection or shadow ray with one number put where none belongs (`tolerances`). Equivalent
 mutants and known survivors have their reasons below. `trials` judges one, `campaign` all of them.
 """
 
@@ -74,7 +74,8 @@ _LENGTH = "R = F x U is made a unit vector afterwards, and the length of U only 
 _CORNERS = "a face is the same from whichever corner it begins, and (b - a) x (c - a) = (c - b) x (a - b)"
 _GRAZING = (
     "such a ray leaves the surface by less than 1e-6 rad; rays may be off by 1.07e-6 rad in the narrowest view, and "
-    "both ends of a feeler are within 1e-6 of its length of the surface's plane, as much as gamma(16) of coordinates"
+    "both ends of a shadow ray are within 1e-6 of its length of the surface's plane, as much as gamma(16) of "
+    "coordinates"
 )
 _ROUNDING = "1e-8 is less than u: one rounding to float32 of either of the numbers that are compared changes as much"
 EQUIVALENT: dict[str, str] = {
@@ -94,16 +95,16 @@ EQUIVALENT: dict[str, str] = {
         "border, and so of the mesh's outline, which gamma(16) of t and of the eye's coordinates may move as far"
     ),
     "mutant/*.parallel/relative_1e-6": _GRAZING,
-    "mutant/feeler.horizon/1e-6": "the normal may be off by gamma(16), the direction to the light by three gamma(2)",
-    "mutant/feeler.offset/relative_1e-6": (
+    "mutant/shadow_ray.horizon/1e-6": "the normal may be off by gamma(16), the direction to the light by 3 gamma(2)",
+    "mutant/shadow_ray.offset/relative_1e-6": (
         "1e-6 of the coordinates is 17 u, and LIT-5 itself moves the start by gamma(16) of the same coordinates"
     ),
     "mutant/sphere.discriminant/relative_1e-6": "the outline moves by 5e-7 of the radius, and may by gamma(16) of it",
     "mutant/clip.*/relative_1e-8": _ROUNDING,
     "mutant/nearest.*/relative_1e-8": _ROUNDING,
-    "mutant/feeler.end_*/relative_1e-8": _ROUNDING,
-    "mutant/feeler.offset/relative_1e-8": _ROUNDING,
-    "mutant/feeler.horizon/1e-8": _ROUNDING,
+    "mutant/shadow_ray.end_*/relative_1e-8": _ROUNDING,
+    "mutant/shadow_ray.offset/relative_1e-8": _ROUNDING,
+    "mutant/shadow_ray.horizon/1e-8": _ROUNDING,
     "mutant/square.edges_*/relative_1e-8": _ROUNDING,
     "mutant/cube.edges_*/relative_1e-8": _ROUNDING,
     "mutant/*.parallel/relative_1e-8": _ROUNDING,
@@ -115,12 +116,12 @@ _SIXTEEN = "rounding to 16 bits moves a value by 7.6e-6 at most, and what is see
 _EDGE = "an edge that moves by so little changes edge pixels alone, where radiance may have the value of either side"
 SURVIVES: dict[str, str] = {
     "mutant/camera.up/16_bits": _SIXTEEN,
-    "mutant/feeler.end_b*/relative_1e-6": (
-        "no case has a blocker within 1e-6 of a feeler's length from a light: a feeler from the point meets it "
+    "mutant/shadow_ray.end_b*/relative_1e-6": (
+        "no case has a blocker within 1e-6 of a shadow ray's length from a light: a shadow ray from the point meets it "
         "at 1 - 1e-6, and gamma(16) is as much"
     ),
     "mutant/mesh.box_parallel/absolute_1e-8": (
-        "no case has a mesh beside a feeler of 1e-8 m; for the camera's rays it equals the relative one"
+        "no case has a mesh beside a shadow ray of 1e-8 m; for the camera's rays it equals the relative one"
     ),
     "mutant/triangle.area/relative_1e-8": "no case shows the small face of a mesh whose faces differ so much in area",
     "mutant/cube.edges_*/relative_1e-6": _EDGE,

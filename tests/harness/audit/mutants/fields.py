@@ -20,18 +20,18 @@ from tests.harness.audit.mutants.operations import COLOUR, MATRIX, NUMBER, POINT
 Change = Callable[[Scene], Scene]
 # Where a field is used: the words of the table, and the stages there.
 FRAME, HITS, POINTS, NORMALS = "frame", "hits", "points", "normals"
-FEELERS, LIGHT, EXITANCE, LEAVING = "feelers", "light", "exitance", "leaving"
+SHADOW_RAYS, LIGHT, EXITANCE, LEAVING = "shadow_rays", "light", "exitance", "leaving"
 STAGES: Mapping[str, tuple[Stage, ...]] = {
     FRAME: (Stage.RAY,),
     HITS: (Stage.OBJECT, Stage.DISTANCE),
     POINTS: (Stage.POSITION,),
     NORMALS: (Stage.NORMAL,),
-    FEELERS: (Stage.VISIBILITY,),
+    SHADOW_RAYS: (Stage.VISIBILITY,),
     LIGHT: (Stage.IRRADIANCE,),
     EXITANCE: (Stage.EXITANCE,),
     LEAVING: (Stage.RADIANCE,),
 }
-GEOMETRY = (HITS, NORMALS, FEELERS)
+GEOMETRY = (HITS, NORMALS, SHADOW_RAYS)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -104,7 +104,7 @@ FIELDS = (
     ),
     Field(part="shapes", attribute="vertices", places=GEOMETRY, rules=POINT, at_one_place=SOME, kind=Triangle),
     Field(part="shapes", attribute="vertices", places=GEOMETRY, rules=POINT, at_one_place=SOME[1:4], kind=Mesh),
-    Field(part="lights", attribute="position", places=(FEELERS, LIGHT), rules=POINT, at_one_place=SOME),
+    Field(part="lights", attribute="position", places=(SHADOW_RAYS, LIGHT), rules=POINT, at_one_place=SOME),
     Field(part="lights", attribute="flux", places=(LIGHT,), rules=COLOUR),
 )
 NEIGHBOURS: Mapping[str, int] = {"of_the_next": 1, "of_the_first": 0}  # 0: not the neighbour's, always the first one's
@@ -291,9 +291,9 @@ OTHERS: Mapping[str, tuple[tuple[str, ...], Change]] = {
     "scene.clip/depth": ((HITS,), lambda scene: altered(scene, clip="depth")),
     "scene.clip/shell": ((HITS,), lambda scene: altered(scene, clip="shell")),
     "scene.clip/none": ((HITS,), lambda scene: altered(scene, clip="none")),
-    "scene.shapes/last_dropped": ((HITS, FEELERS), lambda scene: altered(scene, shapes=scene.shapes[:-1])),
-    "scene.shapes/last_blocks_nothing": ((FEELERS,), lambda scene: altered(scene, shapes=scene.shapes[:-1])),
-    "scene.shapes/nothing_blocks": ((FEELERS,), lambda scene: altered(scene, shapes=())),
+    "scene.shapes/last_dropped": ((HITS, SHADOW_RAYS), lambda scene: altered(scene, shapes=scene.shapes[:-1])),
+    "scene.shapes/last_blocks_nothing": ((SHADOW_RAYS,), lambda scene: altered(scene, shapes=scene.shapes[:-1])),
+    "scene.shapes/nothing_blocks": ((SHADOW_RAYS,), lambda scene: altered(scene, shapes=())),
     "scene.lights/last_dropped": ((LIGHT,), _without_flux(lambda at, count: at == count - 1)),
     "scene.lights/first_alone": ((LIGHT,), _without_flux(lambda at, count: at > 0)),
     "scene.lights/four_alone": ((LIGHT,), _without_flux(lambda at, count: at > 3)),

@@ -14,7 +14,7 @@ from rayproof.cases.scene import IDENTITY, Camera, Scene
 from rayproof.cases.stages import Stage
 from rayproof.reference.analytic.camera import pixel_centers
 from tests.harness.audit.mutants import ORACLE, PREFIX, Mutant, Rows, Step
-from tests.harness.audit.mutants.fields import FEELERS, LEAVING, LIGHT, NORMALS, STAGES, mutant, words
+from tests.harness.audit.mutants.fields import LEAVING, LIGHT, NORMALS, SHADOW_RAYS, STAGES, mutant, words
 from tests.harness.audit.mutants.operations import LINEAR, Operation, altered, plain, rounded
 
 
@@ -329,10 +329,10 @@ def _distances_in_object_space(scene: Scene, rows: Rows) -> np.ndarray:
 def mutants_in_space() -> Iterator[Mutant]:
     """Yield the mutants that use a point, direction or light in object space, and those of world normals."""
     uses = {
-        "hit.position": (_points_in_object_space, (NORMALS, FEELERS, LIGHT)),
+        "hit.position": (_points_in_object_space, (NORMALS, SHADOW_RAYS, LIGHT)),
         "hit.ray": (_rays_in_object_space, (NORMALS, LEAVING)),
         "hit.normal": (_shape_in_object_space, (NORMALS,)),
-        "light.position": (_lights_in_object_space, (FEELERS, LIGHT)),
+        "light.position": (_lights_in_object_space, (SHADOW_RAYS, LIGHT)),
     }
     for field, (use, places) in uses.items():
         for place in places:

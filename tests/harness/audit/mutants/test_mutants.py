@@ -9,7 +9,7 @@ from rayproof.reference.analytic.camera import pixel_centers
 from tests.harness.audit.mutants import ORACLE, Mutant, hits
 from tests.harness.audit.mutants.frames import _rays
 from tests.harness.audit.mutants.operations import LINEAR, MATRIX, POINT, plain, rounded
-from tests.harness.audit.mutants.tolerances import BOTH, CUTS, _cut_feelers, _cut_hits, _fixed, _nearest
+from tests.harness.audit.mutants.tolerances import BOTH, CUTS, _cut_hits, _cut_shadow_rays, _fixed, _nearest
 from tests.harness.audit.mutants.trials import WAYS, MutantOrder, Question, mutants, work
 
 (CROWD,) = select(["crowds/of_several_kinds"])
@@ -43,7 +43,7 @@ def test_a_tolerance_of_nothing_changes_nothing(formula: str, relative: bool) ->
 
     # A shrunk face is decided anew, by other roundings: not by the pixel that one of them changes.
     assert np.mean(_cut_hits(where, changed, SCENE, RIGHT) != hits(SCENE, RIGHT)) < 1e-3
-    assert np.mean(_cut_feelers(where, changed, SCENE, RIGHT) != RIGHT[Stage.VISIBILITY]) < 1e-3
+    assert np.mean(_cut_shadow_rays(where, changed, SCENE, RIGHT) != RIGHT[Stage.VISIBILITY]) < 1e-3
 
 
 def test_the_nearest_of_all_is_found_where_a_tie_has_no_width() -> None:
@@ -97,16 +97,16 @@ def test_random_scenes_kill_what_the_order_names() -> None:
 @pytest.mark.parametrize(
     ("case", "tolerance"),
     [
-        ("slit", "feeler.start/relative_1e-8"),
+        ("slit", "shadow_ray.start/relative_1e-8"),
         ("crumbs", "square.parallel/absolute_1e-8"),
-        ("lamp", "feeler.end_behind/relative_1e-4"),
+        ("lamp", "shadow_ray.end_behind/relative_1e-4"),
         ("skimmed_square", "square.parallel/relative_1e-4"),
         ("skimmed_mesh", "triangle.parallel/relative_1e-4"),
         ("skimmed_cube", "cube.parallel/relative_1e-4"),
         ("skimmed_plane", "plane.parallel/relative_1e-4"),
         ("hall", "cube.parallel/absolute_1e-8"),
         ("on_axis", "sphere.box/relative_1e-8"),
-        ("low_light", "feeler.horizon/1e-4"),
+        ("low_light", "shadow_ray.horizon/1e-4"),
         ("rim", "sphere.discriminant/relative_1e-4"),
         ("uneven", "camera.far/16_bits"),
     ],

@@ -1,8 +1,8 @@
-"""Mutants of tolerances: intersections and feelers with one number put where none belongs.
+"""Mutants of tolerances: intersections and shadow rays with one number put where none belongs.
 
 Every formula looks at the oracle's crossings and takes some away, or adds some: what a textbook formula with `epsilon`
-in its test does to them. A crossing is t along a ray of the camera (unit length) or along a feeler from the light (0)
-to the point (1). An absolute tolerance has the unit of what it is compared with; a relative one is a share of it.
+in its test does to them. A crossing is t along a ray of the camera (unit length) or along a shadow ray from the light
+(0) to the point (1). An absolute tolerance has the unit of what it is compared with; a relative one is a share of it.
 """
 
 from collections.abc import Callable, Iterator, Mapping
@@ -213,19 +213,21 @@ def _cut_hits(where: Callable[[Any], bool], cut: Callable[..., np.ndarray], scen
         return hits(scene, rows)
 
 
-def _cut_feelers(where: Callable[[Any], bool], cut: Callable[..., np.ndarray], scene: Scene, rows: Rows) -> np.ndarray:
+def _cut_shadow_rays(
+    where: Callable[[Any], bool], cut: Callable[..., np.ndarray], scene: Scene, rows: Rows
+) -> np.ndarray:
     with _Cutting(where, cut):
         return ORACLE.continued(scene, Stage.VISIBILITY, rows)
 
 
-def _feeler_cut(kind: str, size: float, relative: bool) -> Callable[..., np.ndarray]:
-    """Return the cut of feelers that begin after the point, end before the light, or end behind it."""
+def _shadow_ray_cut(kind: str, size: float, relative: bool) -> Callable[..., np.ndarray]:
+    """Return the cut of shadow rays that begin after the point, end before the light, or end behind it."""
 
     def cut(_surface: Any, _apex: Any, segments: np.ndarray, _faces: Any, t: np.ndarray) -> np.ndarray:
         share = size if relative else size / length(segments)[:, np.newaxis]
-        if kind == "feeler.start":
+        if kind == "shadow_ray.start":
             return _lost(t, t > 1 - share)
-        if kind == "feeler.end_before":
+        if kind == "shadow_ray.end_before":
             return _lost(t, t < share)
         return np.where((t <= 0) & (t > -share), 0.25, t)  # counts as if it lay between
 
@@ -275,7 +277,7 @@ def _horizon(size: float, scene: Scene, rows: Rows) -> np.ndarray:
 
 
 def _moved_start(size: float, relative: bool, scene: Scene, rows: Rows) -> np.ndarray:
-    """Return visibility of feelers that start moved along the normal, in metres or as a share of the coordinates."""
+    """Return visibility if shadow rays start off the hit, by metres or by a share of the coordinates."""
     positions, normals = rows[Stage.POSITION], rows[Stage.NORMAL]
     reach = size * (np.abs(positions).max(axis=1, keepdims=True) if relative else 1.0)
     return ORACLE.continued(scene, Stage.VISIBILITY, {**rows, Stage.POSITION: positions + reach * normals})
@@ -304,14 +306,16 @@ def mutants() -> Iterator[Mutant]:
                 changed = _fixed(cut, size, relative)
                 steps: dict[Stage, Step] = {
                     Stage.OBJECT: partial(_cut_hits, where, changed),
-                    Stage.VISIBILITY: partial(_cut_feelers, where, changed),
+                    Stage.VISIBILITY: partial(_cut_shadow_rays, where, changed),
                 }
                 yield _mutant(formula, size, relative, what, steps)
-            for kind, what in FEELERS.items():
-                cut = _feeler_cut(kind, size, relative)
-                yield _mutant(kind, size, relative, what, {Stage.VISIBILITY: partial(_cut_feelers, _anywhere, cut)})
+            for kind, what in SHADOW_RAYS.items():
+                cut = _shadow_ray_cut(kind, size, relative)
+                yield _mutant(kind, size, relative, what, {Stage.VISIBILITY: partial(_cut_shadow_rays, _anywhere, cut)})
             moved = partial(_moved_start, size, relative)
-            yield _mutant("feeler.offset", size, relative, "moves feelers along the normal", {Stage.VISIBILITY: moved})
+            yield _mutant(
+                "shadow_ray.offset", size, relative, "moves shadow rays along the normal", {Stage.VISIBILITY: moved}
+            )
             for kind, what in CLIPS.items():
                 clipped = partial(_clipped, kind.removeprefix("clip."), size, relative)
                 yield _mutant(kind, size, relative, what, {Stage.OBJECT: clipped})
@@ -320,7 +324,7 @@ def mutants() -> Iterator[Mutant]:
                 yield _mutant(kind, size, relative, what, {Stage.OBJECT: chosen})
         horizon = partial(_horizon, size)
         yield _mutant(
-            "feeler.horizon", size, None, "wants lights so far above the horizon", {Stage.VISIBILITY: horizon}
+            "shadow_ray.horizon", size, None, "wants lights so far above the horizon", {Stage.VISIBILITY: horizon}
         )
         for kind, what in LIGHTS.items():
             arriving = partial(_near_lights, kind, size)
@@ -329,7 +333,7 @@ def mutants() -> Iterator[Mutant]:
         strict = partial(_without_size, partial(_strict, precision=precision))
         steps = {
             Stage.OBJECT: partial(_cut_hits, TRIANGLES, strict),
-            Stage.VISIBILITY: partial(_cut_feelers, TRIANGLES, strict),
+            Stage.VISIBILITY: partial(_cut_shadow_rays, TRIANGLES, strict),
         }
         what = f"misses triangles on their edges, in {name}"
         yield Mutant(
@@ -340,10 +344,10 @@ def mutants() -> Iterator[Mutant]:
         )
 
 
-FEELERS = {
-    "feeler.start": "ignores blockers so close to the point",
-    "feeler.end_before": "ignores blockers so close to the light",
-    "feeler.end_behind": "counts blockers so close behind the light",
+SHADOW_RAYS = {
+    "shadow_ray.start": "ignores blockers so close to the point",
+    "shadow_ray.end_before": "ignores blockers so close to the light",
+    "shadow_ray.end_behind": "counts blockers so close behind the light",
 }
 CLIPS = {
     "clip.near_late": "clips so much behind the near plane",

@@ -193,7 +193,7 @@ def test_what_no_image_depends_on_is_refused_in_one_line(rayproof: Rayproof, slo
 @pytest.mark.parametrize(
     ("base", "candidate", "case", "stage"),
     [
-        ("feeler/normal_offset", "feeler/none", "acne/contact", Stage.VISIBILITY),
+        ("shadow_ray/normal_offset", "shadow_ray/none", "acne/contact", Stage.VISIBILITY),
         ("falloff/inverse_square", "falloff/none", "inverse_square", Stage.IRRADIANCE),
         ("world_normal/inverse_transpose", "world_normal/model_matrix", "normals", Stage.NORMAL),
         ("ray/reference_point", "ray/half_depth", "primitives/cube", Stage.RAY),

@@ -48,7 +48,7 @@ def test_moeller_trumbore_leaks_at_edges(records: Records, precision: str) -> No
 
 
 @pytest.mark.parametrize("ladder", ["SHD-GROW", "SHD-SHRINK"])
-@pytest.mark.parametrize("formula", ["feeler/error_bound", "feeler/normal_offset"])
+@pytest.mark.parametrize("formula", ["shadow_ray/error_bound", "shadow_ray/normal_offset"])
 def test_a_bound_on_the_error_keeps_shadows_clean(records: Records, ladder: str, formula: str, precision: str) -> None:
     assert records[ladder, formula, precision]["per_million"] == {"acne": 0, "leak": 0}
 

@@ -1,4 +1,4 @@
-"""Light feelers: no acne, no leaks beyond the stated clearance, nothing behind the light, nothing lost to NaN."""
+"""Light shadow rays: no acne, no leaks beyond the stated clearance, nothing behind the light, nothing lost to NaN."""
 
 import dataclasses
 
@@ -13,13 +13,13 @@ from rayproof.tracer.light_path.shadow_stage import shadow_epsilon
 from rayproof.tracer.render import render
 from tests.tracer.scenes import ALBEDO, FLOOR, LIGHT, SHAPES, affine, camera, matrix, scene
 
-STRATEGIES = [formula.variant for formula in FORMULAS.variants("feeler") if formula.kind == "right"]
+STRATEGIES = [formula.variant for formula in FORMULAS.variants("shadow_ray") if formula.kind == "right"]
 # An object far away and under the floor: a blocker as far as the kernel knows, in nobody's way.
 ELSEWHERE = Sphere(albedo=ALBEDO, center=(0.0, 0.0, -50.0), radius=0.5)
 
 
 def configured(precision: str, strategy: str) -> Configuration:
-    return Configuration(precision=precision, formulas={"feeler": strategy})
+    return Configuration(precision=precision, formulas={"shadow_ray": strategy})
 
 
 @pytest.mark.parametrize("strategy", STRATEGIES)
@@ -70,7 +70,8 @@ def test_a_blocker_is_noticed_from_a_hundred_clearances_above_the_surface(strate
 
 @pytest.mark.parametrize("strategy", STRATEGIES)
 def test_a_face_of_a_mesh_that_reaches_far_keeps_its_own_clearance(strategy: str) -> None:
-    # By the far face's reach feelers would start a metre above the floor, and the lid 1 cm above it would be missed.
+    # By the far face's reach shadow rays would start a metre above the floor, and the lid 1 cm above it would be
+    # missed.
     floor = Mesh(
         albedo=ALBEDO,
         vertices=np.array([(-9, -9, 0), (9, -9, 0), (9, 9, 0), (-9, 9, 0), (0, 0, -1e6), (1, 0, -1e6), (0, 1, -1e6)]),
@@ -99,7 +100,7 @@ def test_what_stands_behind_the_light_does_not_count(strategy: str, blocker: Sha
     view = camera(eye=(1.0, -2.0, 2.0), target=(0.0, 0.0, 0.0))
     stages = (Stage.OBJECT, Stage.VISIBILITY)
     free = render(scene(FLOOR, blocker, camera=view, lights=(light,)), stages, configured("float32", strategy))
-    endless = Configuration(formulas={"feeler": strategy, "segment": "endless"})
+    endless = Configuration(formulas={"shadow_ray": strategy, "segment": "endless"})
 
     floor = free[Stage.OBJECT][..., 0] == 0
 
@@ -145,11 +146,11 @@ def test_from_inside_only_skipping_the_last_object_lets_the_light_through() -> N
     assert seen["skip_last"].mean() > 0.1
 
 
-def test_the_clearance_shrinks_with_the_precision_of_the_feeler() -> None:
+def test_the_clearance_shrinks_with_the_precision_of_the_shadow_ray() -> None:
     wide = shadow_epsilon(Configuration(), scale=10.0)
 
     assert shadow_epsilon(Configuration(precision="float64"), scale=10.0) == wide * 2.0**-29
-    assert shadow_epsilon(Configuration(formulas={"feeler": "doubles"}), scale=10.0) == wide * 2.0**-29
+    assert shadow_epsilon(Configuration(formulas={"shadow_ray": "doubles"}), scale=10.0) == wide * 2.0**-29
     assert 1e-6 < wide < 1e-3
 
 
