@@ -16,10 +16,12 @@ import numpy as np
 
 from rayproof.cases.ladders import DTYPES, Inputs, Ladder, all_ladders, rounded
 from rayproof.cases.rounding import UNIT_ROUNDOFF
+from rayproof.reference.certified.bundles import floats
+from rayproof.reference.certified.meetings import SHAPES, towards
 from rayproof.reports.results.files import several
 from rayproof.reports.studies.stability.breeds import LadderBreed, ladders_of
 from rayproof.reports.studies.stability.questions import QUESTIONS
-from rayproof.reports.studies.stability.shapes import SHAPES, Conditioned, towards
+from rayproof.reports.studies.stability.shapes import Conditioned
 from rayproof.tracer.formulas import Formula
 
 ERROR_LIMIT = 4.0  # K u, the ladders' gate
@@ -139,7 +141,7 @@ def distance_error(facts: Mapping[str, Any], t: np.ndarray, precision: str) -> n
     """
     hit, x = facts["hit"], facts["given"]
     with np.errstate(all="ignore"):
-        off = abs(hit.t.minus(np.ldexp(t, facts["shift"])))
+        off = abs((hit.t - floats(np.ldexp(t, facts["shift"]))).high)
     center = x[facts["shape"].center] if facts["shape"].center else 0.0
     edges = [np.linalg.norm(x[one] - x["a"], axis=1) for one in "bc"] if "b" in x else []
     size = np.max(edges, axis=0) if edges else hit.size
