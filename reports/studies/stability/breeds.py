@@ -10,7 +10,8 @@ from functools import cached_property
 
 import numpy as np
 
-from rayproof.cases.ladders import DTYPES, Inputs, Ladder, all_ladders, rounded, unit
+from rayproof.cases.ladders import DTYPES, Inputs, Ladder, all_ladders, rounded
+from rayproof.cases.placement import unit
 from rayproof.cases.rounding import UNIT_ROUNDOFF
 from rayproof.reference.certified.columns import parts
 from rayproof.reports.studies.stability.questions import QUESTIONS

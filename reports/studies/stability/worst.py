@@ -15,6 +15,7 @@ from typing import Any, cast
 import numpy as np
 
 from rayproof.cases.ladders import DTYPES, Inputs, Ladder, all_ladders, rounded
+from rayproof.cases.placement import unit
 from rayproof.cases.rounding import UNIT_ROUNDOFF
 from rayproof.reference.certified.bundles import floats
 from rayproof.reference.certified.meetings import SHAPES, towards
@@ -248,7 +249,7 @@ def decoded(slot: str, genomes: Genome, precision: str) -> Inputs:
     d = _direction(next(gene), next(gene))
     snapped = np.stack([next(gene) < 0.12 for _ in range(3)], axis=1)
     d = np.where(snapped & ~np.all(snapped, axis=1, keepdims=True), 0.0 * d, d)  # zeros of both signs
-    d /= np.linalg.norm(d, axis=1, keepdims=True)
+    d = unit(d)
     far = _power(next(gene), -20.0, 20.0)
     speed = _usually(next(gene), -3.0, 3.0)
     steps = np.stack([np.round((next(gene) - 0.5) * 6) for _ in range(3)], axis=1)
@@ -291,7 +292,7 @@ def _beside(direction: np.ndarray, angle: np.ndarray) -> np.ndarray:
     """Return unit vectors across directions, turned about them by an angle [turns]."""
     least = np.eye(3)[np.argmin(abs(direction), axis=1)]
     first = np.cross(direction, least)
-    first /= np.linalg.norm(first, axis=1, keepdims=True)
+    first = unit(first)
     turn = 2 * np.pi * angle[:, None]
     return first * np.cos(turn) + np.cross(direction, first) * np.sin(turn)
 
