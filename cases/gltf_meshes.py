@@ -25,12 +25,12 @@ DRACO = "KHR_draco_mesh_compression"
 
 
 def primitive_mesh(document: Document, primitive: PrimitiveEntry, *, by: str) -> tuple[np.ndarray, np.ndarray, int]:
-    """Return the vertices (n, 3) and triangles (m, 3) int64 of a primitive, and how many corners it lists.
+    """Return the vertices (n, 3) and triangles (m, 3) int64 of a primitive, and the number of its indices.
 
     The triangles are counted for `by` before they are built.
 
     Raises:
-        SceneError: an array is not what glTF allows, or there are too many triangles.
+        SceneError: an array violates the glTF specification, or there are too many triangles.
 
     """
     mode = primitive.get("mode", TRIANGLES)
@@ -58,7 +58,7 @@ def glb_mesh(content: bytes) -> tuple[np.ndarray, np.ndarray]:
     """Return vertices (n, 3) float64 [m] and triangles (m, 3) int64 of all placed meshes of a GLB file, joined.
 
     Raises:
-        SceneError: the file is not what glTF allows, names another one, or asks for too much.
+        SceneError: the file violates the glTF specification, names another file, or exceeds the budget.
 
     """
     budget = Budget(read=len(content))

@@ -202,8 +202,8 @@ def _text_columns(element: Element, rows: list[bytes]) -> Row:
         width = len(element.properties)
         if len(words) != width * len(rows):
             row = next(row for row, line in enumerate(rows) if len(line.split()) != width)
-            found = len(rows[row].split())
-            raise ValueError(f"{element.name} {row}: the header announces {width} numbers, the line holds {found}")
+            count = len(rows[row].split())
+            raise ValueError(f"{element.name} {row}: the header announces {width} numbers, the line holds {count}")
         table = _numbers(words, element.name).reshape(-1, width)
         return {prop.name: _rounded(table[:, at], prop.kind) for at, prop in enumerate(element.properties)}
     gathered: dict[str, list[bytes]] = {prop.name: [] for prop in element.properties}
