@@ -88,7 +88,7 @@ class _Mitsuba:
         return float(self.epsilon_per_pixel(scene).max())
 
     def epsilon_per_pixel(self, scene: Scene) -> np.ndarray:
-        """Return the height [m] over the surface of each pixel's shadow rays at their start, (height, width), 0 on a miss.
+        """Return the height [m] over the surface at which each pixel's shadow rays start, (height, width), 0 on a miss.
 
         It grows with the distance from the origin, so that the near end of a plane has a smaller one than its far end.
         """
