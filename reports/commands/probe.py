@@ -209,32 +209,20 @@ def subject_answers(subject: "Subject", scene: Scene) -> "Answers":
 def tracer_answers(configuration: "Configuration", scene: Scene) -> "Answers":
     """Return what the tracer answers, or why the scene is beyond its precision."""
     from rayproof.reports.judge.answers import Answers
-    from rayproof.reports.judge.oracle import stages_of
-    from rayproof.reports.run.tracer_task import shadow_epsilons
-    from rayproof.tracer.render import render
+    from rayproof.reports.run.tracer_task import trace
     from rayproof.tracer.shapes.bounds import beyond
 
     name, precision = f"tracer-{configuration.name}", configuration.precision
     if (refusal := beyond(scene, precision)) is not None:
         return Answers(name=name, precision=precision, unsupported=dict.fromkeys(Stage, refusal))
-    answers = render(scene, stages_of(scene), configuration)
-    return Answers(
-        name=name,
-        precision=precision,
-        items=configuration.items,
-        shadow_epsilon=shadow_epsilons(scene, answers, configuration),
-        answers=answers,
-    )
+    return replace(trace(scene, configuration.name).answers, name=name)
 
 
 def reference_answers(name: str, scene: Scene, *, cached: bool) -> "Answers":
     """Return the answers of a reference, or why it has none."""
-    from rayproof.reference import REFERENCES
-    from rayproof.reports.run.messages import ReferenceTask
-    from rayproof.reports.run.worker_tasks import ask_reference
+    from rayproof.reports.run.worker_tasks import render_reference
 
-    task = ReferenceTask(scene=scene, samples=1, cached=cached)
-    return ask_reference(name, REFERENCES[name](), task, independent=False)
+    return render_reference(name, scene, cached=cached).answers
 
 
 def column_of(scene: Scene, renderer: "Answers", x: int, y: int) -> Column:

@@ -503,17 +503,14 @@ def _pool() -> Pool:
 
 def _reply(task: ParsingTask, *, seconds: float, memory: float) -> Reply:
     """Return the worker's reply within the limits of time [s] and memory [bytes]."""
-    pool, replies = _pool(), list[Reply]()
+    pool = _pool()
     pool.memory = memory
     try:
-        pool.submit(VARIANT, task, replies.append, seconds=seconds)
-        while not replies:
-            pool.step()
+        return pool.reply(VARIANT, task, seconds=seconds)
     except BaseException:  # the worker would answer this file when the next one is asked for
         pool.close()
         _pool.cache_clear()
         raise
-    return replies[0]
 
 
 def _property(value: Stored) -> Property:
