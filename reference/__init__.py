@@ -31,7 +31,6 @@ REFERENCES: Table[type[Reference]] = Table(
     entries={
         "analytic": Entry("analytic:Analytic", independent=True),
         "certified": Entry("certified:Certified", independent=True, on_request=True),
-        "double_double": Entry("double_double:DoubleDouble", independent=False, on_request=True),
         "mitsuba_llvm": Entry("mitsuba3:MitsubaLlvm", independent=False, shares_code_with="mitsuba_scalar"),
         "mitsuba_scalar": Entry("mitsuba3:MitsubaScalar", independent=True),
         "radiance": Entry("radiance:Radiance", independent=True),

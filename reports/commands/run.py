@@ -89,7 +89,7 @@ def run(
         code, plan, subject and options. Cases of an absent part are missing.
     require
         References that must answer, separated by commas: a case that one of them cannot answer at all fails. Beside the
-        panel, certified and double_double, which answer on request only. Repeatable.
+        panel, certified, which answers on request only. Repeatable.
     jobs
         Worker processes at once. Default: the number of processors.
     timeout

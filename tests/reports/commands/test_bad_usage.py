@@ -17,7 +17,7 @@ WRONG = {
     "unknown reference": (["run", "--require", "tarot"], "analytic"),
     "unknown reference in a list": (["run", "--require", "analytic,tarot"], "tarot"),
     "unknown subject": (["run", "--subject", "maya"], "radiance"),
-    "the oracle under test": (["run", "--subject", "analytic"], "double_double"),
+    "the oracle under test": (["run", "--subject", "analytic"], "certified"),
     "no program under test": (["run", "--subject", "exec:no-such-renderer {scene}"], "no-such-renderer"),
     "formulas of another": (["run", "--subject", "radiance", "--formula", "sphere=stable"], "--subject"),
     "its own witness": (["run", "--subject", "radiance", "--require", "radiance"], "under test"),
