@@ -19,7 +19,7 @@ from rayproof.reports.judge.measurement import error, ratios
 from rayproof.reports.judge.nearby.clouds import LIGHT
 from rayproof.reports.judge.oracle import stages_of
 from rayproof.reports.judge.scene_truth import SceneTruth, scene_truth
-from rayproof.reports.mistakes import Mistake
+from rayproof.reports.mistakes import Family, Mistake, lights_only
 
 PRECISION = "float32"  # what results keep, whatever a renderer computes in
 MOST_OVER = 0.05  # of the pixels: more over their limits are no matter of rounding
@@ -82,6 +82,7 @@ class Evidence:
     world_normals: bool = False
     resolutions: dict[Stage, Resolution] = field(default_factory=dict)  # of coarse output that was found
     kept: dict[type, dict[Stage, np.ndarray]] = field(default_factory=dict)  # samples of mistakes without numbers
+    kept_hits: dict[tuple[type, ...], dict[Stage, np.ndarray]] = field(default_factory=dict)  # without light
     explains_known: dict[object, bool] = field(default_factory=dict)
 
     @cached_property
@@ -111,9 +112,17 @@ class Evidence:
     def judge_by(self, resolutions: Mapping[Stage, Resolution]) -> None:
         """Judge the images by the steps in which they are stored."""
         self.resolutions = dict(resolutions)
-        self.explains_known.clear()
-        self.kept.clear()
-        for name in ("right", "wrong", "drawn", "own"):
+        self._judge_anew()
+
+    def judge_instead(self, images: StageImages) -> None:
+        """Judge other images, as the renderer's are decoded."""
+        self.load = lambda: images
+        self._judge_anew()
+
+    def _judge_anew(self) -> None:
+        for known in (self.explains_known, self.kept, self.kept_hits):
+            known.clear()
+        for name in ("images", "stages", "right", "wrong", "drawn", "own"):
             vars(self).pop(name, None)
 
     def held(self, oracle: Analytic) -> AgainstOracle:
@@ -185,12 +194,30 @@ class Evidence:
         kind = type(oracle)
         if kind in self.kept:
             return self.kept[kind]
-        points = pixel_centers(self.scene.camera)[self.drawn[0]]
         with np.errstate(all="ignore"):
-            rows = oracle.samples(self.scene, points, self.stages[-1]).rows
+            rows = self._lit(oracle) if self.stages[-1] in LIGHT else self._asked(oracle)
         if isinstance(oracle, Mistake) and not oracle.parts and not oracle.parameters:  # asked again in later rounds
             self.kept[kind] = rows
         return rows
+
+    def _asked(self, oracle: Analytic, last: Stage | None = None) -> dict[Stage, np.ndarray]:
+        points = pixel_centers(self.scene.camera)[self.drawn[0]]
+        return oracle.samples(self.scene, points, last or self.stages[-1]).rows
+
+    def _lit(self, oracle: Analytic) -> dict[Stage, np.ndarray]:
+        """Return the sample; what is hit and visible is asked once of all mistakes that have it in common."""
+        kinds = oracle.parts if isinstance(oracle, Mistake) and oracle.parts else (type(oracle),)
+        before = tuple(kind for kind in kinds if not lights_only(kind))
+        if before == kinds or any(issubclass(kind, Family) for kind in before):
+            return self._asked(oracle)
+        if before not in self.kept_hits:
+            made = type("Hits", (*before, Analytic), {"image": Analytic.image})
+            self.kept_hits[before] = self._asked(made(), Stage.VISIBILITY)
+        rows, seen = dict(self.kept_hits[before]), oracle.scene(self.scene)
+        for stage in LIGHT[: LIGHT.index(self.stages[-1]) + 1]:
+            rows[stage] = oracle.continued(seen, stage, rows)
+        points = pixel_centers(self.scene.camera)[self.drawn[0]]
+        return {stage: oracle.image(seen, stage, values, points) for stage, values in rows.items()}
 
     def off(self, values: Mapping[Stage, np.ndarray], stages: tuple[Stage, ...] | None = None) -> np.ndarray:
         """Return which pixels of the sample (n,) are off by more than any rounding, at some stage."""
