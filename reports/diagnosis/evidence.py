@@ -27,6 +27,7 @@ LEFT = 0.1  # of the pixels that are wrong by the right oracle: so many may stay
 MOST_LEFT = 0.002  # of the image
 TELLS = 0.5  # limits of the right oracle: an oracle within so little of it tells nothing
 SHOWS = 0.01  # of the image: a mistake that changes more pixels shows
+LOOKED_AT = 400  # pixels, in which 1 % of an image is met with 98 % probability
 MORE = gamma(16, precision=PRECISION)  # relative: roundings that a mistake adds to those counted
 WIDEST = 0.01  # relative: no mistake widens a limit to more
 # Of a sample of pixels: so many are drawn among wrong ones, and among all; of these so many may be off.
@@ -122,7 +123,7 @@ class Evidence:
     def _judge_anew(self) -> None:
         for known in (self.explains_known, self.kept, self.kept_hits):
             known.clear()
-        for name in ("images", "stages", "right", "wrong", "drawn", "own"):
+        for name in ("images", "stages", "right", "wrong", "drawn", "own", "looked_at", "blank"):
             vars(self).pop(name, None)
 
     def held(self, oracle: Analytic) -> AgainstOracle:
@@ -243,16 +244,27 @@ class Evidence:
         return bool(found[wrong].mean() <= OFF_OF_WRONG and found.mean() <= OFF_OF_ALL)
 
     def shows(self, mistake: type[Mistake]) -> bool:
-        """Return whether a mistake changes more than 1 % of what the renderer answers here."""
-        stages = self.stages
-        if not stages:
+        """Return whether a mistake changes more than 1 % of what the renderer answers here, by a sample."""
+        if not self.stages:
             return False
+        points, last = pixel_centers(self.scene.camera)[self.looked_at], self.stages[-1]
         with np.errstate(all="ignore"):
-            values = mistake().render(self.scene, stages)
-            changed = np.zeros(self.right.base.conditioning.hit.shape, dtype=bool)
-            for stage in stages:
-                changed |= off(stage, values[stage], self.right.base.truth[stage])
+            values = mistake().samples(self.scene, points, last).rows
+            changed = np.zeros(len(points), dtype=bool)
+            for stage in self.stages:
+                right = self.right.base.truth[stage].reshape(self.wrong.size, -1)[self.looked_at]
+                changed |= off(stage, values[stage], right)
         return bool(changed.mean() > SHOWS)
+
+    @cached_property
+    def looked_at(self) -> np.ndarray:
+        """Return a sample of pixels (n,), by their numbers, whether wrong or not."""
+        return np.random.default_rng(1).permutation(self.wrong.size)[:LOOKED_AT]
+
+    @cached_property
+    def blank(self) -> bool:
+        """Return whether each image holds one value: it tells nothing of which mistake took all away."""
+        return all(np.all(image == image[:1, :1]) for image in self.images.values())
 
 
 def off(stage: Stage, ours: np.ndarray, theirs: np.ndarray, step: Resolution | None = None) -> np.ndarray:

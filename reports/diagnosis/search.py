@@ -18,7 +18,7 @@ from rayproof.reports.judge.nearby.clouds import LIGHT
 from rayproof.reports.mistakes import FAMILIES, MISTAKES, Family, Mistake, for_kinds, lights_only, together
 
 SCREENING = 3  # failing cases that every mistake meets
-LEAST_TELLING = 16  # wrong pixels that a cause explains, of all cases together
+LEAST_TELLING = 16  # wrong pixels that a cause explains, of all cases together whose images are not blank
 MOST_CAUSES = 4
 MOST_PASSING = 60  # passing cases that are asked whether they contradict a mistake
 CONTRADICTED = 2  # passing cases, of which the first might be an accident of a sample
@@ -121,9 +121,11 @@ class _Judge:
         """Return the cause that explains most of the cases that are left, with those that explain the same."""
         explained: dict[type[Mistake], tuple[Evidence, ...]] = {}
         for mistake in mistakes:
+            if self.shows_where_all_is_right(mistake):
+                continue
             cases = tuple(case for case in left if case.explains(mistake))
-            telling = sum(int(np.count_nonzero(case.wrong)) for case in cases)
-            if cases and telling >= LEAST_TELLING:
+            telling = sum(int(np.count_nonzero(case.wrong)) for case in cases if not case.blank)
+            if telling >= LEAST_TELLING:
                 explained[mistake] = cases
         order = sorted(explained, key=lambda one: (-len(explained[one]), len(one.parts), len(one.parameters)))
         for mistake in order:
@@ -145,13 +147,15 @@ class _Judge:
             return Cause(mistake=mistake, cases=cases, alternatives=others, fitted=fitted)
         return None
 
-    def contradicted(self, mistake: type[Mistake], cases: Sequence[Evidence], left: Sequence[Evidence]) -> bool:
-        """Return whether a mistake would show in passing cases, or in more failing ones than it explains."""
+    def shows_where_all_is_right(self, mistake: type[Mistake]) -> bool:
+        """Return whether a mistake would show in passing cases."""
         if mistake not in self.refuted:
             shown = islice((case for case in self.passing if case.shows(mistake)), CONTRADICTED)
             self.refuted[mistake] = len([*shown]) >= min(CONTRADICTED, max(1, len(self.passing)))
-        if self.refuted[mistake]:
-            return True
+        return self.refuted[mistake]
+
+    def contradicted(self, mistake: type[Mistake], cases: Sequence[Evidence], left: Sequence[Evidence]) -> bool:
+        """Return whether a mistake would show in more failing cases than it explains."""
         explained = {case.case for case in cases}
         rest = [case for case in left if case.case not in explained]
         # What fails with another mistake's marks does not speak against this one; what fails otherwise does.
