@@ -71,6 +71,7 @@ class Family(Mistake):
 
     numbers: ClassVar[tuple[float, ...]] = ()
     starts: ClassVar[tuple[tuple[float, ...], ...]] = ()  # of each number: values to begin with, ascending
+    jumps: ClassVar[bool] = False  # whether pixels jump, so that nothing is differentiable
     named: ClassVar[Mapping[float, str]] = {}  # numbers that have a name of their own
 
     @classmethod
@@ -108,6 +109,18 @@ def family(
         return FAMILIES.register(name)(mistake)
 
     return register
+
+
+# The steps up to what is hit and visible, without the writing of images.
+BEFORE_LIGHT = (
+    "scene", "image_points", "rays", "clip_interval", "nearest", "crossing", "distances", "positions", "normals",
+    "outward_normals", "planes", "shadow_starts", "above_horizon", "blocked", "visibility", "samples",
+)  # fmt: skip
+
+
+def lights_only(mistake: type[Analytic]) -> bool:
+    """Return whether an oracle hits and sees what the right one does."""
+    return all(getattr(mistake, step) is getattr(Analytic, step) for step in BEFORE_LIGHT)
 
 
 def together(first: type[Mistake], second: type[Mistake]) -> type[Mistake]:

@@ -89,6 +89,8 @@ _along(
 class ShadowRayLength(Family, AlongShadowRays):
     """The interval ends elsewhere than at the light."""
 
+    jumps = True
+
     def interval(self, light: PointLight, starts: np.ndarray) -> Between:
         """Return the interval up to the number."""
         return 0.0, self.numbers[0]
@@ -106,6 +108,8 @@ OFFSETS = (1e-3, 2e-3, 5e-3, 0.01, 0.02, 0.05, 0.1, 0.2)
 )
 class ShadowRayOffset(Family):
     """Shadow rays start off the surface; the light's side is asked at the surface."""
+
+    jumps = True
 
     def visibility(self, scene: Scene, rows: Rows, freedom: Freedom | None = None) -> np.ndarray:
         """Return visibility from there, where whatever is met blocks."""
@@ -128,8 +132,10 @@ class ShadowRayOffset(Family):
     "LIT-2",
     starts=[OFFSETS],
 )
-class ShadowRayskip(Family, AlongShadowRays):
+class ShadowRaySkip(Family, AlongShadowRays):
     """Shadow rays begin to be blocked some way from the surface."""
+
+    jumps = True
 
     def interval(self, light: PointLight, starts: np.ndarray) -> Between:
         """Return the interval from there."""

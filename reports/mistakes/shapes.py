@@ -162,6 +162,8 @@ class BehindWhereUnclipped(Mistake):
 class Within(Family):
     """Hits count up to a distance."""
 
+    jumps = True
+
     def clip_interval(self, scene: Scene, directions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return an interval that ends there."""
         low, high = super().clip_interval(scene, directions)
