@@ -33,7 +33,7 @@ SERVICES = {
 REPORT = "rayproof-report"
 LINE = re.compile(r"[\x00-\x1f\x7f']")  # what would end the line or the string that a word stands in
 
-app = App(name="new")
+app = App(name="new", help="Write a starter: a formula, an adapter of a renderer, or a workflow for CI.")
 
 
 def free(*files: Path, hint: str = "") -> None:

@@ -43,7 +43,7 @@ def report(
         A folder that `rayproof run --out` filled.
     other
         The folder of a later run: show what changed between the two, with the images of both. With two
-        folders or files of renderers' limits (`rayproof stability --subject`): up to where each is right.
+        folders or files of renderers' limits (`rayproof limits`): up to where each is right.
     out
         With two runs: the folder for the report of what changed. Default: only a table is printed.
     single_file
@@ -244,7 +244,7 @@ def report_between(before: Path, after: Path, out: Path | None, *, single_file: 
 
 
 def limits_between(before: Path, after: Path, json: Path | None) -> int:
-    """Say how far two renderers are right, as `rayproof stability --subject` left it in two folders or files."""
+    """Say how far two renderers are right, as `rayproof limits` left it in two folders or files."""
     with told_in_one_line():
         changed = changes(load_limits(before), load_limits(after))
         if json is not None:

@@ -104,7 +104,6 @@ def test_what_differs_is_named_and_a_changed_input_is_not_executed(rayproof: Ray
         rayproof(
             "stability",
             "sphere=mine.py:hit",
-            "--ladder",
             "SPH-TAN",
             "--quick",
             "--precision",
