@@ -26,7 +26,7 @@ Clipping; t [m] along the unit direction, both exclusive. The scene's `clip` cho
     clip_shell(direction, forward, near, far)    -> likewise
     clip_none(direction, forward, near, far)     -> likewise
 
-Transforms; a transform is `tracer.shapes.Transform`:
+Transforms; a transform is `tracer.shapes.shape.Transform`:
 
     to_object(ray, transform)                    -> the ray in object space with the same parameter t
     position(ray, distance, object_ray)          -> world point [m]; object_ray() gives the ray in the object space of
@@ -55,13 +55,13 @@ Normals:
     world_normal(normal, transform)              -> unit world normal; not called where object space is world space
     facing(normal, direction)                    -> the normal of a two-sided surface, turned against `direction`
 
-Shadow rays, or shadow rays; cosine = dot(N, L):
+Shadow rays; cosine = dot(N, L):
 
     horizon(cosine)                              -> where the light is not above the surface's horizon
     segment(origin, light)                       -> (direction, end): origin + t direction is tested for t < end; with
                                                     the fact bounded=True no farther than the light
     obstructed(distance)                         -> where a shadow ray that met something at t (inf: nothing) is blocked
-    shadow ray(hit, cosine, reach)                   -> `tracer.rays.Start`, the strategy against shadow acne. `hit` is
+    shadow_ray(hit, cosine, reach)               -> `tracer.rays.Start`, the strategy against shadow acne. `hit` is
                                                     `tracer.rays.Hit`, reach the distance to the light [m]. Facts:
                                                     doubles=True (compute the shadow ray and its start in float64),
                                                     clearances (as many from the surface, 1 if not given, a blocker
