@@ -42,6 +42,8 @@ GROUPS: dict[str, tuple[str, dict[str, tuple[str, str]]]] = {
             ),
             "show": (f"{_IN}.show:show", "Show one case: its scene, its requirements, how to reproduce it."),
             "probe": (f"{_IN}.probe:probe", "Show one pixel, every stage, as each renderer answers it."),
+            "certify": (f"{_IN}.certify:certify", "Enclose the exact values of pixels, with proof."),
+            "call": (f"{_IN}.call:call", "Call a program under test once, and keep all that it got and wrote."),
             "shrink": (f"{_IN}.shrink:shrink", "Find the smallest scene that fails as a case does; write an issue."),
         },
     ),
@@ -53,7 +55,7 @@ GROUPS: dict[str, tuple[str, dict[str, tuple[str, str]]]] = {
             "worst": (f"{_IN}.stability:worst_inputs", "Search for the inputs that a formula answers worst."),
             "limits": (f"{_IN}.stability:limits", "Measure up to where a renderer is right on ever harder scenes."),
             "vectors": (
-                f"{_IN}.vectors:vectors",
+                f"{_IN}.vectors:app",
                 "Write test vectors of ray formulas for any language; judge answers to them.",
             ),
             "tradeoff": (f"{_IN}.tradeoff:tradeoff", "Draw error against run time: formulas, precisions, samples."),

@@ -232,7 +232,7 @@ def render_and_judge(
     if gone is not None:
         return found, interrupted, f"{gone}; {len(found)} of {len(planned)} cases are finished, go on with --resume"
     if calls.hopeless is not None:
-        return found, interrupted, f"{calls.hopeless}; `{called()} probe --keep FOLDER` makes one call"
+        return found, interrupted, f"{calls.hopeless}; `{called()} call CASE FOLDER` makes one call"
     return found, interrupted, None
 
 
