@@ -114,7 +114,7 @@ def formulas_among(selectors: Sequence[str]) -> "tuple[list[Formula], tuple[str,
 
 
 SWEEP = re.compile(r"(?P<name>\w+)=(?P<first>[^:]+?)\.\.(?P<last>[^:]+?):(?P<number>\d+)")
-MOST_VALUES = 100
+MOST_VALUES = 100  # of a sweep, each of which is measured as a formula is, for seconds
 
 
 def sweep_of(text: str) -> tuple[str, list[float]]:

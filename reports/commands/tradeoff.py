@@ -14,7 +14,7 @@ from rayproof.reports.studies.publication import MOST_PANELS, Paper, chosen, dra
 
 COLUMNS = ("diagram", "point", "time [ns]", "time interval", "error", "error interval", "wrong", "on the front")
 FITS = ("diagram", "point", "time [ns]", "error", "wrong")  # of an article's text
-REPETITIONS, QUICK_REPETITIONS = 13, 9
+REPETITIONS, QUICK_REPETITIONS = 13, 9  # a median of fewer than 9 has no interval but the range
 
 
 def tradeoff(
