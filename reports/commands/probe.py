@@ -1,4 +1,4 @@
-"""`rayproof probe`: one pixel, every stage, by every renderer; certified bounds; or one call of a program, kept."""
+"""`rayproof probe`: one pixel, every stage, by every renderer."""
 
 import textwrap
 from dataclasses import replace
