@@ -4,7 +4,7 @@ from pathlib import Path
 from typing import Annotated
 
 from rayproof.reports.commands.output import say
-from rayproof.reports.commands.run import FLAT, NO_GATE, OUTPUT, Gate
+from rayproof.reports.commands.run import FLAT, NO_GATE, OUTPUT, GateOptions
 from rayproof.reports.commands.usage import UsageError, own, told_in_one_line, writable_folder
 
 
@@ -12,7 +12,7 @@ def merge(
     *folders: Path,
     out: Annotated[Path, OUTPUT] = Path("report"),
     json: Annotated[Path | None, OUTPUT] = None,
-    gate: Annotated[Gate, FLAT] = NO_GATE,
+    gate: Annotated[GateOptions, FLAT] = NO_GATE,
 ) -> int:
     """Merge the parts of a run that `rayproof run --shard` made, and publish them as one run.
 

@@ -131,7 +131,7 @@ class Settings:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Gate:
+class GateOptions:
     """What a whole run is compared with.
 
     Parameters
@@ -179,10 +179,12 @@ class Gate:
 
 
 FLAT = Parameter(name="*")  # the fields of a dataclass are options of the command
-USUAL, NO_GATE = Settings(), Gate()
+USUAL, NO_GATE = Settings(), GateOptions()
 
 
-def run(*selectors: str, settings: Annotated[Settings, FLAT] = USUAL, gate: Annotated[Gate, FLAT] = NO_GATE) -> int:
+def run(
+    *selectors: str, settings: Annotated[Settings, FLAT] = USUAL, gate: Annotated[GateOptions, FLAT] = NO_GATE
+) -> int:
     """Judge the tracer or another renderer on cases or scene files; write a report.
 
     For example: rayproof run primitives "shadows/*" --subject "exec:./mine {scene} {output}" --out mine
@@ -202,7 +204,7 @@ def random(
     count: Annotated[int, SELECTION] = 100,
     seed: Annotated[int, SELECTION] = 1,
     settings: Annotated[Settings, FLAT] = USUAL,
-    gate: Annotated[Gate, FLAT] = NO_GATE,
+    gate: Annotated[GateOptions, FLAT] = NO_GATE,
 ) -> int:
     """Judge the tracer or another renderer on random scenes with hostile features; write a report.
 
@@ -227,7 +229,7 @@ def random(
     return judged(tuple(f"{FAMILY}/{seed}/{number}" for number in range(count)), settings, gate, seed=str(seed))
 
 
-def judged(selectors: tuple[str, ...], settings: Settings, gate: Gate, *, seed: str = "") -> int:
+def judged(selectors: tuple[str, ...], settings: Settings, gate: GateOptions, *, seed: str = "") -> int:
     """Run the cases that `selectors` name and publish the results; return the exit code."""
     settings.check()
     piece = None
