@@ -11,6 +11,7 @@ import json
 import struct
 from collections.abc import Collection
 from dataclasses import dataclass, field
+from functools import cache
 from pathlib import Path
 from typing import Any, TypedDict, TypeVar
 from urllib.parse import unquote
@@ -300,24 +301,21 @@ class _Files:
 
     def __init__(self, folder: Path, budget: Budget) -> None:
         self._folder, self._budget = folder, budget
-        self._contents: dict[str, bytes] = {}
+        self.content = cache(self._read)  # by what is written, so that an alias of a file counts as often as it is held
 
-    def content(self, uri: str) -> bytes:
+    def _read(self, uri: str) -> bytes:
         """Return the bytes of the file that a uri names, inside the folder."""
         what = "a buffer's uri"
-        if uri not in self._contents:
-            if ":" in uri:
-                raise SceneError(f"{what} must be a relative path, got {shown(uri)}")
-            path = path_within(unquote(uri), self._folder, what=what, largest=LARGEST)
-            try:
-                content = content_of(path, largest=LARGEST)
-            except OSError as error:
-                raise SceneError(f"{what} names a file that cannot be read: {error.strerror}: {shown(uri)}") from None
-            # By the written path: an alias of a file is kept in memory again, and so counts again.
-            self._budget.count_file(path, len(content))
-            self._budget.expand(len(content), by=f"{what} {shown(uri)}")
-            self._contents[uri] = content
-        return self._contents[uri]
+        if ":" in uri:
+            raise SceneError(f"{what} must be a relative path, got {shown(uri)}")
+        path = path_within(unquote(uri), self._folder, what=what, largest=LARGEST)
+        try:
+            content = content_of(path, largest=LARGEST)
+        except OSError as error:
+            raise SceneError(f"{what} names a file that cannot be read: {error.strerror}: {shown(uri)}") from None
+        self._budget.count_file(path, len(content))
+        self._budget.expand(len(content), by=f"{what} {shown(uri)}")
+        return content
 
 
 def _buffer(buffer: BufferEntry, files: _Files, binary: bytes) -> memoryview:

@@ -54,8 +54,8 @@ def _faces(corners: np.ndarray, mode: int) -> np.ndarray:
     return corners[np.stack([number, number + 1 + odd, number + 2 - odd], axis=1)]
 
 
-def glb_mesh(content: bytes) -> tuple[np.ndarray, np.ndarray]:
-    """Return vertices (n, 3) float64 [m] and triangles (m, 3) int64 of all placed meshes of a GLB file, joined.
+def glb_mesh(content: bytes) -> tuple[np.ndarray, np.ndarray, list[str]]:
+    """Return vertices (n, 3) float64 [m] and triangles (m, 3) int64 of all placed meshes of a GLB file; no sentences.
 
     Raises:
         SceneError: the file violates the glTF specification, names another file, or exceeds the budget.
@@ -66,7 +66,7 @@ def glb_mesh(content: bytes) -> tuple[np.ndarray, np.ndarray]:
         document = glb_document(content, Path(), budget)
         if any("uri" in buffer for buffer in document.listed(BufferEntry)):
             raise SceneError("keeps data outside itself, which is never opened")
-        return _joined(document)
+        return *_joined(document), []
     except (TypeError, AttributeError, KeyError, IndexError, ValueError, OverflowError) as error:
         if isinstance(error, SceneError):
             raise

@@ -208,7 +208,7 @@ def execute(
     if engine.gone is not None:
         stopped = f"{engine.gone}; {len(records)} of {len(planned)} cases are finished, go on with --resume"
     elif calls.hopeless is not None:
-        stopped = f"{calls.hopeless}; `{called()} probe --keep FOLDER` makes one call"
+        stopped = f"{calls.hopeless}; `{called()} call CASE FOLDER` makes one call"
     return Execution(records=records, interrupted=interrupted, stopped=stopped)
 
 

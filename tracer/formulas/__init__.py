@@ -26,7 +26,7 @@ Clipping; t [m] along the unit direction, both exclusive. The scene's `clip` cho
     clip_shell(direction, forward, near, far)    -> (nearest, farthest)
     clip_none(direction, forward, near, far)     -> (nearest, farthest)
 
-Transforms; a transform is `tracer.shapes.Transform`:
+Transforms; a transform is `tracer.shapes.shape.Transform`:
 
     to_object(ray, transform)                    -> the ray in object space with the same parameter t
     position(ray, distance, object_ray)          -> world point [m]; object_ray() returns the ray in the object space

@@ -14,7 +14,7 @@ from rayproof.tracer.kernel.arithmetic import moved_by_ulps, next_towards
 from rayproof.tracer.rays import Hit, Start
 
 FIXED_MINIMUM = 1e-3  # m
-SHARE_OF_SIZE = 1e-4
+SHARE_OF_SIZE = 1e-4  # of the scene's size
 FIXED_OFFSET = 1e-4  # m
 # Of Wächter and Binder.
 NEAR_ORIGIN = 1 / 32  # m, below which spacings are too small

@@ -42,7 +42,7 @@ from rayproof.tracer.kernel.parameters import KernelConstants
 from rayproof.tracer.shapes.shape import TracedShape
 from rayproof.tracer.trees.boxes import AXES, CHILDREN, STEPS, Nodes, places, unpacked
 
-HUGE = 3e38
+HUGE = 3e38  # almost the largest number of float32, 3.4e38
 TINY = 2.0**-60  # grid steps per unit of t; a narrower beam is widened to it, which misses nothing
 # The same for a single ray, and the least allowed ratio of its largest component to the remaining distance, in steps
 # per t.

@@ -22,7 +22,7 @@ from rayproof.tracer.kernel.arrays import ArrayTypes
 from rayproof.tracer.kernel.parameters import DeviceBuffers, KernelConstants, aligned
 from rayproof.tracer.shapes.meshes import in_pieces
 
-STEPS = 65535
+STEPS = 65535  # of the grid in which boxes are stored: the largest number of 16 bits
 AXES = 3
 # Scenes smaller or larger than this [m] would leave float32 in grid space; they are walked without culling.
 SMALLEST, LARGEST = 2.0**-80, 2.0**80

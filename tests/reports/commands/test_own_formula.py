@@ -92,7 +92,7 @@ def test_probe_and_render_take_it(rayproof: Rayproof, folder: Path) -> None:
 
 
 def test_it_climbs_ladders_where_nothing_is_expected_of_it(rayproof: Rayproof, folder: Path) -> None:
-    arguments = ("--ladder", "SPH-FAR", "--precision", "float32", "--quick", "--json", "s.json", "--out", "o")
+    arguments = ("SPH-FAR", "--precision", "float32", "--quick", "--json", "s.json", "--out", "o")
     ended = rayproof("stability", FORMULA, *arguments)
 
     assert ended.code == 0
@@ -119,7 +119,7 @@ def test_a_mistake_in_it_ends_with_2_and_one_line_everywhere(rayproof: Rayproof,
         "render": ((CASE, "a.exr"), "--formula"),
         "probe": ((CASE, 1, 1), "--formula"),
         "stability": ((), None),
-        "tradeoff": (("SPH-FAR",), "--formula"),
+        "tradeoff": (("SPH-FAR",), None),
     }[command]
     ended = rayproof(command, *before, *([option] if option else []), "sphere=mine.py:nearest")
 
