@@ -255,7 +255,7 @@ def workflow(
     from rayproof.cases.families import select
 
     with told_in_one_line():
-        if known := [word for word in selectors if not word.endswith(".json")]:
+        if known := [word for word in selectors if not word.endswith((".json", ".jsonl", "/"))]:
             select(known)
     name, usual = SERVICES[service]
     file = out or usual
