@@ -29,6 +29,34 @@ class Hits(NamedTuple):
     pieces: np.ndarray
 
 
+class Rays(NamedTuple):
+    """Rays from the eye (3,) along directions (N, 3) of any length, that count between low and high (N,)."""
+
+    eye: np.ndarray
+    directions: np.ndarray
+    low: np.ndarray
+    high: np.ndarray
+
+
+class ShadowRays(NamedTuple):
+    """Shadow rays to a light from starts (N, 3) [m] on objects (N, 2), between shares of the way from the light."""
+
+    light: PointLight
+    objects: np.ndarray
+    starts: np.ndarray
+    between: Between = (0.0, 1.0)
+
+    @property
+    def source(self) -> np.ndarray:
+        """Return the light's place (3,) [m]."""
+        return np.asarray(self.light.position, dtype=np.float64)
+
+    @property
+    def segments(self) -> np.ndarray:
+        """Return the ways (N, 3) [m] from the light to the starts."""
+        return self.starts - self.source
+
+
 @dataclass(frozen=True, kw_only=True)
 class Freedom:
     """The freedom of a nearby problem at each image point (N,), in addition to the scene's numbers; 0 is none."""
@@ -115,17 +143,15 @@ class Analytic:
             np.full((len(directions), 2), NOWHERE), np.full(len(directions), np.inf), np.zeros(len(directions), int)
         )
         for index in range(len(scene.shapes)):
-            crossing = self.crossing(scene, index, eye, directions, low, high)
+            crossing = self.crossing(scene, index, Rays(eye, directions, low, high))
             _put(hits, crossing.distance < hits.distances, index, crossing)
         if freedom is not None and np.any(freedom.tie):
             self._choose_among_coinciding(scene, eye, directions, low, high, hits, freedom)
         return hits
 
-    def crossing(
-        self, scene: Scene, index: int, eye: np.ndarray, directions: np.ndarray, low: np.ndarray, high: np.ndarray
-    ) -> Crossing:
-        """Return where rays from the eye meet a shape first, between low and high (N,)."""
-        return surface_of(scene.shapes[index]).first(eye, directions, low, high)
+    def crossing(self, scene: Scene, index: int, rays: Rays) -> Crossing:
+        """Return where rays meet a shape first."""
+        return surface_of(scene.shapes[index]).first(*rays)
 
     def _choose_among_coinciding(
         self,
@@ -231,15 +257,7 @@ class Analytic:
             above |= dot(normals, source - rows[Stage.POSITION]) > 0
         return above
 
-    def blocked(
-        self,
-        scene: Scene,
-        index: int,
-        light: PointLight,
-        objects: np.ndarray,
-        starts: np.ndarray,
-        between: Between = (0.0, 1.0),
-    ) -> np.ndarray:
+    def blocked(self, scene: Scene, index: int, rays: ShadowRays) -> np.ndarray:
         """Return whether shape `index` is strictly between the light and points on the given objects, (N,).
 
         The hit surface is divided out by algebra, never by an epsilon: a flat face cannot block itself, and an
@@ -247,14 +265,13 @@ class Analytic:
         that is a rounding error off its surface is treated as a point of it. A surface that coincides with the hit one
         also contains the point, and so does not meet the open segment there.
         """
-        surface, source = surface_of(scene.shapes[index]), np.asarray(light.position, dtype=np.float64)
-        own = objects[:, 0] == index
-        segments, ends = starts - source, ends_of(np.asarray(scene.camera.eye), starts)
-        low, high = (np.broadcast_to(share, len(starts)) for share in between)
-        blocked = np.zeros(len(objects), dtype=bool)
+        surface, source, segments = surface_of(scene.shapes[index]), rays.source, rays.segments
+        own, ends = rays.objects[:, 0] == index, ends_of(np.asarray(scene.camera.eye), rays.starts)
+        low, high = (np.broadcast_to(share, len(own)) for share in rays.between)
+        blocked = np.zeros(len(own), dtype=bool)
         blocked[~own] = surface.blocks(source, segments[~own], ends[~own], (low[~own], high[~own]))
         if own.any():
-            blocked[own] = surface.blocks_own(source, segments[own], ends[own], objects[own, 1])
+            blocked[own] = surface.blocks_own(source, segments[own], ends[own], rays.objects[own, 1])
         return blocked
 
     def visibility(self, scene: Scene, rows: Rows, freedom: Freedom | None = None) -> np.ndarray:
@@ -278,8 +295,8 @@ class Analytic:
             for index in range(len(scene.shapes)):
                 left = np.flatnonzero(free)
                 between = freedom.light, end if np.ndim(end) == 0 else np.asarray(end)[left]
-                arguments = (objects[candidates[left]], starts[candidates[left]], between)
-                free[left] = ~self.blocked(scene, index, light, *arguments)
+                rays = ShadowRays(light, objects[candidates[left]], starts[candidates[left]], between)
+                free[left] = ~self.blocked(scene, index, rays)
             answer[candidates[free], column] = 1
         return answer
 

@@ -81,7 +81,8 @@ def swapped(cases: Sequence[Evidence], failing: Sequence[Evidence]) -> Finding |
 
 
 def _swapped(image: np.ndarray) -> np.ndarray:
-    return np.asarray(image, dtype=np.float32).byteswap().astype(np.float64)
+    with np.errstate(invalid="ignore"):  # swapped bytes may be no number
+        return np.asarray(image, dtype=np.float32).byteswap().astype(np.float64)
 
 
 def _wild(images: StageImages) -> float:

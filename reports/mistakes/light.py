@@ -223,11 +223,9 @@ known(
     "RAD-3",
     "RAD-1",
 )(Model)
-known(
-    "physical_for_simplified",
-    "uses the physical light where the lecture's simplified one is asked for",
-    "RAD-3",
-)(type("Physical", (Model,), {"model": "inverse_square"}))
+known("physical_for_simplified", "uses the physical light where the lecture's simplified one is asked for", "RAD-3")(
+    type("Physical", (Model,), {"model": "inverse_square"})
+)
 
 
 # Surfaces.
