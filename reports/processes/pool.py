@@ -28,7 +28,7 @@ import sys
 import tempfile
 import time
 from collections import deque
-from collections.abc import Callable, Collection, Coroutine, Generator, Mapping
+from collections.abc import Callable, Collection, Coroutine, Generator, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import IO, Any, TypeVar
@@ -228,7 +228,7 @@ SLEEPERS = 6  # workers of a kind that sleeps; each costs memory, and its import
 # A worker is replaced after so many tasks, or once it has grown by so many bytes since its first ones, which is seen
 # each time that it has done a few.
 MOST_TASKS, GROWTH, LOOKED_AT = 2000, 2**31, 20
-ASLEEP = 1.0  # s beyond it after which this process was itself stopped, or its machine asleep: no worker is to blame
+ASLEEP = 1.0  # s beyond it: this process was stopped, took calls, or its machine slept, and no worker is to blame
 
 
 @dataclass(kw_only=True)
@@ -252,6 +252,19 @@ class _Waiting:
     future: Future[Reply]  # of its reply
     seconds: float | None
     large: bool
+
+
+_CALLS: dict[int, Callable[[], None]] = {}  # by descriptor
+
+
+@contextlib.contextmanager
+def taking_calls(descriptor: int, take: Callable[[], None]) -> Iterator[None]:
+    """Have each pool of this process call `take`, while it waits, when there is something to read at a descriptor."""
+    _CALLS[descriptor] = take
+    try:
+        yield
+    finally:
+        del _CALLS[descriptor]
 
 
 class Pool:
@@ -357,14 +370,21 @@ class Pool:
 
     @staticmethod
     def _ready(busy: Mapping[tuple[str, int], _Worker]) -> set[int]:
-        """Return the descriptors of workers that give or take something, once there is one or a deadline is near."""
+        """Return the descriptors of workers that give or take something, once there is one or a deadline is near.
+
+        Calls are taken, too; the time that this takes is no worker's.
+        """
         poll = select.poll()
+        for descriptor in _CALLS:
+            poll.register(descriptor, select.POLLIN)
         for worker in busy.values():
             channel = worker.process.connection
             poll.register(channel, select.POLLIN | (select.POLLOUT if channel.unsent else 0))
         start = time.monotonic()
         rest = min(GLANCE, max(0.0, min(worker.deadline for worker in busy.values()) - start))
         ready = {descriptor for descriptor, _ in poll.poll(1000 * rest)}
+        for descriptor in ready.intersection(_CALLS):
+            _CALLS[descriptor]()
         asleep = time.monotonic() - start - rest
         if asleep > ASLEEP:
             for worker in busy.values():
