@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
-from rayproof.cases.placement import compose, rotation, scaling, translation, vector
+from rayproof.cases.placement import compose, rotation, scaling, translation, unit, vector
 from rayproof.cases.scene import Camera, Cube, Mesh, Plane, PointLight, Rgb, Scene, Shape, Sphere, Vector
 
 ALBEDO: Rgb = (0.7, 0.5, 0.3)
@@ -70,8 +70,8 @@ def rods(count: int) -> Mesh:
     """Return `count` triangles, two for each thin flat rod; the rods lie in all directions, in a cube of 2 m."""
     random = np.random.default_rng(SEED)
     middle = random.uniform(-1, 1, (count // 2, 3))
-    along = _unit(random.normal(size=middle.shape))
-    across = _unit(np.cross(along, random.normal(size=middle.shape)))
+    along = unit(random.normal(size=middle.shape))
+    across = unit(np.cross(along, random.normal(size=middle.shape)))
     along *= random.uniform(0.15, 0.4, (len(middle), 1))
     across *= random.uniform(0.002, 0.006, (len(middle), 1))
     corners = np.stack([middle - along - across, middle + along - across, middle + along + across], axis=1)
@@ -165,12 +165,8 @@ def city(blocks: int) -> Mesh:
 def soup(count: int) -> Mesh:
     """Return `count` small triangles that share no vertex, anywhere in a ball of 1 m and turned in any way."""
     random = np.random.default_rng(SEED)
-    places = _unit(random.normal(size=(count, 3))) * np.cbrt(random.uniform(0, 1, (count, 1)))
+    places = unit(random.normal(size=(count, 3))) * np.cbrt(random.uniform(0, 1, (count, 1)))
     return _apart(places[:, np.newaxis] + 0.006 * random.normal(size=(count, 3, 3)))
-
-
-def _unit(vectors: np.ndarray) -> np.ndarray:
-    return vectors / np.linalg.norm(vectors, axis=-1, keepdims=True)
 
 
 def _apart(corners: np.ndarray) -> Mesh:

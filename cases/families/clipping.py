@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from rayproof.cases.case import Case, covering
-from rayproof.cases.placement import camera_around, compose, rotation, scaling, translation
+from rayproof.cases.placement import camera_around, compose, rotation, scaling, translation, unit
 from rayproof.cases.scene import CLIPS, Camera, Cube, Mesh, Plane, PointLight, Scene, Shape, Sphere, Square, Triangle
 
 # The three clip modes on geometry that the near and the far plane cut open, wide enough that they differ.
@@ -126,9 +126,9 @@ def _shell_walls(camera: Camera) -> Iterator[Shape]:
     column, row = (grid.reshape(-1) for grid in np.meshgrid(np.arange(width), np.arange(height)))
     across, up = (2 * (column + 0.5) / width - 1) * camera.aspect, 1 - 2 * (row + 0.5) / height
     toward = np.stack([across * math.tan(camera.alpha), up * math.tan(camera.alpha), -np.ones(len(row))], axis=1)
-    toward /= np.linalg.norm(toward, axis=1, keepdims=True)
+    toward = unit(toward)
     side = np.cross(toward, (0.0, 1.0, 0.0))
-    side /= np.linalg.norm(side, axis=1, keepdims=True)
+    side = unit(side)
     above = np.cross(side, toward)
     corners = [
         toward + NARROW * (math.cos(angle) * side + math.sin(angle) * above)

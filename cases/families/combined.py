@@ -19,7 +19,7 @@ from typing import Any, cast
 import numpy as np
 
 from rayproof.cases.case import Case, covering
-from rayproof.cases.placement import compose, mapped, rotation, scaling, shear, translation
+from rayproof.cases.placement import compose, mapped, rotation, scaling, shear, translation, unit
 from rayproof.cases.scene import (
     IDENTITY,
     SHADINGS,
@@ -145,9 +145,9 @@ def pebble() -> tuple[np.ndarray, np.ndarray]:
         every = np.concatenate([first, second, third, middles]).reshape(-1, 3)
         corners, indices = np.unique(every, axis=0, return_inverse=True)
         faces = indices.reshape(-1, 3)
-    unit = corners / np.linalg.norm(corners, axis=1, keepdims=True)
-    bumps = 0.04 * np.sin(5 * unit[:, 0] + 1) * np.sin(4 * unit[:, 1] + 2) * np.sin(6 * unit[:, 2])
-    return (0.5 + bumps[:, None]) * unit, faces
+    sphere = unit(corners)
+    bumps = 0.04 * np.sin(5 * sphere[:, 0] + 1) * np.sin(4 * sphere[:, 1] + 2) * np.sin(6 * sphere[:, 2])
+    return (0.5 + bumps[:, None]) * sphere, faces
 
 
 def _attitude(row: Row, azimuth: float) -> Matrix:

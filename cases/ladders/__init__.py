@@ -11,6 +11,8 @@ from typing import Literal
 
 import numpy as np
 
+from rayproof.cases.placement import unit
+
 Inputs = dict[str, np.ndarray]  # float64 arrays of numbers that the working precision has, (rays,) or (rays, 3)
 Draw = Callable[[float, int, np.random.Generator, str], Inputs]  # parameter, rays, generator, precision
 Formulas = tuple[str, ...]  # variants, or "slot/variant" where slots share a name, or "*" for all others
@@ -135,21 +137,14 @@ def rounded(values: np.ndarray, precision: str) -> np.ndarray:
         return np.asarray(values).astype(DTYPES[precision]).astype(np.float64)
 
 
-def unit(vectors: np.ndarray) -> np.ndarray:
-    """Return the vectors (count, 3) at length 1."""
-    return vectors / np.linalg.norm(vectors, axis=1, keepdims=True)
-
-
 def directions(count: int, generator: np.random.Generator) -> np.ndarray:
     """Return unit vectors in random directions, (count, 3). No rotation is a special one: axes hide rounding errors."""
-    vectors = generator.normal(size=(count, 3))
-    return vectors / np.linalg.norm(vectors, axis=1, keepdims=True)
+    return unit(generator.normal(size=(count, 3)))
 
 
 def across(vectors: np.ndarray, generator: np.random.Generator) -> np.ndarray:
     """Return random unit vectors at right angles to unit `vectors`."""
-    upright = np.cross(vectors, directions(len(vectors), generator))
-    return upright / np.linalg.norm(upright, axis=1, keepdims=True)
+    return unit(np.cross(vectors, directions(len(vectors), generator)))
 
 
 def rotation(generator: np.random.Generator) -> np.ndarray:

@@ -4,7 +4,8 @@ from typing import Any
 
 import numpy as np
 
-from rayproof.cases.ladders import Failure, Gate, Inputs, Ladder, directions, rounded, unit
+from rayproof.cases.ladders import Failure, Gate, Inputs, Ladder, directions, rounded
+from rayproof.cases.placement import unit
 
 
 # Draws. Rays at the cube of half-size 0.5.

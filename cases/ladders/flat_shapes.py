@@ -4,7 +4,8 @@ from typing import Any
 
 import numpy as np
 
-from rayproof.cases.ladders import Failure, Gate, Inputs, Ladder, PredictedSlope, directions, rounded, transforms, unit
+from rayproof.cases.ladders import Failure, Gate, Inputs, Ladder, PredictedSlope, directions, rounded, transforms
+from rayproof.cases.placement import unit
 
 
 # Draws. Rays at planes and squares.

@@ -6,6 +6,7 @@ import numpy as np
 
 from rayproof.cases.ladders import Draw, Failure, Gate, Inputs, Ladder, PredictedSlope, across, directions, rounded
 from rayproof.cases.ladders.transforms import edge_on
+from rayproof.cases.placement import unit
 
 
 # Draws. Ways to lights.
@@ -24,9 +25,8 @@ def ways(*, flux: float = 100.0, length: float = 1.0, swept: str = "length", nar
     def draw(value: float, count: int, generator: np.random.Generator, precision: str) -> Inputs:
         now = {"flux": flux, "length": length, "cosine": 0.0} | {swept: value}
         normal = rounded(directions(count, generator), precision)
-        unit = normal / np.linalg.norm(normal, axis=1, keepdims=True)
         cosine = np.full(count, now["cosine"]) if now["cosine"] else generator.uniform(0.1, 1, count)
-        away = slanted(unit, cosine, generator) * generator.uniform(1.0, 1.9, (count, 1))
+        away = slanted(unit(normal), cosine, generator) * generator.uniform(1.0, 1.9, (count, 1))
         with np.errstate(over="ignore"):
             away = away * now["length"]
         return {

@@ -6,6 +6,7 @@ import numpy as np
 
 from rayproof.cases.ladders import Draw, Failure, Gate, Inputs, Ladder, across, directions, rounded
 from rayproof.cases.ladders.light import slanted
+from rayproof.cases.placement import unit
 
 
 # Draws. Hit points with a light and a blocker; ways to a light; normals.
@@ -19,22 +20,22 @@ def floors(*, scale: float = 1.0, gap: float = 1e-3, offset: float = 0.0, cosine
     def draw(value: float, count: int, generator: np.random.Generator, precision: str) -> Inputs:
         now = {"scale": scale, "gap": gap, "offset": offset, "cosine": cosine} | ({swept: value} if swept else {})
         normal = rounded(directions(count, generator), precision)
-        unit = normal / np.linalg.norm(normal, axis=1, keepdims=True)
+        upright = unit(normal)
         anchor = directions(count, generator)
         # The plane's point is not the hit but an anchor elsewhere in the plane, as in any scene. Its distance
         # determines the error of o + t d.
-        hit = anchor + across(unit, generator) * generator.uniform(0, 4, (count, 1))
+        hit = anchor + across(upright, generator) * generator.uniform(0, 4, (count, 1))
         slopes = [
             generator.uniform(0.2, 1, count) if now["cosine"] == 0 else np.full(count, now["cosine"]) for _ in "ab"
         ]
-        eye = hit + slanted(unit, slopes[0], generator) * generator.uniform(2, 4, (count, 1))
-        light = hit + slanted(unit, slopes[1], generator) * generator.uniform(2, 4, (count, 1))
+        eye = hit + slanted(upright, slopes[0], generator) * generator.uniform(2, 4, (count, 1))
+        light = hit + slanted(upright, slopes[1], generator) * generator.uniform(2, 4, (count, 1))
         shift = now["offset"] * directions(1, generator)
         origin = rounded((eye + shift) * now["scale"], precision)
         aimed = (hit + shift) * now["scale"] - origin
         return {
             "o": origin,
-            "d": rounded(aimed / np.linalg.norm(aimed, axis=1, keepdims=True), precision),
+            "d": rounded(unit(aimed), precision),
             "point": rounded((anchor + shift) * now["scale"], precision),
             "normal": normal,
             "gap": np.full(count, rounded(np.array(now["gap"] * now["scale"]), precision)),
@@ -73,7 +74,7 @@ def balls(*, scale: float = 1.0, gap: float = 1e-3, offset: float = 0.0, swept: 
         aimed = hit * now["scale"] - origin
         return {
             "o": origin,
-            "d": rounded(aimed / np.linalg.norm(aimed, axis=1, keepdims=True), precision),
+            "d": rounded(unit(aimed), precision),
             "c": rounded(center * now["scale"], precision),
             "r": np.full(count, rounded(np.array(now["scale"]), precision)),
             "point": rounded(hit * now["scale"], precision),

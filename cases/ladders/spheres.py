@@ -16,6 +16,7 @@ from rayproof.cases.ladders import (
     rounded,
     triangles,
 )
+from rayproof.cases.placement import unit
 
 
 # Draws. Rays at spheres.
@@ -99,7 +100,7 @@ def perpendicular(distance: float, count: int, generator: np.random.Generator, p
     rows = np.arange(count)
     o[rows, axis] = np.where(generator.random(count) < 0.5, -distance, distance)
     flat = generator.normal(size=(count, 2))
-    flat = rounded(flat / np.linalg.norm(flat, axis=1, keepdims=True), precision)
+    flat = rounded(unit(flat), precision)
     d[rows, (axis + 1) % 3], d[rows, (axis + 2) % 3] = flat.T
     return {"o": o, "d": d, "c": np.zeros((count, 3)), "r": np.ones(count)}
 

@@ -15,8 +15,8 @@ from rayproof.cases.ladders import (
     directions,
     rounded,
     transforms,
-    unit,
 )
+from rayproof.cases.placement import unit
 
 
 # Draws. Rays at triangles.

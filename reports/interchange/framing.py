@@ -6,7 +6,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from rayproof.cases.placement import placed, world_triangles
+from rayproof.cases.placement import frame, placed, world_triangles
 from rayproof.cases.scene import (
     Camera,
     Cube,
@@ -79,9 +79,7 @@ def light_for(camera: Camera, shapes: tuple[Shape, ...]) -> tuple[PointLight, st
     positions = Analytic().render(scene, [Stage.POSITION])[Stage.POSITION]
     surfaces = np.argwhere(np.isfinite(positions).all(axis=-1))
     eye, forward, up = (np.asarray(value) for value in (camera.eye, np.subtract(camera.target, camera.eye), camera.up))
-    right = np.cross(forward, up)
-    right = right / np.linalg.norm(right)
-    above = np.cross(right, forward / np.linalg.norm(forward))
+    right, above, _ = frame(eye, camera.target, up)
     middle = (np.array(positions.shape[:2]) - 1) / 2
     row, column = min(surfaces.tolist(), key=lambda pixel: float(np.sum((pixel - middle) ** 2)), default=(0, 0))
     distance = float(np.linalg.norm(positions[row, column] - eye)) if len(surfaces) else float(np.linalg.norm(forward))

@@ -11,7 +11,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from rayproof.cases.placement import matrix
+from rayproof.cases.placement import matrix, unit
 from rayproof.cases.scene import Clip, Cube, Mesh, Plane, Scene, Shape, Sphere, Square, Triangle
 from rayproof.cases.scene_json import NAMES
 from rayproof.cases.stages import IMAGE_STAGES, Stage, StageImages
@@ -156,7 +156,7 @@ def _unit_sphere() -> tuple[np.ndarray, np.ndarray]:
             for part in ((a, ab, ca), (ab, b, bc), (ca, bc, c), (ab, bc, ca))
         ]
     sphere = np.array(vertices)
-    return sphere / np.linalg.norm(sphere, axis=1, keepdims=True), np.array(faces, dtype=np.int32)
+    return unit(sphere), np.array(faces, dtype=np.int32)
 
 
 @lru_cache(maxsize=64)

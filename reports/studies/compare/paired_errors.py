@@ -9,6 +9,7 @@ from typing import Protocol
 import drjit as dr
 import numpy as np
 
+from rayproof.cases.placement import unit
 from rayproof.cases.rounding import UNIT_ROUNDOFF
 from rayproof.cases.scene import Scene
 from rayproof.cases.stages import IMAGE_STAGES, Stage, StageImages
@@ -106,13 +107,12 @@ def _beside(
     angle = FACTOR * unit_roundoff * (1 + np.where(distance > 0, reach / np.where(distance > 0, distance, 1.0), 0.0))
     # Two directions across each ray
     axis = np.eye(3)[np.abs(ray).argmin(axis=-1)]
-    across = np.cross(ray, axis)
-    across /= np.linalg.norm(across, axis=-1, keepdims=True)
+    across = unit(np.cross(ray, axis))
     other = np.cross(ray, across)
     found = []
     for turn, part in product(np.arange(WAYS) * 2 * np.pi / WAYS, PARTS):
         turned = ray + part * angle * (np.cos(turn) * across + np.sin(turn) * other)
-        turned /= np.linalg.norm(turned, axis=-1, keepdims=True)
+        turned = unit(turned)
         moved: StageImages = {Stage.RAY: turned}
         for stage in (Stage.OBJECT, Stage.DISTANCE):
             moved[stage] = oracle.continue_from(scene, stage, moved)
