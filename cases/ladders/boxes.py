@@ -127,14 +127,14 @@ RIGHT = ("slabs", "parallel_branch")
 
 
 def _ladder(**about: Any) -> Ladder:
-    given: dict[str, Any] = {
+    fields: dict[str, Any] = {
         "group": "box",
         "question": "distance",
         "slots": ("cube",),
         "condition": K_BOX,
         "unit": "u t",
     }
-    return Ladder(**(given | about), saturated=float("inf"), options={"shape": "cube"})
+    return Ladder(**(fields | about), saturated=float("inf"), options={"shape": "cube"})
 
 
 def _count(**about: Any) -> Ladder:

@@ -57,7 +57,7 @@ TWICE_THE_SIZE = Failure(formulas=("full_vectors",), because="erratum E7: twice 
 
 
 def _ladder(shape: str, **about: Any) -> Ladder:
-    given: dict[str, Any] = {
+    fields: dict[str, Any] = {
         "group": "triangle, square, plane",
         "question": "distance",
         "slots": (shape,),
@@ -66,7 +66,7 @@ def _ladder(shape: str, **about: Any) -> Ladder:
         "saturated": float("inf"),
         "options": {"shape": shape, "natural": "roundings"},
     }
-    return Ladder(**(given | about))
+    return Ladder(**(fields | about))
 
 
 LADDERS = (

@@ -11,7 +11,7 @@ from rayproof.cases.placement import unit
 
 # Draws. Hit points with a light and a blocker; ways to a light; normals.
 def floors(*, scale: float = 1.0, gap: float = 1e-3, offset: float = 0.0, cosine: float = 0.0, swept: str = "") -> Draw:
-    """Return a draw of hits on randomly turned planes, seen and lit from random sides; `swept` names what the value is.
+    """Return a draw of hits on randomly turned planes, seen and lit from random sides; `swept` is the swept argument.
 
     A unit of length is `scale`; the blocker is `gap` above; everything is moved by `offset`; a `cosine` of 0 means
     random angles of view and of light, 0.2 to 1.
@@ -22,8 +22,8 @@ def floors(*, scale: float = 1.0, gap: float = 1e-3, offset: float = 0.0, cosine
         normal = rounded(directions(count, generator), precision)
         upright = unit(normal)
         anchor = directions(count, generator)
-        # The plane's own point is not the one hit: an anchor elsewhere in the plane, as in any scene. Its distance
-        # is what o + t d is off by.
+        # The plane's point is not the hit but an anchor elsewhere in the plane, as in any scene. Its distance
+        # determines the error of o + t d.
         hit = anchor + across(upright, generator) * generator.uniform(0, 4, (count, 1))
         slopes = [
             generator.uniform(0.2, 1, count) if now["cosine"] == 0 else np.full(count, now["cosine"]) for _ in "ab"
@@ -48,7 +48,7 @@ def floors(*, scale: float = 1.0, gap: float = 1e-3, offset: float = 0.0, cosine
 def lids(share: float, count: int, generator: np.random.Generator, precision: str) -> Inputs:
     """Return hits on planes, and blockers parallel to them, at `share` of the way's height before or behind the light.
 
-    The blocker is anchored above the plane's own point, so that where it stands is what a formula has to find out.
+    The blocker's anchor is above the plane's own point, so that a formula has to compute its distance.
     """
     drawn = floors()(0.0, count, generator, precision)
     height = np.sum((drawn["light"] - drawn["point"]) * drawn["normal"], axis=1)
@@ -105,7 +105,7 @@ BY_DISTANCE = Failure(
 
 
 def _reached(*others: str) -> Failure:
-    """Return the failure of what clears a hit's rounding, and of `others`, where that reaches the gap."""
+    """Return the failure of the strategies that clear a hit's rounding, and of `others`, if that exceeds the gap."""
     return Failure(
         formulas=("normal_offset", "error_bound", "minimum_t", "mitsuba", "waechter_binder", *others),
         because="the offset, or what rounding does to the hit, reaches the gap",
@@ -114,7 +114,7 @@ def _reached(*others: str) -> Failure:
 
 
 def _shadow_ray(**about: Any) -> Ladder:
-    given: dict[str, Any] = {
+    fields: dict[str, Any] = {
         "group": "light and shadow",
         "question": "shadow",
         "slots": ("shadow_ray",),
@@ -127,7 +127,7 @@ def _shadow_ray(**about: Any) -> Ladder:
     last = about["values"][-1]
     # Not one ray in 20 000 for the strategies that bound the error; of the others a handful are forgiven.
     gate: Any = Gate(reaches={"float32": last, "float64": last}, misclassified=2e-4, faultless=BOUNDED)
-    return Ladder(**({"gate": gate} | given | about))
+    return Ladder(**({"gate": gate} | fields | about))
 
 
 LADDERS = (

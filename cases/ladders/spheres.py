@@ -135,7 +135,7 @@ def points(offset: float, count: int, generator: np.random.Generator, precision:
 
 
 # Ladders of ray and sphere.
-# sphere/float64 solves the textbook's quadratic in float64: as good as any in float32, one of these in float64.
+# sphere/float64 solves the textbook's quadratic in float64: as good as any in float32, and the textbook's in float64.
 QUADRATICS = ("textbook", "half_b", "stable_quadratic", "kahan", "first_positive")
 IN_FLOAT64 = (*QUADRATICS, "float64")
 K_LOCAL = "(|n| . (|o - c| + |t d|) + r) / (|n . d| |t|): the sphere's centre is the origin"
@@ -148,14 +148,14 @@ LINEAR = "the closest point is off by u D, and nothing is squared before the sub
 
 def _ladder(**about: Any) -> Ladder:
     options = {"shape": "sphere", "natural": about.pop("natural", "roundings")}
-    given: dict[str, Any] = {
+    fields: dict[str, Any] = {
         "group": "sphere",
         "question": "distance",
         "slots": ("sphere",),
         "condition": K_LOCAL,
         "unit": "u t",
     }
-    return Ladder(**(given | about), options=options)
+    return Ladder(**(fields | about), options=options)
 
 
 DISTANCES = (

@@ -69,8 +69,8 @@ def stretched(ratio: float, generator: np.random.Generator) -> np.ndarray:
 
 
 def _blocks(make: Make, value: float, count: int, generator: np.random.Generator, precision: str) -> np.ndarray:
-    each = count // MATRICES
-    return np.repeat([rounded(make(value, generator), precision).ravel() for _ in range(MATRICES)], each, axis=0)
+    size = count // MATRICES
+    return np.repeat([rounded(make(value, generator), precision).ravel() for _ in range(MATRICES)], size, axis=0)
 
 
 def rays(make: Make, *, reach: float = 1.2, flat: bool = False) -> Draw:
@@ -138,7 +138,7 @@ K_MATRIX = "cond(M), the ratio of its largest and smallest singular value"
 
 
 def _ray(shape: str, **about: Any) -> Ladder:
-    given: dict[str, Any] = {
+    fields: dict[str, Any] = {
         "group": "transforms and normals",
         "question": "placed_distance",
         "slots": ("to_object",),
@@ -146,11 +146,11 @@ def _ray(shape: str, **about: Any) -> Ladder:
         "condition": K_OBJECT,
         "saturated": float("inf"),
     }
-    return Ladder(**(given | about), options={"shape": shape})
+    return Ladder(**(fields | about), options={"shape": shape})
 
 
 def _normal(**about: Any) -> Ladder:
-    given: dict[str, Any] = {
+    fields: dict[str, Any] = {
         "group": "transforms and normals",
         "question": "placed_normal",
         "slots": ("world_normal",),
@@ -158,7 +158,7 @@ def _normal(**about: Any) -> Ladder:
         "condition": K_MATRIX,
         "saturated": 1.0,
     }
-    return Ladder(**(given | about))
+    return Ladder(**(fields | about))
 
 
 NO_DIRECTION = Failure(

@@ -49,7 +49,7 @@ class Certified:
         if surfaces > MOST_SURFACES and stage is not Stage.CAMERA:
             return (
                 f"whole images of {surfaces} triangles and shapes take too long to certify; "
-                f"at most {MOST_SURFACES}, or single pixels by `rayproof probe --certified`"
+                f"at most {MOST_SURFACES}, or single pixels by `rayproof certify`"
             )
         return None
 

@@ -47,7 +47,7 @@ SAYS = SceneFormat(
 
 @EXPORTERS.register(".gltf", says=SAYS)
 def export_gltf(scene: Scene, path: Path) -> tuple[str, ...]:
-    """Write `scene`, whose shapes are meshes, to `path`; return what glTF cannot say.
+    """Write `scene`, whose shapes are meshes, to `path`; return sentences about features that glTF lacks.
 
     Raises:
         SceneError: a shape is no mesh.

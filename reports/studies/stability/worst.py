@@ -82,7 +82,7 @@ def breeds_of(formula: Formula, precision: str, seed: int) -> Sequence[Breed]:
             return [ShapeBreed(ladder=ladder, formula=formula, precision=precision)]
     known = ladders_of(formula, precision)
     if not known:
-        raise LookupError(f"--worst knows no inputs of the slot {formula.slot}")
+        raise LookupError(f"worst knows no inputs of the slot {formula.slot}")
     return [LadderBreed(ladder=ladder, formula=formula, precision=precision, seed=seed) for ladder in known]
 
 
