@@ -22,7 +22,7 @@ from rayproof.cases.foreign_files import Budget, content_of, path_within
 from rayproof.cases.scene import SceneError, shown
 
 
-class Light(TypedDict, total=False):
+class PunctualLight(TypedDict, total=False):
     """A light of KHR_lights_punctual."""
 
     type: str
@@ -35,7 +35,7 @@ class Light(TypedDict, total=False):
 class LightsOfDocument(TypedDict, total=False):
     """All lights."""
 
-    lights: list[Light]
+    lights: list[PunctualLight]
 
 
 class LightOfNode(TypedDict, total=False):

@@ -122,12 +122,12 @@ class DoubleDouble:
         if Stage.CAMERA in stages or not stages:
             raise ValueError("image stages are answered at image points, the camera stage is none")
         from rayproof.reference.double_double.stages import launch
-        from rayproof.reference.double_double.worlds import World
+        from rayproof.reference.double_double.worlds import PairWorld
 
         chosen = [stage for stage in IMAGE_STAGES if stage in stages]
         points = np.asarray(points, dtype=np.float64)
         with fast_math_off():
-            world = World(scene, types())
+            world = PairWorld(scene, types())
             parts = [
                 launch(world, chosen, points[start : start + LANES], pairs=pairs)
                 for start in range(0, max(1, len(points)), LANES)

@@ -34,7 +34,7 @@ from rayproof.reference.double_double.arithmetic import (
 from rayproof.reference.double_double.arithmetic import cross as exact_cross
 from rayproof.reference.double_double.arithmetic import dot as exact_dot
 from rayproof.reference.double_double.vectors import (
-    Matrix,
+    ConstantMatrix,
     Vector,
     constant,
     pair_cross,
@@ -47,7 +47,7 @@ from rayproof.reference.double_double.vectors import unit as unit_of_pairs
 
 
 @dataclass(frozen=True)
-class Span:
+class PairSpan:
     """Crossings count where low < t speed < high; None: 0, no end, 1."""
 
     low: Pair | None
@@ -79,7 +79,7 @@ class Span:
 
 
 @dataclass(frozen=True)
-class Crossing:
+class PairCrossing:
     """The smallest t that counts, where `hit`, and the face's number."""
 
     t: Pair
@@ -93,8 +93,8 @@ class Seen(Protocol):
     is_convex: bool  # and so asked by `blocks_itself` alone what it blocks of itself
 
     def crossing(
-        self, ray: Vector, span: Span, ask: Questions, asked: Bool, without: Any = None, only: Any = None
-    ) -> Crossing:
+        self, ray: Vector, span: PairSpan, ask: Questions, asked: Bool, without: Any = None, only: Any = None
+    ) -> PairCrossing:
         """Return the first crossing where it is asked for; of a mesh `without` one face, or with one `only`."""
         ...
 
@@ -113,14 +113,14 @@ class Seen(Protocol):
 FAR = 1e300  # stands for infinity where pairs are compared
 
 
-class SeenCube:
+class PairCube:
     """The cube [-1/2, 1/2]^3 in its own space, by slabs."""
 
     is_convex = True
 
     def __init__(self, shape: Cube, apex: Rational, types: Any) -> None:
         place, self.types = placement_of(shape), types
-        self.to_local = Matrix(place.inverse, types.Float64)
+        self.to_local = ConstantMatrix(place.inverse, types.Float64)
         self.exact_start = place.local(apex)
         self.start = constant(self.exact_start, types.Float64)
         half = Fraction(1, 2)
@@ -129,8 +129,8 @@ class SeenCube:
         self.axes = [constant(unit(row), types.Float64) for row in place.inverse]
 
     def crossing(
-        self, ray: Vector, span: Span, ask: Questions, asked: Bool, without: Any = None, only: Any = None
-    ) -> Crossing:
+        self, ray: Vector, span: PairSpan, ask: Questions, asked: Bool, without: Any = None, only: Any = None
+    ) -> PairCrossing:
         """Return the first crossing that counts."""
         del without, only
         float64 = self.types.Float64
@@ -148,7 +148,7 @@ class SeenCube:
         real = ~(leave < enter) & ~missed
         first = span.holds(enter, enter.size(), real, ask) & real
         second = span.holds(leave, leave.size(), real & ~first, ask) & real
-        return Crossing(select(first, enter, leave), first | second, self.types.Int32(0))
+        return PairCrossing(select(first, enter, leave), first | second, self.types.Int32(0))
 
     def _face(self, segment: Vector, ask: Questions, where: Bool) -> list[Any]:
         """Return the axis of the coordinate of greatest magnitude, x before y before z, and whether it is negative."""
@@ -190,7 +190,7 @@ class SeenCube:
 # Spheres and ellipsoids: the unit sphere in its own space.
 
 
-class SeenSphere:
+class PairSphere:
     """The unit sphere in its own space; the discriminant by Lagrange's identity, a - |start x ray|^2."""
 
     is_convex = True
@@ -199,15 +199,15 @@ class SeenSphere:
         place, self.types = placement_of(shape), types
         start = place.local(apex)
         power = exact_dot(start, start) - 1
-        self.to_unit = Matrix(place.inverse, types.Float64)
-        self.to_world = Matrix(list(zip(*place.inverse, strict=True)), types.Float64)
+        self.to_unit = ConstantMatrix(place.inverse, types.Float64)
+        self.to_world = ConstantMatrix(list(zip(*place.inverse, strict=True)), types.Float64)
         self.start = constant(start, types.Float64)
         self.power = pair(power, types.Float64)
         self.outside = power > 0
 
     def crossing(
-        self, ray: Vector, span: Span, ask: Questions, asked: Bool, without: Any = None, only: Any = None
-    ) -> Crossing:
+        self, ray: Vector, span: PairSpan, ask: Questions, asked: Bool, without: Any = None, only: Any = None
+    ) -> PairCrossing:
         """Return the first crossing that counts."""
         del without, only
         along = self.to_unit(ray)
@@ -225,7 +225,7 @@ class SeenSphere:
         scale = first.size() + second.size()
         first_counts = span.holds(first, scale, real, ask) & real
         second_counts = span.holds(second, scale, real & ~first_counts, ask) & real
-        return Crossing(select(first_counts, first, second), first_counts | second_counts, self.types.Int32(0))
+        return PairCrossing(select(first_counts, first, second), first_counts | second_counts, self.types.Int32(0))
 
     def blocks_itself(self, segment: Vector, ask: Questions, where: Bool) -> Bool:
         """Return where the point's other root lies between the ends: the sign of h, from an apex outside."""
@@ -272,8 +272,8 @@ class SeenTriangles:
         self.normal_low = [types.Float64(column) for column in normals[1].T]
 
     def crossing(
-        self, ray: Vector, span: Span, ask: Questions, asked: Bool, without: Any = None, only: Any = None
-    ) -> Crossing:
+        self, ray: Vector, span: PairSpan, ask: Questions, asked: Bool, without: Any = None, only: Any = None
+    ) -> PairCrossing:
         """Return the first crossing that counts, `without` a face or with one `only`; of equal ones the first."""
         types = self.types
         width = dr.width(ray[0].high)
@@ -283,7 +283,7 @@ class SeenTriangles:
         )  # fmt: skip
 
         if self.count == 0:  # all without area: there is nothing to gather from
-            return Crossing(Pair(start[1], start[2]), start[3] >= 0, start[3])
+            return PairCrossing(Pair(start[1], start[2]), start[3] >= 0, start[3])
 
         def step(index: Any, high: Any, low: Any, face: Any, least: Any) -> tuple[Any, ...]:
             inner = Questions(types.Float64)
@@ -297,11 +297,11 @@ class SeenTriangles:
 
         _, high, low, face, least = dr.while_loop(start, lambda index, *_: index < self.count, step)
         ask.least = dr.select(least < ask.least, least, ask.least)
-        return Crossing(Pair(high, low), face >= 0, face)
+        return PairCrossing(Pair(high, low), face >= 0, face)
 
     def _one(
-        self, index: Any, ray: Vector, span: Span, ask: Questions, asked: Bool, without: Any, only: Any
-    ) -> tuple[Crossing, Any]:
+        self, index: Any, ray: Vector, span: PairSpan, ask: Questions, asked: Bool, without: Any, only: Any
+    ) -> tuple[PairCrossing, Any]:
         types = self.types
         columns = [
             Pair(dr.gather(types.Float64, high, index), dr.gather(types.Float64, low, index))
@@ -323,7 +323,7 @@ class SeenTriangles:
             hit &= dr.select(backwards, ~value.is_positive(), ~value.is_negative())
         t = columns[9] / determinant
         hit &= span.holds(t, t.size(), hit, ask)
-        return Crossing(t, hit, number), number
+        return PairCrossing(t, hit, number), number
 
     def blocks_itself(self, segment: Vector, ask: Questions, where: Bool) -> Bool:
         """Return false: a face has no second root, and the others are asked as blockers."""
@@ -341,7 +341,7 @@ class SeenTriangles:
         return (x, y, z)
 
 
-class Table:
+class FaceTable:
     """Constants of the faces that have an area, (faces, COLUMNS) in high and low parts."""
 
     def __init__(self, numbers: list[int], rows: list[list[Fraction]]) -> None:
@@ -352,7 +352,7 @@ class Table:
 
 
 @lru_cache(maxsize=64)
-def _faces(shape: Triangle | Mesh, apex: Rational) -> Table:
+def _faces(shape: Triangle | Mesh, apex: Rational) -> FaceTable:
     numbers, rows = [], []
     windings = _windings(shape)
     for number, corners in enumerate(world_triangles(shape).tolist()):
@@ -362,7 +362,7 @@ def _faces(shape: Triangle | Mesh, apex: Rational) -> Table:
         if any(by_determinant) and any(windings[number]):
             numbers.append(number)
             rows.append([*by_determinant, *exact_cross(two, to_apex), *across, exact_dot(across, two)])
-    return Table(numbers, rows)
+    return FaceTable(numbers, rows)
 
 
 @lru_cache(maxsize=64)

@@ -23,14 +23,14 @@ from rayproof.reference.double_double.arithmetic import (
 )
 from rayproof.reference.double_double.arithmetic import dot as exact_dot
 from rayproof.reference.double_double.arithmetic import minus as exact_minus
-from rayproof.reference.double_double.shapes import Crossing, Seen, Span
+from rayproof.reference.double_double.shapes import PairCrossing, PairSpan, Seen
 from rayproof.reference.double_double.vectors import Vector, pair_dot, pair_minus, plus, scaled, terms, unit
-from rayproof.reference.double_double.worlds import EYE, Ball, World
+from rayproof.reference.double_double.worlds import EYE, Ball, PairWorld
 
 Rows = dict[Stage, list[Any]]  # per channel a Pair; of OBJECT two Int32, of VISIBILITY Bools
 
 
-def rays(world: World, px: Any, py: Any) -> list[Any]:
+def rays(world: PairWorld, px: Any, py: Any) -> list[Any]:
     """Return unit directions through image points [px]."""
     return list(unit(world.frame.direction(px, py)))
 
@@ -39,7 +39,7 @@ def _vector(values: list[Any]) -> Vector:
     return (values[0], values[1], values[2])
 
 
-def objects(world: World, rows: Rows, ask: Questions) -> list[Any]:
+def objects(world: PairWorld, rows: Rows, ask: Questions) -> list[Any]:
     """Return shape and face of the nearest hit, and t as a third entry; -1 on a miss. Equal t: the lower index."""
     ray, types = _vector(rows[Stage.RAY]), world.types
     span = world.clip(ray)
@@ -55,7 +55,7 @@ def objects(world: World, rows: Rows, ask: Questions) -> list[Any]:
     return [shape, face, best]
 
 
-def distances(world: World, rows: Rows, ask: Questions) -> list[Any]:
+def distances(world: PairWorld, rows: Rows, ask: Questions) -> list[Any]:
     """Return t of the first crossing with the given shape and face inside the clip interval, inf without [m]."""
     ray = _vector(rows[Stage.RAY])
     span, types = world.clip(ray), world.types
@@ -68,7 +68,7 @@ def distances(world: World, rows: Rows, ask: Questions) -> list[Any]:
     return [answer]
 
 
-def positions(world: World, rows: Rows, ask: Questions) -> list[Any]:
+def positions(world: PairWorld, rows: Rows, ask: Questions) -> list[Any]:
     """Return eye + t d [m], 0 on a miss."""
     del ask
     t = rows[Stage.DISTANCE][0]
@@ -77,7 +77,7 @@ def positions(world: World, rows: Rows, ask: Questions) -> list[Any]:
     return [select(hit, part, _zero(world)) for part in point]
 
 
-def normals(world: World, rows: Rows, ask: Questions) -> list[Any]:
+def normals(world: PairWorld, rows: Rows, ask: Questions) -> list[Any]:
     """Return unit shading normals, turned towards the viewer on two-sided shapes, 0 on a miss."""
     ray = _vector(rows[Stage.RAY])
     segment = pair_minus(_vector(rows[Stage.POSITION]), world.points[EYE])
@@ -94,7 +94,7 @@ def normals(world: World, rows: Rows, ask: Questions) -> list[Any]:
     return [select(away, -part, part) for part in answer]
 
 
-def visibility(world: World, rows: Rows, ask: Questions) -> list[Any]:
+def visibility(world: PairWorld, rows: Rows, ask: Questions) -> list[Any]:
     """Return per light whether it is above the horizon and the open segment to it is free (LIT-1)."""
     shape, face = rows[Stage.OBJECT][:2]
     position, normal = _vector(rows[Stage.POSITION]), _vector(rows[Stage.NORMAL])
@@ -104,7 +104,7 @@ def visibility(world: World, rows: Rows, ask: Questions) -> list[Any]:
         hit = shape >= 0
         free = hit & ask.is_positive(-pair_dot(normal, segment), terms(normal, segment), hit)
         one = Pair(world.types.Float64(1), world.types.Float64(0))
-        between = Span(low=None, high=one, speed=None)
+        between = PairSpan(low=None, high=one, speed=None)
         for index in range(len(world.scene.shapes)):
             mine = shape == index
             seen, _ = world.seen(index, light)
@@ -118,7 +118,7 @@ def visibility(world: World, rows: Rows, ask: Questions) -> list[Any]:
     return answers
 
 
-def irradiance(world: World, rows: Rows, ask: Questions) -> list[Any]:
+def irradiance(world: PairWorld, rows: Rows, ask: Questions) -> list[Any]:
     """Return E [W/m^2] per channel, the sum over visible lights (RAD-1 to RAD-3)."""
     position, normal = _vector(rows[Stage.POSITION]), _vector(rows[Stage.NORMAL])
     total = [_zero(world)] * 3
@@ -138,7 +138,7 @@ def irradiance(world: World, rows: Rows, ask: Questions) -> list[Any]:
     return total
 
 
-def exitance(world: World, rows: Rows, ask: Questions) -> list[Any]:
+def exitance(world: PairWorld, rows: Rows, ask: Questions) -> list[Any]:
     """Return M = albedo E [W/m^2]."""
     del ask
     shape, types = rows[Stage.OBJECT][0], world.types
@@ -148,7 +148,7 @@ def exitance(world: World, rows: Rows, ask: Questions) -> list[Any]:
     return [albedo * part for albedo, part in zip(albedos, rows[Stage.IRRADIANCE], strict=True)]
 
 
-def radiance(world: World, rows: Rows, ask: Questions) -> list[Any]:
+def radiance(world: PairWorld, rows: Rows, ask: Questions) -> list[Any]:
     """Return L [W/(m^2 sr)], 0 where the shading normal does not look at the viewer (RAD-4)."""
     ray, normal = _vector(rows[Stage.RAY]), _vector(rows[Stage.NORMAL])
     hit = rows[Stage.OBJECT][0] >= 0
@@ -160,8 +160,8 @@ def radiance(world: World, rows: Rows, ask: Questions) -> list[Any]:
 
 
 def _crossing(
-    seen: tuple[Seen, Ball | None], ray: Vector, span: Span, ask: Questions, asked: Bool, **faces: Any
-) -> Crossing:
+    seen: tuple[Seen, Ball | None], ray: Vector, span: PairSpan, ask: Questions, asked: Bool, **faces: Any
+) -> PairCrossing:
     """Return the first crossing that counts, asked in pairs only of packets that come near the shape."""
     shape, ball = seen
     near = asked if ball is None else asked & ball.may_be_met(ray, span)
@@ -170,15 +170,15 @@ def _crossing(
         found = shape.crossing(ray, span, inner, near, **faces)
         return [found.t, found.hit, found.face]
 
-    return Crossing(*only_where(near, ask, work))
+    return PairCrossing(*only_where(near, ask, work))
 
 
-def _zero(world: World) -> Pair:
+def _zero(world: PairWorld) -> Pair:
     return Pair(world.types.Float64(0), world.types.Float64(0))
 
 
 # In the specification's order; each reads only stages above it.
-NEXT: dict[Stage, Callable[[World, Rows, Questions], list[Any]]] = {
+NEXT: dict[Stage, Callable[[PairWorld, Rows, Questions], list[Any]]] = {
     Stage.OBJECT: objects,
     Stage.DISTANCE: distances,
     Stage.POSITION: positions,
@@ -238,7 +238,7 @@ Rounded = dict[Stage, np.ndarray]
 
 
 def launch(
-    world: World, stages: Sequence[Stage], points: np.ndarray, *, pairs: bool
+    world: PairWorld, stages: Sequence[Stage], points: np.ndarray, *, pairs: bool
 ) -> tuple[Rounded, Rounded, np.ndarray]:
     """Return stages at image points (N, 2) [px] in high and, with `pairs`, low parts, and the margins (N,)."""
     types = world.types
@@ -256,7 +256,7 @@ def launch(
 
 def step(scene: Scene, types: Any, stage: Stage, given: Mapping[Stage, np.ndarray]) -> np.ndarray:
     """Return one stage (N, channels) from the given rows of the stages before it."""
-    world, ask = World(scene, types), Questions(types.Float64)
+    world, ask = PairWorld(scene, types), Questions(types.Float64)
     rows: Rows = {}
     for name, values in given.items():
         columns = [types.Float64(np.ascontiguousarray(column)) for column in values.T]
@@ -274,7 +274,9 @@ def step(scene: Scene, types: Any, stage: Stage, given: Mapping[Stage, np.ndarra
     return answer
 
 
-def _fetch(world: World, rows: Rows, ask: Questions, count: int, *, pairs: bool) -> tuple[Rounded, Rounded, np.ndarray]:
+def _fetch(
+    world: PairWorld, rows: Rows, ask: Questions, count: int, *, pairs: bool
+) -> tuple[Rounded, Rounded, np.ndarray]:
     float64 = world.types.Float64
     high = {stage: [float64(_high(value)) for value in values] for stage, values in rows.items()}
     low = {stage: [float64(_low(value)) for value in values] for stage, values in rows.items()} if pairs else {}

@@ -74,7 +74,7 @@ def constant(values: Sequence[Fraction], float64: Any) -> Vector:
     return (x, y, z)
 
 
-class Matrix:
+class ConstantMatrix:
     """A constant 3x3 matrix."""
 
     def __init__(self, rows: Sequence[Sequence[Fraction]], float64: Any) -> None:
@@ -100,7 +100,7 @@ class Matrix:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Placement:
+class PairPlacement:
     """object point = inverse times (world point - offset)."""
 
     inverse: tuple[Rational, Rational, Rational]
@@ -113,7 +113,7 @@ class Placement:
 
 
 @lru_cache(maxsize=256)
-def placement_of(shape: Shape) -> Placement:
+def placement_of(shape: Shape) -> PairPlacement:
     """Return the exact inverse placement; a sphere's leads to the unit sphere."""
     rows = [[Fraction(float(value)) for value in row] for row in shape.to_world[:3]]
     offset = [row[3] for row in rows]
@@ -125,4 +125,4 @@ def placement_of(shape: Shape) -> Placement:
     cofactors = (cross(y, z), cross(z, x), cross(x, y))
     volume = dot(x, cofactors[0])
     first, second, third = ((row[0] / volume, row[1] / volume, row[2] / volume) for row in cofactors)
-    return Placement(inverse=(first, second, third), offset=(offset[0], offset[1], offset[2]))
+    return PairPlacement(inverse=(first, second, third), offset=(offset[0], offset[1], offset[2]))

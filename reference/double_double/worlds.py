@@ -1,4 +1,4 @@
-"""`World` and `Frame` in pairs: a scene's surfaces and camera, and a ball around each bounded shape to skip it."""
+"""A scene's surfaces and camera in pairs, and a ball around each bounded shape to skip it."""
 
 from dataclasses import dataclass
 from fractions import Fraction
@@ -24,9 +24,9 @@ from rayproof.reference.double_double.arithmetic import (
     tangent,
     unit,
 )
-from rayproof.reference.double_double.shapes import Crossing, Seen, SeenCube, SeenSphere, SeenTriangles, Span
+from rayproof.reference.double_double.shapes import PairCrossing, PairCube, PairSpan, PairSphere, Seen, SeenTriangles
 from rayproof.reference.double_double.vectors import (
-    Matrix,
+    ConstantMatrix,
     Vector,
     constant,
     pair_dot,
@@ -49,7 +49,7 @@ class Ball:
     to_center: tuple[Float, Float, Float]  # [m]
     radius_square: Float  # [m^2]
 
-    def may_be_met(self, ray: Vector, span: Span) -> Bool:
+    def may_be_met(self, ray: Vector, span: PairSpan) -> Bool:
         """Return where a ray comes near, ahead of the apex and before the end of a shadow ray; where unsure, true."""
         x, y, z = (part.high for part in ray)
         a, b, c = self.to_center
@@ -100,7 +100,7 @@ def _around(shape: Shape) -> tuple[np.ndarray, float, float]:
 EYE = -1  # apexes: the eye, or the number of a light
 
 
-class SeenPlane:
+class PairPlane:
     """The plane z = 0 of object space, or its square."""
 
     is_convex = True
@@ -108,15 +108,15 @@ class SeenPlane:
     def __init__(self, shape: Plane | Square, apex: Rational, types: Any) -> None:
         place, self.types = placement_of(shape), types
         start = place.local(apex)
-        self.to_local = Matrix(place.inverse, types.Float64)
+        self.to_local = ConstantMatrix(place.inverse, types.Float64)
         self.start = constant(start, types.Float64)
         self.upward = constant(unit(place.inverse[2]), types.Float64)
         self.bounded = isinstance(shape, Square)
         self.half = pair(Fraction(1, 2), types.Float64)
 
     def crossing(
-        self, ray: Vector, span: Span, ask: Questions, asked: Bool, without: Any = None, only: Any = None
-    ) -> Crossing:
+        self, ray: Vector, span: PairSpan, ask: Questions, asked: Bool, without: Any = None, only: Any = None
+    ) -> PairCrossing:
         """Return the crossing if it counts."""
         del without, only
         along = self.to_local(ray)
@@ -129,7 +129,7 @@ class SeenPlane:
             coordinate = self.start[axis] + step
             scale = self.start[axis].size() + step.size() + 0.5
             hit &= ask.is_less(coordinate.absolute(), self.half, hit, scale)
-        return Crossing(t, hit, self.types.Int32(0))
+        return PairCrossing(t, hit, self.types.Int32(0))
 
     def blocks_itself(self, segment: Vector, ask: Questions, where: Bool) -> Bool:
         """Return false: there is no second root."""
@@ -142,7 +142,7 @@ class SeenPlane:
         return self.upward
 
 
-class World:
+class PairWorld:
     """The parts of a scene that the stages need; `types` is the module of Dr.Jit's arrays."""
 
     def __init__(self, scene: Scene, types: Any) -> None:
@@ -158,9 +158,9 @@ class World:
         return pair(Fraction(value), self.types.Float64)
 
     @cached_property
-    def frame(self) -> "Frame":
+    def frame(self) -> "CameraFrame":
         """Return the camera's frame."""
-        return Frame(self.scene.camera, self.types)
+        return CameraFrame(self.scene.camera, self.types)
 
     def seen(self, shape: int, apex: int) -> tuple[Seen, Ball | None]:
         """Return a shape as seen from an apex, and the ball around it if it is bounded."""
@@ -170,15 +170,15 @@ class World:
             self._seen[key] = _see(*told), ball_of(*told)
         return self._seen[key]
 
-    def clip(self, ray: Vector) -> Span:
+    def clip(self, ray: Vector) -> PairSpan:
         """Return where crossings of a camera ray count (HIT-2)."""
         camera, clip = self.scene.camera, self.scene.clip
         if clip == "none":
-            return Span(low=None, high=None, speed=None)
+            return PairSpan(low=None, high=None, speed=None)
         depth = None
         if clip == "depth":
             depth = pair_dot(self.frame.forward, ray)
-        return Span(low=self.pair(camera.near), high=self.pair(camera.far), speed=depth)
+        return PairSpan(low=self.pair(camera.near), high=self.pair(camera.far), speed=depth)
 
     @cached_property
     def strengths(self) -> list[list[Pair | None]]:
@@ -200,7 +200,7 @@ class World:
         return self.pair(1 / PI)
 
 
-class Frame:
+class CameraFrame:
     """Unit axes, and the half extents of the image at depth 1 along them (CAM-1 to CAM-4)."""
 
     def __init__(self, camera: Camera, types: Any) -> None:
@@ -225,11 +225,11 @@ class Frame:
 
 def _see(shape: Any, apex: Rational, types: Any) -> Seen:
     if isinstance(shape, Sphere):
-        return SeenSphere(shape, apex, types)
+        return PairSphere(shape, apex, types)
     if isinstance(shape, Cube):
-        return SeenCube(shape, apex, types)
+        return PairCube(shape, apex, types)
     if isinstance(shape, Plane | Square):
-        return SeenPlane(shape, apex, types)
+        return PairPlane(shape, apex, types)
     if isinstance(shape, Triangle | Mesh):
         return SeenTriangles(shape, apex, types)
     raise TypeError(f"double_double knows no shape {type(shape).__name__}")

@@ -198,7 +198,7 @@ def _waited_for(words: Sequence[str], served: Served | None, *, quiet: bool) -> 
     )
     assert child.stdout is not None
     assert child.stderr is not None
-    printed, complaints = _Lines(child.stdout, quiet=quiet), _Lines(child.stderr, quiet=True)
+    printed, complaints = _OutputLines(child.stdout, quiet=quiet), _OutputLines(child.stderr, quiet=True)
     interrupted = False
     with child, selectors.DefaultSelector() as selector:
         for lines in (printed, complaints):
@@ -223,7 +223,7 @@ def _waited_for(words: Sequence[str], served: Served | None, *, quiet: bool) -> 
     return INTERRUPTED if interrupted else child.returncode, complaints.last
 
 
-class _Lines:
+class _OutputLines:
     """What the run prints, handed on to this process's own output line by line unless it is to be quiet."""
 
     def __init__(self, pipe: IO[bytes], *, quiet: bool) -> None:

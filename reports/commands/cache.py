@@ -14,7 +14,7 @@ DAMAGED = 1  # exit code of `verify` where an entry was not what was written
 COLUMNS = ("used", "kind", "renderer", "version", "scene", "stages", "seconds", "bytes", "key")
 
 
-class Row(TypedDict):
+class CacheRow(TypedDict):
     """One line of a listing."""
 
     key: str
@@ -73,7 +73,7 @@ def _list(store: "Store", json: Path | None) -> int:
     return 0
 
 
-def _row(item: "Item") -> Row:
+def _row(item: "Item") -> CacheRow:
     """Return what a listing says of an entry."""
     about = item.about
     width, height = about.get("size", ("?", "?"))

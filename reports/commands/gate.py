@@ -73,7 +73,7 @@ def gate(
         Also write the result to this file.
 
     """
-    from rayproof.reports.history.expectations import Known, load_known, save_known
+    from rayproof.reports.history.expectations import KnownFailures, load_known, save_known
     from rayproof.reports.results.document import load_results
 
     if what != "accept" and (any((reason, cause, expires, issue)) or when or selectors):
@@ -82,7 +82,7 @@ def gate(
         raise UsageError("--against and --least-coverage apply to check only")
     with told_in_one_line():
         results = load_results(folder)
-        known = Known() if what == "accept" and not file.exists() else load_known(file, patterns=patterns)
+        known = KnownFailures() if what == "accept" and not file.exists() else load_known(file, patterns=patterns)
     known = structs.replace(known, suite=f"rayproof {results.get('rayproof', '')}".strip())
     if what == "check":
         from rayproof.reports.history.gating import Demanded, held, load_base

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from rayproof.reports.studies.stability.limit_records import LimitsRecord
     from rayproof.reports.studies.stability.records import ClimbRecord, SurveyRecord, WorstRecord
     from rayproof.reports.studies.stability.worst import Worst
-from rayproof.reports.studies.stability.survey import Plan
+from rayproof.reports.studies.stability.survey import SurveyPlan
 
 CLEARED = 100  # columns of an earlier, longer line
 COLUMNS = (
@@ -102,7 +102,9 @@ def stability(
         spent = SECONDS if seconds is None else seconds
         if not spent > 0:
             raise UsageError(f"--seconds must be positive, got {spent}")
-        about = Searched(seconds=spent, seed=1 if seed is None else seed, precision=(*precision, "float32")[0])
+        about = WorstSearchOptions(
+            seconds=spent, seed=1 if seed is None else seed, precision=(*precision, "float32")[0]
+        )
         return search_worst(formulas, about, keep_rays, json, out, paper)
     if subject is not None and (formulas or precision):
         raise UsageError("--subject measures a whole renderer, without formulas and --precision")
@@ -174,7 +176,7 @@ def stability(
 
 
 @dataclass(frozen=True, kw_only=True)
-class Searched:
+class WorstSearchOptions:
     """How the worst inputs are searched for."""
 
     seconds: float  # for each formula
@@ -184,7 +186,7 @@ class Searched:
 
 def search_worst(
     names: Sequence[str],
-    about: Searched,
+    about: WorstSearchOptions,
     keep_rays: Path | None,
     json: Path | None,
     out: Path | None,
@@ -374,7 +376,7 @@ def tell(done: int, total: int, one: "ClimbRecord") -> None:
         sys.stderr.flush()
 
 
-def summary(planned: "Plan", records: list["ClimbRecord"], doubts: list[str], surprises: int) -> "SurveyRecord":
+def summary(planned: "SurveyPlan", records: list["ClimbRecord"], doubts: list[str], surprises: int) -> "SurveyRecord":
     """Return what `--json` writes."""
     from rayproof.reports.studies.stability.device import keeps_subnormals
     from rayproof.tracer.kernel.arrays import versions
@@ -391,7 +393,7 @@ def summary(planned: "Plan", records: list["ClimbRecord"], doubts: list[str], su
     }
 
 
-def written(folder: Path, planned: "Plan", found: "SurveyRecord") -> None:
+def written(folder: Path, planned: "SurveyPlan", found: "SurveyRecord") -> None:
     """Write every ladder's files, a list of them, and what is true of all of them; the report shows these."""
     from rayproof.reports.studies.stability.figures import publish
 

@@ -20,8 +20,8 @@ from rayproof.reports.history.expectations import (
     Bound,
     Bounds,
     Expectation,
-    Known,
     KnownCheck,
+    KnownFailures,
     plainly,
     range_of,
 )
@@ -62,7 +62,7 @@ def load_base(path: Path) -> Base:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Standing:
+class RunChanges:
     """How a run stands before an earlier one, in sentences that begin with the case."""
 
     worse: list[str]
@@ -71,12 +71,12 @@ class Standing:
     mended: list[str] = field(default_factory=list)  # cases that failed, and pass
 
 
-def standing(results: RunRecord, base: Base) -> Standing:
+def standing(results: RunRecord, base: Base) -> RunChanges:
     """Return what became worse since `base`, and what fails as it did."""
     return _before_history(results, base) if base.results is None else _before_run(results, base.name, base.results)
 
 
-def _before_run(results: RunRecord, name: str, earlier: RunRecord) -> Standing:
+def _before_run(results: RunRecord, name: str, earlier: RunRecord) -> RunChanges:
     known = {case["name"]: case for case in earlier["cases"]}
     pairs = paired(*([str(one) for one in run.get("configurations", ())] for run in (earlier, results)))
     found, same, cases, mended = [], [], [], []
@@ -100,7 +100,7 @@ def _before_run(results: RunRecord, name: str, earlier: RunRecord) -> Standing:
         same += _for_a_case(case["name"], kept)
         if case["verdict"] not in GOOD and not worsened:
             cases.append(case["name"])
-    return Standing(worse=found, as_before=same, cases=cases, mended=mended)
+    return RunChanges(worse=found, as_before=same, cases=cases, mended=mended)
 
 
 def _for_a_case(name: str, sentences: Sequence[str]) -> list[str]:
@@ -139,7 +139,7 @@ def _elsewhere(check: Check, allowed: str) -> str | None:
     return f"{cells.bit_count()} of 64 parts of the image in which they were right" if cells else None
 
 
-def _before_history(results: RunRecord, base: Base) -> Standing:
+def _before_history(results: RunRecord, base: Base) -> RunChanges:
     """Return how a run stands in a history, of which a copy takes it up: the file itself is `--history`'s to write."""
     with tempfile.TemporaryDirectory(prefix="rayproof-against-") as folder:
         copy = Path(folder, "history.sqlite")
@@ -149,7 +149,7 @@ def _before_history(results: RunRecord, base: Base) -> Standing:
             found = worse(read_series(connection, str(results.get("subject", "tracer"))), run)
     named = {entry["case"] for entry in found}
     cases = [case["name"] for case in results["cases"] if case["verdict"] not in GOOD and case["name"] not in named]
-    return Standing(
+    return RunChanges(
         worse=[entry["sentence"] for entry in found],
         as_before=[f"{name}: fails, and is no worse than in {base.name}" for name in cases],
         cases=cases,
@@ -160,7 +160,7 @@ def _before_history(results: RunRecord, base: Base) -> Standing:
 
 
 @dataclass(kw_only=True)
-class Gate:
+class GateResult:
     """The result: each list holds a sentence for each case or entry, which begins with its name."""
 
     file: str  # what it holds a run against, in words
@@ -194,7 +194,7 @@ class Gate:
 class Demanded:
     """The conditions that a user sets for a run; by default there are none."""
 
-    expected: tuple[str, Known] | None = None  # what is known to fail: a file's name, and what it holds
+    expected: tuple[str, KnownFailures] | None = None  # what is known to fail: a file's name, and what it holds
     against: Base | None = None  # nothing may be worse than there
     least_coverage: float | None = None  # %, of the cases that must be answered
 
@@ -204,9 +204,9 @@ class Demanded:
         return self.expected is not None or self.against is not None
 
 
-def held(results: RunRecord, demanded: Demanded, *, today: date | None = None) -> Gate:
+def held(results: RunRecord, demanded: Demanded, *, today: date | None = None) -> GateResult:
     """Return what a run's record (`results.json`) comes to before what is demanded of it."""
-    file, known = demanded.expected or ("", Known())
+    file, known = demanded.expected or ("", KnownFailures())
     names = [file] if demanded.expected else []
     names += [f"against {demanded.against.name}"] if demanded.against else []
     names += [f"of at least {demanded.least_coverage:g} % coverage"] if demanded.least_coverage is not None else []
@@ -214,7 +214,7 @@ def held(results: RunRecord, demanded: Demanded, *, today: date | None = None) -
     if demanded.expected is not None or demanded.against is None:
         result = gate(results, known, file=called, today=today)
     else:
-        result = Gate(file=called)
+        result = GateResult(file=called)
         _hold_the_whole(results, result)
     if demanded.against is not None:
         stands = standing(results, demanded.against)
@@ -236,13 +236,13 @@ def coverage(results: RunRecord) -> tuple[float, str]:
     return share, f"{cases} of {several(planned, 'case')} ({share:.1f} %) were answered"
 
 
-def gate(results: RunRecord, known: Known, *, file: str, today: date | None = None) -> Gate:
+def gate(results: RunRecord, known: KnownFailures, *, file: str, today: date | None = None) -> GateResult:
     """Return what a run's record (`results.json`) comes to before a file of known failures.
 
     Only entries about planned cases count, so that the shards of a suite can share a file.
     """
     today = today or date.today()
-    result = Gate(file=file)
+    result = GateResult(file=file)
     valid: list[Expectation] = []
     for entry in known.expected:
         if not any(entry.about_case(case["name"]) for case in results["cases"]) or not entry.holds_for(results):
@@ -268,7 +268,7 @@ def gate(results: RunRecord, known: Known, *, file: str, today: date | None = No
     return result
 
 
-def _answers_less(results: RunRecord, known: Known) -> list[str]:
+def _answers_less(results: RunRecord, known: KnownFailures) -> list[str]:
     """Return in sentences of which families a smaller share of the checks is answered than when that was accepted."""
     found = []
     for family, (done, planned) in (results.get("answered") or {}).get("families", {}).items():
@@ -282,14 +282,14 @@ def _answers_less(results: RunRecord, known: Known) -> list[str]:
     return found
 
 
-def _hold_the_whole(results: RunRecord, found: Gate) -> None:
+def _hold_the_whole(results: RunRecord, found: GateResult) -> None:
     found.regressions += [f"the whole run: {sentence}" for sentence in of_the_whole(results)]
     if not results.get("finished", False):
         found.regressions.append("the whole run: it is not finished, so that not all is known")
 
 
 def _hold_case(
-    case: CaseRecord, valid: Sequence[Expectation], met: dict[tuple[int, str], list[str]], result: Gate
+    case: CaseRecord, valid: Sequence[Expectation], met: dict[tuple[int, str], list[str]], result: GateResult
 ) -> None:
     """Hold the checks of one case against the entries about them."""
     known: dict[str, int] = {}  # the reasons of what is expected: how many checks
@@ -389,7 +389,7 @@ class Acceptance:
         return not self.cases or case["name"] in self.cases
 
 
-def accepted(results: RunRecord, known: Known, acceptance: Acceptance) -> tuple[Known, int, list[str]]:
+def accepted(results: RunRecord, known: KnownFailures, acceptance: Acceptance) -> tuple[KnownFailures, int, list[str]]:
     """Return the file with the failing checks that none of its entries is about, how many, and what cannot be accepted.
 
     Of each family it also says how many checks were answered.
@@ -444,7 +444,7 @@ def _only_cause(case: CaseRecord) -> str | None:
     return names[0] if len(names) == 1 else None
 
 
-def pruned(results: RunRecord, known: Known) -> tuple[Known, list[str]]:
+def pruned(results: RunRecord, known: KnownFailures) -> tuple[KnownFailures, list[str]]:
     """Return the file without checks that pass or are gone, others narrowed to what is there, and a line for each case.
 
     It only shrinks: no entry is added, and none becomes wider. What was not run, or not measured, stays as it is.

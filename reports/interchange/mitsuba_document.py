@@ -242,12 +242,12 @@ def parsed(task: ParsingTask) -> StoredFile | str:
         mi.parser.transform_resolve_references(config, state)
     except RuntimeError as error:
         return " ".join(_SOURCE.sub("", str(error)).split())[:LONGEST]
-    lines = [_Lines(Path(str(name)), Path(path).parent) for name in state.files]
+    lines = [_LineStarts(Path(str(name)), Path(path).parent) for name in state.files]
     elements = [_element(node, lines[node.file_index].place(node.offset)) for node in state.nodes]
     return {"files": [str(name) for name in state.files], "elements": elements}
 
 
-class _Lines:
+class _LineStarts:
     """Where the lines of a file begin: Mitsuba's own word for a place counts them anew for every element."""
 
     def __init__(self, path: Path, folder: Path) -> None:
@@ -282,7 +282,7 @@ def _value(value: Any) -> Stored:
         return {"element": value.index()}
     if kind == "Spectrum":
         return _colours(value)
-    if "Transform" in kind:  # Dr.Jit's arrays have a member called matrix, too
+    if "MatrixProperty" in kind:  # Dr.Jit's arrays have a member called matrix, too
         return {"matrix": np.array(value.matrix, dtype=np.float64).tolist()}
     if isinstance(value, bool | int | float | str):
         return value
@@ -330,7 +330,7 @@ MEMORY, MEMORY_A_BYTE = 2**30, 64  # bytes
 
 
 @dataclass(frozen=True, kw_only=True)
-class Transform:
+class MatrixProperty:
     """A property that is a matrix, float64 (4, 4)."""
 
     matrix: np.ndarray
@@ -346,13 +346,13 @@ class Spectrum:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Reference:
+class ElementReference:
     """A property that is another element, by its place among all of them."""
 
     element: int
 
 
-Property = Plain | Transform | Spectrum | Reference
+Property = Plain | MatrixProperty | Spectrum | ElementReference
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -406,12 +406,15 @@ class Element:
     def three(self, name: str, default: tuple[float, float, float]) -> np.ndarray:
         """Return a property that is a point, a vector or a colour, float64 (3,)."""
         value = self.get(name, default)
-        if isinstance(value, str | bool | Transform | Spectrum | Reference) or np.shape(value) not in ((), (3,)):
+        if isinstance(value, str | bool | MatrixProperty | Spectrum | ElementReference) or np.shape(value) not in (
+            (),
+            (3,),
+        ):
             raise self._refusal(name, "three numbers", value)
         return np.broadcast_to(np.asarray(value, dtype=np.float64), 3)
 
     def _refusal(self, name: str, what: str, value: Any) -> SceneError:
-        kinds = {Transform: "a transform", Spectrum: "a spectrum", Reference: "another element"}
+        kinds = {MatrixProperty: "a transform", Spectrum: "a spectrum", ElementReference: "another element"}
         return SceneError(f"{self.place}: {name} must be {what}, got {kinds.get(type(value), shown(value))}")
 
     def has(self, name: str) -> bool:
@@ -421,13 +424,13 @@ class Element:
 
     def unread(self) -> list[str]:
         """Return the names of plain properties that nobody asked for, if anybody asked for anything of this element."""
-        plain = [name for name, value in self.properties.items() if not isinstance(value, Reference)]
+        plain = [name for name, value in self.properties.items() if not isinstance(value, ElementReference)]
         return [name for name in plain if name not in self._read] if self._read else []
 
     def children(self, kind: str | None = None) -> Iterator[tuple[str, "Element"]]:
         """Yield the names and elements below this one, in the file's order."""
         for name, value in self.properties.items():
-            if isinstance(value, Reference):
+            if isinstance(value, ElementReference):
                 self.budget.spend("references", 1, by=self.place)
                 child = self._all[value.element]
                 if kind is None or child.kind == kind:
@@ -442,7 +445,7 @@ class Element:
         value = self.get("to_world", None)
         if value is None:
             return np.eye(4)
-        if not isinstance(value, Transform):
+        if not isinstance(value, MatrixProperty):
             raise self._refusal("to_world", "a transform", value)
         return value.matrix
 
@@ -516,9 +519,9 @@ def _property(value: Stored) -> Property:
     if not isinstance(value, dict):
         return value
     if "element" in value:
-        return Reference(element=value["element"])
+        return ElementReference(element=value["element"])
     if "matrix" in value:
-        return Transform(matrix=np.array(value["matrix"], dtype=np.float64))
+        return MatrixProperty(matrix=np.array(value["matrix"], dtype=np.float64))
     if "spectrum" in value:
         return Spectrum(
             level=value["spectrum"], reflectance=tuple(value["reflectance"]), emission=tuple(value["emission"])

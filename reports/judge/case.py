@@ -18,11 +18,11 @@ from rayproof.reports.judge.closed_forms import closed_forms
 from rayproof.reports.judge.conventions import Tested, in_words, tested
 from rayproof.reports.judge.known_defects import explained
 from rayproof.reports.judge.oracle import ORACLE, stages_of
-from rayproof.reports.judge.pairs import Pair
+from rayproof.reports.judge.pairs import RendererPair
 from rayproof.reports.judge.panel import (
+    AgreementMatrix,
     Contradictions,
-    Matrix,
-    Standing,
+    PanelConclusion,
     adjudicated,
     matrices,
     standing,
@@ -107,7 +107,7 @@ def _measure(
     """Add a subject's checks against every reference, and against the closed forms."""
     for reference in references:
         mine = [stage for stage in stages_of(case.scene) if reference.renderer.answers_at(stage)]
-        measured.checks.extend(pair_checks(Pair(subject, reference), mine, misshapen))
+        measured.checks.extend(pair_checks(RendererPair(subject, reference), mine, misshapen))
     if subject.renderer.error is None:
         measured.expectations.extend(closed_forms(case, subject))
 
@@ -117,7 +117,7 @@ def _settled(
     measured: _Measured,
     subjects: Sequence[AgainstOracle],
     references: Sequence[AgainstOracle],
-    each: Mapping[Stage, Matrix],
+    each: Mapping[Stage, AgreementMatrix],
     versions: Mapping[str, str],
 ) -> list[Check]:
     """Return the checks, each with the side that is wrong by the panel, the known defects and the case's promise."""
@@ -156,7 +156,7 @@ def _failing(check: Check, renderers: Mapping[str, AgainstOracle], base: SceneTr
     subject, reference = renderers.get(check.configuration), renderers.get(check.reference)
     if subject is None or reference is None or check.end_to_end is None:
         return base.conditioning.hit
-    failing = Pair(subject, reference).pixels(check.stage).wrong
+    failing = RendererPair(subject, reference).pixels(check.stage).wrong
     alone = subject.continued(check.stage) if check.continued is not None else None
     return failing if alone is None else failing | alone.wrong
 
@@ -195,7 +195,7 @@ def adjudication(judged: Judged, subjects: Sequence[Answers], oracle: Analytic) 
     return record
 
 
-def _whose(one: Standing) -> str | None:
+def _whose(one: PanelConclusion) -> str | None:
     """Return whose answers to hold against conventions: who stands alone, or whom the oracle stands against."""
     if not one.alone:
         return None

@@ -46,7 +46,7 @@ class Column:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Rung:
+class SceneRung:
     """The result of one rung."""
 
     outcome: Outcome
@@ -65,7 +65,7 @@ class SceneClimb:
     """The rungs of a ladder that a renderer was asked about, and which is the next."""
 
     ladder: SceneLadder
-    rungs: dict[int, Rung] = field(default_factory=dict)
+    rungs: dict[int, SceneRung] = field(default_factory=dict)
     answered: frozenset[str] = frozenset()  # the stages that the first rung has an answer for
 
     def following(self) -> int | None:
@@ -125,14 +125,14 @@ class SceneClimb:
             outcome, stage, reason = Outcome.UNSUPPORTED, lost[0], str(lacking[lost[0]])
         blamed = by_stages(record, ran=ran)
         items = () if blamed is None else blamed.items
-        self.rungs[rung] = Rung(outcome=outcome, stage=stage, items=items, reason=reason)
+        self.rungs[rung] = SceneRung(outcome=outcome, stage=stage, items=items, reason=reason)
 
     def limit(self, renderer: str) -> LimitRecord:
         """Return what was found, as it is written."""
         values, known = self.ladder.values, sorted(self.rungs)
         broken = next((rung for rung in known if not self.rungs[rung].passes), None)
         reached = [rung for rung in known if broken is None or rung < broken]
-        found = Rung(outcome=Outcome.PASS) if broken is None else self.rungs[broken]
+        found = SceneRung(outcome=Outcome.PASS) if broken is None else self.rungs[broken]
         return {
             "renderer": renderer,
             "ladder": self.ladder.name,

@@ -32,7 +32,7 @@ from rayproof.reports.results.records import (
 )
 from rayproof.reports.run.case_record import DECLARABLE
 from rayproof.reports.run.plan import Panel, PlannedCase, configurations_of
-from rayproof.reports.run.pooled_factors import CommonFactors, wrong
+from rayproof.reports.run.pooled_factors import PooledFactors, wrong
 from rayproof.reports.subjects import Subject
 
 LOW, HIGH = 0.01, 0.8  # a limit used less than this is slack, more than this is tight
@@ -70,13 +70,13 @@ class Totals:
         self.stopped: dict[str, list[str]] = {}  # renderer, or the judge -> cases in which its time was over
         self.versions: dict[str, str] = {}
         self.with_images = self.without_images = 0  # cases; of those without, the run kept none since they passed
-        self.factors = CommonFactors()
+        self.factors = PooledFactors()
         self.dark: list[str] = []  # the first scenes of which no pixel is lit
         self._changing: list[str] = []  # what was rendered twice and is not the same, in sentences
         self._growth: tuple[int, str] = (0, "")  # bytes of memory a scene by which the subject grew most, and the case
         self._examined = self._passing = Examined(pixels=0)
         self._coverage = _nothing_covered()
-        self._limits = Limits()
+        self._limits = LimitUse()
         self._answered = Answered()
         self._met: dict[str, list[str]] = {}
 
@@ -266,7 +266,7 @@ class Answered:
         return found
 
 
-class Limits:
+class LimitUse:
     """How much of their limits the checks of each kind use: what is needed to say which are slack or tight."""
 
     def __init__(self) -> None:

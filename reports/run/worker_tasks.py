@@ -24,7 +24,7 @@ from rayproof.reports.run.messages import (
     ReferenceTask,
     SubjectTask,
 )
-from rayproof.reports.run.reference_cache import Question, Rendered, damage
+from rayproof.reports.run.reference_cache import ReferenceQuestion, Rendered, damage
 from rayproof.reports.subjects import FUNCTION, PROGRAM, SERVED, Subject
 from rayproof.tracer.kernel.compiler import choose_packaged_llvm
 
@@ -57,16 +57,18 @@ def unable(reference: Reference, scene: Scene, stage: Stage) -> str | None:
     return reference.unsupported(scene, stage)
 
 
-def _question(name: str, reference: Reference, task: ReferenceTask) -> tuple[Question, dict[Stage, str]]:
+def _question(name: str, reference: Reference, task: ReferenceTask) -> tuple[ReferenceQuestion, dict[Stage, str]]:
     """Return what the reference is asked, and why it is not asked about the other stages."""
     scene, stages = task.scene, stages_of(task.scene)
     unsupported = {stage: why for stage in stages if (why := unable(reference, scene, stage)) is not None}
     asked = tuple(stage for stage in stages if stage not in unsupported)
-    question = Question(name=name, reference=reference, scene=scene, stages=asked, samples=task.samples)
+    question = ReferenceQuestion(name=name, reference=reference, scene=scene, stages=asked, samples=task.samples)
     return question, unsupported
 
 
-def _witness(question: Question, found: Rendered, unsupported: dict[Stage, str], *, independent: bool) -> Answers:
+def _witness(
+    question: ReferenceQuestion, found: Rendered, unsupported: dict[Stage, str], *, independent: bool
+) -> Answers:
     reference, scene, answers = question.reference, question.scene, found.answers
     notes, settings = _ability(reference, "notes"), _ability(reference, "settings")
     resolution = _ability(reference, "resolution")
@@ -92,7 +94,7 @@ def _witness(question: Question, found: Rendered, unsupported: dict[Stage, str],
     )
 
 
-def _rendered(question: Question, task: ReferenceTask) -> Rendered:
+def _rendered(question: ReferenceQuestion, task: ReferenceTask) -> Rendered:
     """Return the reference's images, from the cache where the task allows it."""
 
     def render() -> tuple[StageImages, np.ndarray | None]:

@@ -14,7 +14,7 @@ from rayproof.reports.processes.worker import Channel, Reply, serve
 from rayproof.reports.run.messages import JUDGE, TRACING, UNDER_TEST, QuestionTask, SubjectTask, kind_of
 from rayproof.reports.subjects import FUNCTION, PROGRAM, SERVED, TRACER, Subject
 from rayproof.reports.subjects.protocol import Capabilities
-from rayproof.reports.subjects.serving import Standing
+from rayproof.reports.subjects.serving import ServingCost
 
 
 def serve_run(kind: str, connection: Channel) -> None:
@@ -113,7 +113,7 @@ def answered(
     if reply.error is not None:
         raise ValueError(reply.error)
     if told is not None:
-        stands = reply.value[3] if subject.stays else Standing(start=0.0, last_start=0.0, growth=0.0)
+        stands = reply.value[3] if subject.stays else ServingCost(start=0.0, last_start=0.0, growth=0.0)
         told(stands.last_start, reply.seconds - stands.start)
     return reply.value[0]
 

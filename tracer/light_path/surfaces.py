@@ -219,7 +219,7 @@ class OneShape(HitShapes):
 
 
 @dataclass(frozen=True, kw_only=True)
-class Surface:
+class SurfacePoint:
     """The properties of a surface, at the hit of one ray, on which its light depends."""
 
     met: HitShapes
@@ -300,11 +300,11 @@ def shading_normal(met: HitShapes, position: Any) -> Any:
     return _facing(met, met.choose(each, met.world.types.Vector(0)))
 
 
-def surface(met: HitShapes, position: Any, normal: Any) -> Surface:
+def surface(met: HitShapes, position: Any, normal: Any) -> SurfacePoint:
     """Return the surface with this position [m] and this shading normal."""
     types = met.world.types
     one_sided = met.constant("one-sided", lambda shape: not shape.shape.two_sided, types.Bool)
-    return Surface(
+    return SurfacePoint(
         met=met,
         position=position,
         normal=normal,

@@ -12,7 +12,7 @@ from typing import Any, NotRequired, TypedDict
 from rayproof.cases.stages import FACTS, Stage
 from rayproof.reports.judge.known_defects import known_findings
 from rayproof.reports.publish.page.case_data import picture_of, thumbnail_of
-from rayproof.reports.publish.page.plots import Times
+from rayproof.reports.publish.page.plots import TimesTable
 from rayproof.reports.results.case_records import CaseRecord, Check, worst_of, worst_ratio
 from rayproof.reports.results.files import as_json, legible_json, number
 from rayproof.reports.results.float_codec import pack_text
@@ -272,7 +272,7 @@ class Front:
         self._rows: dict[int, list[CaseRow]] = {}  # by shard, until they are handed over
         self._said = Said()
         self._times: dict[str, float] = {}
-        self.times = Times()
+        self.times = TimesTable()
         self._columns = Columns()
         self._references = dict.fromkeys(map(str, results.get("references") or {}))
         self._configurations = dict.fromkeys(map(str, results.get("configurations") or []))

@@ -80,7 +80,7 @@ class TimesPlot(TypedDict):
     rows: list[list[Any]]
 
 
-class Times:
+class TimesTable:
     """What each case, configuration and reference came to, taken up case by case in the order of the list."""
 
     def __init__(self) -> None:
@@ -169,7 +169,7 @@ def pages(folder: Path) -> dict[str, str]:
     return found | ({TIMES: data_of(TIMES)} if (folder / data_of(TIMES)).is_file() else {})
 
 
-def write_times(folder: Path, times: Times) -> list[Path]:
+def write_times(folder: Path, times: TimesTable) -> list[Path]:
     """Write plots/times.js, or remove that of an earlier publication where nothing was measured."""
     if not times.rows:
         (folder / data_of(TIMES)).unlink(missing_ok=True)

@@ -8,10 +8,10 @@ import numpy as np
 from rayproof.cases.stages import Stage
 from rayproof.reports.results.files import SCHEMA
 from rayproof.reports.results.provenance import origin
-from rayproof.reports.studies.compare.contenders import Contender, Question, differing, stages_at_stake
+from rayproof.reports.studies.compare.contenders import Contender, SceneFamily, differing, stages_at_stake
 from rayproof.reports.studies.compare.findings import (
     Errors,
-    Finding,
+    FamilyDifference,
     Signs,
     Timing,
     accuracy,
@@ -38,7 +38,7 @@ SEED = 4
 BASE, CANDIDATE, AGAIN = 0, 1, 2  # who is timed
 
 
-def family_record(finding: Finding, timing: Timing, signs: Signs, outcome: str) -> FamilyRecord:
+def family_record(finding: FamilyDifference, timing: Timing, signs: Signs, outcome: str) -> FamilyRecord:
     """Return one family's entry."""
     return {
         "family": finding.family,
@@ -90,12 +90,12 @@ def _errors(errors: Errors) -> ErrorsRecord:
 class _Side:
     """A comparison with the base: the candidate's, or the control's."""
 
-    findings: list[Finding]
+    findings: list[FamilyDifference]
     timings: list[Timing]
 
 
 def compare(
-    asked: Sequence[Question],
+    asked: Sequence[SceneFamily],
     base: Contender,
     candidate: Contender,
     *,
@@ -113,7 +113,7 @@ def compare(
         raise ValueError(too_few(repetitions))
     stages = stages_at_stake(base.configuration, candidate.configuration)
     slots = differing(base.configuration, candidate.configuration)
-    results: list[tuple[Question, list[list[dict[Stage, PairedStage]]]]] = []
+    results: list[tuple[SceneFamily, list[list[dict[Stage, PairedStage]]]]] = []
     for number, question in enumerate(asked):
         tell(f"{question.family} ({number + 1} of {len(asked)})")
         pairs = [
@@ -143,7 +143,7 @@ def compare(
 
 
 def _timings(
-    asked: Sequence[tuple[Question, Sequence[dict[Stage, PairedStage]]]],
+    asked: Sequence[tuple[SceneFamily, Sequence[dict[Stage, PairedStage]]]],
     stages: tuple[Stage, ...],
     base: Contender,
     candidate: Contender,

@@ -1,4 +1,4 @@
-"""`Pair`: pairs of float64 arrays in NumPy, each with a bound on its error; rationals where a sign is undecided.
+"""`BoundedPair`: pairs of float64 arrays in NumPy, each with a bound on its error; rationals where a sign is undecided.
 
 NumPy, so that truth shares no compiler with the tracer; products by Dekker's splitting, so that it needs no fused
 multiply-add. A predicate whose value does not exceed its bound is settled elsewhere, by exact rationals.
@@ -35,7 +35,7 @@ def _two_product(a: Any, b: Any) -> tuple[Any, Any]:
     return product, ((a_high * b_high - product) + a_high * b_low + a_low * b_high) + a_low * b_low
 
 
-class Pair:
+class BoundedPair:
     """An array of double-double numbers `high + low`, off by at most `error`."""
 
     __slots__ = ("error", "high", "low")
@@ -44,63 +44,63 @@ class Pair:
         self.high, self.low, self.error = np.asarray(high, dtype=np.float64), low, error
 
     @staticmethod
-    def of(value: Any) -> "Pair":
+    def of(value: Any) -> "BoundedPair":
         """Return a float, or an array of floats, as exact numbers."""
-        return value if isinstance(value, Pair) else Pair(value)
+        return value if isinstance(value, BoundedPair) else BoundedPair(value)
 
-    def __add__(self, other: Any) -> "Pair":
-        other = Pair.of(other)
+    def __add__(self, other: Any) -> "BoundedPair":
+        other = BoundedPair.of(other)
         high, low = _two_sum(self.high, other.high)
         tail, rest = _two_sum(self.low, other.low)
         high, low = _two_sum(high, low + tail)
         high, low = _two_sum(high, low + rest)
-        return Pair(high, low, self.error + other.error + abs(high) * ROUNDING)
+        return BoundedPair(high, low, self.error + other.error + abs(high) * ROUNDING)
 
     __radd__ = __add__
 
-    def __neg__(self) -> "Pair":
-        return Pair(-self.high, -np.asarray(self.low), self.error)
+    def __neg__(self) -> "BoundedPair":
+        return BoundedPair(-self.high, -np.asarray(self.low), self.error)
 
-    def __sub__(self, other: Any) -> "Pair":
-        return self + -Pair.of(other)
+    def __sub__(self, other: Any) -> "BoundedPair":
+        return self + -BoundedPair.of(other)
 
-    def __rsub__(self, other: Any) -> "Pair":
-        return Pair.of(other) - self
+    def __rsub__(self, other: Any) -> "BoundedPair":
+        return BoundedPair.of(other) - self
 
-    def __mul__(self, other: Any) -> "Pair":
-        other = Pair.of(other)
+    def __mul__(self, other: Any) -> "BoundedPair":
+        other = BoundedPair.of(other)
         high, low = _two_product(self.high, other.high)
         high, low = _two_sum(high, low + (self.high * other.low + self.low * other.high))
         error = abs(self.high) * other.error + abs(other.high) * self.error + self.error * other.error
-        return Pair(high, low, error + abs(high) * ROUNDING)
+        return BoundedPair(high, low, error + abs(high) * ROUNDING)
 
     __rmul__ = __mul__
 
-    def __truediv__(self, other: Any) -> "Pair":
-        other = Pair.of(other)
+    def __truediv__(self, other: Any) -> "BoundedPair":
+        other = BoundedPair.of(other)
         quotient = self.high / other.high
-        rest = self - other * Pair(quotient)
+        rest = self - other * BoundedPair(quotient)
         second = rest.high / other.high
-        rest = rest - other * Pair(second)
+        rest = rest - other * BoundedPair(second)
         high, low = _two_sum(quotient, second)
         high, low = _two_sum(high, low + rest.high / other.high)
         error = (self.error + abs(high) * other.error) / abs(other.high) + abs(high) * ROUNDING
-        return Pair(high, low, error)
+        return BoundedPair(high, low, error)
 
-    def __rtruediv__(self, other: Any) -> "Pair":
-        return Pair.of(other) / self
+    def __rtruediv__(self, other: Any) -> "BoundedPair":
+        return BoundedPair.of(other) / self
 
-    def __abs__(self) -> "Pair":
+    def __abs__(self) -> "BoundedPair":
         flip = np.where(self.high < 0, -1.0, 1.0)
-        return Pair(self.high * flip, self.low * flip, self.error)
+        return BoundedPair(self.high * flip, self.low * flip, self.error)
 
-    def sqrt(self) -> "Pair":
+    def sqrt(self) -> "BoundedPair":
         """Return the square root; of a negative number NaN."""
         root = np.sqrt(self.high)
         safe = np.where(root == 0, 1.0, root)
-        rest = self - Pair(root) * Pair(root)
+        rest = self - BoundedPair(root) * BoundedPair(root)
         high, low = _two_sum(root, rest.high / (2 * safe))
-        return Pair(high, low, self.error / (2 * safe) + abs(high) * ROUNDING)
+        return BoundedPair(high, low, self.error / (2 * safe) + abs(high) * ROUNDING)
 
     def sign(self) -> np.ndarray:
         """Return -1, 0 or 1 per entry, NaN where the bound does not exclude another sign."""
@@ -109,7 +109,7 @@ class Pair:
 
     def minus(self, other: Any) -> np.ndarray:
         """Return the difference to float64 numbers, as float64."""
-        return (self - Pair(other)).high
+        return (self - BoundedPair(other)).high
 
 
 # Truth on the very floats received: pairs first, exact rationals where a sign is in doubt, balls as witnesses.
@@ -123,7 +123,7 @@ PER_VALUE = 4  # rays of every value of a sweep that the witness sees
 
 def pairs(inputs: Mapping[str, np.ndarray]) -> Columns:
     """Return inputs (rays,) and (rays, k) as pairs and tuples of pairs."""
-    return parts(inputs, Pair)
+    return parts(inputs, BoundedPair)
 
 
 def parts(inputs: Mapping[str, np.ndarray], number: Callable[[Any], Any]) -> Columns:
@@ -159,14 +159,14 @@ def decided(predicates: Mathematics, inputs: Mapping[str, np.ndarray]) -> dict[s
     return {name: sign.astype(np.int8) for name, sign in signs.items()}
 
 
-def evaluated(values: Mathematics, inputs: Mapping[str, np.ndarray]) -> dict[str, Pair]:
+def evaluated(values: Mathematics, inputs: Mapping[str, np.ndarray]) -> dict[str, BoundedPair]:
     """Return every value of the mathematics for every ray."""
     with np.errstate(all="ignore"):
         return values(pairs(inputs))
 
 
 def witnessed(
-    values: Mathematics, inputs: Mapping[str, np.ndarray], found: Mapping[str, Pair], rays: np.ndarray
+    values: Mathematics, inputs: Mapping[str, np.ndarray], found: Mapping[str, BoundedPair], rays: np.ndarray
 ) -> tuple[int, float]:
     """Return how many values of `rays` a ball of many bits confirmed, and the largest relative distance from one.
 

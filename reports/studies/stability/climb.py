@@ -13,7 +13,7 @@ import numpy as np
 from scipy import stats
 
 from rayproof.cases.ladders import Inputs, Ladder
-from rayproof.reports.studies.stability.questions import QUESTIONS, Grades, Truth
+from rayproof.reports.studies.stability.questions import QUESTIONS, ExactAnswers, Grades
 from rayproof.tracer.formulas import FORMULAS, Formula
 from rayproof.tracer.formulas.own_file import is_own
 
@@ -146,7 +146,7 @@ class Drawn:
     precision: str
     inputs: Inputs
     rungs: np.ndarray  # (rays,) index of the value
-    truth: Truth
+    truth: ExactAnswers
 
 
 def drawn(ladder: Ladder, precision: str, *, quick: bool) -> Drawn:

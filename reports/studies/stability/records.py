@@ -48,7 +48,7 @@ class ClimbRecord(TypedDict):
     values: list[RungRecord]
 
 
-class GateRecord(TypedDict):
+class LadderGateRecord(TypedDict):
     """What a formula has to reach on a ladder."""
 
     reaches: dict[str, float]  # precision -> value of the parameter
@@ -78,7 +78,7 @@ class LadderAbout(TypedDict):
     values: list[float]
     unit: str
     condition: str
-    gate: GateRecord
+    gate: LadderGateRecord
     first_to_break: str
     survivor: str
     measured: str

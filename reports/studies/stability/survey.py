@@ -23,7 +23,7 @@ WITNESS_LIMIT = 2.0**-60  # relative; the truth must be far better than the best
 
 
 @dataclass(frozen=True, kw_only=True)
-class Verdict:
+class ClimbVerdict:
     """The outcome of one climb."""
 
     climb: Climb
@@ -34,12 +34,12 @@ class Verdict:
     surprise: str  # why this is not what the catalogue says; empty if it is
 
 
-def judged(climb: Climb) -> Verdict:
+def judged(climb: Climb) -> ClimbVerdict:
     """Return the verdict: the gate, then the slope, then whether the catalogue said so."""
     ladder, name = climb.ladder, climb.formula.name
     if is_own(climb.formula.variant):
         gate = _gate(climb)
-        return Verdict(
+        return ClimbVerdict(
             climb=climb,
             law=None,
             expected="none",
@@ -56,7 +56,7 @@ def judged(climb: Climb) -> Verdict:
         surprise = f"passes, but the catalogue expects it to fail: {failure.because}"
     elif not failure and gate:
         surprise = gate
-    return Verdict(
+    return ClimbVerdict(
         climb=climb,
         law=law,
         expected=expected,
@@ -112,7 +112,7 @@ def doubted(batch: Drawn) -> str:
 # Verdicts as plain data: what `--json` writes and what tables and figures are made from.
 
 
-def record(verdict: Verdict) -> ClimbRecord:
+def record(verdict: ClimbVerdict) -> ClimbRecord:
     """Return one formula on one ladder in one precision."""
     climb = verdict.climb
     slope = climb.slope
@@ -225,7 +225,7 @@ def worst_first(records: Sequence[ClimbRecord]) -> list[ClimbRecord]:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Plan:
+class SurveyPlan:
     """Which formulas climb which ladders."""
 
     ladders: tuple[tuple[Ladder, tuple[Formula, ...]], ...]
@@ -248,7 +248,7 @@ def applies(ladder: Ladder, formula: Formula) -> bool:
     return formula.slot in ladder.slots and formula.kind != "fault" and chosen
 
 
-def plan(patterns: Sequence[str], *, ladders: Sequence[str], precisions: Sequence[str], quick: bool) -> Plan:
+def plan(patterns: Sequence[str], *, ladders: Sequence[str], precisions: Sequence[str], quick: bool) -> SurveyPlan:
     """Return the climbs of the formulas named by `patterns` on `ladders`.
 
     A pattern is a slot, slot/variant, a glob, or a function of the user's, slot=FILE.py:function; none: all.
@@ -289,10 +289,10 @@ def plan(patterns: Sequence[str], *, ladders: Sequence[str], precisions: Sequenc
         if ladder.name in names
     )
     chosen = tuple((ladder, climbers) for ladder, climbers in pairs if climbers)
-    return Plan(ladders=chosen, precisions=tuple(precisions), quick=quick)
+    return SurveyPlan(ladders=chosen, precisions=tuple(precisions), quick=quick)
 
 
-def survey(planned: Plan, *, doubts: Callable[[str], None]) -> Iterator[ClimbRecord]:
+def survey(planned: SurveyPlan, *, doubts: Callable[[str], None]) -> Iterator[ClimbRecord]:
     """Yield a record per climb; tell `doubts` what makes the truth or the arithmetic itself unsure."""
     for precision in planned.precisions:
         for guard in broken(precision):

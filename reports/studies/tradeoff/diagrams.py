@@ -25,10 +25,10 @@ from rayproof.reports.studies.tradeoff.formulas import LADDER, Task, entries, la
 from rayproof.reports.studies.tradeoff.points import (
     SEED,
     DiagramRecord,
-    Entry,
     Launch,
-    Point,
+    TradeoffPoint,
     TradeoffRecord,
+    UntimedPoint,
     front,
     interleave,
     kernel_seconds,
@@ -127,7 +127,7 @@ def small(scene: Scene) -> Scene:
     return replace(scene, camera=replace(camera, width=width, height=height))
 
 
-def sampling_entries(diagram: str, scene: Scene, tell: Callable[[str], None]) -> list[Entry]:
+def sampling_entries(diagram: str, scene: Scene, tell: Callable[[str], None]) -> list[UntimedPoint]:
     """Return the points of one diagram, measured and ready to be timed; a time is that of a pixel."""
     tell(f"{diagram}: samples per pixel")
     asked = small(scene)
@@ -139,7 +139,7 @@ def sampling_entries(diagram: str, scene: Scene, tell: Callable[[str], None]) ->
             large = enlarged(asked, SAMPLES_TIMED / per_side**2)
             image = render(asked, [Stage.RADIANCE], one, samples=per_side)[Stage.RADIANCE]
             records.append(
-                Entry(
+                UntimedPoint(
                     point=_point(diagram, "tracer", precision, per_side, "kernels", image, truth),
                     launch=partial(_traced, large, one, per_side),
                     rays=pixels(large),
@@ -155,7 +155,7 @@ def sampling_entries(diagram: str, scene: Scene, tell: Callable[[str], None]) ->
             large = enlarged(asked, SAMPLES_WALL / per_side**2)
             image = reference.render(asked, [Stage.RADIANCE], samples=per_side)[Stage.RADIANCE]
             records.append(
-                Entry(
+                UntimedPoint(
                     point=_point(diagram, name, "float32", per_side, clock, image, truth),
                     launch=_mitsuba(kind.variant, large, per_side, clock),
                     rays=pixels(large),
@@ -166,9 +166,9 @@ def sampling_entries(diagram: str, scene: Scene, tell: Callable[[str], None]) ->
 
 def _point(
     diagram: str, renderer: str, precision: str, per_side: int, clock: str, image: np.ndarray, truth: np.ndarray
-) -> Point:
+) -> TradeoffPoint:
     error, interval = root_mean_square(image, truth)
-    return Point(
+    return TradeoffPoint(
         diagram=diagram,
         label=f"{renderer}, {precision}, {per_side**2} per pixel",
         renderer=renderer,
@@ -220,7 +220,7 @@ AXES = {
 }
 
 
-def overall(points: Sequence[Point], group: str) -> list[Point]:
+def overall(points: Sequence[TradeoffPoint], group: str) -> list[TradeoffPoint]:
     """Return one point a label: geometric means over the group's diagrams, of those that answer in all of them.
 
     One that decides no pixel of a diagram rightly has no mean error.
@@ -287,7 +287,7 @@ def measure(
     }
 
 
-def _diagram(points: Sequence[Point], name: str) -> DiagramRecord:
+def _diagram(points: Sequence[TradeoffPoint], name: str) -> DiagramRecord:
     mine = [point for point in points if point.diagram == name]
     ahead = front(mine)
     kind = KINDS.get(name.split("/")[0], "formulas")

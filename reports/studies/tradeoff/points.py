@@ -1,4 +1,4 @@
-"""`Point`: error and time with intervals; the Pareto front, interleaved timing, tails, records."""
+"""`TradeoffPoint`: error and time with intervals; the Pareto front, interleaved timing, tails, records."""
 
 import math
 import time
@@ -24,7 +24,7 @@ MOST_WRONG = 1e-3  # share of pixels decided wrongly beyond which a point is wro
 
 
 @dataclass(frozen=True, kw_only=True)
-class Point:
+class TradeoffPoint:
     """One renderer, configured somehow, on one family: what a ray costs and how far off it is."""
 
     diagram: str
@@ -49,14 +49,14 @@ class Point:
         return self.diagram, self.label
 
 
-def front(points: Sequence[Point]) -> tuple[Point, ...]:
+def front(points: Sequence[TradeoffPoint]) -> tuple[TradeoffPoint, ...]:
     """Return the Pareto front by time: points that no other beats in one of time and error without losing the other.
 
     A point that decides more pixels wrongly beats none. Controls, known to be wrong somewhere, points that decide more
     than `MOST_WRONG` of the pixels wrongly, and points without an error are not on it.
     """
 
-    def beats(one: Point, other: Point) -> bool:
+    def beats(one: TradeoffPoint, other: TradeoffPoint) -> bool:
         if one.wrong > other.wrong:
             return False
         faster = one.nanoseconds < other.nanoseconds and one.error <= other.error * GAIN
@@ -121,7 +121,7 @@ class TradeoffRecord(TypedDict):
     diagrams: list[DiagramRecord]
 
 
-def point_record(point: Point, *, on_front: bool) -> PointRecord:
+def point_record(point: TradeoffPoint, *, on_front: bool) -> PointRecord:
     """Return a point as plain data; see docs/tradeoff.md."""
     return {
         "diagram": point.diagram,
@@ -200,14 +200,14 @@ def interleave(launches: Sequence[Launch], *, repetitions: int, budget: float) -
 
 
 @dataclass(frozen=True, kw_only=True)
-class Entry:
+class UntimedPoint:
     """A point and how to time it; until then its nanoseconds are NaN."""
 
-    point: Point
+    point: TradeoffPoint
     launch: Launch
     rays: int  # of a launch; pixels where samples are compared
 
-    def timed(self, seconds: np.ndarray) -> Point:
+    def timed(self, seconds: np.ndarray) -> TradeoffPoint:
         """Return the point, given the seconds of an odd number of launches."""
         each = seconds / self.rays * 1e9
         interval = median_interval(each.tolist(), level=LEVEL)

@@ -9,13 +9,13 @@ import pytest
 from rayproof.cases.placement import world_triangles
 from rayproof.cases.scene import Cube, Mesh, Plane, Shape, Sphere, Square, Triangle
 from rayproof.reference.double_double.arithmetic import Pair, types
-from rayproof.reference.double_double.shapes import Span
+from rayproof.reference.double_double.shapes import PairSpan
 from rayproof.reference.double_double.worlds import ball_of
 from tests.reference.analytic.scenes import icosphere, matrix
 
 COUNT = 20_000
 APEX = (3.1, -2.3, 1.7)  # m
-ENDLESS = Span(low=None, high=None, speed=None)
+ENDLESS = PairSpan(low=None, high=None, speed=None)
 GREY = (0.5, 0.5, 0.5)
 SKEW = matrix([[1.0, 0.3, 0.0], [-0.2, 0.8, 0.1], [0.4, 0.0, 1.3]], (40.3, -0.1, 0.2))
 
@@ -29,9 +29,9 @@ SHAPES: dict[str, Shape] = {
 }
 
 
-def shadow_ray() -> Span:
+def shadow_ray() -> PairSpan:
     float64 = types().Float64
-    return Span(low=None, high=Pair(float64(1), float64(0)), speed=None)
+    return PairSpan(low=None, high=Pair(float64(1), float64(0)), speed=None)
 
 
 def pairs(rays: np.ndarray) -> Any:
@@ -39,7 +39,7 @@ def pairs(rays: np.ndarray) -> Any:
     return tuple(Pair(float64(np.ascontiguousarray(column)), float64(0)) for column in rays.T)
 
 
-def may_be_met(shape: Shape, rays: np.ndarray, span: Span = ENDLESS) -> np.ndarray:
+def may_be_met(shape: Shape, rays: np.ndarray, span: PairSpan = ENDLESS) -> np.ndarray:
     x, y, z = (Fraction(value) for value in APEX)
     ball = ball_of(shape, (x, y, z), types())
     assert ball is not None

@@ -19,8 +19,8 @@ from rayproof.cases.placement import camera_around
 from rayproof.cases.rounding import UNIT_ROUNDOFF
 from rayproof.cases.scene import Mesh, Scene
 from rayproof.reports.studies.stability.arithmetic import (
+    BoundedPair,
     Columns,
-    Pair,
     cross,
     decided,
     dot,
@@ -33,7 +33,7 @@ from rayproof.reports.studies.stability.arithmetic import (
     witnessed,
 )
 from rayproof.reports.studies.stability.device import downloaded, number, uploaded
-from rayproof.reports.studies.stability.questions import QUESTIONS, Answer, Grades, Truth, Witness, nothing
+from rayproof.reports.studies.stability.questions import QUESTIONS, Answer, ExactAnswers, Grades, Witness, nothing
 from rayproof.reports.studies.stability.questions.placed import Distance, angles
 from rayproof.reports.studies.stability.shapes import ahead, ray_of, record
 from rayproof.tracer.configuration import Configuration
@@ -77,7 +77,7 @@ def looking(x: Columns) -> Columns:
 class ViewRay:
     """The unit direction of `ray`, by the slot's variant, everything else of the camera by default."""
 
-    def truth(self, ladder: Ladder, inputs: Inputs, rungs: np.ndarray) -> Truth:
+    def truth(self, ladder: Ladder, inputs: Inputs, rungs: np.ndarray) -> ExactAnswers:
         """Return the exact direction and K."""
         high, low = tangents(inputs["fovy"])
         given = {name: inputs[name] for name in ("eye", "target", "up", "sx", "sy", "aspect")}
@@ -93,7 +93,7 @@ class ViewRay:
         rho = high * np.hypot(inputs["sx"] * inputs["aspect"], inputs["sy"])
         moved = np.radians(inputs["fovy"]) / 2 * (1 + high**2) / high
         K = np.maximum(1.0, moved * rho / (1 + rho**2)) + 1 / sine
-        return Truth(counted=finite, facts={"n": values, "K": K}, witness=witness)
+        return ExactAnswers(counted=finite, facts={"n": values, "K": K}, witness=witness)
 
     def answer(self, ladder: Ladder, formula: Formula, inputs: Inputs, precision: str) -> Answer:
         """Return directions, one camera per ray and all in one kernel."""
@@ -120,7 +120,7 @@ class ViewRay:
         )[where[np.cumsum(starts) - 1]]
         return number(sizes[:, 0], types), number(sizes[:, 1], types)
 
-    def grade(self, ladder: Ladder, inputs: Inputs, truth: Truth, answer: Answer, precision: str) -> Grades:
+    def grade(self, ladder: Ladder, inputs: Inputs, truth: ExactAnswers, answer: Answer, precision: str) -> Grades:
         """Return angles in degrees, or in pixels of 1080 lines; a direction that is no number is invalid."""
         angle = angles(answer["d"], truth.facts["n"])
         bad = ~np.isfinite(angle)
@@ -164,11 +164,11 @@ def off_surface(shape: str, p: np.ndarray, x: Inputs) -> np.ndarray:
     """Return the distance [m] of points (rays, 3) from the true surface."""
     if shape == "plane":
         return abs(p[:, 2])
-    at = tuple(Pair(p[:, i]) for i in range(3))
+    at = tuple(BoundedPair(p[:, i]) for i in range(3))
     if shape == "sphere":
         local = minus(at, tuple(x["c"].T))
         return abs(dot(local, local).sqrt().minus(x["r"]))
-    a, b, c = (tuple(Pair(x[name][:, i]) for i in range(3)) for name in "abc")
+    a, b, c = (tuple(BoundedPair(x[name][:, i]) for i in range(3)) for name in "abc")
     normal = normalized(cross(minus(b, a), minus(c, a)))
     return abs(dot(normal, minus(at, a)).high)
 
@@ -189,13 +189,13 @@ def rounding(shape: str, x: Inputs, t: np.ndarray) -> np.ndarray:
 
 
 @QUESTIONS.register("point")
-class Point:
+class PositionQuestion:
     """The slot `position`: the distance of the computed point from the surface, on a sphere in radii."""
 
-    def truth(self, ladder: Ladder, inputs: Inputs, rungs: np.ndarray) -> Truth:
+    def truth(self, ladder: Ladder, inputs: Inputs, rungs: np.ndarray) -> ExactAnswers:
         """Return which rays hit."""
         whole = Distance().truth(ladder, inputs, rungs)
-        return Truth(counted=whole.counted & whole.facts["hit"].hit, facts={}, witness=whole.witness)
+        return ExactAnswers(counted=whole.counted & whole.facts["hit"].hit, facts={}, witness=whole.witness)
 
     def answer(self, ladder: Ladder, formula: Formula, inputs: Inputs, precision: str) -> Answer:
         """Return points [m]."""
@@ -211,7 +211,7 @@ class Point:
         )
         return downloaded({"p": formula.function(ray, t, place), "t": t}, len(inputs["o"]))
 
-    def grade(self, ladder: Ladder, inputs: Inputs, truth: Truth, answer: Answer, precision: str) -> Grades:
+    def grade(self, ladder: Ladder, inputs: Inputs, truth: ExactAnswers, answer: Answer, precision: str) -> Grades:
         """Return distances from the surface; a ray that the default formula lost is not the point's fault."""
         shape = str(ladder.options["shape"])
         counted = truth.counted & np.isfinite(answer["t"])
@@ -233,7 +233,7 @@ class Point:
 class SphereNormal:
     """The slot `sphere_normal`: inputs p and c; the angle to the exact direction from c to p. K = 1."""
 
-    def truth(self, ladder: Ladder, inputs: Inputs, rungs: np.ndarray) -> Truth:
+    def truth(self, ladder: Ladder, inputs: Inputs, rungs: np.ndarray) -> ExactAnswers:
         """Return the exact unit normal."""
 
         def outward(x: Columns) -> Columns:
@@ -241,14 +241,14 @@ class SphereNormal:
 
         found = evaluated(outward, inputs)
         witness = Witness(*witnessed(outward, inputs, found, sample(rungs)))
-        return Truth(counted=~nothing(len(rungs)), facts={"n": found}, witness=witness)
+        return ExactAnswers(counted=~nothing(len(rungs)), facts={"n": found}, witness=witness)
 
     def answer(self, ladder: Ladder, formula: Formula, inputs: Inputs, precision: str) -> Answer:
         """Return normals."""
         columns = uploaded(inputs, array_types(precision))
         return downloaded({"n": formula.function(columns["p"], columns["c"])}, len(inputs["p"]))
 
-    def grade(self, ladder: Ladder, inputs: Inputs, truth: Truth, answer: Answer, precision: str) -> Grades:
+    def grade(self, ladder: Ladder, inputs: Inputs, truth: ExactAnswers, answer: Answer, precision: str) -> Grades:
         """Return angles in degrees."""
         angle = angles(answer["n"], truth.facts["n"])
         none = nothing(len(angle))
@@ -266,17 +266,17 @@ class SphereNormal:
 class Facing:
     """The slot `facing`: inputs n and d; a normal turned to the wrong side counts as a false hit."""
 
-    def truth(self, ladder: Ladder, inputs: Inputs, rungs: np.ndarray) -> Truth:
+    def truth(self, ladder: Ladder, inputs: Inputs, rungs: np.ndarray) -> ExactAnswers:
         """Return the sign of n . d; exact right angles are not counted."""
         sign = decided(lambda x: {"side": dot(x["n"], x["d"])}, inputs)["side"]
-        return Truth(counted=sign != 0, facts={"side": sign}, witness=Witness(len(sign), 0.0))
+        return ExactAnswers(counted=sign != 0, facts={"side": sign}, witness=Witness(len(sign), 0.0))
 
     def answer(self, ladder: Ladder, formula: Formula, inputs: Inputs, precision: str) -> Answer:
         """Return the turned normals."""
         columns = uploaded(inputs, array_types(precision))
         return downloaded({"n": formula.function(columns["n"], columns["d"])}, len(inputs["n"]))
 
-    def grade(self, ladder: Ladder, inputs: Inputs, truth: Truth, answer: Answer, precision: str) -> Grades:
+    def grade(self, ladder: Ladder, inputs: Inputs, truth: ExactAnswers, answer: Answer, precision: str) -> Grades:
         """Return wrong sides."""
         right = np.where((truth.facts["side"] > 0)[:, None], -inputs["n"], inputs["n"])
         wrong = np.any(answer["n"] != right, axis=1) & truth.counted
@@ -303,13 +303,13 @@ CAMERA = camera_around((0, 0, 0), distance=4, azimuth=0, elevation=0, width=1, h
 
 
 @QUESTIONS.register("tree")
-class Tree:
+class TreeQuestion:
     """The slot `triangle`, in the leaves of a tree."""
 
-    def truth(self, ladder: Ladder, inputs: Inputs, rungs: np.ndarray) -> Truth:
+    def truth(self, ladder: Ladder, inputs: Inputs, rungs: np.ndarray) -> ExactAnswers:
         """Return which rays meet their own triangle."""
         own = Distance().truth(ladder, inputs, rungs)
-        return Truth(counted=own.counted & own.facts["hit"].hit, facts=own.facts, witness=own.witness)
+        return ExactAnswers(counted=own.counted & own.facts["hit"].hit, facts=own.facts, witness=own.witness)
 
     def answer(self, ladder: Ladder, formula: Formula, inputs: Inputs, precision: str) -> Answer:
         """Return t per ray through the tree and of its own triangle alone, one tree a value."""
@@ -323,7 +323,7 @@ class Tree:
         ]
         return {"t": np.concatenate(parts)} | {"alone": Distance().answer(ladder, formula, inputs, precision)["t"]}
 
-    def grade(self, ladder: Ladder, inputs: Inputs, truth: Truth, answer: Answer, precision: str) -> Grades:
+    def grade(self, ladder: Ladder, inputs: Inputs, truth: ExactAnswers, answer: Answer, precision: str) -> Grades:
         """Return what was lost."""
         counted = truth.counted & np.isfinite(answer["alone"])
         none, unknown = nothing(len(counted)), np.full(len(counted), np.nan)

@@ -7,7 +7,7 @@ import pytest
 
 from rayproof.cases.ladders import Failure, Ladder, PredictedSlope, all_ladders
 from rayproof.reports.studies.stability.climb import Climb, Drawn, Rung, Slope
-from rayproof.reports.studies.stability.questions import Truth, Witness
+from rayproof.reports.studies.stability.questions import ExactAnswers, Witness
 from rayproof.reports.studies.stability.survey import doubted, judged
 from rayproof.tracer.formulas import FORMULAS
 
@@ -126,7 +126,7 @@ def test_no_error_at_all_is_a_flat_law_and_no_other(median: float, law: float, p
 )
 def test_a_truth_that_its_witness_does_not_share_is_doubted(name: str, worst: float, believed: bool) -> None:
     ladder = next(ladder for ladder in all_ladders() if ladder.name == name)
-    truth = Truth(counted=np.ones(1, dtype=bool), facts={}, witness=Witness(values=1, worst=worst))
+    truth = ExactAnswers(counted=np.ones(1, dtype=bool), facts={}, witness=Witness(values=1, worst=worst))
     given = Drawn(ladder=ladder, precision="float32", inputs={}, rungs=np.zeros(1), truth=truth)
 
     assert (doubted(given) == "") == believed

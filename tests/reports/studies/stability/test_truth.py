@@ -7,10 +7,10 @@ import pytest
 from flint import arb, fmpq
 
 from rayproof.reports.studies.stability.arithmetic import decided, evaluated, rational, single, witnessed
-from rayproof.reports.studies.stability.shapes import SHAPES, Hit, towards
+from rayproof.reports.studies.stability.shapes import SHAPES, ExactHit, towards
 
 
-def hit(shape: str, **inputs: Any) -> Hit:
+def hit(shape: str, **inputs: Any) -> ExactHit:
     """Return the exact answer to one ray."""
     given = {name: np.array([value], dtype=np.float64) for name, value in inputs.items()}
     if shape == "cube":

@@ -15,10 +15,10 @@ from rayproof.reports.publish.page.page import diagrams
 from rayproof.reports.studies.tradeoff import diagrams as listed
 from rayproof.reports.studies.tradeoff.diagrams import DEFAULT, QUICK, Sampled, measure, overall, tasks
 from rayproof.reports.studies.tradeoff.drawing import cells, page, svg, write
-from rayproof.reports.studies.tradeoff.points import Point, interleave, without_error
+from rayproof.reports.studies.tradeoff.points import TradeoffPoint, interleave, without_error
 from tests.reports.commands.conftest import Rayproof
 
-POINT = Point(
+POINT = TradeoffPoint(
     diagram="sphere/a", label="haines, float32", renderer="tracer", variant="haines", precision="float32", samples=1,
     kind="right", clock="kernels", error=1.0, error_interval=(1.0, 1.0), natural=1e-7, unit="m", wrong=0.0,
     nanoseconds=4.0, nanoseconds_interval=(3.0, 5.0),
