@@ -13,6 +13,8 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, Literal
 
+import msgspec
+
 SCHEMA: Literal[1] = 1  # the number of the schema of every JSON document that rayproof writes
 DRAFT = re.compile(r"\..*\.\d+(\.[^.]*)?")  # what `replacing` writes to
 
@@ -46,7 +48,9 @@ def remove_drafts(folder: Path) -> None:
 
 
 def plain(value: Any) -> Any:
-    """Return `value` with every non-finite number as a string, tuples as lists and keys as text."""
+    """Return `value` with every non-finite number as a string, tuples as lists, Structs as objects, keys as text."""
+    if isinstance(value, msgspec.Struct):
+        value = msgspec.to_builtins(value)
     if isinstance(value, Mapping):
         return {str(key): plain(item) for key, item in value.items()}
     if isinstance(value, list | tuple):
@@ -60,7 +64,7 @@ def as_json(value: Any, *, indent: int | None = None) -> str:
     """Return `plain(value)` as JSON, on one line without blanks unless it is to be indented."""
     separators = (",", ":") if indent is None else None
     try:
-        return json.dumps(value, allow_nan=False, indent=indent, separators=separators)
+        return json.dumps(value, allow_nan=False, indent=indent, separators=separators, default=msgspec.to_builtins)
     except ValueError:
         # Only where there is such a number: looking for it in Python takes ten times as long as writing.
         return json.dumps(plain(value), allow_nan=False, indent=indent, separators=separators)

@@ -23,7 +23,7 @@ from rayproof.reports.run.case_pipeline import CasesUnderWay, Instructions
 from rayproof.reports.run.options import Demands, KeptImages
 from rayproof.reports.run.plan import DEFAULTS, PlannedCase, panel, plan
 from rayproof.reports.run.workers import RELIEF, workers
-from rayproof.reports.studies.stability.limit_records import LimitRecord, ScaleRecord
+from rayproof.reports.studies.stability.limit_records import LimitRecord, RungVerdict, ScaleRecord
 from rayproof.reports.subjects import THE_TRACER, TRACER, Subject
 
 JUDGES = (ORACLE, "certified")
@@ -133,29 +133,29 @@ class SceneClimb:
         broken = next((rung for rung in known if not self.rungs[rung].passes), None)
         reached = [rung for rung in known if broken is None or rung < broken]
         found = SceneRung(outcome=Outcome.PASS) if broken is None else self.rungs[broken]
-        return {
-            "renderer": renderer,
-            "ladder": self.ladder.name,
-            "limit": values[reached[-1]] if reached else None,
-            "breaks_at": None if broken is None else values[broken],
-            "verdict": found.outcome.value,
-            "stage": found.stage,
-            "items": list(found.items),
-            "reason": found.reason,
-            "monotone": self.monotone,
-            "rungs": [{"value": values[rung], "verdict": self.rungs[rung].outcome.value} for rung in known],
-        }
+        return LimitRecord(
+            renderer=renderer,
+            ladder=self.ladder.name,
+            limit=values[reached[-1]] if reached else None,
+            breaks_at=None if broken is None else values[broken],
+            verdict=found.outcome.value,
+            stage=found.stage,
+            items=list(found.items),
+            reason=found.reason,
+            monotone=self.monotone,
+            rungs=[RungVerdict(value=values[rung], verdict=self.rungs[rung].outcome.value) for rung in known],
+        )
 
 
 def scale(ladder: SceneLadder) -> ScaleRecord:
     """Return what a reader needs to know of a ladder."""
-    return {
-        "ladder": ladder.name,
-        "quantity": ladder.quantity,
-        "unit": ladder.unit,
-        "values": list(ladder.values),
-        "control": ladder.control,
-    }
+    return ScaleRecord(
+        ladder=ladder.name,
+        quantity=ladder.quantity,
+        unit=ladder.unit,
+        values=list(ladder.values),
+        control=ladder.control,
+    )
 
 
 def ladders_named(patterns: Sequence[str]) -> list[SceneLadder]:
