@@ -2,7 +2,7 @@
 
 from datetime import datetime
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal, TypedDict
+from typing import TYPE_CHECKING, Literal
 
 from rayproof.reports.commands.output import say, show_table, write_json
 from rayproof.reports.commands.usage import UsageError, told_in_one_line
@@ -12,20 +12,6 @@ if TYPE_CHECKING:
 
 DAMAGED = 1  # exit code of `verify` where an entry was not what was written
 COLUMNS = ("used", "kind", "renderer", "version", "scene", "stages", "seconds", "bytes", "key")
-
-
-class CacheRow(TypedDict):
-    """One line of a listing."""
-
-    key: str
-    used: str
-    kind: str
-    renderer: str
-    version: str
-    scene: str
-    stages: int
-    seconds: float | str
-    bytes: int
 
 
 def cache(
@@ -73,7 +59,7 @@ def _list(store: "Store", json: Path | None) -> int:
     return 0
 
 
-def _row(item: "Item") -> CacheRow:
+def _row(item: "Item") -> dict[str, str | float]:
     """Return what a listing says of an entry."""
     about = item.about
     width, height = about.get("size", ("?", "?"))

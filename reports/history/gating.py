@@ -61,22 +61,43 @@ def load_base(path: Path) -> Base:
     return Base(name=str(path), results=None)
 
 
-@dataclass(frozen=True, kw_only=True)
-class RunChanges:
-    """How a run stands before an earlier one, in sentences that begin with the case."""
+@dataclass(kw_only=True)
+class GateResult:
+    """The result: each list holds a sentence for each case or entry, which begins with its name."""
 
-    worse: list[str]
-    as_before: list[str]  # what fails, and did not become worse
-    cases: list[str]  # names of cases that fail, and in which nothing became worse
-    mended: list[str] = field(default_factory=list)  # cases that failed, and pass
+    file: str  # what it holds a run against, in words
+    regressions: list[str] = field(default_factory=list)  # fails, and is not expected, or not so
+    tighten: list[str] = field(default_factory=list)  # fails less than expected, or no longer
+    stale: list[str] = field(default_factory=list)  # entries about planned cases that meet no check of theirs
+    expired: list[str] = field(default_factory=list)  # entries about planned cases whose last day is over
+    worse: list[str] = field(default_factory=list)  # what is worse than in the run or history that it is held against
+    uncovered: list[str] = field(default_factory=list)  # that too few of the checks were measured, or answered
+    matched: list[str] = field(default_factory=list)  # cases with checks that fail as expected or as before, and why
+    cases: list[str] = field(default_factory=list)  # names of cases of which all that fails is expected, or as before
+    mended: list[str] = field(default_factory=list)  # cases that failed in the run that it is held against, and pass
+
+    @property
+    def red(self) -> bool:
+        """Say whether the gate stays shut."""
+        return any(getattr(self, kind) for kind in SHUTTING)
+
+    @property
+    def sentence(self) -> str:
+        """Return what came of it in one sentence."""
+        said = ", ".join(gate_counts(cast(GateRecord, asdict(self)))) or "nothing fails"
+        return f"The gate {self.file} is {'red' if self.red else 'green'}: {said}."
+
+    def record(self) -> GateRecord:
+        """Return it as results.json has it."""
+        return cast(GateRecord, {"sentence": self.sentence, "red": self.red, **asdict(self)})
 
 
-def standing(results: RunRecord, base: Base) -> RunChanges:
+def standing(results: RunRecord, base: Base) -> GateResult:
     """Return what became worse since `base`, and what fails as it did."""
     return _before_history(results, base) if base.results is None else _before_run(results, base.name, base.results)
 
 
-def _before_run(results: RunRecord, name: str, earlier: RunRecord) -> RunChanges:
+def _before_run(results: RunRecord, name: str, earlier: RunRecord) -> GateResult:
     known = {case["name"]: case for case in earlier["cases"]}
     pairs = paired(*([str(one) for one in run.get("configurations", ())] for run in (earlier, results)))
     found, same, cases, mended = [], [], [], []
@@ -100,7 +121,7 @@ def _before_run(results: RunRecord, name: str, earlier: RunRecord) -> RunChanges
         same += _for_a_case(case["name"], kept)
         if case["verdict"] not in GOOD and not worsened:
             cases.append(case["name"])
-    return RunChanges(worse=found, as_before=same, cases=cases, mended=mended)
+    return GateResult(file=name, worse=found, matched=same, cases=cases, mended=mended)
 
 
 def _for_a_case(name: str, sentences: Sequence[str]) -> list[str]:
@@ -139,7 +160,7 @@ def _elsewhere(check: Check, allowed: str) -> str | None:
     return f"{cells.bit_count()} of 64 parts of the image in which they were right" if cells else None
 
 
-def _before_history(results: RunRecord, base: Base) -> RunChanges:
+def _before_history(results: RunRecord, base: Base) -> GateResult:
     """Return how a run stands in a history, of which a copy takes it up: the file itself is `--history`'s to write."""
     with tempfile.TemporaryDirectory(prefix="rayproof-against-") as folder:
         copy = Path(folder, "history.sqlite")
@@ -149,45 +170,15 @@ def _before_history(results: RunRecord, base: Base) -> RunChanges:
             found = worse(read_series(connection, str(results.get("subject", "tracer"))), run)
     named = {entry["case"] for entry in found}
     cases = [case["name"] for case in results["cases"] if case["verdict"] not in GOOD and case["name"] not in named]
-    return RunChanges(
+    return GateResult(
+        file=base.name,
         worse=[entry["sentence"] for entry in found],
-        as_before=[f"{name}: fails, and is no worse than in {base.name}" for name in cases],
+        matched=[f"{name}: fails, and is no worse than in {base.name}" for name in cases],
         cases=cases,
     )
 
 
 # Hold a finished run against what is expected of it.
-
-
-@dataclass(kw_only=True)
-class GateResult:
-    """The result: each list holds a sentence for each case or entry, which begins with its name."""
-
-    file: str  # what it holds a run against, in words
-    regressions: list[str] = field(default_factory=list)  # fails, and is not expected, or not so
-    tighten: list[str] = field(default_factory=list)  # fails less than expected, or no longer
-    stale: list[str] = field(default_factory=list)  # entries about planned cases that meet no check of theirs
-    expired: list[str] = field(default_factory=list)  # entries about planned cases whose last day is over
-    worse: list[str] = field(default_factory=list)  # what is worse than in the run or history that it is held against
-    uncovered: list[str] = field(default_factory=list)  # that too few of the checks were measured, or answered
-    matched: list[str] = field(default_factory=list)  # cases with checks that fail as expected, and the reason given
-    cases: list[str] = field(default_factory=list)  # names of cases of which all that fails is expected
-    mended: list[str] = field(default_factory=list)  # cases that failed in the run that it is held against, and pass
-
-    @property
-    def red(self) -> bool:
-        """Say whether the gate stays shut."""
-        return any(getattr(self, kind) for kind in SHUTTING)
-
-    @property
-    def sentence(self) -> str:
-        """Return what came of it in one sentence."""
-        said = ", ".join(gate_counts(cast(GateRecord, asdict(self)))) or "nothing fails"
-        return f"The gate {self.file} is {'red' if self.red else 'green'}: {said}."
-
-    def record(self) -> GateRecord:
-        """Return it as results.json has it."""
-        return cast(GateRecord, {"sentence": self.sentence, "red": self.red, **asdict(self)})
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -220,7 +211,7 @@ def held(results: RunRecord, demanded: Demanded, *, today: date | None = None) -
         stands = standing(results, demanded.against)
         result.worse, result.mended = stands.worse, stands.mended
         if demanded.expected is None:
-            result.matched, result.cases = stands.as_before, stands.cases
+            result.matched, result.cases = stands.matched, stands.cases
     if demanded.least_coverage is not None:
         share, told = coverage(results)
         if not share >= demanded.least_coverage:

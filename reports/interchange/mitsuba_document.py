@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cache
 from pathlib import Path
-from typing import Any, TypedDict, final
+from typing import Any
 from xml.parsers import expat
 
 import numpy as np
@@ -148,187 +148,6 @@ SAMPLED = ("regular", "irregular", "blackbody")  # elements that are spectra
 COLOURS = "colours of the spectrum"  # a property that they get here
 
 
-@final
-class StoredReference(TypedDict):
-    """A property that is another element, by its place among all of them."""
-
-    element: int
-
-
-@final
-class StoredSpectrum(TypedDict):
-    """A property that is a spectrum: one level at all wavelengths, or its colours where there are samples."""
-
-    spectrum: float | None
-    reflectance: list[float]  # linear sRGB under daylight (D65)
-    emission: list[float]  # linear sRGB
-
-
-@final
-class StoredMatrix(TypedDict):
-    """A property that is a transform: four rows of four."""
-
-    matrix: list[list[float]]
-
-
-@final
-class StoredOther(TypedDict):
-    """A property of any other kind, in words."""
-
-    other: str
-
-
-Plain = bool | int | float | str | list[float] | list[list[float]]
-Stored = Plain | StoredReference | StoredSpectrum | StoredMatrix | StoredOther
-
-
-class StoredElement(TypedDict):
-    """One element as JSON holds it."""
-
-    kind: str
-    plugin: str
-    id: str
-    place: str  # file, line and column
-    properties: dict[str, Stored]
-
-
-class StoredFile(TypedDict):
-    """The part of a file that the parser's worker returns."""
-
-    files: list[str]  # that were read, the first one first
-    elements: list[StoredElement]  # the root first
-
-
-@dataclass(frozen=True, kw_only=True)
-class ParsingTask:
-    """A file for Mitsuba's parser, and the parameters that are set from outside."""
-
-    path: str
-    parameters: dict[str, str]
-
-
-def serve_parser(kind: str, connection: Channel) -> None:
-    """Parse files in a worker."""
-    serve(kind, connection, _parser)
-
-
-def _parser(kind: str) -> Callable[[ParsingTask], StoredFile | str]:
-    """Return what parses a file, once Mitsuba is imported."""
-    import mitsuba as mi
-
-    mi.set_variant(kind)
-    return parsed
-
-
-def parsed(task: ParsingTask) -> StoredFile | str:
-    """Return the files that were read and their elements, or Mitsuba's words where it refuses the file.
-
-    Parameters are filled in, older names brought up to date, references resolved.
-    """
-    import mitsuba as mi
-
-    path, parameters = task.path, task.parameters
-    if taken := {"config", "filename"} & set(parameters):  # the names of its own arguments
-        return f"Mitsuba's parser can set no parameter that is called {min(taken)}"
-    files = mi.file_resolver()  # pyright: ignore[reportCallIssue]  it keeps the `path` elements of the file before
-    files.clear()
-    files.append(str(Path(path).parent))
-    config = mi.parser.ParserConfig(VARIANT)
-    config.max_include_depth = DEEPEST_INCLUDE
-    config.parallel = False
-    try:
-        state = mi.parser.parse_file(config, path, **parameters)
-        mi.parser.transform_upgrade(config, state)
-        mi.parser.transform_resolve_references(config, state)
-    except RuntimeError as error:
-        return " ".join(_SOURCE.sub("", str(error)).split())[:LONGEST]
-    lines = [_LineStarts(Path(str(name)), Path(path).parent) for name in state.files]
-    elements = [_element(node, lines[node.file_index].place(node.offset)) for node in state.nodes]
-    return {"files": [str(name) for name in state.files], "elements": elements}
-
-
-class _LineStarts:
-    """Where the lines of a file begin: Mitsuba's own word for a place counts them anew for every element."""
-
-    def __init__(self, path: Path, folder: Path) -> None:
-        self._name = str(path).removeprefix(f"{folder}/")
-        content = path.read_bytes()
-        self._starts = [0, *(place + 1 for place, byte in enumerate(content) if byte == NEWLINE)]
-
-    def place(self, offset: int) -> str:
-        line = bisect_right(self._starts, offset)
-        return f"{self._name} (line {line}, col {offset - self._starts[line - 1] + 1})"
-
-
-def _element(node: Any, place: str) -> StoredElement:
-    properties = node.props
-    stored = {name: _value(properties[name]) for name in properties.keys()}  # noqa: SIM118 - iterates over nothing
-    if properties.plugin_name() in SAMPLED:
-        with contextlib.suppress(KeyError, TypeError, ValueError, RuntimeError):  # then it is a texture like any other
-            stored[COLOURS] = _of_plugin(properties.plugin_name(), stored)
-    return {
-        "kind": str(node.type).rpartition(".")[2],
-        "plugin": properties.plugin_name(),
-        "id": properties.id(),
-        "place": place,
-        "properties": stored,
-    }
-
-
-def _value(value: Any) -> Stored:
-    """Return a property as JSON holds it; what is no number, text or list of numbers is an object with its kind."""
-    kind = type(value).__name__
-    if kind == "ResolvedReference":
-        return {"element": value.index()}
-    if kind == "Spectrum":
-        return _colours(value)
-    if "MatrixProperty" in kind:  # Dr.Jit's arrays have a member called matrix, too
-        return {"matrix": np.array(value.matrix, dtype=np.float64).tolist()}
-    if isinstance(value, bool | int | float | str):
-        return value
-    try:
-        return np.array(value, dtype=np.float64).tolist()
-    except (TypeError, ValueError, RuntimeError):
-        return {"other": f"{kind} {value}"[:80]}
-
-
-def _colours(spectrum: Any) -> StoredSpectrum:
-    """Return a spectrum's colours, integrated as Mitsuba's modes for RGB do (its `bounded` and `d65`)."""
-    levels = [float(level) for level in spectrum.values]
-    if spectrum.is_uniform():
-        return {"spectrum": levels[0], "reflectance": [], "emission": []}
-    return _integrated([float(wave) for wave in spectrum.wavelengths], levels)
-
-
-def _of_plugin(plugin: str, properties: dict[str, Stored]) -> StoredSpectrum:
-    """Return the colours of one of `SAMPLED`: samples at wavelengths [nm], or Planck's law [W/(m^2 sr nm)]."""
-    if plugin == "blackbody":
-        waves = np.arange(360.0, 831.0, 5.0)
-        hotness = 1.438776877e7 / (waves * float(properties["temperature"]))  # type: ignore[arg-type]  hc / (lambda k T)
-        return _integrated(waves.tolist(), (1.191042972e20 / waves**5 / np.expm1(hotness)).tolist())
-    levels = _listed(properties["values"])
-    if plugin == "irregular":
-        return _integrated(_listed(properties["wavelengths"]), levels)
-    first, last = (float(properties[f"wavelength_{end}"]) for end in ("min", "max"))  # type: ignore[arg-type]
-    return _integrated(np.linspace(first, last, len(levels)).tolist(), levels)
-
-
-def _listed(value: Stored) -> list[float]:
-    return [float(word) for word in str(value).replace(",", " ").strip("[]").split()]
-
-
-def _integrated(waves: list[float], levels: list[float]) -> StoredSpectrum:
-    import mitsuba as mi
-
-    reflectance, emission = (mi.spectrum_list_to_srgb(waves, levels, of, of) for of in (True, False))
-    return {"spectrum": None, "reflectance": [*map(float, reflectance)], "emission": [*map(float, emission)]}
-
-
-# What the worker may take: the time of its start and of Mitsuba's import, and memory with Mitsuba's own code.
-SECONDS, BYTES_A_SECOND = 60.0, 2**20
-MEMORY, MEMORY_A_BYTE = 2**30, 64  # bytes
-
-
 @dataclass(frozen=True, kw_only=True)
 class MatrixProperty:
     """A property that is a matrix, float64 (4, 4)."""
@@ -352,7 +171,135 @@ class ElementReference:
     element: int
 
 
-Property = Plain | MatrixProperty | Spectrum | ElementReference
+Property = bool | int | float | str | list[float] | list[list[float]] | MatrixProperty | Spectrum | ElementReference
+# What the worker returns of an element: kind, plug-in, id, place (file, line and column) and properties; and of a file
+# the names of the files that were read, the first one first, and the elements, the root first.
+ParsedElement = tuple[str, str, str, str, dict[str, Property]]
+ParsedFile = tuple[list[str], list[ParsedElement]]
+
+
+@dataclass(frozen=True, kw_only=True)
+class ParsingTask:
+    """A file for Mitsuba's parser, and the parameters that are set from outside."""
+
+    path: str
+    parameters: dict[str, str]
+
+
+def serve_parser(kind: str, connection: Channel) -> None:
+    """Parse files in a worker."""
+    serve(kind, connection, _parser)
+
+
+def _parser(kind: str) -> Callable[[ParsingTask], ParsedFile | str]:
+    """Return what parses a file, once Mitsuba is imported."""
+    import mitsuba as mi
+
+    mi.set_variant(kind)
+    return parsed
+
+
+def parsed(task: ParsingTask) -> ParsedFile | str:
+    """Return the files that were read and their elements, or Mitsuba's words where it refuses the file.
+
+    Parameters are filled in, older names brought up to date, references resolved.
+    """
+    import mitsuba as mi
+
+    path, parameters = task.path, task.parameters
+    if taken := {"config", "filename"} & set(parameters):  # the names of its own arguments
+        return f"Mitsuba's parser can set no parameter that is called {min(taken)}"
+    files = mi.file_resolver()  # pyright: ignore[reportCallIssue]  it keeps the `path` elements of the file before
+    files.clear()
+    files.append(str(Path(path).parent))
+    config = mi.parser.ParserConfig(VARIANT)
+    config.max_include_depth = DEEPEST_INCLUDE
+    config.parallel = False
+    try:
+        state = mi.parser.parse_file(config, path, **parameters)
+        mi.parser.transform_upgrade(config, state)
+        mi.parser.transform_resolve_references(config, state)
+    except RuntimeError as error:
+        return " ".join(_SOURCE.sub("", str(error)).split())[:LONGEST]
+    lines = [_LineStarts(Path(str(name)), Path(path).parent) for name in state.files]
+    elements = [_element(node, lines[node.file_index].place(node.offset)) for node in state.nodes]
+    return [str(name) for name in state.files], elements
+
+
+class _LineStarts:
+    """Where the lines of a file begin: Mitsuba's own word for a place counts them anew for every element."""
+
+    def __init__(self, path: Path, folder: Path) -> None:
+        self._name = str(path).removeprefix(f"{folder}/")
+        content = path.read_bytes()
+        self._starts = [0, *(place + 1 for place, byte in enumerate(content) if byte == NEWLINE)]
+
+    def place(self, offset: int) -> str:
+        line = bisect_right(self._starts, offset)
+        return f"{self._name} (line {line}, col {offset - self._starts[line - 1] + 1})"
+
+
+def _element(node: Any, place: str) -> ParsedElement:
+    properties = node.props
+    stored = {name: _value(properties[name]) for name in properties.keys()}  # noqa: SIM118 - iterates over nothing
+    if properties.plugin_name() in SAMPLED:
+        with contextlib.suppress(KeyError, TypeError, ValueError, RuntimeError):  # then it is a texture like any other
+            stored[COLOURS] = _of_plugin(properties.plugin_name(), stored)
+    return str(node.type).rpartition(".")[2], properties.plugin_name(), properties.id(), place, stored
+
+
+def _value(value: Any) -> Property:
+    """Return a property; of a kind that is not read, its kind and value in words."""
+    kind = type(value).__name__
+    if kind == "ResolvedReference":
+        return ElementReference(element=value.index())
+    if kind == "Spectrum":
+        return _colours(value)
+    if "Transform" in kind:  # Dr.Jit's arrays have a member called matrix, too
+        return MatrixProperty(matrix=np.array(value.matrix, dtype=np.float64))
+    if isinstance(value, bool | int | float | str):
+        return value
+    try:
+        return np.array(value, dtype=np.float64).tolist()
+    except (TypeError, ValueError, RuntimeError):
+        return f"{kind} {value}"[:80]
+
+
+def _colours(spectrum: Any) -> Spectrum:
+    """Return a spectrum's colours, integrated as Mitsuba's modes for RGB do (its `bounded` and `d65`)."""
+    levels = [float(level) for level in spectrum.values]
+    if spectrum.is_uniform():
+        return Spectrum(level=levels[0], reflectance=(), emission=())
+    return _integrated([float(wave) for wave in spectrum.wavelengths], levels)
+
+
+def _of_plugin(plugin: str, properties: dict[str, Property]) -> Spectrum:
+    """Return the colours of one of `SAMPLED`: samples at wavelengths [nm], or Planck's law [W/(m^2 sr nm)]."""
+    if plugin == "blackbody":
+        waves = np.arange(360.0, 831.0, 5.0)
+        hotness = 1.438776877e7 / (waves * float(properties["temperature"]))  # type: ignore[arg-type]  hc / (lambda k T)
+        return _integrated(waves.tolist(), (1.191042972e20 / waves**5 / np.expm1(hotness)).tolist())
+    levels = _listed(properties["values"])
+    if plugin == "irregular":
+        return _integrated(_listed(properties["wavelengths"]), levels)
+    first, last = (float(properties[f"wavelength_{end}"]) for end in ("min", "max"))  # type: ignore[arg-type]
+    return _integrated(np.linspace(first, last, len(levels)).tolist(), levels)
+
+
+def _listed(value: Property) -> list[float]:
+    return [float(word) for word in str(value).replace(",", " ").strip("[]").split()]
+
+
+def _integrated(waves: list[float], levels: list[float]) -> Spectrum:
+    import mitsuba as mi
+
+    reflectance, emission = (mi.spectrum_list_to_srgb(waves, levels, of, of) for of in (True, False))
+    return Spectrum(level=None, reflectance=tuple(map(float, reflectance)), emission=tuple(map(float, emission)))
+
+
+# What the worker may take: the time of its start and of Mitsuba's import, and memory with Mitsuba's own code.
+SECONDS, BYTES_A_SECOND = 60.0, 2**20
+MEMORY, MEMORY_A_BYTE = 2**30, 64  # bytes
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -468,21 +415,20 @@ def read_tree(path: Path, allowed: tuple[Path, ...] = (), parameters: Mapping[st
         raise SceneError(f"Mitsuba's parser failed: {reply.error}")
     if isinstance(reply.value, str):
         raise SceneError(reply.value)
-    document: StoredFile = reply.value
+    files, parsed_elements = reply.value
     inside = [folder.resolve() for folder in (path.parent, *allowed)]
-    for included in map(Path, document["files"][1:]):
+    for included in map(Path, files[1:]):
         if not any(included.resolve().is_relative_to(folder) for folder in inside):
             raise SceneError(f"{included}, which it includes, must lie inside the file's folder")
     elements: list[Element] = []
-    for stored in document["elements"]:
-        name = stored["id"]
+    for kind, plugin, name, place, properties in parsed_elements:
         elements.append(
             Element(
-                kind=stored["kind"],
-                plugin=stored["plugin"],
+                kind=kind,
+                plugin=plugin,
                 id=name,
-                place=f"{stored['place']}{f', {name!r}' if name else ''}",
-                properties={key: _property(value) for key, value in stored["properties"].items()},
+                place=f"{place}{f', {name!r}' if name else ''}",
+                properties=properties,
                 budget=budget,
                 folders=(path.parent, *searched),
                 allowed=allowed,
@@ -513,17 +459,3 @@ def _reply(task: ParsingTask, *, seconds: float, memory: float) -> Reply:
         _pool.cache_clear()
         raise
     return replies[0]
-
-
-def _property(value: Stored) -> Property:
-    if not isinstance(value, dict):
-        return value
-    if "element" in value:
-        return ElementReference(element=value["element"])
-    if "matrix" in value:
-        return MatrixProperty(matrix=np.array(value["matrix"], dtype=np.float64))
-    if "spectrum" in value:
-        return Spectrum(
-            level=value["spectrum"], reflectance=tuple(value["reflectance"]), emission=tuple(value["emission"])
-        )
-    return value["other"]

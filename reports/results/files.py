@@ -10,6 +10,7 @@ import os
 import re
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
 from typing import Any, Literal
 
@@ -48,9 +49,7 @@ def remove_drafts(folder: Path) -> None:
 
 
 def plain(value: Any) -> Any:
-    """Return `value` with every non-finite number as a string, tuples as lists, Structs as objects, keys as text."""
-    if isinstance(value, msgspec.Struct):
-        value = msgspec.to_builtins(value)
+    """Return `value` with every non-finite number as a string, tuples as lists and keys as text."""
     if isinstance(value, Mapping):
         return {str(key): plain(item) for key, item in value.items()}
     if isinstance(value, list | tuple):
@@ -61,13 +60,14 @@ def plain(value: Any) -> Any:
 
 
 def as_json(value: Any, *, indent: int | None = None) -> str:
-    """Return `plain(value)` as JSON, on one line without blanks unless it is to be indented."""
+    """Return `plain(value)` as JSON, Structs as objects, on one line without blanks unless it is to be indented."""
     separators = (",", ":") if indent is None else None
+    write = partial(json.dumps, allow_nan=False, indent=indent, separators=separators)
     try:
-        return json.dumps(value, allow_nan=False, indent=indent, separators=separators, default=msgspec.to_builtins)
+        return write(value, default=msgspec.to_builtins)
     except ValueError:
         # Only where there is such a number: looking for it in Python takes ten times as long as writing.
-        return json.dumps(plain(value), allow_nan=False, indent=indent, separators=separators)
+        return write(plain(value), default=lambda record: plain(msgspec.to_builtins(record)))
 
 
 def encodable(text: str) -> str:
