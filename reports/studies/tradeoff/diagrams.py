@@ -2,7 +2,7 @@
 
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -50,17 +50,9 @@ SLOTS = ("sphere", "cube", "square", "plane", "triangle")
 MOST_SCENES = 2  # of a family in one diagram
 
 
-@dataclass(frozen=True, kw_only=True)
-class Sampled:
-    """A family's diagram to be of samples per pixel."""
-
-    family: str
-    scene: Scene
-
-
 def tasks(
     selectors: Sequence[str], formulas: Sequence[Formula] = (), files: Sequence[Case] = ()
-) -> tuple[tuple[Task, ...], tuple[Sampled, ...], tuple[Ladder, ...]]:
+) -> tuple[tuple[Task, ...], tuple[tuple[str, Scene], ...], tuple[Ladder, ...]]:
     """Return the diagrams of formulas, of whole images and of ladders that `selectors` name, and of scene `files`.
 
     If formulas are named, they are what is drawn, beside the defaults of their slots, and no whole images.
@@ -93,7 +85,7 @@ def tasks(
         # The family's own word that its pixels are averages comes first.
         lit.sort(key=lambda case: -case.samples)
         if lit:
-            sampled.append(Sampled(family=name, scene=lit[0].scene))
+            sampled.append((name, lit[0].scene))
     if wanted and not wanted_tasks and not climbed:
         raise LookupError("none of the scenes and ladders named shows any of the formulas named")
     return tuple(wanted_tasks), tuple(sampled), climbed
@@ -258,7 +250,7 @@ def _means(intervals: Sequence[tuple[float, float]]) -> tuple[float, float]:
 
 def measure(
     formulas: Sequence[Task],
-    sampled: Sequence[Sampled],
+    sampled: Sequence[tuple[str, Scene]],
     climbed: Sequence[Ladder],
     *,
     repetitions: int,
@@ -268,8 +260,8 @@ def measure(
     """Return all points and diagrams as docs/tradeoff.md describes them; of ladders those of the formulas `named`."""
     start = time.monotonic()
     ready = [entry for task in formulas for entry in entries(task, tell)]
-    for one in sampled:
-        ready += sampling_entries(f"{SAMPLES}/{one.family}", one.scene, tell)
+    for family, scene in sampled:
+        ready += sampling_entries(f"{SAMPLES}/{family}", scene, tell)
     ready += [entry for ladder in climbed for entry in ladder_entries(ladder, tell, named)]
     tell(f"run times of {len(ready)} points")
     seconds = interleave([entry.launch for entry in ready], repetitions=repetitions, budget=BUDGET)

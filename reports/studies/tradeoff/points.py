@@ -4,7 +4,7 @@ import math
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import TypedDict
+from typing import Any, TypedDict
 
 import drjit as dr
 import numpy as np
@@ -68,30 +68,7 @@ def front(points: Sequence[TradeoffPoint]) -> tuple[TradeoffPoint, ...]:
     return tuple(sorted(ahead, key=lambda one: (one.nanoseconds, one.label)))
 
 
-class PointRecord(TypedDict):
-    """A point as docs/tradeoff.md describes it; bounds are those of 95 % intervals."""
-
-    diagram: str
-    label: str
-    renderer: str
-    variant: str
-    precision: str
-    samples: int  # per pixel
-    kind: str
-    nanoseconds: float  # per ray or pixel, as the diagram's axis says
-    nanoseconds_low: float
-    nanoseconds_high: float
-    clock: str
-    error: float  # what the diagram's axis says
-    error_low: float
-    error_high: float
-    natural: float | None
-    unit: str
-    wrong: float  # share of pixels
-    front: bool
-
-
-def without_error(point: "PointRecord") -> str:
+def without_error(point: dict[str, Any]) -> str:
     """Return in words why a point has no error, or an empty string: no pixel, or none of some, is decided rightly."""
     if math.isfinite(point["error"]):
         return ""
@@ -107,7 +84,7 @@ class DiagramRecord(TypedDict):
     time_axis: str
     error_axis: str
     front: list[str]
-    points: list[PointRecord]
+    points: list[dict[str, Any]]  # as `point_record` returns them
 
 
 class TradeoffRecord(TypedDict):
@@ -121,8 +98,8 @@ class TradeoffRecord(TypedDict):
     diagrams: list[DiagramRecord]
 
 
-def point_record(point: TradeoffPoint, *, on_front: bool) -> PointRecord:
-    """Return a point as plain data; see docs/tradeoff.md."""
+def point_record(point: TradeoffPoint, *, on_front: bool) -> dict[str, Any]:
+    """Return a point as docs/tradeoff.md describes it; bounds are those of 95 % intervals."""
     return {
         "diagram": point.diagram,
         "label": point.label,
