@@ -139,7 +139,7 @@ def test_there_are_few_kinds_of_records() -> None:
     # A TypedDict whose keys are words of Python's is made by a call.
     made = sum(file.read_text(encoding="utf-8").count(" = TypedDict(") for file in PRODUCT)
 
-    assert len(record_definitions(class_definitions())) + made <= 376
+    assert len(record_definitions(class_definitions())) + made <= 367
 
 
 def test_records_are_counted() -> None:
@@ -171,4 +171,4 @@ print(sum(name.partition(".")[0] == "rayproof" for name in sys.modules))
 def test_run_has_few_options() -> None:
     names = [argument.name for argument in application()["run"].assemble_argument_collection()]
 
-    assert sum(name.startswith("--") for name in names) <= 31
+    assert sum(name.startswith("--") for name in names) <= 24

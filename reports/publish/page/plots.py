@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 FOLDER, TIMES = "plots", "times"
 LIBRARY = "plotly-basic.min.js"
-DIGITS = 4
+DIGITS = 4  # of a plotted number: more than a plot of 1000 px can show
 # The keys of a climb that the page shows as they are.
 CLIMB = (
     "formula", "precision", "slope", "slope_interval", "slope_predicted", "breakpoint", "worst_error_over_Ku",

@@ -56,7 +56,7 @@ class LimitRecord(Struct, frozen=True, kw_only=True):
 
 
 class LimitsRecord(Struct, frozen=True, kw_only=True):
-    """What `rayproof stability --subject` writes."""
+    """What `rayproof limits` writes."""
 
     schema: int
     subject: str
