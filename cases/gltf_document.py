@@ -23,47 +23,13 @@ from rayproof.cases.foreign_files import Budget, content_of, path_within
 from rayproof.cases.scene import SceneError, shown
 
 
-class Light(TypedDict, total=False):
-    """A light of KHR_lights_punctual."""
-
-    type: str
-    name: str
-    intensity: float  # candela
-    color: list[float]
-    range: float
-
-
-class LightsOfDocument(TypedDict, total=False):
-    """All lights."""
-
-    lights: list[Light]
-
-
-class LightOfNode(TypedDict, total=False):
-    """Which light is there."""
-
-    light: int
-
-
-class DocumentExtensions(TypedDict, total=False):
-    """The keys that extensions add to the document."""
-
-    KHR_lights_punctual: LightsOfDocument
-
-
-class NodeExtensions(TypedDict, total=False):
-    """The keys that extensions add to a node."""
-
-    KHR_lights_punctual: LightOfNode
-
-
 class Root(TypedDict, total=False):
     """The document itself (section 5.17), beside its lists of the objects below."""
 
     scene: int
     extensionsRequired: list[str]
     extensionsUsed: list[str]
-    extensions: DocumentExtensions
+    extensions: dict[str, Any]  # KHR_lights_punctual: all lights, with type, name, intensity [cd], color and range
 
 
 class SceneEntry(TypedDict, total=False):
@@ -83,23 +49,14 @@ class NodeEntry(TypedDict, total=False):
     rotation: list[float]  # x, y, z, w
     scale: list[float]
     translation: list[float]
-    extensions: NodeExtensions
-
-
-class LensEntry(TypedDict, total=False):
-    """A perspective projection."""
-
-    yfov: float  # radians
-    znear: float
-    zfar: float
-    aspectRatio: float
+    extensions: dict[str, Any]  # KHR_lights_punctual: the index of the node's light
 
 
 class CameraEntry(TypedDict, total=False):
     """A camera."""
 
     type: str
-    perspective: LensEntry
+    perspective: dict[str, float]  # yfov [rad], znear, zfar, aspectRatio
 
 
 class PrimitiveEntry(TypedDict, total=False):
@@ -119,17 +76,10 @@ class MeshEntry(TypedDict, total=False):
     primitives: list[PrimitiveEntry]
 
 
-class SurfaceEntry(TypedDict, total=False):
-    """How a material reflects."""
-
-    baseColorFactor: list[float]
-    metallicFactor: float
-
-
 class MaterialEntry(TypedDict, total=False):
     """A material."""
 
-    pbrMetallicRoughness: SurfaceEntry
+    pbrMetallicRoughness: dict[str, Any]  # baseColorFactor, metallicFactor
     emissiveFactor: list[float]
     alphaMode: str
     doubleSided: bool

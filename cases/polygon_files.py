@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from rayproof.cases.polygons import Polygons, triangles_of
+from rayproof.cases.polygons import PolygonMesh, triangles_of
 
 SCALARS = {
     "char": "i1", "uchar": "u1", "int8": "i1", "uint8": "u1",
@@ -49,7 +49,7 @@ def ply_mesh(content: bytes) -> tuple[np.ndarray, np.ndarray, list[str]]:
 # OBJ
 
 
-def read_obj(content: bytes) -> Polygons:
+def read_obj(content: bytes) -> PolygonMesh:
     """Return the vertices and faces of an OBJ file, negative indices counted back from the vertices so far."""
     if b"\0" in content:
         raise ValueError("is no OBJ file: it holds zero bytes")
@@ -57,7 +57,7 @@ def read_obj(content: bytes) -> Polygons:
     if b"\r" in content:
         content = content.replace(b"\r\n", b"\n").replace(b"\r", b"\n")
     vertices: list[float] = []
-    polygons = Polygons(vertices=np.empty((0, 3)))
+    polygons = PolygonMesh(vertices=np.empty((0, 3)))
     continued, first = b"", 0
     # One line after another: a list of all lines takes twenty times the bytes of short ones.
     for number, line in enumerate(chain(io.BytesIO(content), (b"",)), 1):
@@ -83,7 +83,7 @@ def read_obj(content: bytes) -> Polygons:
     return polygons
 
 
-def _add_face(polygons: Polygons, words: Sequence[bytes], count: int, line: int) -> None:
+def _add_face(polygons: PolygonMesh, words: Sequence[bytes], count: int, line: int) -> None:
     corners = []
     for word in words:
         text = word.split(b"/", 1)[0]
@@ -118,7 +118,7 @@ def _text(word: bytes) -> str:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Property:
+class PlyProperty:
     """A property of a PLY element: a number, or a list with a number of entries before them."""
 
     name: str
@@ -127,18 +127,18 @@ class Property:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Element:
+class PlyElement:
     """An element of a PLY file."""
 
     name: str
     count: int
-    properties: list[Property]
+    properties: list[PlyProperty]
 
 
-def read_ply(content: bytes) -> Polygons:
+def read_ply(content: bytes) -> PolygonMesh:
     """Return the vertices, faces and triangle strips of a PLY file in text or in binary."""
     layout, elements, start = ply_header(content)
-    polygons = Polygons(vertices=np.empty((0, 3)), place="face")
+    polygons = PolygonMesh(vertices=np.empty((0, 3)), place="face")
     lines: list[bytes] = []
     if layout == "":
         lines = [line for line in LINE_END.split(content[start:]) if line.strip()]
@@ -162,11 +162,11 @@ def read_ply(content: bytes) -> Polygons:
     return polygons
 
 
-def ply_header(content: bytes) -> tuple[str, list[Element], int]:
+def ply_header(content: bytes) -> tuple[str, list[PlyElement], int]:
     """Return "<", ">" or "" for text, the elements, and where the body begins."""
     layouts = {b"ascii": "", b"binary_little_endian": "<", b"binary_big_endian": ">"}
     layout: str | None = None
-    elements: list[Element] = []
+    elements: list[PlyElement] = []
     position = 0
     for match in LINE_END.finditer(content[: 2**20]):
         line, position, before = content[position : match.start()], match.end(), position
@@ -187,7 +187,7 @@ def ply_header(content: bytes) -> tuple[str, list[Element], int]:
             name = words[1].decode("ascii", "replace")
             if not name.isprintable():
                 raise ValueError(f"has a header with an element of no readable name: {_text(line)}")
-            elements.append(Element(name=name, count=int(words[2]), properties=[]))
+            elements.append(PlyElement(name=name, count=int(words[2]), properties=[]))
         elif words[:1] == [b"property"]:
             names = [word.decode("ascii", "replace") for word in words[1:]]
             is_list = names[:1] == ["list"]
@@ -195,13 +195,13 @@ def ply_header(content: bytes) -> tuple[str, list[Element], int]:
             if not elements or len(kinds) != (2 if is_list else 1) or None in kinds or (is_list and kinds[0] in FLOATS):
                 raise ValueError(f"has a header with a property of no known type: {_text(line)}")
             length = kinds[0] if is_list else None
-            elements[-1].properties.append(Property(name=names[-1], kind=str(kinds[-1]), length=length))
+            elements[-1].properties.append(PlyProperty(name=names[-1], kind=str(kinds[-1]), length=length))
         elif words and words[0] not in (b"ply", b"comment", b"obj_info"):
             raise ValueError(f"has a header with a line of no known kind: {_text(line)}")
     raise ValueError("is no PLY file: its header does not begin with ply and end with end_header")
 
 
-def _text_columns(element: Element, rows: list[bytes]) -> Row:
+def _text_columns(element: PlyElement, rows: list[bytes]) -> Row:
     """Return each property's values, of a list property its lengths, its entries one after another and its rows."""
     if rows and not any(prop.length for prop in element.properties):
         words = b" ".join(rows).split()
@@ -246,7 +246,7 @@ def _rounded(values: np.ndarray, kind: str) -> np.ndarray:
         return values.astype(kind) if kind in FLOATS else values
 
 
-def _binary_columns(element: Element, content: bytes, start: int, order: str) -> tuple[Row, int]:
+def _binary_columns(element: PlyElement, content: bytes, start: int, order: str) -> tuple[Row, int]:
     """Return the same of a binary body, and where it ends."""
     lists = [prop for prop in element.properties if prop.length]
     sizes = [np.dtype(prop.length or prop.kind).itemsize for prop in element.properties]
@@ -280,7 +280,7 @@ def _binary_columns(element: Element, content: bytes, start: int, order: str) ->
     return _mixed_columns(element, content, start, order)
 
 
-def _table(element: Element, counts: list[int], order: str) -> np.dtype:
+def _table(element: PlyElement, counts: list[int], order: str) -> np.dtype:
     fields: list[Any] = []
     remaining = iter(counts)
     for place, prop in enumerate(element.properties):
@@ -291,15 +291,15 @@ def _table(element: Element, counts: list[int], order: str) -> np.dtype:
     return np.dtype(fields)
 
 
-def _lengths(element: Element, content: bytes, start: int, order: str) -> list[int]:
+def _lengths(element: PlyElement, content: bytes, start: int, order: str) -> list[int]:
     """Return the lengths of the first row's lists."""
     columns, _ = _mixed_columns(
-        Element(name=element.name, count=1, properties=element.properties), content, start, order
+        PlyElement(name=element.name, count=1, properties=element.properties), content, start, order
     )
     return [int(columns[f"{prop.name}#"][0]) for prop in element.properties if prop.length]
 
 
-def _mixed_columns(element: Element, content: bytes, start: int, order: str) -> tuple[Row, int]:
+def _mixed_columns(element: PlyElement, content: bytes, start: int, order: str) -> tuple[Row, int]:
     parts: dict[str, list[bytes]] = {prop.name: [] for prop in element.properties}
     lengths: dict[str, list[int]] = {prop.name: [] for prop in element.properties if prop.length}
     readers = [
@@ -339,7 +339,7 @@ def _positions(columns: Row) -> np.ndarray:
     return positions
 
 
-def _add_rows(polygons: Polygons, element: Element, columns: Row) -> None:
+def _add_rows(polygons: PolygonMesh, element: PlyElement, columns: Row) -> None:
     name = next((name for name in CORNERS if f"{name}#" in columns), None)
     if name is None:
         raise ValueError(f"has an element {element.name!r} without a list of vertex indices")

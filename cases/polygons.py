@@ -23,7 +23,7 @@ OF_ARRAYS, OF_A_TURN, OF_AN_EXACT_TURN = 1000, 100, 1000  # steps, of operations
 
 
 @dataclass(kw_only=True)
-class Polygons:
+class PolygonMesh:
     """The content of a file: its vertices, and its polygons one after another with the line or row of each."""
 
     vertices: np.ndarray  # (n, 3) float64 [m]
@@ -66,7 +66,7 @@ class Steps:
             )
 
 
-def triangles_of(polygons: Polygons) -> tuple[np.ndarray, list[str]]:
+def triangles_of(polygons: PolygonMesh) -> tuple[np.ndarray, list[str]]:
     """Return the triangles (m, 3) int64 of all polygons in order, and a sentence for each kind of thing to report.
 
     A convex polygon is a fan about its first corner, any other one is cut by ears, seen along its area vector.
@@ -131,7 +131,7 @@ def _alike(sizes: np.ndarray) -> Iterator[np.ndarray]:
                 yield rows[start : start + together]
 
 
-def _held(polygons: Polygons, faces: int) -> str:
+def _held(polygons: PolygonMesh, faces: int) -> str:
     held = {"vertices": len(polygons.vertices), "faces of fewer than three corners": faces} | polygons.others
     return ", ".join(f"{count} {what}" for what, count in held.items() if count) or "nothing"
 

@@ -12,7 +12,7 @@ only if it passes these.
 
 from collections import Counter
 from collections.abc import Iterable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import lru_cache
 
 import numpy as np
@@ -33,22 +33,14 @@ MOST_PIXELS = 600  # of a wide image
 LONGEST = 96  # px
 
 
-@dataclass(frozen=True, kw_only=True)
-class RandomScene:
-    """A scene and the names of the features that it was given, the kinds of its shapes apart."""
-
-    scene: Scene
-    features: tuple[str, ...]
-
-
-def random_scene(seed: int, number: int) -> RandomScene:
-    """Return scene `number` of `seed`."""
+def random_scene(seed: int, number: int) -> tuple[Scene, tuple[str, ...]]:
+    """Return scene `number` of `seed` and the names of its features, the kinds of its shapes apart."""
     draws = Draws(EDITION, seed, number)
     chosen = _chosen(seed, number, draws)
     draft = plain_draft(draws)
     for name in chosen:
         FEATURES[name](draft)
-    return RandomScene(scene=draft.scene(), features=tuple(sorted(chosen)))
+    return draft.scene(), tuple(sorted(chosen))
 
 
 def random_case(seed: int, number: int) -> Case:
@@ -65,12 +57,12 @@ def case_named(name: str) -> Case:
 
     """
     seed, number = numbers(name)
-    drawn = random_scene(seed, number)
+    scene, features = random_scene(seed, number)
     return Case(
         name=f"{FAMILY}/{seed}/{number}",
-        scene=drawn.scene,
-        stresses=f"Drawn at random: {', '.join(drawn.features).replace('_', ' ')}.",
-        covers=covering(drawn.scene),
+        scene=scene,
+        stresses=f"Drawn at random: {', '.join(features).replace('_', ' ')}.",
+        covers=covering(scene),
         least_interior=0,
         most_explained=MOST_EXPLAINED,
         tuned=False,
@@ -90,9 +82,9 @@ def numbers(name: str) -> tuple[int, int]:
 
 def features_of(name: str) -> tuple[str, ...]:
     """Return the features of a random scene by its name, and the kinds of its shapes."""
-    drawn = random_scene(*numbers(name))
-    kinds = {type(shape).__name__.lower() for shape in drawn.scene.shapes}
-    return (*drawn.features, *sorted(kinds))
+    scene, features = random_scene(*numbers(name))
+    kinds = {type(shape).__name__.lower() for shape in scene.shapes}
+    return (*features, *sorted(kinds))
 
 
 def counted(names: Iterable[str]) -> dict[str, int]:
@@ -137,7 +129,7 @@ def _turn(seed: int) -> tuple[str, ...]:
 @lru_cache(maxsize=64)
 def wide_case(seed: int, number: int) -> Case:
     """Return the case of a random scene with every field drawn over its range."""
-    scene = widened(random_scene(seed, number).scene, Draws(EDITION, seed, number, STREAM))
+    scene = widened(random_scene(seed, number)[0], Draws(EDITION, seed, number, STREAM))
     return Case(
         name=f"{FAMILY}_wide/{seed}/{number}",
         scene=scene,

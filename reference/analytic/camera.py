@@ -12,7 +12,7 @@ from rayproof.cases.scene import Camera
 
 
 @dataclass(frozen=True, kw_only=True)
-class View:
+class CameraView:
     """A camera's frame, and the direction D(px, py) = corner + px across + py down, whose depth along F is 1."""
 
     eye: np.ndarray  # (3,) m
@@ -37,13 +37,13 @@ class View:
 
 
 @lru_cache(maxsize=64)
-def view_of(camera: Camera) -> View:
+def view_of(camera: Camera) -> CameraView:
     """Return the camera's frame: F towards the target, R = F x up, U = R x F."""
     forward = _unit(np.subtract(camera.target, camera.eye, dtype=np.float64))
     right = _unit(np.cross(forward, _unit(np.asarray(camera.up, dtype=np.float64))))
     up = np.cross(right, forward)
     tangent = np.tan(camera.alpha)
-    return View(
+    return CameraView(
         eye=np.asarray(camera.eye, dtype=np.float64),
         forward=forward,
         right=right,
@@ -88,7 +88,7 @@ def camera_answer(camera: Camera) -> dict[str, np.ndarray]:
     }
 
 
-def _view_matrices(view: View) -> tuple[np.ndarray, np.ndarray]:
+def _view_matrices(view: CameraView) -> tuple[np.ndarray, np.ndarray]:
     """Return world -> camera and camera -> world; the axes are orthonormal, so the inverse is the transpose."""
     axes = np.stack([view.right, view.up, view.forward])
     to_camera, to_world = np.eye(4), np.eye(4)
@@ -112,7 +112,7 @@ def _projection_matrices(camera: Camera) -> tuple[np.ndarray, np.ndarray]:
     return to_clip, from_clip
 
 
-def _frustum_corners(camera: Camera, view: View) -> np.ndarray:
+def _frustum_corners(camera: Camera, view: CameraView) -> np.ndarray:
     """Return the eight corners [m] by walking from the eye along the frame's axes, shape (8, 3)."""
     tangent = np.tan(camera.alpha)
     corners = [

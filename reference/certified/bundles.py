@@ -13,7 +13,7 @@ from rayproof.reference.certified.camera import view_of
 from rayproof.reference.certified.fields import Balls, UndecidedError, Vector, precision
 from rayproof.reference.certified.light_paths import Path, Suspects
 from rayproof.reference.certified.truths import ABOUT_ZERO, NARROW, POSITION
-from rayproof.reference.certified.worlds import World
+from rayproof.reference.certified.worlds import ExactWorld
 
 # Arrays of numbers of 100 bits with error radii: high + low in float64, and the exact value no farther than `radius`.
 #
@@ -267,7 +267,7 @@ def walked(
         return table, certain
     number = IMAGE_STAGES.index(last)
     with precision(BITS), np.errstate(all="ignore"):
-        world, directions = World(scene, Bundles()), _directions(scene, points)
+        world, directions = ExactWorld(scene, Bundles()), _directions(scene, points)
         while waiting:
             rows = waiting.pop()
             path = Path(world, _some(directions, rows), number)

@@ -7,16 +7,16 @@ import numpy as np
 from flint import fmpq
 
 from rayproof.cases.scene import Camera
-from rayproof.reference.certified.fields import Balls, Field, Number, Vector, exact, precision
+from rayproof.reference.certified.fields import Balls, Number, NumberField, Vector, exact, precision
 from rayproof.reference.certified.numbers import cross, dot, minus, numbers, scaled
 from rayproof.reference.certified.shapes import rational
 
 
 @dataclass(frozen=True, kw_only=True)
-class View:
+class ExactCamera:
     """Unit axes, and the half extents of the image at depth 1."""
 
-    field: Field
+    field: NumberField
     camera: Camera
     eye: Vector  # m
     forward: Vector
@@ -39,7 +39,7 @@ class View:
         return (self.forward[0] + step[0], self.forward[1] + step[1], self.forward[2] + step[2])
 
 
-def view_of(camera: Camera, field: Field) -> View:
+def view_of(camera: Camera, field: NumberField) -> ExactCamera:
     """Return a camera's frame: F towards the target, R = F x up, U = R x F."""
     eye = rational(camera.eye)
     forward = minus(rational(camera.target), eye)
@@ -47,7 +47,7 @@ def view_of(camera: Camera, field: Field) -> View:
     F = _unit(field, numbers(field, forward))
     R = _unit(field, numbers(field, right))
     half_height = field.tan_degrees(exact(camera.fovy) / 2)
-    return View(
+    return ExactCamera(
         field=field,
         camera=camera,
         eye=numbers(field, eye),
@@ -59,7 +59,7 @@ def view_of(camera: Camera, field: Field) -> View:
     )
 
 
-def _unit(field: Field, vector: Vector) -> Vector:
+def _unit(field: NumberField, vector: Vector) -> Vector:
     length = field.sqrt(dot(vector, vector))
     return (vector[0] / length, vector[1] / length, vector[2] / length)
 
@@ -76,7 +76,7 @@ def camera_answer(camera: Camera) -> dict[str, np.ndarray]:
         return _matrices(view_of(camera, field), field) | _pixels(camera)
 
 
-def _matrices(view: View, field: Balls) -> dict[str, np.ndarray]:
+def _matrices(view: ExactCamera, field: Balls) -> dict[str, np.ndarray]:
     camera = view.camera
     near, far = field.number(exact(camera.near)), field.number(exact(camera.far))
     axes = (view.right, view.up, view.forward)

@@ -1,4 +1,4 @@
-"""`Field` and `Balls`: the numbers that truth is computed with, balls of Arb that contain the exact value.
+"""`NumberField` and `Balls`: the numbers that truth is computed with, balls of Arb that contain the exact value.
 
 Source: Johansson, "Arb: efficient arbitrary-precision midpoint-radius interval arithmetic", IEEE Transactions on
 Computers 66 (2017). The geometry is written once for any field; `numbers` holds the other, exact one.
@@ -20,7 +20,7 @@ class UndecidedError(Exception):
     """A sign cannot be told at this precision: the exact value may be zero."""
 
 
-class Field(Protocol):
+class NumberField(Protocol):
     """The operations that the geometry needs beyond arithmetic."""
 
     def number(self, value: fmpq) -> Number:

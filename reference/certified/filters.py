@@ -10,7 +10,7 @@ from flint import arb, fmpq
 
 from rayproof.cases.placement import world_triangles
 from rayproof.cases.scene import Cube, Mesh, Plane, Scene, Shape, Sphere, Square, Triangle
-from rayproof.reference.certified.camera import View, view_of
+from rayproof.reference.certified.camera import ExactCamera, view_of
 from rayproof.reference.certified.fields import Balls, exact, precision
 from rayproof.reference.certified.light_paths import Suspects
 from rayproof.reference.certified.numbers import Rational, cross, dot, minus
@@ -305,7 +305,7 @@ def suspects(scene: Scene, points: np.ndarray, *, lights: bool) -> Iterator[Susp
 
 
 def _piece(
-    scene: Scene, surfaces: tuple[Surface, ...], view: View, points: np.ndarray, *, lights: bool
+    scene: Scene, surfaces: tuple[Surface, ...], view: ExactCamera, points: np.ndarray, *, lights: bool
 ) -> Iterator[Suspects]:
     directions = _directions(view, points)
     reaches = _all(scene, rational(scene.camera.eye), directions, _clip_span(scene, directions))
@@ -363,7 +363,7 @@ def shadow_rays(scene: Scene, light: int, position: Margin, own: np.ndarray) -> 
     return np.asarray(sure.any(axis=1)), possible
 
 
-def _directions(view: View, points: np.ndarray) -> Margin:
+def _directions(view: ExactCamera, points: np.ndarray) -> Margin:
     """Return directions of depth 1 (N, 3) with margins."""
     camera = view.camera
     size = floats(np.array([float(camera.width), float(camera.height)]))

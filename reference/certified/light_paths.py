@@ -8,15 +8,15 @@ from rayproof.cases.stages import IMAGE_STAGES, Stage
 from rayproof.reference.certified.fields import Number, UndecidedError, Vector
 from rayproof.reference.certified.numbers import Window, dot, minus, scaled
 from rayproof.reference.certified.shapes import SeenCube
-from rayproof.reference.certified.worlds import EYE, Surface, World
+from rayproof.reference.certified.worlds import EYE, ExactWorld, Surface
 
 
-def looks_at_viewer(world: World, surface: Surface, facing: int) -> bool:
+def looks_at_viewer(world: ExactWorld, surface: Surface, facing: int) -> bool:
     """Return whether the shading normal looks at the viewer; `facing` is the sign of n.d, n outward."""
     return facing < 0 or (facing > 0 and world.scene.shapes[surface[0]].two_sided)
 
 
-def irradiance(world: World, lights: Sequence[int], position: Vector, normal: Vector) -> list[Any]:
+def irradiance(world: ExactWorld, lights: Sequence[int], position: Vector, normal: Vector) -> list[Any]:
     """Return E [W/m^2] per channel of lights that are lit, and so above the horizon (RAD-1 to RAD-3)."""
     total: list[Any] = [0, 0, 0]
     simplified = world.scene.shading == "simplified"
@@ -32,7 +32,7 @@ def irradiance(world: World, lights: Sequence[int], position: Vector, normal: Ve
     return total
 
 
-def leaving(world: World, surface: Surface, arriving: list[Any], *, seen: bool) -> tuple[list[Any], list[Any]]:
+def leaving(world: ExactWorld, surface: Surface, arriving: list[Any], *, seen: bool) -> tuple[list[Any], list[Any]]:
     """Return M = albedo E [W/m^2], and L = M / pi [W/(m^2 sr)], or M where shading is simplified (RAD-4)."""
     exitance = [value * factor for value, factor in zip(arriving, world.albedos[surface[0]], strict=True)]
     if not seen:
@@ -52,7 +52,7 @@ Hit = tuple[Surface, Branch]
 CubeFace = tuple[int, int] | None  # axis and sign; None for what is no cube
 
 
-def clip_window(world: World, length: Number | None, depth: Number | None) -> Window:
+def clip_window(world: ExactWorld, length: Number | None, depth: Number | None) -> Window:
     """Return the clip interval for t along a direction of this length and depth [m]; None: 1."""
     if world.scene.clip == "none":
         return Window(field=world.field, low=None, high=None, speed=None)
@@ -60,7 +60,9 @@ def clip_window(world: World, length: Number | None, depth: Number | None) -> Wi
     return Window(field=world.field, low=world.near, high=world.far, speed=speed)
 
 
-def nearest(world: World, direction: Vector, window: Window, surfaces: Iterable[Surface]) -> tuple[Hit, Number] | None:
+def nearest(
+    world: ExactWorld, direction: Vector, window: Window, surfaces: Iterable[Surface]
+) -> tuple[Hit, Number] | None:
     """Return the hit of smallest t among surfaces in the scene's order, and t, or None. Equal t: the first."""
     first: dict[Any, Surface] = {}  # of surfaces that are one and the same, the others never come before it
     for surface in surfaces:
@@ -73,13 +75,13 @@ def nearest(world: World, direction: Vector, window: Window, surfaces: Iterable[
     return best
 
 
-def cube_face(world: World, surface: Surface, segment: Vector) -> CubeFace:
+def cube_face(world: ExactWorld, surface: Surface, segment: Vector) -> CubeFace:
     """Return which face of a cube holds the eye + segment, None for other shapes."""
     seen = world.seen(surface, EYE)
     return seen.face(segment) if isinstance(seen, SeenCube) else None
 
 
-def outward(world: World, surface: Surface, face: CubeFace, segment: Vector) -> Vector:
+def outward(world: ExactWorld, surface: Surface, face: CubeFace, segment: Vector) -> Vector:
     """Return the outward world normal, of any length, at the eye + segment (NRM-3)."""
     seen = world.seen(surface, EYE)
     if isinstance(seen, SeenCube):
@@ -88,7 +90,7 @@ def outward(world: World, surface: Surface, face: CubeFace, segment: Vector) -> 
     return seen.normal(segment)
 
 
-def turned(world: World, surface: Surface, normal: Vector, facing: int) -> Vector:
+def turned(world: ExactWorld, surface: Surface, normal: Vector, facing: int) -> Vector:
     """Return the shading normal: turned towards the viewer on a two-sided shape; `facing` is the sign of n.d."""
     if facing > 0 and world.scene.shapes[surface[0]].two_sided:
         return (-normal[0], -normal[1], -normal[2])
@@ -96,7 +98,7 @@ def turned(world: World, surface: Surface, normal: Vector, facing: int) -> Vecto
 
 
 def is_lit(
-    world: World,
+    world: ExactWorld,
     light: int,
     surface: Surface,
     face: CubeFace,
@@ -155,7 +157,7 @@ class Decisions:
 class Path:
     """The light path along a direction of depth 1, as far as the image stage of number `last`."""
 
-    def __init__(self, world: World, direction: Vector, last: int) -> None:
+    def __init__(self, world: ExactWorld, direction: Vector, last: int) -> None:
         self.world = world
         self.direction = direction
         self.last = last

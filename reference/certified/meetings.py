@@ -18,7 +18,7 @@ Signs = Mapping[str, np.ndarray]
 
 
 @dataclass(frozen=True, kw_only=True)
-class Hit:
+class ExactHit:
     """The exact answer."""
 
     hit: np.ndarray
@@ -27,7 +27,7 @@ class Hit:
     size: np.ndarray  # R in K: what the shape's own numbers add
 
 
-class Shape(Protocol):
+class ExactShape(Protocol):
     """One shape's mathematics."""
 
     @property
@@ -43,7 +43,7 @@ class Shape(Protocol):
         """Return the t that come into question."""
         ...
 
-    def decide(self, signs: Signs, values: Mapping[str, Bundle], inputs: Mapping[str, np.ndarray]) -> Hit:
+    def decide(self, signs: Signs, values: Mapping[str, Bundle], inputs: Mapping[str, np.ndarray]) -> ExactHit:
         """Return the exact answer."""
         ...
 
@@ -57,7 +57,7 @@ def chosen(options: list[tuple[np.ndarray, Bundle]]) -> Bundle:
     return Bundle(high, low, radius)
 
 
-class Sphere:
+class ExactSphere:
     """By Lagrange's identity; f = o - c."""
 
     center = "c"
@@ -78,7 +78,7 @@ class Sphere:
         root = margin.sqrt()
         return {"near": (-h - root) / a, "far": (root - h) / a}
 
-    def decide(self, signs: Signs, values: Mapping[str, Bundle], inputs: Mapping[str, np.ndarray]) -> Hit:
+    def decide(self, signs: Signs, values: Mapping[str, Bundle], inputs: Mapping[str, np.ndarray]) -> ExactHit:
         """Return the near root seen from outside, the far one from inside or from the surface inwards."""
         outside, inside = signs["outside"] > 0, signs["outside"] <= 0
         ahead = np.where(signs["outside"] < 0, True, signs["approach"] > 0)
@@ -87,10 +87,10 @@ class Sphere:
         local = inputs["o"] - inputs["c"] + t.high[:, None] * inputs["d"]
         with np.errstate(all="ignore"):
             normal = local / np.linalg.norm(local, axis=1, keepdims=True)
-        return Hit(hit=hit, t=t, normal=normal, size=abs(inputs["r"]))
+        return ExactHit(hit=hit, t=t, normal=normal, size=abs(inputs["r"]))
 
 
-class Plane:
+class ExactPlane:
     """The plane z = 0."""
 
     center = None
@@ -103,11 +103,11 @@ class Plane:
         """Return t."""
         return {"t": -x["o"][2] / x["d"][2]}
 
-    def decide(self, signs: Signs, values: Mapping[str, Bundle], inputs: Mapping[str, np.ndarray]) -> Hit:
+    def decide(self, signs: Signs, values: Mapping[str, Bundle], inputs: Mapping[str, np.ndarray]) -> ExactHit:
         """Return a hit where height and climb differ in sign."""
         hit = (signs["height"] * signs["climb"]).astype(int) == -1
         rays = len(hit)
-        return Hit(
+        return ExactHit(
             hit=hit,
             t=chosen([(hit, values["t"])]),
             normal=np.broadcast_to([0.0, 0.0, 1.0], (rays, 3)),
@@ -115,7 +115,7 @@ class Plane:
         )
 
 
-class Square(Plane):
+class ExactSquare(ExactPlane):
     """The open square abs(x), abs(y) < 0.5 in z = 0."""
 
     def predicates(self, x: Columns) -> Columns:
@@ -129,16 +129,16 @@ class Square(Plane):
             for side, value in (("low", half + p), ("up", half - p))
         }
 
-    def decide(self, signs: Signs, values: Mapping[str, Bundle], inputs: Mapping[str, np.ndarray]) -> Hit:
+    def decide(self, signs: Signs, values: Mapping[str, Bundle], inputs: Mapping[str, np.ndarray]) -> ExactHit:
         """Return the plane's hit where it lies inside."""
         plane = super().decide(signs, values, inputs)
         # Both distances carry the sign of the climb inside.
         inside = np.all([signs[name] == signs["climb"] for name in ("lowx", "upx", "lowy", "upy")], axis=0)
         hit = plane.hit & inside
-        return Hit(hit=hit, t=chosen([(hit, plane.t)]), normal=plane.normal, size=plane.size)
+        return ExactHit(hit=hit, t=chosen([(hit, plane.t)]), normal=plane.normal, size=plane.size)
 
 
-class Triangle:
+class ExactTriangle:
     """By Cramer's rule, with the determinant's sign factored out: no division decides."""
 
     center = "a"
@@ -164,16 +164,16 @@ class Triangle:
         inside = np.all([signs[name] * det >= 0 for name in "uvw"], axis=0)
         return (det != 0) & inside & (signs["t"] * det > 0)
 
-    def decide(self, signs: Signs, values: Mapping[str, Bundle], inputs: Mapping[str, np.ndarray]) -> Hit:
+    def decide(self, signs: Signs, values: Mapping[str, Bundle], inputs: Mapping[str, np.ndarray]) -> ExactHit:
         """Return a hit where the triangle is met."""
         hit = self.met(signs)
         normal = np.cross(inputs["b"] - inputs["a"], inputs["c"] - inputs["a"])
         with np.errstate(all="ignore"):
             normal = normal / np.linalg.norm(normal, axis=1, keepdims=True)
-        return Hit(hit=hit, t=chosen([(hit, values["t"])]), normal=normal, size=np.zeros(len(hit)))
+        return ExactHit(hit=hit, t=chosen([(hit, values["t"])]), normal=normal, size=np.zeros(len(hit)))
 
 
-class Cube:
+class ExactCube:
     """The closed cube of half-size 0.5, by slabs compared by cross-multiplication; a parallel ray needs no case."""
 
     center = None
@@ -202,7 +202,7 @@ class Cube:
             f"leave{i}": leave[i] / speed[i] for i in range(3)
         }
 
-    def decide(self, signs: Signs, values: Mapping[str, Bundle], inputs: Mapping[str, np.ndarray]) -> Hit:
+    def decide(self, signs: Signs, values: Mapping[str, Bundle], inputs: Mapping[str, np.ndarray]) -> ExactHit:
         """Return the last entry if it lies ahead, else the first exit."""
         moves = [inputs["d"][:, i] != 0 for i in range(3)]
         through = np.all([signs[f"overlap{i}{j}"] >= 0 for i in range(3) for j in range(3) if i != j], axis=0)
@@ -216,15 +216,15 @@ class Cube:
             [(hit & outside & (axis == i), values[f"enter{i}"]) for i in range(3)]
             + [(hit & ~outside & (axis == i), values[f"leave{i}"]) for i in range(3)]
         )
-        return Hit(hit=hit, t=t, normal=np.eye(3)[axis], size=np.full(len(hit), 0.5))
+        return ExactHit(hit=hit, t=t, normal=np.eye(3)[axis], size=np.full(len(hit), 0.5))
 
 
-SHAPES: dict[str, type[Shape]] = {
-    "sphere": Sphere,
-    "plane": Plane,
-    "square": Square,
-    "triangle": Triangle,
-    "cube": Cube,
+SHAPES: dict[str, type[ExactShape]] = {
+    "sphere": ExactSphere,
+    "plane": ExactPlane,
+    "square": ExactSquare,
+    "triangle": ExactTriangle,
+    "cube": ExactCube,
 }
 
 

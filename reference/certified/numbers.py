@@ -11,7 +11,16 @@ from typing import Any
 from flint import Ordering, arb, fmpq, fmpq_mpoly_ctx
 from flint.utils.flint_exceptions import DomainError
 
-from rayproof.reference.certified.fields import MOST, START, Field, Number, UndecidedError, Vector, exact, precision
+from rayproof.reference.certified.fields import (
+    MOST,
+    START,
+    Number,
+    NumberField,
+    UndecidedError,
+    Vector,
+    exact,
+    precision,
+)
 
 ROOM = 24  # generators
 RING: Any = fmpq_mpoly_ctx.get([f"g{index}" for index in range(ROOM)], Ordering.lex)
@@ -217,7 +226,7 @@ class Tower:
 class Window:
     """low < t speed < high; None: no speed to multiply by (1), no upper end."""
 
-    field: Field
+    field: NumberField
     low: Number | None  # None: zero
     high: Number | None
     speed: Number | None
@@ -280,15 +289,15 @@ def unit(vector: Any) -> Any:
     return (vector[0] / length, vector[1] / length, vector[2] / length)
 
 
-def numbers(field: Field, values: Sequence[fmpq]) -> Vector:
+def numbers(field: NumberField, values: Sequence[fmpq]) -> Vector:
     """Return exact rationals as a vector of a field."""
     return (field.number(values[0]), field.number(values[1]), field.number(values[2]))
 
 
-class Row:
+class RowVector:
     """A rational row vector in a field: inner products skip its zeros and do not multiply by its ones."""
 
-    def __init__(self, field: Field, values: Sequence[fmpq]) -> None:
+    def __init__(self, field: NumberField, values: Sequence[fmpq]) -> None:
         self.zero = field.number(fmpq(0))
         self.terms = [(axis, None if value == 1 else field.number(value)) for axis, value in enumerate(values) if value]
 
@@ -301,11 +310,11 @@ class Row:
         return self.zero if total is None else total
 
 
-def rows(field: Field, matrix: Sequence[Sequence[fmpq]]) -> tuple[Row, Row, Row]:
+def rows(field: NumberField, matrix: Sequence[Sequence[fmpq]]) -> tuple[RowVector, RowVector, RowVector]:
     """Return a 3x3 rational matrix as three rows."""
-    return (Row(field, matrix[0]), Row(field, matrix[1]), Row(field, matrix[2]))
+    return (RowVector(field, matrix[0]), RowVector(field, matrix[1]), RowVector(field, matrix[2]))
 
 
-def applied(matrix: tuple[Row, Row, Row], vector: Vector) -> Vector:
+def applied(matrix: tuple[RowVector, RowVector, RowVector], vector: Vector) -> Vector:
     """Return the matrix times a vector."""
     return (matrix[0](vector), matrix[1](vector), matrix[2](vector))

@@ -9,8 +9,8 @@ from flint import fmpq
 
 from rayproof.cases.placement import world_triangles
 from rayproof.cases.scene import Cube, Mesh, Shape, Sphere, Square, Triangle
-from rayproof.reference.certified.fields import Field, Number, Vector, exact
-from rayproof.reference.certified.numbers import Rational, Row, Window, applied, cross, dot, minus, numbers, rows
+from rayproof.reference.certified.fields import Number, NumberField, Vector, exact
+from rayproof.reference.certified.numbers import Rational, RowVector, Window, applied, cross, dot, minus, numbers, rows
 
 Square3 = tuple[Rational, Rational, Rational]
 
@@ -92,7 +92,7 @@ Branch = tuple[bool, tuple[int, int, int]]  # whether the ray enters here, and t
 class SeenCube:
     """The cube [-1/2, 1/2]^3 in its own space."""
 
-    def __init__(self, field: Field, shape: Cube, apex: Rational) -> None:
+    def __init__(self, field: NumberField, shape: Cube, apex: Rational) -> None:
         place = placement_of(shape)
         self.field = field
         self.exact_start = place.local(apex)
@@ -162,11 +162,11 @@ class SeenCube:
 class SeenPlane:
     """The plane z = 0, or with `bounded` the square, in object space."""
 
-    def __init__(self, field: Field, shape: Shape, apex: Rational) -> None:
+    def __init__(self, field: NumberField, shape: Shape, apex: Rational) -> None:
         place = placement_of(shape)
         start = place.local(apex)
         self.field = field
-        self.x, self.y, self.z = (Row(field, row) for row in place.inverse)
+        self.x, self.y, self.z = (RowVector(field, row) for row in place.inverse)
         self.start = numbers(field, start)
         self.bounded = isinstance(shape, Square)
         self.upward = numbers(field, place.inverse[2])
@@ -205,7 +205,7 @@ class SeenPlane:
 class SeenTriangle:
     """t, u, v times the determinant are inner products of the direction with fixed vectors."""
 
-    def __init__(self, field: Field, shape: Triangle | Mesh, face: int, apex: Rational) -> None:
+    def __init__(self, field: NumberField, shape: Triangle | Mesh, face: int, apex: Rational) -> None:
         first, second, third = corners_of(shape, face)
         one, two, to_apex = minus(second, first), minus(third, first), minus(apex, first)
         by_determinant = cross(two, one)
@@ -213,8 +213,8 @@ class SeenTriangle:
         self.field = field
         # Without area, before baking or after, it is never hit.
         self.empty = not any(by_determinant) or not any(winding)
-        self.determinant = Row(field, by_determinant)
-        self.u, self.v = Row(field, cross(two, to_apex)), Row(field, cross(to_apex, one))
+        self.determinant = RowVector(field, by_determinant)
+        self.u, self.v = RowVector(field, cross(two, to_apex)), RowVector(field, cross(to_apex, one))
         self.height = field.number(dot(cross(to_apex, one), two))
         turned = transposed(placement_of(shape).inverse)
         self.upward = numbers(field, rational(dot(row, winding) for row in turned))
@@ -259,7 +259,7 @@ class SeenTriangle:
 class SeenSphere:
     """|start + t along|^2 = 1, with `power` the power of the apex, exactly."""
 
-    def __init__(self, field: Field, shape: Sphere, apex: Rational) -> None:
+    def __init__(self, field: NumberField, shape: Sphere, apex: Rational) -> None:
         place = placement_of(shape)
         start = place.local(apex)
         power = dot(start, start) - 1

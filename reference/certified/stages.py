@@ -25,7 +25,7 @@ from rayproof.reference.certified.light_paths import (
 )
 from rayproof.reference.certified.numbers import Algebraic, Window, along, dot, minus, scaled
 from rayproof.reference.certified.truths import BEFORE_EXACT, narrow, rounded
-from rayproof.reference.certified.worlds import EYE, Surface, World, Worlds
+from rayproof.reference.certified.worlds import EYE, ExactWorld, Surface, Worlds
 
 Given = dict[Stage, list[float]]  # one pixel's floats, all finite, of an object that exists
 Suspected = Sequence[
@@ -33,7 +33,7 @@ Suspected = Sequence[
 ]  # for the hit one list; for shadow rays one per light, None: surely blocked
 
 
-def vector(world: World, values: Sequence[float]) -> Vector:
+def vector(world: ExactWorld, values: Sequence[float]) -> Vector:
     """Return three floats in the world's field."""
     return (world.field.float(values[0]), world.field.float(values[1]), world.field.float(values[2]))
 
@@ -43,7 +43,7 @@ def surface_of(given: Given) -> Surface:
     return int(given[Stage.OBJECT][0]), int(given[Stage.OBJECT][1])
 
 
-def object_of(world: World, given: Given, suspected: Suspected) -> list[Any]:
+def object_of(world: ExactWorld, given: Given, suspected: Suspected) -> list[Any]:
     """Return shape and face of the first hit along the given direction."""
     direction = vector(world, given[Stage.RAY])
     window = _window(world, direction)
@@ -51,7 +51,7 @@ def object_of(world: World, given: Given, suspected: Suspected) -> list[Any]:
     return [-1, -1] if found is None else list(found[0][0])
 
 
-def distance_of(world: World, given: Given, suspected: Suspected) -> list[Any]:
+def distance_of(world: ExactWorld, given: Given, suspected: Suspected) -> list[Any]:
     """Return t [m] of the first crossing with the given object inside the clip interval, inf without."""
     del suspected
     direction = vector(world, given[Stage.RAY])
@@ -60,7 +60,7 @@ def distance_of(world: World, given: Given, suspected: Suspected) -> list[Any]:
     return [float("inf") if found is None else found[0]]
 
 
-def _window(world: World, direction: Vector) -> Window | None:
+def _window(world: ExactWorld, direction: Vector) -> Window | None:
     """Return where t along the given direction counts; None: nowhere, for its depth is not positive."""
     if world.scene.clip != "depth":
         return clip_window(world, None, None)
@@ -68,13 +68,13 @@ def _window(world: World, direction: Vector) -> Window | None:
     return clip_window(world, None, depth) if world.field.sign(depth) > 0 else None
 
 
-def position_of(world: World, given: Given, suspected: Suspected) -> list[Any]:
+def position_of(world: ExactWorld, given: Given, suspected: Suspected) -> list[Any]:
     """Return eye + t d [m]."""
     del suspected
     return list(along(world.points[EYE], world.field.float(given[Stage.DISTANCE][0]), vector(world, given[Stage.RAY])))
 
 
-def normal_of(world: World, given: Given, suspected: Suspected) -> list[Any]:
+def normal_of(world: ExactWorld, given: Given, suspected: Suspected) -> list[Any]:
     """Return the unit shading normal at the given position, taken to lie on its object."""
     del suspected
     surface = surface_of(given)
@@ -85,7 +85,7 @@ def normal_of(world: World, given: Given, suspected: Suspected) -> list[Any]:
     return list(scaled(normal, world.field.rsqrt(dot(normal, normal))))
 
 
-def visibility_of(world: World, given: Given, suspected: Suspected) -> list[Any]:
+def visibility_of(world: ExactWorld, given: Given, suspected: Suspected) -> list[Any]:
     """Return per light 1 if it is above the given normal's horizon and nothing blocks it, else 0."""
     surface = surface_of(given)
     position, normal = vector(world, given[Stage.POSITION]), vector(world, given[Stage.NORMAL])
@@ -96,7 +96,7 @@ def visibility_of(world: World, given: Given, suspected: Suspected) -> list[Any]
     ]
 
 
-def irradiance_of(world: World, given: Given, suspected: Suspected) -> list[Any]:
+def irradiance_of(world: ExactWorld, given: Given, suspected: Suspected) -> list[Any]:
     """Return E [W/m^2] from the lights that are given as visible and lie above the given normal's horizon."""
     del suspected
     position, normal = vector(world, given[Stage.POSITION]), vector(world, given[Stage.NORMAL])
@@ -108,14 +108,14 @@ def irradiance_of(world: World, given: Given, suspected: Suspected) -> list[Any]
     return irradiance(world, lights, position, normal)
 
 
-def exitance_of(world: World, given: Given, suspected: Suspected) -> list[Any]:
+def exitance_of(world: ExactWorld, given: Given, suspected: Suspected) -> list[Any]:
     """Return M = albedo E [W/m^2]."""
     del suspected
     albedo = world.albedos[surface_of(given)[0]]
     return [factor * world.field.float(value) for factor, value in zip(albedo, given[Stage.IRRADIANCE], strict=True)]
 
 
-def radiance_of(world: World, given: Given, suspected: Suspected) -> list[Any]:
+def radiance_of(world: ExactWorld, given: Given, suspected: Suspected) -> list[Any]:
     """Return L [W/(m^2 sr)], 0 where the given normal does not look at the viewer."""
     del suspected
     if world.field.sign(dot(vector(world, given[Stage.NORMAL]), vector(world, given[Stage.RAY]))) >= 0:
@@ -124,7 +124,7 @@ def radiance_of(world: World, given: Given, suspected: Suspected) -> list[Any]:
     return leaving if world.scene.shading == "simplified" else [value * world.inverse_pi for value in leaving]
 
 
-Step = Callable[[World, Given, Suspected], list[Any]]
+Step = Callable[[ExactWorld, Given, Suspected], list[Any]]
 
 # Each stage's function, and the stages that it reads.
 STEPS: dict[Stage, tuple[Step, tuple[Stage, ...]]] = {

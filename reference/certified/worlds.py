@@ -1,4 +1,4 @@
-"""`World`: a scene in one field; camera, and surfaces seen from the eye or a light, made when first needed."""
+"""`ExactWorld`: a scene in one field; camera, and surfaces seen from the eye or a light, made when first needed."""
 
 from functools import cached_property
 from typing import Any
@@ -6,8 +6,8 @@ from typing import Any
 from flint import fmpq
 
 from rayproof.cases.scene import Cube, Mesh, Plane, Scene, Sphere, Square, Triangle
-from rayproof.reference.certified.camera import View, view_of
-from rayproof.reference.certified.fields import Balls, Field, Number, Vector, exact
+from rayproof.reference.certified.camera import ExactCamera, view_of
+from rayproof.reference.certified.fields import Balls, Number, NumberField, Vector, exact
 from rayproof.reference.certified.numbers import Rational, Tower, numbers
 from rayproof.reference.certified.shapes import SeenCube, SeenPlane, SeenSphere, SeenTriangle, rational
 
@@ -16,13 +16,13 @@ Surface = tuple[int, int]  # shape, face
 EYE = -1  # apexes: the eye, or the number of a light
 
 
-class World:
+class ExactWorld:
     """The constants of a scene as numbers of `field`."""
 
-    def __init__(self, scene: Scene, field: Field) -> None:
+    def __init__(self, scene: Scene, field: NumberField) -> None:
         self.scene = scene
         self.field = field
-        self.view: View = view_of(scene.camera, field)
+        self.view: ExactCamera = view_of(scene.camera, field)
         self.apexes: dict[int, Rational] = {EYE: rational(scene.camera.eye)}
         self.apexes |= {index: rational(light.position) for index, light in enumerate(scene.lights)}
         self.points = {index: numbers(field, point) for index, point in self.apexes.items()}
@@ -78,20 +78,20 @@ class Worlds:
 
     def __init__(self, scene: Scene) -> None:
         self.scene = scene
-        self._balls: dict[int, World] = {}
+        self._balls: dict[int, ExactWorld] = {}
 
-    def balls(self, bits: int) -> World:
+    def balls(self, bits: int) -> ExactWorld:
         """Return the scene in balls of `bits` bits; call it inside `precision(bits)`."""
         if bits not in self._balls:
-            self._balls[bits] = World(self.scene, Balls(bits))
+            self._balls[bits] = ExactWorld(self.scene, Balls(bits))
         return self._balls[bits]
 
-    def tower(self) -> World:
+    def tower(self) -> ExactWorld:
         """Return the scene in a new field of exact numbers."""
-        return World(self.scene, Tower())
+        return ExactWorld(self.scene, Tower())
 
 
-def _see(field: Field, scene: Scene, surface: Surface, apex: Rational) -> Seen:
+def _see(field: NumberField, scene: Scene, surface: Surface, apex: Rational) -> Seen:
     shape: Any = scene.shapes[surface[0]]
     if isinstance(shape, Sphere):
         return SeenSphere(field, shape, apex)

@@ -62,7 +62,7 @@ def program_version(variant: str) -> str:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Interval:
+class ClipInterval:
     """The piece of a ray [m along its unit direction from the eye] on which a hit counts."""
 
     start: float
@@ -70,7 +70,7 @@ class Interval:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Hits:
+class MitsubaHits:
     """The nearest hits, float64 whatever computed them; misses have shape -1, and zeros elsewhere."""
 
     direction: np.ndarray  # (n, 3), unit
@@ -82,20 +82,20 @@ class Hits:
 
 
 @dataclass(frozen=True, kw_only=True)
-class ShadowRays:
+class MitsubaShadowRays:
     """The light that arrives from one light source at the hits."""
 
     free: np.ndarray  # (n,) bool: nothing between hit and light; False where not asked
     arriving: np.ndarray  # (n, 3) W/m^2 on a surface that faces the light, were nothing in between
 
 
-def own_interval(scene: Scene) -> Interval | None:
+def own_interval(scene: Scene) -> ClipInterval | None:
     """Return where to look along rays from the eye, or None where Mitsuba's sensor clips as the scene does."""
     if scene.clip == "depth":
         return None
     if scene.clip == "shell":
-        return Interval(start=scene.camera.near, end=scene.camera.far)
-    return Interval(start=0.0, end=float("inf"))
+        return ClipInterval(start=scene.camera.near, end=scene.camera.far)
+    return ClipInterval(start=0.0, end=float("inf"))
 
 
 def pixel_centers(camera: Camera) -> np.ndarray:
@@ -147,17 +147,19 @@ def radiance_image(world: MitsubaScene, scene: Scene, integrator: Any, samples: 
     return total
 
 
-def clip_planes_beyond(camera: Camera, hits: Hits) -> tuple[float, float]:
+def clip_planes_beyond(camera: Camera, hits: MitsubaHits) -> tuple[float, float]:
     """Return depths [m] of a near and a far plane with all hits between them and a wide margin."""
     distance = np.linalg.norm(hits.position[hits.shape >= 0] - np.asarray(camera.eye), axis=1)
     nearest, farthest = distance.min(initial=camera.near), distance.max(initial=camera.far)
     return float(nearest) * 1e-3, float(farthest) * 1e3
 
 
-Feel = Callable[[MitsubaScene, Hits, PointLight, np.ndarray], ShadowRays]
+Feel = Callable[[MitsubaScene, MitsubaHits, PointLight, np.ndarray], MitsubaShadowRays]
 
 
-def stage_answers(scene: Scene, world: MitsubaScene, hits: Hits, feel: Feel, stages: Collection[Stage]) -> StageImages:
+def stage_answers(
+    scene: Scene, world: MitsubaScene, hits: MitsubaHits, feel: Feel, stages: Collection[Stage]
+) -> StageImages:
     """Return every stage from ray to exitance that is among `stages`, (height, width, channels), float64."""
     hit = hits.shape >= 0
     distance = np.linalg.norm(hits.position - np.asarray(scene.camera.eye), axis=1)
@@ -180,7 +182,9 @@ def stage_answers(scene: Scene, world: MitsubaScene, hits: Hits, feel: Feel, sta
     }
 
 
-def _lit(scene: Scene, world: MitsubaScene, hits: Hits, normal: np.ndarray, feel: Feel) -> dict[Stage, np.ndarray]:
+def _lit(
+    scene: Scene, world: MitsubaScene, hits: MitsubaHits, normal: np.ndarray, feel: Feel
+) -> dict[Stage, np.ndarray]:
     """Return visibility, irradiance and exitance."""
     hit = hits.shape >= 0
     visibility = np.zeros((len(hit), len(scene.lights)))
@@ -202,7 +206,7 @@ def _lit(scene: Scene, world: MitsubaScene, hits: Hits, normal: np.ndarray, feel
     }
 
 
-def _faces(scene: Scene, world: MitsubaScene, hits: Hits) -> np.ndarray:
+def _faces(scene: Scene, world: MitsubaScene, hits: MitsubaHits) -> np.ndarray:
     """Return the face index: a mesh's triangle, 0 for other shapes, -1 on a miss."""
     faces = np.where(hits.shape >= 0, 0, -1)
     for index, shape in enumerate(scene.shapes):
@@ -212,14 +216,14 @@ def _faces(scene: Scene, world: MitsubaScene, hits: Hits) -> np.ndarray:
     return faces
 
 
-def _shading_normals(scene: Scene, hits: Hits) -> np.ndarray:
+def _shading_normals(scene: Scene, hits: MitsubaHits) -> np.ndarray:
     """Return the specification's N: outward, and on two-sided shapes towards the viewer."""
     two_sided = np.array([*(shape.two_sided for shape in scene.shapes), False])[hits.shape]
     away = np.einsum("ij,ij->i", hits.normal, hits.direction) > 0
     return np.where((two_sided & away)[:, np.newaxis], -hits.normal, hits.normal)
 
 
-def trace_one_by_one(world: MitsubaScene, camera: Camera, interval: Interval | None) -> Hits:
+def trace_one_by_one(world: MitsubaScene, camera: Camera, interval: ClipInterval | None) -> MitsubaHits:
     """Return what the rays through the pixel centres hit."""
     mi, indices = world.mi, world.indices
     # Looked up once and not for every ray, as are numbers put into lists: rows of arrays take them more slowly.
@@ -251,7 +255,7 @@ def trace_one_by_one(world: MitsubaScene, camera: Camera, interval: Interval | N
     position, normal = np.zeros((len(centers), 3)), np.zeros((len(centers), 3))
     shape[hit_by], primitive[hit_by] = shapes, primitives
     position[hit_by], normal[hit_by] = np.array(places).reshape(-1, 2, 3).swapaxes(0, 1)
-    return Hits(
+    return MitsubaHits(
         direction=np.array(directions).reshape(-1, 3),
         shape=shape,
         primitive=primitive,
@@ -261,7 +265,7 @@ def trace_one_by_one(world: MitsubaScene, camera: Camera, interval: Interval | N
     )
 
 
-def feel_one_by_one(world: MitsubaScene, hits: Hits, light: PointLight, wanted: np.ndarray) -> ShadowRays:
+def feel_one_by_one(world: MitsubaScene, hits: MitsubaHits, light: PointLight, wanted: np.ndarray) -> MitsubaShadowRays:
     """Return what arrives from `light` at the hits that are `asked` about, (n,) bool."""
     mi = world.mi
     world.place(light)
@@ -276,7 +280,7 @@ def feel_one_by_one(world: MitsubaScene, hits: Hits, light: PointLight, wanted: 
         colors += color[0], color[1], color[2]
     free, arriving = np.zeros(len(wanted), dtype=bool), np.zeros((len(wanted), 3))
     free[wanted], arriving[wanted] = frees, np.array(colors).reshape(-1, 3)
-    return ShadowRays(free=free, arriving=arriving)
+    return MitsubaShadowRays(free=free, arriving=arriving)
 
 
 def ends_one_by_one(world: MitsubaScene, film: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -312,7 +316,7 @@ def apart(mi: Any, integrator: Any) -> Any:
     return Apart()
 
 
-def trace_together(world: MitsubaScene, camera: Camera, interval: Interval | None) -> Hits:
+def trace_together(world: MitsubaScene, camera: Camera, interval: ClipInterval | None) -> MitsubaHits:
     """Return what the rays through the pixel centres hit."""
     import drjit as dr
 
@@ -329,7 +333,7 @@ def trace_together(world: MitsubaScene, camera: Camera, interval: Interval | Non
     position, normal = hit.p & valid, hit.n & valid
     interactions = mi.Interaction3f(hit.t, 0.0, [], position, normal)
     dr.eval(ray.d, valid, identity, hit.prim_index, interactions)
-    return Hits(
+    return MitsubaHits(
         direction=_rows(ray.d),
         shape=_shape_indices(world, identity, valid),
         primitive=np.where(valid.numpy(), hit.prim_index.numpy(), 0).astype(int),
@@ -339,7 +343,7 @@ def trace_together(world: MitsubaScene, camera: Camera, interval: Interval | Non
     )
 
 
-def feel_together(world: MitsubaScene, hits: Hits, light: PointLight, wanted: np.ndarray) -> ShadowRays:
+def feel_together(world: MitsubaScene, hits: MitsubaHits, light: PointLight, wanted: np.ndarray) -> MitsubaShadowRays:
     """Return what arrives from `light` at the hits that are `asked` about, (n,) bool."""
     import drjit as dr
 
@@ -350,7 +354,7 @@ def feel_together(world: MitsubaScene, hits: Hits, light: PointLight, wanted: np
     free = ~world.loaded.ray_test(shadow_ray, active) & active
     arriving = world.emitter.sample_direction(hits.interactions, mi.Point2f(0.5, 0.5), active)[1]
     dr.eval(free, arriving)
-    return ShadowRays(free=free.numpy(), arriving=np.where(wanted[:, np.newaxis], _rows(arriving), 0.0))
+    return MitsubaShadowRays(free=free.numpy(), arriving=np.where(wanted[:, np.newaxis], _rows(arriving), 0.0))
 
 
 def ends_together(world: MitsubaScene, film: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -401,7 +405,7 @@ def _rows(vector: Any) -> np.ndarray:
 class Tracing:
     """How a variant follows rays."""
 
-    trace: Callable[[MitsubaScene, Camera, Interval | None], Hits]
+    trace: Callable[[MitsubaScene, Camera, ClipInterval | None], MitsubaHits]
     feel: Feel
     ends: Ends
     integrator: Callable[[MitsubaScene], Any]

@@ -159,9 +159,9 @@ class Radiance:
             RuntimeError: a program ended with an error, or with fewer numbers than it was asked for.
 
         """
-        from rayproof.reference.radiance.program import World, image, single
+        from rayproof.reference.radiance.program import RtraceScene, image, single
 
-        with World(scene) as world:
+        with RtraceScene(scene) as world:
             images = single(scene, world, stages) if samples == 1 and set(stages) - {Stage.RADIANCE} else {}
             if Stage.RADIANCE in stages:
                 images[Stage.RADIANCE] = image(scene, world, samples)

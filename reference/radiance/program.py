@@ -129,7 +129,7 @@ FINITE, ALL, LIT = "finite", "all", "lit"
 
 
 @dataclass(frozen=True, kw_only=True)
-class Rays:
+class RtraceRays:
     """Rays from the eye: unit directions (n, 3), and from where to where [m] along them hits count, (n,) each."""
 
     direction: np.ndarray
@@ -138,7 +138,7 @@ class Rays:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Hits:
+class RtraceHits:
     """The first hits; misses have shape and face -1, distance inf, and zeros elsewhere."""
 
     direction: np.ndarray  # (n, 3), unit, as rtrace normalised it
@@ -149,7 +149,7 @@ class Hits:
     normal: np.ndarray  # (n, 3), unit, as the surface is oriented
 
 
-class World:
+class RtraceScene:
     """A scene in rtrace's units and language, in a temporary folder, as a context.
 
     Its finite shapes are sorted into one octree; the other scenes contain an instance of it.
@@ -159,7 +159,7 @@ class World:
         self.scene, self.scale = scene, scale(scene)
         self._folder = TemporaryDirectory(prefix="rayproof-radiance-")
 
-    def __enter__(self) -> "World":
+    def __enter__(self) -> "RtraceScene":
         try:
             self._write(FINITE, [*scene.painted(self.scene), *surfaces(self.scene, self.scale)])
             self._write(ALL, self._shapes("void"))
@@ -171,7 +171,7 @@ class World:
     def __exit__(self, *_: object) -> None:
         self._folder.cleanup()
 
-    def hits(self, rays: Rays) -> Hits:
+    def hits(self, rays: RtraceRays) -> RtraceHits:
         """Return the first hits of the rays."""
         hits = self._met(rays)
         # rtrace solves a sphere's quadratic from the ray's origin and loses the square of its distance over the radius
@@ -181,19 +181,19 @@ class World:
         again = np.flatnonzero((lead > 0) & (hits.distance - lead > rays.start))
         if len(again):
             near = hits.distance[again] - lead[again]
-            closer = self._met(Rays(direction=rays.direction[again], start=near, end=near + 2 * lead[again]))
+            closer = self._met(RtraceRays(direction=rays.direction[again], start=near, end=near + 2 * lead[again]))
             # At the outline of a shape one may miss it and the other hit it.
             same = closer.shape == hits.shape[again]
             for name in ("distance", "position", "normal"):
                 getattr(hits, name)[again[same]] = getattr(closer, name)[same]
         return hits
 
-    def _met(self, rays: Rays) -> Hits:
+    def _met(self, rays: RtraceRays) -> RtraceHits:
         names, columns = first_hits(self._place, ALL, *self._rows(rays))
         numbers = {name: _numbers(name.decode("ascii")) for name in set(names)}
         shape, face = np.array([numbers[name] for name in names], dtype=int).reshape(-1, 2).T
         hit = shape >= 0
-        return Hits(
+        return RtraceHits(
             direction=columns[:, 0:3],
             shape=shape,
             face=face,
@@ -211,7 +211,7 @@ class World:
         rows = np.hstack([position * self.scale + LIFT * normal, -2 * LIFT * normal])
         return radiances(self._place, LIT, rows, True)[:, 0] * (np.pi * self.per_watt)
 
-    def radiance(self, light: PointLight, portions: Iterable[Rays]) -> Iterator[np.ndarray]:
+    def radiance(self, light: PointLight, portions: Iterable[RtraceRays]) -> Iterator[np.ndarray]:
         """Yield the radiance [W/(m^2 sr)] of only `light` along rays, (n, 3) for each portion of them."""
         if not any(light.flux):
             return
@@ -244,7 +244,7 @@ class World:
     def _write(self, name: str, lines: Iterable[str]) -> None:
         octree(self._place, name, "\n".join([*lines, ""]))
 
-    def _rows(self, rays: Rays) -> tuple[np.ndarray, bool]:
+    def _rows(self, rays: RtraceRays) -> tuple[np.ndarray, bool]:
         """Return origins and directions in rtrace's units, (n, 6), and whether the rays end at the directions' tips."""
         origin = (np.asarray(self.scene.camera.eye) + rays.start[:, np.newaxis] * rays.direction) * self.scale
         limited = bool(np.isfinite(rays.end).all())
@@ -266,7 +266,7 @@ def _numbers(name: str) -> tuple[int, int]:
 LIT_STAGES = (Stage.VISIBILITY, Stage.IRRADIANCE, Stage.EXITANCE)
 
 
-def single(scene: Scene, world: World, stages: Collection[Stage]) -> StageImages:
+def single(scene: Scene, world: RtraceScene, stages: Collection[Stage]) -> StageImages:
     """Return the stages from ray to exitance that are among `stages`, (height, width, channels), float64."""
     hits = world.hits(_rays(scene, *centers(scene.camera)))
     normal = _shading_normals(scene, hits)
@@ -283,7 +283,7 @@ def single(scene: Scene, world: World, stages: Collection[Stage]) -> StageImages
     return {stage: rows.reshape(*size, rows.shape[1]) for stage, rows in images.items() if stage in stages}
 
 
-def image(scene: Scene, world: World, samples: int) -> np.ndarray:
+def image(scene: Scene, world: RtraceScene, samples: int) -> np.ndarray:
     """Return the mean radiance [W/(m^2 sr)] over samples x samples points per pixel, (height, width, 3)."""
     pixels = scene.camera.height * scene.camera.width
     total = np.zeros((pixels, 3))
@@ -293,18 +293,18 @@ def image(scene: Scene, world: World, samples: int) -> np.ndarray:
     return (total / samples**2).reshape(scene.camera.height, scene.camera.width, 3)
 
 
-def _portions(scene: Scene, samples: int) -> Iterator[Rays]:
+def _portions(scene: Scene, samples: int) -> Iterator[RtraceRays]:
     for x, y in parts(scene.camera, samples):
         yield _rays(scene, x, y)
 
 
-def _rays(scene: Scene, x: np.ndarray, y: np.ndarray) -> Rays:
+def _rays(scene: Scene, x: np.ndarray, y: np.ndarray) -> RtraceRays:
     direction, cosine = through(scene.camera, x, y)
     start, end = interval(scene, cosine)
-    return Rays(direction=direction, start=start, end=end)
+    return RtraceRays(direction=direction, start=start, end=end)
 
 
-def _lit(scene: Scene, world: World, hits: Hits, normal: np.ndarray) -> dict[Stage, np.ndarray]:
+def _lit(scene: Scene, world: RtraceScene, hits: RtraceHits, normal: np.ndarray) -> dict[Stage, np.ndarray]:
     """Return visibility, irradiance and exitance."""
     hit = np.flatnonzero(hits.shape >= 0)
     visibility = np.zeros((len(hits.shape), len(scene.lights)))
@@ -321,7 +321,7 @@ def _lit(scene: Scene, world: World, hits: Hits, normal: np.ndarray) -> dict[Sta
     }
 
 
-def _shading_normals(scene: Scene, hits: Hits) -> np.ndarray:
+def _shading_normals(scene: Scene, hits: RtraceHits) -> np.ndarray:
     """Return the specification's N: outward, and on two-sided shapes towards the viewer."""
     two_sided = np.array([*(shape.two_sided for shape in scene.shapes), False])[hits.shape]
     away = (hits.normal * hits.direction).sum(axis=1) > 0

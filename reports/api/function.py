@@ -11,7 +11,7 @@ import sys
 import traceback
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import Any, TypedDict
+from typing import Any
 
 from rayproof.cases.scene import Scene
 from rayproof.cases.scene_json import load_scene
@@ -25,18 +25,7 @@ Renderer = Callable[[Scene, Sequence[Stage]], Mapping[str, Any] | Any]
 MODULE = "rayproof_function_under_test"  # its name, which no module beside the file can have by chance
 
 
-class Answer(TypedDict, total=False):
-    """The answer to a request."""
-
-    id: int
-    capabilities: Mapping[str, Any]
-    ok: bool
-    unsupported: str
-    error: str
-    trace: str  # where an exception was raised, for standard error
-
-
-def answered(renderer: Renderer, request: Mapping[str, Any], stages: Sequence[str] | None = None) -> Answer:
+def answered(renderer: Renderer, request: Mapping[str, Any], stages: Sequence[str] | None = None) -> dict[str, Any]:
     """Return the answer to a request, whose image is written; what the function raises is an answer, too.
 
     `stages` are those that it must answer; without them it answers those that it gives.
@@ -81,7 +70,8 @@ def _folder(renderer: Renderer) -> Path | None:
     return None if code is None else Path(code.co_filename).parent
 
 
-def _failure(number: int, error: BaseException, folder: Path | None) -> Answer:
+def _failure(number: int, error: BaseException, folder: Path | None) -> dict[str, Any]:
+    """Return the answer of a failed request; `trace`, where the exception was raised, is for standard error."""
     trace = "".join(traceback.format_exception(error))
     return {"id": number, "error": raised(error, folder), "trace": trace}
 
@@ -105,7 +95,7 @@ def serve(file: str, function: str) -> None:
     nowhere = os.open(os.devnull, os.O_RDONLY)
     os.dup2(nowhere, 0)
     renderer: Renderer | None = None
-    failure: Answer = {}
+    failure: dict[str, Any] = {}
     try:
         renderer = _loaded(Path(file), function)
     except Exception as error:  # the boundary: whatever a file raises while it is loaded

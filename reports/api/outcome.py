@@ -34,7 +34,7 @@ SHOWN = 12  # rows of a table in a notebook, and lines of an assertion
 
 
 @dataclass(frozen=True)
-class Table(Sequence[Mapping[str, Any]]):
+class ResultTable(Sequence[Mapping[str, Any]]):
     """Rows of equal columns: a sequence of mappings, a table in a notebook, a pandas frame by `to_pandas()`."""
 
     columns: tuple[str, ...]
@@ -78,15 +78,17 @@ def _cell(value: Any) -> str:
     return legible(f"{value:.4g}" if isinstance(value, float) else "" if value is None else str(value))
 
 
-def table(columns: Sequence[str], rows: Sequence[Mapping[str, Any]]) -> Table:
+def table(columns: Sequence[str], rows: Sequence[Mapping[str, Any]]) -> ResultTable:
     """Return rows as a table, each cut to the columns."""
-    return Table(tuple(columns), tuple(MappingProxyType({name: row.get(name) for name in columns}) for row in rows))
+    return ResultTable(
+        tuple(columns), tuple(MappingProxyType({name: row.get(name) for name in columns}) for row in rows)
+    )
 
 
 CHECK_COLUMNS = ("reference", "stage", "verdict", "ratio", "reason")
 
 
-def checks_table(columns: Sequence[str], checks: Sequence[Check]) -> Table:
+def checks_table(columns: Sequence[str], checks: Sequence[Check]) -> ResultTable:
     """Return checks as a table, each cut to the columns."""
     return table(columns, [{**asdict(check), "verdict": check.outcome.value} for check in checks])
 
@@ -128,7 +130,7 @@ class CaseResult(_NoTruth):
         return (str(self.record["item"]),) if self.record.get("item") else ()
 
     @property
-    def checks(self) -> Table:
+    def checks(self) -> ResultTable:
         """Return every check: subject, reference, stage, verdict, and error over limit."""
         return checks_table(("configuration", *CHECK_COLUMNS), self.record["checks"])
 
@@ -210,7 +212,7 @@ class Run(_NoTruth):
         return tuple(str(case["name"]) for case in briefs(self.record["cases"]))
 
     @property
-    def failures(self) -> Table:
+    def failures(self) -> ResultTable:
         """Return the cases that did not pass: verdict, first wrong stage, the items to blame, the reason."""
         rows = [
             {**case, "case": case["name"], "items": ", ".join(self.case(case["name"]).blamed_items)}
@@ -301,7 +303,7 @@ class Judgement(_NoTruth):
     stage: str | None  # the first wrong one
     blamed_items: tuple[str, ...]  # of the specification, as of a case of a run: what the checks cannot tell apart
     reason: str
-    checks: Table
+    checks: ResultTable
     limits: Mapping[str, np.ndarray] = field(repr=False)  # stage -> float64, as `CaseResult.limit` describes it
     references: tuple[str, ...]
 
@@ -330,7 +332,7 @@ class FormulaComparison:
     """Which errs less, and at what price: the sentence, the rows behind it, and the record of `rayproof compare`."""
 
     verdict: str
-    rows: Table  # a family of cases each; of two runs a case each
+    rows: ResultTable  # a family of cases each; of two runs a case each
     record: Mapping[str, Any] = field(repr=False)
 
     def __str__(self) -> str:

@@ -14,10 +14,6 @@ DAMAGED = 1  # exit code of `verify` where an entry was not what was written
 COLUMNS = ("used", "kind", "renderer", "version", "scene", "stages", "seconds", "bytes", "key")
 
 
-# A line of a listing: a cell for each of COLUMNS.
-Row = dict[str, str | float]
-
-
 def cache(
     what: Literal["list", "verify", "clear"] = "list", *, folder: Path | None = None, json: Path | None = None
 ) -> int:
@@ -63,7 +59,7 @@ def _list(store: "Store", json: Path | None) -> int:
     return 0
 
 
-def _row(item: "Item") -> Row:
+def _row(item: "Item") -> dict[str, str | float]:
     """Return what a listing says of an entry."""
     about = item.about
     width, height = about.get("size", ("?", "?"))

@@ -12,12 +12,12 @@ from rayproof.reports.program_name import installing
 from rayproof.reports.results.files import legible
 
 if TYPE_CHECKING:
-    from rayproof.reports.run.engine.cluster import Place
+    from rayproof.reports.run.engine.cluster import ClusterAddress
     from rayproof.reports.run.engine.dispatch import Dispatch
     from rayproof.reports.run.options import RunOptions, Source
 
 
-def scheduler_at(address: str | None, tls: Path | None) -> "Place | None":
+def scheduler_at(address: str | None, tls: Path | None) -> "ClusterAddress | None":
     """Return where a cluster is that does the work, or None for this machine.
 
     Raises:
@@ -32,15 +32,15 @@ def scheduler_at(address: str | None, tls: Path | None) -> "Place | None":
 
     if find_spec("distributed") is None:
         raise UsageError(f"--scheduler needs Dask distributed, which is not installed: {installing('dask')}")
-    from rayproof.reports.run.engine.cluster import Place, checked
+    from rayproof.reports.run.engine.cluster import ClusterAddress, checked
 
     with told_in_one_line():
-        return checked(Place(address=address, tls=tls))
+        return checked(ClusterAddress(address=address, tls=tls))
 
 
 @contextmanager
 def engaged(
-    place: "Place", request: "RunOptions", references: tuple[str, ...], *, jobs: int | None
+    place: "ClusterAddress", request: "RunOptions", references: tuple[str, ...], *, jobs: int | None
 ) -> Iterator["Dispatch"]:
     """Yield what hands out the request's cases to a cluster's workers, which end what they do for it with the block.
 

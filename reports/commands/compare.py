@@ -157,7 +157,7 @@ def show(result: "Compared", title: str, columns: Sequence[str], table: Sequence
     if "sweep" not in result:
         say(result["verdict"])
         if control := result.get("control"):
-            outside, many = control["families_outside"], len(control["families"])
+            outside, many = control.get("families_outside", 0), len(control["families"])
             say(
                 f"control, {result['base']} against itself: {control['verdict']} "
                 f"Outside its interval: {outside} of {many}."

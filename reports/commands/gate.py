@@ -15,7 +15,7 @@ from rayproof.reports.commands.usage import UsageError, told_in_one_line
 from rayproof.reports.results.files import legible, several
 
 if TYPE_CHECKING:
-    from rayproof.reports.history.expectations import Known
+    from rayproof.reports.history.expectations import KnownFailures
     from rayproof.reports.results.records import RunRecord
 
 FILE = Path("known.json")
@@ -72,10 +72,10 @@ def accept(
         Also write the result to this file.
 
     """
-    from rayproof.reports.history.expectations import Known, entries, save_known
+    from rayproof.reports.history.expectations import KnownFailures, entries, save_known
     from rayproof.reports.history.gating import Acceptance, accepted
 
-    results, known = _run_and_file(folder, file, patterns=patterns, absent=Known())
+    results, known = _run_and_file(folder, file, patterns=patterns, absent=KnownFailures())
     with told_in_one_line():
         if expires is not None:
             date.fromisoformat(expires)
@@ -170,8 +170,8 @@ def check(
 
 
 def _run_and_file(
-    folder: Path, file: Path, *, patterns: bool, absent: "Known | None" = None
-) -> "tuple[RunRecord, Known]":
+    folder: Path, file: Path, *, patterns: bool, absent: "KnownFailures | None" = None
+) -> "tuple[RunRecord, KnownFailures]":
     """Return a run's results and its file of known failures, or `absent` in place of a file that does not exist."""
     from rayproof.reports.history.expectations import load_known
     from rayproof.reports.results.document import load_results

@@ -247,9 +247,9 @@ def limits_between(before: Path, after: Path, json: Path | None) -> int:
         changed = changes(load_limits(before), load_limits(after))
         if json is not None:
             writable_folder(json.parent)
-    rows = [[row["ladder"], row["quantity"], row["unit"], row["before"], row["after"], row["rungs"]] for row in changed]
+    rows = [[row.ladder, row.quantity, row.unit, row.before, row.after, row.rungs] for row in changed]
     show_table("right up to", ["ladder", "what grows", "unit", str(before), str(after), "rungs"], rows)
-    lower, higher = (sum(sign * row["rungs"] > 0 for row in changed) for sign in (-1, 1))
+    lower, higher = (sum(sign * row.rungs > 0 for row in changed) for sign in (-1, 1))
     say(f"{several(len(changed), 'limit')}: {higher} higher and {lower} lower in {after}")
     write_json(json, changed)
     return 0

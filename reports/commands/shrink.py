@@ -82,7 +82,7 @@ def shrink(
     from rayproof.tracer.kernel.compiler import choose_packaged_llvm
 
     choose_packaged_llvm()
-    from rayproof.reports.shrinking.attempts import Limits
+    from rayproof.reports.shrinking.attempts import SearchLimits
     from rayproof.reports.shrinking.failure import renderer
     from rayproof.reports.shrinking.issue import Report, in_words, judged_by_all
     from rayproof.reports.shrinking.search import NothingFailsError
@@ -91,7 +91,7 @@ def shrink(
     scene, render = tested.capabilities.asked(scene), renderer(tested, chosen)
     try:
         smallest = search_smallest(
-            scene, render, stage=at, limits=Limits(tries=tries, seconds=seconds), progress=_Progress(out)
+            scene, render, stage=at, limits=SearchLimits(tries=tries, seconds=seconds), progress=_Progress(out)
         )
     except NothingFailsError as nothing:
         raise UsageError(f"{case}: {nothing}") from None

@@ -5,9 +5,10 @@ import sys
 from collections.abc import Sequence
 from fnmatch import fnmatchcase
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from cyclopts import Parameter
+from msgspec.structs import asdict
 
 from rayproof.reports.commands.lookup import sweep_of
 from rayproof.reports.commands.output import console, say, show_table, write_json
@@ -21,9 +22,9 @@ if TYPE_CHECKING:
 
     from rayproof.cases.ladders import Inputs
     from rayproof.reports.studies.stability.limit_records import LimitsRecord
-    from rayproof.reports.studies.stability.records import ClimbRecord, SurveyRecord, WorstRecord
+    from rayproof.reports.studies.stability.records import ClimbRecord, SurveyRecord
     from rayproof.reports.studies.stability.worst import Worst
-from rayproof.reports.studies.stability.survey import Plan
+from rayproof.reports.studies.stability.survey import SurveyPlan
 
 CLEARED = 100  # columns of an earlier, longer line
 COLUMNS = (
@@ -101,12 +102,12 @@ def stability(
     for one in survey(planned, doubts=doubts.append):
         records.append(one)
         tell(len(records), planned.climbs, one)
-    surprises = sum(bool(one["surprise"]) for one in records) + len(doubts)
+    surprises = sum(bool(one.surprise) for one in records) + len(doubts)
     found = summary(planned, records, doubts, surprises)
     write_json(json, found)
     if out is not None:
         written(out / "stability", planned, found)
-        keep(out, "stability", found["origin"]["seed"])
+        keep(out, "stability", found.origin["seed"])
     rows = beside_rows(records, planned.precisions) if mine else [row(one) for one in records]
     if mine:
         show_table(beside_title(patterns), columns, rows)
@@ -117,7 +118,7 @@ def stability(
     if paper.figure is not None and len(ladders) > MOST_PANELS:
         say(f"--figure shows the {MOST_PANELS} of {len(ladders)} ladders on which the formulas differ most")
         ladders = most_different(ladders, records, MOST_PANELS)
-    about = f"{', '.join(one.name for one in ladders[:MOST_PANELS])}. {caption(found['origin'])}."
+    about = f"{', '.join(one.name for one in ladders[:MOST_PANELS])}. {caption(found.origin)}."
     title = f"{beside_title(patterns)}. " if mine else ""
     write_table(paper, columns, rows, caption=f"{title}{about}", fits=() if mine else FITS)
     drawn = paper_rows(ladders, records, (name, values) if name else None) if paper.figure is not None else []
@@ -199,7 +200,7 @@ def worst_inputs(
         if precision != "float32" or any(breed.ladder not in LADDERS for _, breeds in bred for breed in breeds):
             raise UsageError("--keep writes vectors, which are float32 rays and lights: this search finds none")
     kept = Vectors()
-    found: list[WorstRecord] = []
+    found: list[dict[str, Any]] = []  # by formula and ladder
     for formula, breeds in bred:
         for breed in breeds:
             with console().status("searching") as status:
@@ -345,7 +346,7 @@ def whole_renderer(
     from rayproof.reports.processes.scratch import scratch
     from rayproof.reports.run.renderer_limits import columns, ladders_named, measure, scale
     from rayproof.reports.run.scenes import USUAL_LIMIT
-    from rayproof.reports.studies.stability.limit_records import write_limits
+    from rayproof.reports.studies.stability.limit_records import LimitsRecord, write_limits
     from rayproof.tracer.kernel.arrays import versions
 
     with told_in_one_line():
@@ -353,14 +354,14 @@ def whole_renderer(
     with scratch():
         tested = subject_named(subject)
         renderers = columns(tested, alone=alone)
-        found: LimitsRecord = {
-            "schema": SCHEMA,
-            "subject": tested.title,
-            "renderers": [column.title for column in renderers],
-            "ladders": [scale(ladder) for ladder in ladders],
-            "limits": list(measure(renderers, ladders, jobs=os.cpu_count() or 1, seconds=USUAL_LIMIT)),
-            "environment": versions(),
-        }
+        found = LimitsRecord(
+            schema=SCHEMA,
+            subject=tested.title,
+            renderers=[column.title for column in renderers],
+            ladders=[scale(ladder) for ladder in ladders],
+            limits=list(measure(renderers, ladders, jobs=os.cpu_count() or 1, seconds=USUAL_LIMIT)),
+            environment=versions(),
+        )
     write_json(json, found)
     if out is not None:
         write_limits(out / "stability", found)
@@ -372,8 +373,8 @@ def limits_shown(found: "LimitsRecord", earlier: "LimitsRecord | None", paper: P
     from rayproof.reports.studies.stability.limit_records import changes, table, worse
 
     columns, rows = table(found)
-    show_table(f"{found['renderers'][0]}: right up to", columns, rows)
-    if any(not one["monotone"] for one in found["limits"]):
+    show_table(f"{found.renderers[0]}: right up to", columns, rows)
+    if any(not one.monotone for one in found.limits):
         say("*: later rungs pass again; the ladder was climbed whole")
     with told_in_one_line():
         write_table(paper, columns, rows, caption=f"Up to where renderers are right. {caption(origin())}.")
@@ -385,48 +386,49 @@ def limits_shown(found: "LimitsRecord", earlier: "LimitsRecord | None", paper: P
             say(f"LOWER: {sentence}")
         say(f"{len(lower)} of {len(compared)} limits are lower than they were")
         return 1 if lower else 0
-    firsts = {one["verdict"]: one for one in found["limits"][: len(found["ladders"])] if one["limit"] is None}
+    firsts = {one.verdict: one for one in found.limits[: len(found.ladders)] if one.limit is None}
     broken = firsts.get("error") or firsts.get("missing")
     if broken is not None:
-        say(f"{broken['ladder']} {broken['verdict']}: {broken['reason']}")
+        say(f"{broken.ladder} {broken.verdict}: {broken.reason}")
     return 1 if "fail" in firsts else 0 if broken is None else 3
 
 
 def tell(done: int, total: int, one: "ClimbRecord") -> None:
     """Say on standard error how far the survey has come; piped, only what is surprising."""
-    line = f"[{done}/{total}] {one['ladder']} {one['formula']} {one['precision']}"
-    if one["surprise"]:
-        sys.stderr.write(f"\r{line}: SURPRISE: {one['surprise']}\n")
+    line = f"[{done}/{total}] {one.ladder} {one.formula} {one.precision}"
+    if one.surprise:
+        sys.stderr.write(f"\r{line}: SURPRISE: {one.surprise}\n")
     elif sys.stderr.isatty():
         sys.stderr.write(f"\r{line:<{CLEARED}}" + ("\n" if done == total else ""))
         sys.stderr.flush()
 
 
-def summary(planned: "Plan", records: list["ClimbRecord"], doubts: list[str], surprises: int) -> "SurveyRecord":
+def summary(planned: "SurveyPlan", records: list["ClimbRecord"], doubts: list[str], surprises: int) -> "SurveyRecord":
     """Return what `--json` writes."""
     from rayproof.reports.studies.stability.device import keeps_subnormals
+    from rayproof.reports.studies.stability.records import SurveyRecord
     from rayproof.tracer.kernel.arrays import versions
 
-    return {
-        "schema": SCHEMA,
-        "ladders": records,
-        "surprises": surprises,
-        "doubts": doubts,
-        "quick": planned.quick,
-        "origin": origin(", ".join(f"{ladder.name} {ladder.seed}" for ladder, _ in planned.ladders[:MOST_PANELS])),
-        "environment": versions(),
-        "subnormals": {one: "kept" if keeps_subnormals(one) else "flushed to zero" for one in planned.precisions},
-    }
+    return SurveyRecord(
+        schema=SCHEMA,
+        ladders=records,
+        surprises=surprises,
+        doubts=doubts,
+        quick=planned.quick,
+        origin=origin(", ".join(f"{ladder.name} {ladder.seed}" for ladder, _ in planned.ladders[:MOST_PANELS])),
+        environment=versions(),
+        subnormals={one: "kept" if keeps_subnormals(one) else "flushed to zero" for one in planned.precisions},
+    )
 
 
-def written(folder: Path, planned: "Plan", found: "SurveyRecord") -> None:
+def written(folder: Path, planned: "SurveyPlan", found: "SurveyRecord") -> None:
     """Write every ladder's files, a list of them, and what is true of all of them; the report shows these."""
     from rayproof.reports.studies.stability.figures import publish
 
     for ladder, _ in planned.ladders:
-        publish(folder, ladder, [one for one in found["ladders"] if one["ladder"] == ladder.name])
+        publish(folder, ladder, [one for one in found.ladders if one.ladder == ladder.name])
     write_json(folder / "ladders.json", [ladder.name for ladder, _ in planned.ladders])
-    write_json(folder / "about.json", {key: value for key, value in found.items() if key != "ladders"})
+    write_json(folder / "about.json", {key: value for key, value in asdict(found).items() if key != "ladders"})
 
 
 def show(records: list["ClimbRecord"], doubts: list[str], surprises: int, *, everything: bool) -> None:
@@ -444,35 +446,35 @@ def show(records: list["ClimbRecord"], doubts: list[str], surprises: int, *, eve
 def tell_the_rest(records: list["ClimbRecord"], doubts: list[str], surprises: int) -> None:
     """Print what was surprising, what makes the truth unsure, and how much was measured."""
     for one in records:
-        if one["surprise"]:
-            say(f"SURPRISE: {one['ladder']} {one['formula']} {one['precision']}: {one['surprise']}")
+        if one.surprise:
+            say(f"SURPRISE: {one.ladder} {one.formula} {one.precision}: {one.surprise}")
     for doubt in doubts:
         say(f"DOUBT: {doubt}")
-    expected = sum(one["expected"] == "fail" for one in records)
-    counts = {"ladder": len({one["ladder"] for one in records}), "climb": len(records)}
+    expected = sum(one.expected == "fail" for one in records)
+    counts = {"ladder": len({one.ladder for one in records}), "climb": len(records)}
     counts |= {"known failure": expected, "surprise": surprises}
     say(", ".join(several(count, noun) for noun, count in counts.items()))
 
 
 def row(one: "ClimbRecord") -> list[str]:
     """Return one line of the table."""
-    slope = "" if one["slope"] is None else f"{one['slope']:.2f}"
-    if one["slope_interval"]:
-        slope += " [{:.2f}, {:.2f}]".format(*one["slope_interval"])
-    counts = ", ".join(f"{name.replace('_', ' ')} {count:.0f}" for name, count in one["per_million"].items())
+    slope = "" if one.slope is None else f"{one.slope:.2f}"
+    if one.slope_interval:
+        slope += " [{:.2f}, {:.2f}]".format(*one.slope_interval)
+    counts = ", ".join(f"{name.replace('_', ' ')} {count:.0f}" for name, count in one.per_million.items())
     return [
-        one["ladder"],
-        one["formula"],
-        one["precision"],
+        one.ladder,
+        one.formula,
+        one.precision,
         slope,
-        short(one["slope_predicted"]),
-        short(one["breakpoint"]) or "never right",
-        short(one["worst_error_over_Ku"]),
-        str(one["false_hits"]),
-        str(one["false_misses"]),
+        short(one.slope_predicted),
+        short(one.breakpoint) or "never right",
+        short(one.scaled_error),
+        str(one.false_hits),
+        str(one.false_misses),
         counts,
-        one["verdict"],
-        one["expected"],
+        one.verdict,
+        one.expected,
     ]
 
 

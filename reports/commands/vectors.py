@@ -9,7 +9,7 @@ from rayproof.reports.commands.output import say, show_table
 from rayproof.reports.commands.usage import UsageError, own, told_in_one_line
 
 if TYPE_CHECKING:
-    from rayproof.reports.vectors.judging import Judgement
+    from rayproof.reports.vectors.judging import FileJudgement
 
 WORST = 5  # failing rows shown of a file
 
@@ -91,7 +91,7 @@ def judge(answers: Path, *, precision: Literal["float32", "float64"] = "float32"
     return judgement.exit_code
 
 
-def _show(judgement: "Judgement") -> None:
+def _show(judgement: "FileJudgement") -> None:
     from rayproof.reports.vectors.judging import LADDERS_TITLE, reach_cell
 
     rows = []

@@ -135,7 +135,7 @@ def revision() -> str:
     return f"{commit}+" if commit and git("status", "--porcelain", "--untracked-files=no") else commit
 
 
-class Point(msgspec.Struct, frozen=True, array_like=True):
+class HistoryPoint(msgspec.Struct, frozen=True, array_like=True):
     """The result of a case in a run."""
 
     run: int
@@ -150,7 +150,7 @@ class Point(msgspec.Struct, frozen=True, array_like=True):
     wrong: int  # pixels, in the check that has most
 
 
-Series = Mapping[str, Sequence[Point]]  # of each case its points, the oldest first
+Series = Mapping[str, Sequence[HistoryPoint]]  # of each case its points, the oldest first
 
 
 def read_series(connection: sqlite3.Connection, subject: str) -> Series:
@@ -160,9 +160,9 @@ def read_series(connection: sqlite3.Connection, subject: str) -> Series:
         " c.wrong FROM runs r JOIN cases c ON c.run = r.id WHERE r.subject = ? ORDER BY c.name, r.id",
         storable(subject),
     )
-    series: dict[str, list[Point]] = {}
+    series: dict[str, list[HistoryPoint]] = {}
     for name, *values in rows:
-        series.setdefault(str(name), []).append(msgspec.convert(values, Point))
+        series.setdefault(str(name), []).append(msgspec.convert(values, HistoryPoint))
     return series
 
 
@@ -189,12 +189,12 @@ def spread(values: Sequence[float]) -> tuple[float, float]:
     return math.exp(level), NORMAL * float(np.median(np.abs(logarithms - level)))
 
 
-def errors(points: Sequence[Point]) -> list[float]:
+def errors(points: Sequence[HistoryPoint]) -> list[float]:
     """Return the worst errors over their limits of the last ten of the points that have one."""
     return [point.ratio for point in points if point.ratio is not None][-LAST:]
 
 
-def timed(points: Sequence[Point], machine: str) -> list[Point]:
+def timed(points: Sequence[HistoryPoint], machine: str) -> list[HistoryPoint]:
     """Return the last ten of the points that have a time of this machine: another machine's times say nothing."""
     return [point for point in points if point.machine == machine and point.seconds > 0][-LAST:]
 
@@ -212,7 +212,7 @@ def worse(series: Series, run: int) -> list[WorseRecord]:
     return sorted(records, key=lambda record: -at_worst(record["factor"]))
 
 
-def _verdict(before: Sequence[Point], now: Point) -> tuple[float, str] | None:
+def _verdict(before: Sequence[HistoryPoint], now: HistoryPoint) -> tuple[float, str] | None:
     """Compare the verdict with that of the run before."""
     order, earlier = list(Outcome), before[-1]
     if order.index(now.verdict) <= order.index(earlier.verdict):
@@ -221,7 +221,7 @@ def _verdict(before: Sequence[Point], now: Point) -> tuple[float, str] | None:
     return math.inf, f"{now.verdict}, was {earlier.verdict} in run {earlier.run}{commit}"
 
 
-def _error(before: Sequence[Point], now: Point) -> tuple[float, str] | None:
+def _error(before: Sequence[HistoryPoint], now: HistoryPoint) -> tuple[float, str] | None:
     """Compare the worst error with the largest of the last ten: equal code repeats it, so that it has no noise."""
     most = max(errors(before), default=math.inf)
     if now.ratio is None or now.ratio < LEAST_RATIO or not now.ratio > WORSE_ERROR * most:
@@ -230,7 +230,7 @@ def _error(before: Sequence[Point], now: Point) -> tuple[float, str] | None:
     return now.ratio / most if most else math.inf, said
 
 
-def _pixels(before: Sequence[Point], now: Point) -> tuple[float, str] | None:
+def _pixels(before: Sequence[HistoryPoint], now: HistoryPoint) -> tuple[float, str] | None:
     """Compare the number of wrong pixels likewise; where there was none the verdict says it."""
     most = max(point.wrong for point in before[-LAST:])
     if not most or not now.wrong > WORSE_ERROR * most:
@@ -238,7 +238,7 @@ def _pixels(before: Sequence[Point], now: Point) -> tuple[float, str] | None:
     return now.wrong / most, f"{now.wrong} wrong pixels, at most {most} in the runs before"
 
 
-def _time(before: Sequence[Point], now: Point) -> tuple[float, str] | None:
+def _time(before: Sequence[HistoryPoint], now: HistoryPoint) -> tuple[float, str] | None:
     """Compare the time with the median of the last ten; a slow run among them moves neither median nor deviation."""
     earlier = timed(before, now.machine)
     if len(earlier) < FEWEST or not now.seconds > 0:

@@ -151,7 +151,7 @@ class Expectation(msgspec.Struct, frozen=True, kw_only=True):
         return self.expires is not None and today > date.fromisoformat(self.expires)
 
 
-class Known(msgspec.Struct, frozen=True, kw_only=True):
+class KnownFailures(msgspec.Struct, frozen=True, kw_only=True):
     """What is known to fail, and how much was answered when it was accepted."""
 
     suite: str = ""  # the version of rayproof that it was accepted under
@@ -166,7 +166,7 @@ class EntryCase(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields
     checks: dict[str, dict[str, list[Any]]]
 
 
-class Entry(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, omit_defaults=True):
+class ExpectedCause(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, omit_defaults=True):
     """An entry of the file: all cases of one cause, reason and condition."""
 
     cause: str | None = None
@@ -181,17 +181,17 @@ class _File(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tru
     schema: Literal[1] = SCHEMA
     suite: str = ""
     answered: Mapping[str, tuple[Count, Count]] = {}
-    expected: Sequence[Entry] = ()
+    expected: Sequence[ExpectedCause] = ()
 
 
-def entries(known: Known) -> list[Entry]:
+def entries(known: KnownFailures) -> list[ExpectedCause]:
     """Return the file's entries: expectations of one cause, reason and condition together."""
-    found: list[Entry] = []
+    found: list[ExpectedCause] = []
     for expectation in known.expected:
         about = {key: getattr(expectation, key) for key in ("cause", "reason", "expires", "issue", "when")}
         alike = (entry for entry in found if all(getattr(entry, key) == value for key, value in about.items()))
         if (entry := next(alike, None)) is None:
-            found.append(entry := Entry(**about, cases={}))
+            found.append(entry := ExpectedCause(**about, cases={}))
         groups: dict[str, dict[str, list[Any]]] = {}
         for name, check in expectation.checks.items():
             pair, _, stage = name.rpartition(" ")
@@ -202,7 +202,7 @@ def entries(known: Known) -> list[Entry]:
     return found
 
 
-def _expectations(entry: Entry) -> list[Expectation]:
+def _expectations(entry: ExpectedCause) -> list[Expectation]:
     """Return an entry's expectations, one for each case and item."""
     about = {key: getattr(entry, key) for key in ("cause", "reason", "expires", "issue", "when")}
     found = []
@@ -224,7 +224,7 @@ def plainly(name: str) -> str:
     return "".join(f"[{character}]" if character in "*?[" else character for character in name)
 
 
-def load_known(path: Path, *, patterns: bool) -> Known:
+def load_known(path: Path, *, patterns: bool) -> KnownFailures:
     """Return the known failures in a file; entries with `patterns` are refused unless they are allowed.
 
     Raises:
@@ -243,14 +243,14 @@ def load_known(path: Path, *, patterns: bool) -> Known:
         expected = [expectation for entry in file.expected for expectation in _expectations(entry)]
     except ValueError as error:  # msgspec's is one
         raise ValueError(f"{path}: {error}") from None
-    known = Known(suite=file.suite, answered=file.answered, expected=expected)
+    known = KnownFailures(suite=file.suite, answered=file.answered, expected=expected)
     for entry in known.expected:
         if not patterns and (more := entry.opens_more) is not None:
             raise ValueError(f"{path}: the entry of {entry.name}: {more}; --any allows such entries")
     return known
 
 
-def save_known(path: Path, known: Known) -> None:
+def save_known(path: Path, known: KnownFailures) -> None:
     """Write a file of known failures, the checks of a case and a reference on one line."""
     short: list[str] = []
 

@@ -20,8 +20,8 @@ from rayproof.reports.history.expectations import (
     Bound,
     Bounds,
     Expectation,
-    Known,
     KnownCheck,
+    KnownFailures,
     plainly,
     range_of,
 )
@@ -61,22 +61,43 @@ def load_base(path: Path) -> Base:
     return Base(name=str(path), results=None)
 
 
-@dataclass(frozen=True, kw_only=True)
-class Standing:
-    """How a run stands before an earlier one, in sentences that begin with the case."""
+@dataclass(kw_only=True)
+class GateResult:
+    """The result: each list holds a sentence for each case or entry, which begins with its name."""
 
-    worse: list[str]
-    as_before: list[str]  # what fails, and did not become worse
-    cases: list[str]  # names of cases that fail, and in which nothing became worse
-    mended: list[str] = field(default_factory=list)  # cases that failed, and pass
+    file: str  # what it holds a run against, in words
+    regressions: list[str] = field(default_factory=list)  # fails, and is not expected, or not so
+    tighten: list[str] = field(default_factory=list)  # fails less than expected, or no longer
+    stale: list[str] = field(default_factory=list)  # entries about planned cases that meet no check of theirs
+    expired: list[str] = field(default_factory=list)  # entries about planned cases whose last day is over
+    worse: list[str] = field(default_factory=list)  # what is worse than in the run or history that it is held against
+    uncovered: list[str] = field(default_factory=list)  # that too few of the checks were measured, or answered
+    matched: list[str] = field(default_factory=list)  # cases with checks that fail as expected or as before, and why
+    cases: list[str] = field(default_factory=list)  # names of cases of which all that fails is expected, or as before
+    mended: list[str] = field(default_factory=list)  # cases that failed in the run that it is held against, and pass
+
+    @property
+    def red(self) -> bool:
+        """Say whether the gate stays shut."""
+        return any(getattr(self, kind) for kind in SHUTTING)
+
+    @property
+    def sentence(self) -> str:
+        """Return what came of it in one sentence."""
+        said = ", ".join(gate_counts(cast(GateRecord, asdict(self)))) or "nothing fails"
+        return f"The gate {self.file} is {'red' if self.red else 'green'}: {said}."
+
+    def record(self) -> GateRecord:
+        """Return it as results.json has it."""
+        return cast(GateRecord, {"sentence": self.sentence, "red": self.red, **asdict(self)})
 
 
-def standing(results: RunRecord, base: Base) -> Standing:
+def standing(results: RunRecord, base: Base) -> GateResult:
     """Return what became worse since `base`, and what fails as it did."""
     return _before_history(results, base) if base.results is None else _before_run(results, base.name, base.results)
 
 
-def _before_run(results: RunRecord, name: str, earlier: RunRecord) -> Standing:
+def _before_run(results: RunRecord, name: str, earlier: RunRecord) -> GateResult:
     known = {case["name"]: case for case in earlier["cases"]}
     pairs = paired(*([str(one) for one in run.get("configurations", ())] for run in (earlier, results)))
     found, same, cases, mended = [], [], [], []
@@ -100,7 +121,7 @@ def _before_run(results: RunRecord, name: str, earlier: RunRecord) -> Standing:
         same += _for_a_case(case["name"], kept)
         if case["verdict"] not in GOOD and not worsened:
             cases.append(case["name"])
-    return Standing(worse=found, as_before=same, cases=cases, mended=mended)
+    return GateResult(file=name, worse=found, matched=same, cases=cases, mended=mended)
 
 
 def _for_a_case(name: str, sentences: Sequence[str]) -> list[str]:
@@ -139,7 +160,7 @@ def _elsewhere(check: Check, allowed: str) -> str | None:
     return f"{cells.bit_count()} of 64 parts of the image in which they were right" if cells else None
 
 
-def _before_history(results: RunRecord, base: Base) -> Standing:
+def _before_history(results: RunRecord, base: Base) -> GateResult:
     """Return how a run stands in a history, of which a copy takes it up: the file itself is `--history`'s to write."""
     with tempfile.TemporaryDirectory(prefix="rayproof-against-") as folder:
         copy = Path(folder, "history.sqlite")
@@ -149,9 +170,10 @@ def _before_history(results: RunRecord, base: Base) -> Standing:
             found = worse(read_series(connection, str(results.get("subject", "tracer"))), run)
     named = {entry["case"] for entry in found}
     cases = [case["name"] for case in results["cases"] if case["verdict"] not in GOOD and case["name"] not in named]
-    return Standing(
+    return GateResult(
+        file=base.name,
         worse=[entry["sentence"] for entry in found],
-        as_before=[f"{name}: fails, and is no worse than in {base.name}" for name in cases],
+        matched=[f"{name}: fails, and is no worse than in {base.name}" for name in cases],
         cases=cases,
     )
 
@@ -159,42 +181,11 @@ def _before_history(results: RunRecord, base: Base) -> Standing:
 # Hold a finished run against what is expected of it.
 
 
-@dataclass(kw_only=True)
-class Gate:
-    """The result: each list holds a sentence for each case or entry, which begins with its name."""
-
-    file: str  # what it holds a run against, in words
-    regressions: list[str] = field(default_factory=list)  # fails, and is not expected, or not so
-    tighten: list[str] = field(default_factory=list)  # fails less than expected, or no longer
-    stale: list[str] = field(default_factory=list)  # entries about planned cases that meet no check of theirs
-    expired: list[str] = field(default_factory=list)  # entries about planned cases whose last day is over
-    worse: list[str] = field(default_factory=list)  # what is worse than in the run or history that it is held against
-    uncovered: list[str] = field(default_factory=list)  # that too few of the checks were measured, or answered
-    matched: list[str] = field(default_factory=list)  # cases with checks that fail as expected, and the reason given
-    cases: list[str] = field(default_factory=list)  # names of cases of which all that fails is expected
-    mended: list[str] = field(default_factory=list)  # cases that failed in the run that it is held against, and pass
-
-    @property
-    def red(self) -> bool:
-        """Say whether the gate stays shut."""
-        return any(getattr(self, kind) for kind in SHUTTING)
-
-    @property
-    def sentence(self) -> str:
-        """Return what came of it in one sentence."""
-        said = ", ".join(gate_counts(cast(GateRecord, asdict(self)))) or "nothing fails"
-        return f"The gate {self.file} is {'red' if self.red else 'green'}: {said}."
-
-    def record(self) -> GateRecord:
-        """Return it as results.json has it."""
-        return cast(GateRecord, {"sentence": self.sentence, "red": self.red, **asdict(self)})
-
-
 @dataclass(frozen=True, kw_only=True)
 class Demanded:
     """The conditions that a user sets for a run; by default there are none."""
 
-    expected: tuple[str, Known] | None = None  # what is known to fail: a file's name, and what it holds
+    expected: tuple[str, KnownFailures] | None = None  # what is known to fail: a file's name, and what it holds
     against: Base | None = None  # nothing may be worse than there
     least_coverage: float | None = None  # %, of the cases that must be answered
 
@@ -204,9 +195,9 @@ class Demanded:
         return self.expected is not None or self.against is not None
 
 
-def held(results: RunRecord, demanded: Demanded, *, today: date | None = None) -> Gate:
+def held(results: RunRecord, demanded: Demanded, *, today: date | None = None) -> GateResult:
     """Return what a run's record (`results.json`) comes to before what is demanded of it."""
-    file, known = demanded.expected or ("", Known())
+    file, known = demanded.expected or ("", KnownFailures())
     names = [file] if demanded.expected else []
     names += [f"against {demanded.against.name}"] if demanded.against else []
     names += [f"of at least {demanded.least_coverage:g} % coverage"] if demanded.least_coverage is not None else []
@@ -214,13 +205,13 @@ def held(results: RunRecord, demanded: Demanded, *, today: date | None = None) -
     if demanded.expected is not None or demanded.against is None:
         result = gate(results, known, file=called, today=today)
     else:
-        result = Gate(file=called)
+        result = GateResult(file=called)
         _hold_the_whole(results, result)
     if demanded.against is not None:
         stands = standing(results, demanded.against)
         result.worse, result.mended = stands.worse, stands.mended
         if demanded.expected is None:
-            result.matched, result.cases = stands.as_before, stands.cases
+            result.matched, result.cases = stands.matched, stands.cases
     if demanded.least_coverage is not None:
         share, told = coverage(results)
         if not share >= demanded.least_coverage:
@@ -236,13 +227,13 @@ def coverage(results: RunRecord) -> tuple[float, str]:
     return share, f"{cases} of {several(planned, 'case')} ({share:.1f} %) were answered"
 
 
-def gate(results: RunRecord, known: Known, *, file: str, today: date | None = None) -> Gate:
+def gate(results: RunRecord, known: KnownFailures, *, file: str, today: date | None = None) -> GateResult:
     """Return what a run's record (`results.json`) comes to before a file of known failures.
 
     Only entries about planned cases count, so that the shards of a suite can share a file.
     """
     today = today or date.today()
-    result = Gate(file=file)
+    result = GateResult(file=file)
     valid: list[Expectation] = []
     for entry in known.expected:
         if not any(entry.about_case(case["name"]) for case in results["cases"]) or not entry.holds_for(results):
@@ -268,7 +259,7 @@ def gate(results: RunRecord, known: Known, *, file: str, today: date | None = No
     return result
 
 
-def _answers_less(results: RunRecord, known: Known) -> list[str]:
+def _answers_less(results: RunRecord, known: KnownFailures) -> list[str]:
     """Return in sentences of which families a smaller share of the checks is answered than when that was accepted."""
     found = []
     for family, (done, planned) in (results.get("answered") or {}).get("families", {}).items():
@@ -282,14 +273,14 @@ def _answers_less(results: RunRecord, known: Known) -> list[str]:
     return found
 
 
-def _hold_the_whole(results: RunRecord, found: Gate) -> None:
+def _hold_the_whole(results: RunRecord, found: GateResult) -> None:
     found.regressions += [f"the whole run: {sentence}" for sentence in of_the_whole(results)]
     if not results.get("finished", False):
         found.regressions.append("the whole run: it is not finished, so that not all is known")
 
 
 def _hold_case(
-    case: CaseRecord, valid: Sequence[Expectation], met: dict[tuple[int, str], list[str]], result: Gate
+    case: CaseRecord, valid: Sequence[Expectation], met: dict[tuple[int, str], list[str]], result: GateResult
 ) -> None:
     """Hold the checks of one case against the entries about them."""
     known: dict[str, int] = {}  # the reasons of what is expected: how many checks
@@ -389,7 +380,7 @@ class Acceptance:
         return not self.cases or case["name"] in self.cases
 
 
-def accepted(results: RunRecord, known: Known, acceptance: Acceptance) -> tuple[Known, int, list[str]]:
+def accepted(results: RunRecord, known: KnownFailures, acceptance: Acceptance) -> tuple[KnownFailures, int, list[str]]:
     """Return the file with the failing checks that none of its entries is about, how many, and what cannot be accepted.
 
     Of each family it also says how many checks were answered.
@@ -444,7 +435,7 @@ def _only_cause(case: CaseRecord) -> str | None:
     return names[0] if len(names) == 1 else None
 
 
-def pruned(results: RunRecord, known: Known) -> tuple[Known, list[str]]:
+def pruned(results: RunRecord, known: KnownFailures) -> tuple[KnownFailures, list[str]]:
     """Return the file without checks that pass or are gone, others narrowed to what is there, and a line for each case.
 
     It only shrinks: no entry is added, and none becomes wider. What was not run, or not measured, stays as it is.

@@ -14,7 +14,6 @@ from rayproof.cases.gltf_document import (
     AnimationEntry,
     CameraEntry,
     Document,
-    LightOfNode,
     MaterialEntry,
     MeshEntry,
     PrimitiveEntry,
@@ -95,7 +94,7 @@ def _scene(document: Document, size: Size, drop: Callable[[str], None]) -> Scene
 
 
 def _light(
-    document: Document, reference: LightOfNode, to_world: np.ndarray, drop: Callable[[str], None]
+    document: Document, reference: dict[str, int], to_world: np.ndarray, drop: Callable[[str], None]
 ) -> list[PointLight]:
     """Return a point light: `intensity` is in candela, taken as W/sr, so the flux is 4 pi times it."""
     lights = document.json.get("extensions", {}).get(LIGHTS, {}).get("lights", [])

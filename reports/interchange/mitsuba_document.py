@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cache
 from pathlib import Path
-from typing import Any, TypedDict, final
+from typing import Any
 from xml.parsers import expat
 
 import numpy as np
@@ -152,55 +152,34 @@ SAMPLED = ("regular", "irregular", "blackbody")  # elements that are spectra
 COLOURS = "colours of the spectrum"  # a property that they get here
 
 
-@final
-class StoredReference(TypedDict):
+@dataclass(frozen=True, kw_only=True)
+class MatrixProperty:
+    """A property that is a matrix, float64 (4, 4)."""
+
+    matrix: np.ndarray
+
+
+@dataclass(frozen=True, kw_only=True)
+class Spectrum:
+    """A property that is a spectrum: one level at all wavelengths, or its colours where there are samples."""
+
+    level: float | None
+    reflectance: tuple[float, ...]  # linear sRGB under daylight (D65)
+    emission: tuple[float, ...]  # linear sRGB
+
+
+@dataclass(frozen=True, kw_only=True)
+class ElementReference:
     """A property that is another element, by its place among all of them."""
 
     element: int
 
 
-@final
-class StoredSpectrum(TypedDict):
-    """A property that is a spectrum: one level at all wavelengths, or its colours where there are samples."""
-
-    spectrum: float | None
-    reflectance: list[float]  # linear sRGB under daylight (D65)
-    emission: list[float]  # linear sRGB
-
-
-@final
-class StoredMatrix(TypedDict):
-    """A property that is a transform: four rows of four."""
-
-    matrix: list[list[float]]
-
-
-@final
-class StoredOther(TypedDict):
-    """A property of any other kind, in words."""
-
-    other: str
-
-
-Plain = bool | int | float | str | list[float] | list[list[float]]
-Stored = Plain | StoredReference | StoredSpectrum | StoredMatrix | StoredOther
-
-
-class StoredElement(TypedDict):
-    """One element as JSON holds it."""
-
-    kind: str
-    plugin: str
-    id: str
-    place: str  # file, line and column
-    properties: dict[str, Stored]
-
-
-class StoredFile(TypedDict):
-    """The part of a file that the parser's worker returns."""
-
-    files: list[str]  # that were read, the first one first
-    elements: list[StoredElement]  # the root first
+Property = bool | int | float | str | list[float] | list[list[float]] | MatrixProperty | Spectrum | ElementReference
+# What the worker returns of an element: kind, plug-in, id, place (file, line and column) and properties; and of a file
+# the names of the files that were read, the first one first, and the elements, the root first.
+ParsedElement = tuple[str, str, str, str, dict[str, Property]]
+ParsedFile = tuple[list[str], list[ParsedElement]]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -216,7 +195,7 @@ def serve_parser(kind: str, connection: Channel) -> None:
     serve(kind, connection, _parser)
 
 
-def _parser(kind: str) -> Callable[[ParsingTask], StoredFile | str]:
+def _parser(kind: str) -> Callable[[ParsingTask], ParsedFile | str]:
     """Import Mitsuba and return the function that parses a file."""
     import mitsuba as mi
 
@@ -224,7 +203,7 @@ def _parser(kind: str) -> Callable[[ParsingTask], StoredFile | str]:
     return parsed
 
 
-def parsed(task: ParsingTask) -> StoredFile | str:
+def parsed(task: ParsingTask) -> ParsedFile | str:
     """Return the files that were read and their elements, or Mitsuba's words where it refuses the file.
 
     Parameters are filled in, older names brought up to date, references resolved.
@@ -246,12 +225,12 @@ def parsed(task: ParsingTask) -> StoredFile | str:
         mi.parser.transform_resolve_references(config, state)
     except RuntimeError as error:
         return " ".join(_SOURCE.sub("", str(error)).split())[:LONGEST]
-    lines = [_Lines(Path(str(name)), Path(path).parent) for name in state.files]
+    lines = [_LineStarts(Path(str(name)), Path(path).parent) for name in state.files]
     elements = [_element(node, lines[node.file_index].place(node.offset)) for node in state.nodes]
-    return {"files": [str(name) for name in state.files], "elements": elements}
+    return [str(name) for name in state.files], elements
 
 
-class _Lines:
+class _LineStarts:
     """Where the lines of a file begin: Mitsuba's own word for a place counts them anew for every element."""
 
     def __init__(self, path: Path, folder: Path) -> None:
@@ -264,47 +243,41 @@ class _Lines:
         return f"{self._name} (line {line}, col {offset - self._starts[line - 1] + 1})"
 
 
-def _element(node: Any, place: str) -> StoredElement:
+def _element(node: Any, place: str) -> ParsedElement:
     properties = node.props
     stored = {name: _value(properties[name]) for name in properties.keys()}  # noqa: SIM118 - iterates over nothing
     if properties.plugin_name() in SAMPLED:
         with contextlib.suppress(KeyError, TypeError, ValueError, RuntimeError):  # then it is a texture like any other
             stored[COLOURS] = _of_plugin(properties.plugin_name(), stored)
-    return {
-        "kind": str(node.type).rpartition(".")[2],
-        "plugin": properties.plugin_name(),
-        "id": properties.id(),
-        "place": place,
-        "properties": stored,
-    }
+    return str(node.type).rpartition(".")[2], properties.plugin_name(), properties.id(), place, stored
 
 
-def _value(value: Any) -> Stored:
-    """Return a property as JSON; anything but a number, a text or a list of numbers is an object with its kind."""
+def _value(value: Any) -> Property:
+    """Return a property; of a kind that is not read, its kind and value in words."""
     kind = type(value).__name__
     if kind == "ResolvedReference":
-        return {"element": value.index()}
+        return ElementReference(element=value.index())
     if kind == "Spectrum":
         return _colours(value)
     if "Transform" in kind:  # Dr.Jit's arrays have a member called matrix, too
-        return {"matrix": np.array(value.matrix, dtype=np.float64).tolist()}
+        return MatrixProperty(matrix=np.array(value.matrix, dtype=np.float64))
     if isinstance(value, bool | int | float | str):
         return value
     try:
         return np.array(value, dtype=np.float64).tolist()
     except (TypeError, ValueError, RuntimeError):
-        return {"other": f"{kind} {value}"[:80]}
+        return f"{kind} {value}"[:80]
 
 
-def _colours(spectrum: Any) -> StoredSpectrum:
+def _colours(spectrum: Any) -> Spectrum:
     """Return a spectrum's colours, integrated as Mitsuba's modes for RGB do (its `bounded` and `d65`)."""
     levels = [float(level) for level in spectrum.values]
     if spectrum.is_uniform():
-        return {"spectrum": levels[0], "reflectance": [], "emission": []}
+        return Spectrum(level=levels[0], reflectance=(), emission=())
     return _integrated([float(wave) for wave in spectrum.wavelengths], levels)
 
 
-def _of_plugin(plugin: str, properties: dict[str, Stored]) -> StoredSpectrum:
+def _of_plugin(plugin: str, properties: dict[str, Property]) -> Spectrum:
     """Return the colours of a `SAMPLED` plug-in: samples at wavelengths [nm], or Planck's law [W/(m^2 sr nm)]."""
     if plugin == "blackbody":
         waves = np.arange(360.0, 831.0, 5.0)
@@ -317,46 +290,20 @@ def _of_plugin(plugin: str, properties: dict[str, Stored]) -> StoredSpectrum:
     return _integrated(np.linspace(first, last, len(levels)).tolist(), levels)
 
 
-def _listed(value: Stored) -> list[float]:
+def _listed(value: Property) -> list[float]:
     return [float(word) for word in str(value).replace(",", " ").strip("[]").split()]
 
 
-def _integrated(waves: list[float], levels: list[float]) -> StoredSpectrum:
+def _integrated(waves: list[float], levels: list[float]) -> Spectrum:
     import mitsuba as mi
 
     reflectance, emission = (mi.spectrum_list_to_srgb(waves, levels, of, of) for of in (True, False))
-    return {"spectrum": None, "reflectance": [*map(float, reflectance)], "emission": [*map(float, emission)]}
+    return Spectrum(level=None, reflectance=tuple(map(float, reflectance)), emission=tuple(map(float, emission)))
 
 
 # Limits of the worker: time, with its start and Mitsuba's import, and memory, with Mitsuba's own code.
 SECONDS, BYTES_A_SECOND = 60.0, 2**20
 MEMORY, MEMORY_A_BYTE = 2**30, 64  # bytes
-
-
-@dataclass(frozen=True, kw_only=True)
-class Transform:
-    """A property that is a matrix, float64 (4, 4)."""
-
-    matrix: np.ndarray
-
-
-@dataclass(frozen=True, kw_only=True)
-class Spectrum:
-    """A property that is a spectrum: one level at all wavelengths, or its colours where there are samples."""
-
-    level: float | None
-    reflectance: tuple[float, ...]  # linear sRGB under daylight (D65)
-    emission: tuple[float, ...]  # linear sRGB
-
-
-@dataclass(frozen=True, kw_only=True)
-class Reference:
-    """A property that is another element, by its place among all of them."""
-
-    element: int
-
-
-Property = Plain | Transform | Spectrum | Reference
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -410,12 +357,15 @@ class Element:
     def three(self, name: str, default: tuple[float, float, float]) -> np.ndarray:
         """Return a property that is a point, a vector or a colour, float64 (3,)."""
         value = self.get(name, default)
-        if isinstance(value, str | bool | Transform | Spectrum | Reference) or np.shape(value) not in ((), (3,)):
+        if isinstance(value, str | bool | MatrixProperty | Spectrum | ElementReference) or np.shape(value) not in (
+            (),
+            (3,),
+        ):
             raise self._refusal(name, "three numbers", value)
         return np.broadcast_to(np.asarray(value, dtype=np.float64), 3)
 
     def _refusal(self, name: str, what: str, value: Any) -> SceneError:
-        kinds = {Transform: "a transform", Spectrum: "a spectrum", Reference: "another element"}
+        kinds = {MatrixProperty: "a transform", Spectrum: "a spectrum", ElementReference: "another element"}
         return SceneError(f"{self.place}: {name} must be {what}, got {kinds.get(type(value), shown(value))}")
 
     def has(self, name: str) -> bool:
@@ -425,13 +375,13 @@ class Element:
 
     def unread(self) -> list[str]:
         """Return the names of plain properties that were not read, if any property of this element was read."""
-        plain = [name for name, value in self.properties.items() if not isinstance(value, Reference)]
+        plain = [name for name, value in self.properties.items() if not isinstance(value, ElementReference)]
         return [name for name in plain if name not in self._read] if self._read else []
 
     def children(self, kind: str | None = None) -> Iterator[tuple[str, "Element"]]:
         """Yield the names and elements below this one, in the file's order."""
         for name, value in self.properties.items():
-            if isinstance(value, Reference):
+            if isinstance(value, ElementReference):
                 self.budget.spend("references", 1, by=self.place)
                 child = self._all[value.element]
                 if kind is None or child.kind == kind:
@@ -446,7 +396,7 @@ class Element:
         value = self.get("to_world", None)
         if value is None:
             return np.eye(4)
-        if not isinstance(value, Transform):
+        if not isinstance(value, MatrixProperty):
             raise self._refusal("to_world", "a transform", value)
         return value.matrix
 
@@ -469,21 +419,20 @@ def read_tree(path: Path, allowed: tuple[Path, ...] = (), parameters: Mapping[st
         raise SceneError(f"Mitsuba's parser failed: {reply.error}")
     if isinstance(reply.value, str):
         raise SceneError(reply.value)
-    document: StoredFile = reply.value
+    files, parsed_elements = reply.value
     inside = [folder.resolve() for folder in (path.parent, *allowed)]
-    for included in map(Path, document["files"][1:]):
+    for included in map(Path, files[1:]):
         if not any(included.resolve().is_relative_to(folder) for folder in inside):
             raise SceneError(f"{included}, which it includes, must lie inside the file's folder")
     elements: list[Element] = []
-    for stored in document["elements"]:
-        name = stored["id"]
+    for kind, plugin, name, place, properties in parsed_elements:
         elements.append(
             Element(
-                kind=stored["kind"],
-                plugin=stored["plugin"],
+                kind=kind,
+                plugin=plugin,
                 id=name,
-                place=f"{stored['place']}{f', {name!r}' if name else ''}",
-                properties={key: _property(value) for key, value in stored["properties"].items()},
+                place=f"{place}{f', {name!r}' if name else ''}",
+                properties=properties,
                 budget=budget,
                 folders=(path.parent, *searched),
                 allowed=allowed,
@@ -511,17 +460,3 @@ def _reply(task: ParsingTask, *, seconds: float, memory: float) -> Reply:
         pool.close()
         _pool.cache_clear()
         raise
-
-
-def _property(value: Stored) -> Property:
-    if not isinstance(value, dict):
-        return value
-    if "element" in value:
-        return Reference(element=value["element"])
-    if "matrix" in value:
-        return Transform(matrix=np.array(value["matrix"], dtype=np.float64))
-    if "spectrum" in value:
-        return Spectrum(
-            level=value["spectrum"], reflectance=tuple(value["reflectance"]), emission=tuple(value["emission"])
-        )
-    return value["other"]

@@ -127,7 +127,7 @@ SUBDIVISIONS = 5  # of an icosahedron, to 20 480 triangles
 TURNED = np.diag([1.0, 1.0, -1.0, 1.0])  # under the inverse transpose a square's normal turns around
 
 
-class Surface(TypedDict):
+class SurfaceProperties(TypedDict):
     """The properties of a shape of any kind other than its geometry."""
 
     albedo: Rgb
@@ -207,13 +207,13 @@ def _shape(element: Element, folder: Path, drop: Drop, to_world: np.ndarray) -> 
 # disks and meshes with vertex normals; that of an instance turns nothing. The specification's mirrors turn nothing.
 
 
-def _flipped(element: Element, surface: Surface, *, mirrors: bool = False) -> bool:
+def _flipped(element: Element, surface: SurfaceProperties, *, mirrors: bool = False) -> bool:
     mirrored = mirrors and bool(np.linalg.det(element.matrix()[:3, :3]) < 0)
     # Both sides look alike on a two-sided shape.
     return (element.flag("flip_normals") != mirrored) and not surface["two_sided"]
 
 
-def _sphere(element: Element, folder: Path, drop: Drop, to_world: np.ndarray, surface: Surface) -> Shape:
+def _sphere(element: Element, folder: Path, drop: Drop, to_world: np.ndarray, surface: SurfaceProperties) -> Shape:
     center, radius = vector(element.three("center", (0.0, 0.0, 0.0))), element.number("radius", 1.0)
     own = element.matrix()
     lengths = np.linalg.norm(own[:3, :3], axis=0)
@@ -239,19 +239,19 @@ def _sphere(element: Element, folder: Path, drop: Drop, to_world: np.ndarray, su
     return Mesh(vertices=vertices, faces=ball.faces[:, ::-1], to_world=matrix(to_world), **surface)
 
 
-def _cube(element: Element, folder: Path, drop: Drop, to_world: np.ndarray, surface: Surface) -> Shape:
+def _cube(element: Element, folder: Path, drop: Drop, to_world: np.ndarray, surface: SurfaceProperties) -> Shape:
     if not _flipped(element, surface):
         return Cube(to_world=matrix(to_world @ TWICE), **surface)
     box = trimesh.creation.box((2.0, 2.0, 2.0))  # the same as a mesh, which can face inward
     return Mesh(vertices=box.vertices, faces=box.faces[:, ::-1], to_world=matrix(to_world), **surface)
 
 
-def _rectangle(element: Element, folder: Path, drop: Drop, to_world: np.ndarray, surface: Surface) -> Shape:
+def _rectangle(element: Element, folder: Path, drop: Drop, to_world: np.ndarray, surface: SurfaceProperties) -> Shape:
     turned = TURNED if _flipped(element, surface) else np.eye(4)
     return Square(to_world=matrix(to_world @ TWICE @ turned), **surface)
 
 
-def _disk(element: Element, folder: Path, drop: Drop, to_world: np.ndarray, surface: Surface) -> Shape:
+def _disk(element: Element, folder: Path, drop: Drop, to_world: np.ndarray, surface: SurfaceProperties) -> Shape:
     angles = np.arange(DISK_CORNERS) * (2 * pi / DISK_CORNERS)
     vertices = np.stack([np.cos(angles), np.sin(angles), 0 * angles], axis=1)
     inner = np.arange(1, DISK_CORNERS - 1)
@@ -264,11 +264,11 @@ def _disk(element: Element, folder: Path, drop: Drop, to_world: np.ndarray, surf
     return Mesh(vertices=vertices, faces=faces, to_world=matrix(to_world), **surface)
 
 
-def _plane(element: Element, folder: Path, drop: Drop, to_world: np.ndarray, surface: Surface) -> Shape:
+def _plane(element: Element, folder: Path, drop: Drop, to_world: np.ndarray, surface: SurfaceProperties) -> Shape:
     return Plane(to_world=matrix(to_world), **surface)
 
 
-def _mesh(element: Element, folder: Path, drop: Drop, to_world: np.ndarray, surface: Surface) -> Shape:
+def _mesh(element: Element, folder: Path, drop: Drop, to_world: np.ndarray, surface: SurfaceProperties) -> Shape:
     name = element.text("filename", "")
     where, within = located(name, element.folders, (element.folders[0], *element.allowed), "file")
     vertices, faces = read_mesh(within, where, element.budget)

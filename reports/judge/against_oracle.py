@@ -25,10 +25,10 @@ from rayproof.reports.judge.forward.limits import (
     limits,
     roundoff_of,
 )
-from rayproof.reports.judge.measurement import Kind, StagePixels, held_to, kinds_of, ratios
+from rayproof.reports.judge.measurement import Explained, Kind, StagePixels, held_to, kinds_of, ratios
 from rayproof.reports.judge.nearby.clouds import LIGHT, SURFACE, Allowed
 from rayproof.reports.judge.nearby.continued import Continuing
-from rayproof.reports.judge.nearby.explaining import Asking, Declared, Explained, Reach
+from rayproof.reports.judge.nearby.explaining import Asking, DecisionReach, Declared
 from rayproof.reports.judge.nearby.problems import Problems, problems_of
 from rayproof.reports.judge.scene_truth import SceneTruth
 
@@ -92,14 +92,14 @@ class AgainstOracle:
         )
 
     @cached_property
-    def reach(self) -> Reach:
+    def reach(self) -> DecisionReach:
         """Return how far rounding moves what decides about single pixels."""
         c, limits = self.base.conditioning, self.limits
         # Where nothing is hit a nearby problem may hit what a neighbour shows, whose own limits count then.
         lift, tie = (
             np.where(c.hit, limit, widest_near(limit)) for limit in (limits.lifted, limits.end_to_end[Stage.DISTANCE])
         )
-        return Reach(image=limits.end_to_end[Stage.RAY] / c.pixel_angle, lift=lift, tie=tie)
+        return DecisionReach(image=limits.end_to_end[Stage.RAY] / c.pixel_angle, lift=lift, tie=tie)
 
     def answers(self, stage: Stage) -> bool:
         """Return whether it answers a stage in the scene's size."""

@@ -21,7 +21,7 @@ from rayproof.reports.judge.checks import unmeasured
 from rayproof.reports.judge.forward.limits import calibration
 from rayproof.reports.judge.measurement import Kind, cells_of, counted, held_to, kinds_of, measure, ratios
 from rayproof.reports.judge.oracle import stages_of
-from rayproof.reports.judge.pairs import Pair
+from rayproof.reports.judge.pairs import RendererPair
 from rayproof.reports.judge.scene_truth import SceneTruth, scene_truth
 from rayproof.reports.results.case_records import Check
 from rayproof.reports.results.outcomes import Outcome
@@ -47,7 +47,7 @@ def under_samples(configuration: str, samples: int) -> str:
     return f"{configuration}{MANY}{samples**2}"
 
 
-def supersampled_check(fine: Pair, ours: np.ndarray, theirs: np.ndarray, samples: int) -> Check:
+def supersampled_check(fine: RendererPair, ours: np.ndarray, theirs: np.ndarray, samples: int) -> Check:
     """Judge one mean image against another; `fine` are the two renderers at the fine resolution."""
     truth = fine.base.truth[Stage.RADIANCE]
     limits = [against.own_limits.end_to_end[Stage.RADIANCE] for against in (fine.one, fine.other)]
@@ -108,7 +108,7 @@ def mean_checks(
             how = Outcome.ERROR if subject.error or not reference.error else abstention(reference)
             checks.append(unmeasured(many, reference, stage, how, why, stopped=subject.stopped or reference.stopped))
             continue
-        fine = Pair(_fine(base, subject, case.samples), _fine(base, reference, case.samples))
+        fine = RendererPair(_fine(base, subject, case.samples), _fine(base, reference, case.samples))
         if subject.mean is not None:
             ours = subject.mean
         else:

@@ -1,7 +1,7 @@
 """`judge_case`: all subjects, references and stages of a case, then adjudication and verdict."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 
 import numpy as np
 from msgspec import structs
@@ -18,11 +18,11 @@ from rayproof.reports.judge.closed_forms import closed_forms
 from rayproof.reports.judge.conventions import Tested, in_words, tested
 from rayproof.reports.judge.known_defects import explained
 from rayproof.reports.judge.oracle import ORACLE, stages_of
-from rayproof.reports.judge.pairs import Pair
+from rayproof.reports.judge.pairs import RendererPair
 from rayproof.reports.judge.panel import (
+    AgreementMatrix,
     Contradictions,
-    Matrix,
-    Standing,
+    PanelConclusion,
     adjudicated,
     matrices,
     standing,
@@ -76,56 +76,50 @@ def judge_case(
     tested = [against[subject.name] for subject in subjects]
     panelists = [against[reference.name] for reference in references]
 
-    measured = _Measured()
+    measured: list[Check] = []  # before any renderer is blamed
+    expectations: list[ExpectationRecord] = []
     for subject in tested:
-        _measure(measured, case, subject, panelists, misshapen)
+        measured += _checks(case, subject, panelists, misshapen)
+        if subject.renderer.error is None:
+            expectations += closed_forms(case, subject)
     if case.samples > 1 and scene.lights:
         means, asked = mean_checks(case, [one.renderer for one in tested], [one.renderer for one in panelists], oracle)
-        measured.checks.extend(means)
+        measured += means
         planned += asked
-    each = matrices([*tested, *panelists], stages, measured.checks)
+    each = matrices([*tested, *panelists], stages, measured)
     checks = _settled(case, measured, tested, panelists, each, versions)
-    judged = sum_up(case, checks, measured.expectations, len(planned), {c.name: c for c in subjects}, each)
+    judged = sum_up(case, checks, expectations, len(planned), {c.name: c for c in subjects}, each)
     return replace(judged, base=base, against=against)
 
 
-@dataclass(frozen=True)
-class _Measured:
-    """What is known of the subjects before anybody is blamed."""
-
-    checks: list[Check] = field(default_factory=list)
-    expectations: list[ExpectationRecord] = field(default_factory=list)
-
-
-def _measure(
-    measured: _Measured,
+def _checks(
     case: Case,
     subject: AgainstOracle,
     references: Sequence[AgainstOracle],
     misshapen: Mapping[str, Mapping[Stage, str]],
-) -> None:
-    """Add a subject's checks against every reference, and against the closed forms."""
+) -> list[Check]:
+    """Return a subject's checks against every reference."""
+    found: list[Check] = []
     for reference in references:
-        mine = [stage for stage in stages_of(case.scene) if reference.renderer.answers_at(stage)]
-        measured.checks.extend(pair_checks(Pair(subject, reference), mine, misshapen))
-    if subject.renderer.error is None:
-        measured.expectations.extend(closed_forms(case, subject))
+        stages = [stage for stage in stages_of(case.scene) if reference.renderer.answers_at(stage)]
+        found += pair_checks(RendererPair(subject, reference), stages, misshapen)
+    return found
 
 
 def _settled(
     case: Case,
-    measured: _Measured,
+    measured: list[Check],
     subjects: Sequence[AgainstOracle],
     references: Sequence[AgainstOracle],
-    each: Mapping[Stage, Matrix],
+    each: Mapping[Stage, AgreementMatrix],
     versions: Mapping[str, str],
 ) -> list[Check]:
     """Return the checks, each with the side that is wrong by the panel, the known defects and the case's promise."""
     names = {subject.renderer.name for subject in subjects}
     independent = {reference.renderer.name: reference.renderer.independent for reference in references}
     renderers = {against.renderer.name: against for against in (*subjects, *references)}
-    contradictions = Contradictions(renderers=renderers, references=tuple(independent), checks=measured.checks)
-    checks = adjudicated(measured.checks, each, independent, lambda name: voice(name, names), contradictions.sides)
+    contradictions = Contradictions(renderers=renderers, references=tuple(independent), checks=measured)
+    checks = adjudicated(measured, each, independent, lambda name: voice(name, names), contradictions.sides)
     checks = [_with_known_defect(check, renderers, versions) for check in checks]
     checks = held_to_epsilons(checks, renderers, case.most_explained)
     own = {subject.renderer.name for subject in subjects if subject.renderer.items != ITEMS_OF_OTHERS}
@@ -156,7 +150,7 @@ def _failing(check: Check, renderers: Mapping[str, AgainstOracle], base: SceneTr
     subject, reference = renderers.get(check.configuration), renderers.get(check.reference)
     if subject is None or reference is None or check.end_to_end is None:
         return base.conditioning.hit
-    failing = Pair(subject, reference).pixels(check.stage).wrong
+    failing = RendererPair(subject, reference).pixels(check.stage).wrong
     alone = subject.continued(check.stage) if check.continued is not None else None
     return failing if alone is None else failing | alone.wrong
 
@@ -195,7 +189,7 @@ def adjudication(judged: Judged, subjects: Sequence[Answers], oracle: Analytic) 
     return record
 
 
-def _whose(one: Standing) -> str | None:
+def _whose(one: PanelConclusion) -> str | None:
     """Return whose answers to hold against conventions: who stands alone, or whom the oracle stands against."""
     if not one.alone:
         return None

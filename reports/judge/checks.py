@@ -18,7 +18,7 @@ from rayproof.reports.judge.measurement import Kind, StagePixels, cells_of, coun
 from rayproof.reports.judge.metrics import METRICS
 from rayproof.reports.judge.nearby.clouds import LIGHT
 from rayproof.reports.judge.oracle import ORACLE
-from rayproof.reports.judge.pairs import Pair
+from rayproof.reports.judge.pairs import RendererPair
 from rayproof.reports.results.case_records import Check, Measurement
 from rayproof.reports.results.outcomes import Outcome
 
@@ -26,7 +26,7 @@ from rayproof.reports.results.outcomes import Outcome
 INFORMED = Stage.RADIANCE
 
 
-def check_camera(pair: Pair) -> Check:
+def check_camera(pair: RendererPair) -> Check:
     """Judge the camera stage; where the two differ, invariants of every camera tell which one is wrong."""
     mine = pair.subject.answers[Stage.CAMERA] if pair.subject.answers else {}
     theirs = pair.reference.answers[Stage.CAMERA]
@@ -57,7 +57,7 @@ def check_camera(pair: Pair) -> Check:
     )
 
 
-def stage_check(pair: Pair, stage: Stage) -> Check:
+def stage_check(pair: RendererPair, stage: Stage) -> Check:
     """Judge one image stage end to end and, before the oracle, continued from the subject's own stages."""
     whole = pair.pixels(stage)
     end_to_end, continued, shared, shared_continued = measured(pair.one, whole), None, None, None
@@ -203,7 +203,9 @@ def unmeasured(
 # A check for every planned stage of one subject before one reference; none is left out, whatever is in its way.
 
 
-def pair_checks(pair: Pair, stages: Sequence[Stage], misshapen: Mapping[str, Mapping[Stage, str]]) -> list[Check]:
+def pair_checks(
+    pair: RendererPair, stages: Sequence[Stage], misshapen: Mapping[str, Mapping[Stage, str]]
+) -> list[Check]:
     """Return a check for each of the stages.
 
     `misshapen` says by renderer and stage whose images have another size than was asked for.
@@ -224,7 +226,7 @@ def pair_checks(pair: Pair, stages: Sequence[Stage], misshapen: Mapping[str, Map
     return checks
 
 
-def _declined(pair: Pair, stage: Stage) -> Check | None:
+def _declined(pair: RendererPair, stage: Stage) -> Check | None:
     """Return what the subject itself gave as the reason of not answering."""
     subject, about = pair.subject, (pair.subject, pair.reference, stage)
     if subject.error is not None:
@@ -236,7 +238,7 @@ def _declined(pair: Pair, stage: Stage) -> Check | None:
     return None
 
 
-def _repeated(pair: Pair) -> dict[Stage, Check]:
+def _repeated(pair: RendererPair) -> dict[Stage, Check]:
     """Return the stages in which the reference has the subject's own numbers."""
     subject, reference = pair.subject, pair.reference
     single = subject.precision == reference.precision == "float32"
@@ -245,7 +247,7 @@ def _repeated(pair: Pair) -> dict[Stage, Check]:
     return {stage: unmeasured(subject, reference, stage, Outcome.REFERENCE_SUSPECT, reason) for stage in stages}
 
 
-def _abstained(pair: Pair, stage: Stage) -> Check | None:
+def _abstained(pair: RendererPair, stage: Stage) -> Check | None:
     subject, reference = pair.subject, pair.reference
     if reference.error is None:
         return None
@@ -255,7 +257,7 @@ def _abstained(pair: Pair, stage: Stage) -> Check | None:
     return unmeasured(subject, reference, stage, outcome, reason, abstains=True, stopped=reference.stopped)
 
 
-def _not_answered(pair: Pair, stage: Stage, misshapen: Mapping[Stage, str]) -> Check | None:
+def _not_answered(pair: RendererPair, stage: Stage, misshapen: Mapping[Stage, str]) -> Check | None:
     about = pair.subject, pair.reference, stage
     if stage in misshapen:
         return unmeasured(*about, Outcome.FAIL, misshapen[stage])
@@ -264,7 +266,7 @@ def _not_answered(pair: Pair, stage: Stage, misshapen: Mapping[Stage, str]) -> C
     return None
 
 
-def _not_answered_by_reference(pair: Pair, stage: Stage, misshapen: Mapping[Stage, str]) -> Check | None:
+def _not_answered_by_reference(pair: RendererPair, stage: Stage, misshapen: Mapping[Stage, str]) -> Check | None:
     about, name = (pair.subject, pair.reference, stage), pair.reference.name
     if stage in misshapen:
         return unmeasured(*about, Outcome.REFERENCE_SUSPECT, f"{name}'s {misshapen[stage]}: it is no witness")
@@ -273,7 +275,7 @@ def _not_answered_by_reference(pair: Pair, stage: Stage, misshapen: Mapping[Stag
     return None
 
 
-def _too_coarse(pair: Pair, stage: Stage) -> Check | None:
+def _too_coarse(pair: RendererPair, stage: Stage) -> Check | None:
     """Return that the subject's output keeps too little of a stage to tell anything."""
     if stage is Stage.CAMERA:
         return None

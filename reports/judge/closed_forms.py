@@ -70,7 +70,7 @@ def _slack(against: AgainstOracle, stage: Stage) -> float:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Finding:
+class ClosedFormResult:
     """What was measured, what the closed form says and how far apart they may be; `used` is how much was looked at."""
 
     measured: float
@@ -87,11 +87,11 @@ class Finding:
         return error / self.limit if self.limit > 0 and error == error else float("inf")
 
 
-Judge = Callable[[Any, Scene, StageImages, float], Finding]
+Judge = Callable[[Any, Scene, StageImages, float], ClosedFormResult]
 EXPECTATIONS: Registry[Judge] = Registry("expectation", package="rayproof.reports.judge.closed_forms")
 
 
-def judge(expectation: Expectation, scene: Scene, answers: StageImages, slack: float) -> Finding:
+def judge(expectation: Expectation, scene: Scene, answers: StageImages, slack: float) -> ClosedFormResult:
     """Judge one expectation on the tracer's answers."""
     return EXPECTATIONS[type(expectation).__name__](expectation, scene, answers, slack)
 
@@ -100,14 +100,14 @@ def judge(expectation: Expectation, scene: Scene, answers: StageImages, slack: f
 
 
 @EXPECTATIONS.register("Flux")
-def flux(expectation: Flux, scene: Scene, answers: StageImages, slack: float) -> Finding:
+def flux(expectation: Flux, scene: Scene, answers: StageImages, slack: float) -> ClosedFormResult:
     """Compare the sum over the pixels that see the rectangle."""
     objects = answers[Stage.OBJECT]
     seen = objects[..., 0] == expectation.shape
     if expectation.face >= 0:
         seen &= objects[..., 1] == expectation.face
     total = float(np.sum(answers[Stage.IRRADIANCE][seen][:, expectation.channel])) * expectation.footprint
-    return Finding(
+    return ClosedFormResult(
         measured=total,
         expected=expectation.value,
         limit=(expectation.relative + slack) * abs(expectation.value),
@@ -119,10 +119,10 @@ def flux(expectation: Flux, scene: Scene, answers: StageImages, slack: float) ->
 
 
 @EXPECTATIONS.register("PixelValue")
-def pixel_value(expectation: PixelValue, scene: Scene, answers: StageImages, slack: float) -> Finding:
+def pixel_value(expectation: PixelValue, scene: Scene, answers: StageImages, slack: float) -> ClosedFormResult:
     """Compare one channel of one pixel."""
     image = answers[expectation.stage]
-    return Finding(
+    return ClosedFormResult(
         measured=float(image[expectation.row, expectation.column, expectation.channel]),
         expected=expectation.value,
         limit=(expectation.relative + slack) * abs(expectation.value),
@@ -134,7 +134,7 @@ def pixel_value(expectation: PixelValue, scene: Scene, answers: StageImages, sla
 
 
 @EXPECTATIONS.register("ShadowOutline")
-def shadow_outline(expectation: ShadowOutline, scene: Scene, answers: StageImages, slack: float) -> Finding:
+def shadow_outline(expectation: ShadowOutline, scene: Scene, answers: StageImages, slack: float) -> ClosedFormResult:
     """Count the pixels on the wrong side of the outline; none may be."""
     seen = answers[Stage.OBJECT][..., 0] == expectation.shape
     offset = np.abs(answers[Stage.POSITION][..., :2] - np.asarray(expectation.center))
@@ -150,19 +150,21 @@ def shadow_outline(expectation: ShadowOutline, scene: Scene, answers: StageImage
     wrong = np.count_nonzero(inside & (lit != 0)) + np.count_nonzero(outside & (lit != 1))
     # Without pixels on both sides there is no outline to speak of.
     used = int(np.count_nonzero(inside | outside)) if np.any(inside) and np.any(outside) else 0
-    return Finding(measured=float(wrong), expected=0.0, limit=0.0, used=used)
+    return ClosedFormResult(measured=float(wrong), expected=0.0, limit=0.0, used=used)
 
 
 # A closed form at every pixel that sees a shape: the pixel that is farthest off counts.
 
 
 @EXPECTATIONS.register("UniformValue")
-def uniform_value(expectation: UniformValue, scene: Scene, answers: StageImages, slack: float) -> Finding:
+def uniform_value(expectation: UniformValue, scene: Scene, answers: StageImages, slack: float) -> ClosedFormResult:
     """Compare the worst pixel of the shape."""
     seen = answers[Stage.OBJECT][..., 0] == expectation.shape
     values = answers[expectation.stage][seen][:, expectation.channel]
     limit = (expectation.relative + slack) * abs(expectation.value)
     if not len(values):
-        return Finding(measured=float("nan"), expected=expectation.value, limit=limit, used=0)
+        return ClosedFormResult(measured=float("nan"), expected=expectation.value, limit=limit, used=0)
     off = np.nan_to_num(np.abs(values - expectation.value), nan=np.inf)
-    return Finding(measured=float(values[off.argmax()]), expected=expectation.value, limit=limit, used=len(values))
+    return ClosedFormResult(
+        measured=float(values[off.argmax()]), expected=expectation.value, limit=limit, used=len(values)
+    )

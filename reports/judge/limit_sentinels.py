@@ -125,7 +125,7 @@ class Pin:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Known:
+class KnownLimits:
     """A scene and the limits at its middle pixel."""
 
     name: str
@@ -145,7 +145,9 @@ class Known:
         )
 
 
-def _known(name: str, shape: Shape, *, t: float, height: float, distance: float, normal: float, bend: float) -> Known:
+def _known(
+    name: str, shape: Shape, *, t: float, height: float, distance: float, normal: float, bend: float
+) -> KnownLimits:
     """Return a scene whose middle pixel is hit after `t` at `height` [m], where the shape's curvature is `bend` [1/m].
 
     `distance` and `normal` are their own limits in roundoffs.
@@ -176,7 +178,7 @@ def _known(name: str, shape: Shape, *, t: float, height: float, distance: float,
             end_to_end=tuple((whole * ALBEDO + 7 * leaving) / math.pi),
         ),
     )
-    return Known(name=name, scene=Scene(camera=CAMERA, shapes=(shape,), lights=LIGHTS), pins=pins)
+    return KnownLimits(name=name, scene=Scene(camera=CAMERA, shapes=(shape,), lights=LIGHTS), pins=pins)
 
 
 FLOOR = _known("floor", Plane(albedo=ALBEDO), t=4, height=0, distance=16 * 8.5, normal=16, bend=0)
@@ -201,7 +203,7 @@ def guard_limits(oracle: Analytic) -> int:
     return count + _guard_lights(FLOOR, truth, oracle) + _guard_parties(truth, oracle)
 
 
-def _guard_pin(known: Known, pin: Pin, precision: str, truth: StageImages, oracle: Analytic) -> int:
+def _guard_pin(known: KnownLimits, pin: Pin, precision: str, truth: StageImages, oracle: Analytic) -> int:
     """Hold one stage's limits of one precision before the oracle against their numbers, channel by channel."""
     u = UNIT_ROUNDOFF[precision] + UNIT_ROUNDOFF["float64"]
     good = _answered(truth, "float64")
@@ -229,7 +231,7 @@ def _guard_pin(known: Known, pin: Pin, precision: str, truth: StageImages, oracl
     return len(subjects)
 
 
-def _guard_lights(known: Known, truth: StageImages, oracle: Analytic) -> int:
+def _guard_lights(known: KnownLimits, truth: StageImages, oracle: Analytic) -> int:
     """Darken each light at the middle pixel, where nothing hides it."""
     dark = [_off(_answered(truth, "float32"), Stage.VISIBILITY, light, -1.0) for light in range(len(LIGHTS))]
     subjects = [_candidate(f"light {light}", "float32", ours) for light, ours in enumerate(dark)]
@@ -280,7 +282,7 @@ def _guard_panel(truth: StageImages, oracle: Analytic) -> None:
 
 
 def _checks(
-    known: Known,
+    known: KnownLimits,
     oracle: Analytic,
     truth: StageImages,
     subjects: Sequence[Answers],

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from enum import IntEnum
 from functools import cached_property
 from itertools import product
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 
@@ -96,23 +96,18 @@ def unexamined(stage: Stage, camera: Camera) -> Examined:
     return Examined(pixels=pixels, unexamined=pixels)
 
 
-class Explained(Protocol):
-    """The pixels (height, width) over their limits that nearby problems explain, or of which nobody knows."""
+@dataclass(frozen=True, kw_only=True)
+class Explained:
+    """The pixels of one stage that are over their limits and not wrong, (height, width) each, by the reason."""
+
+    rounding: np.ndarray  # a problem within rounding has the value
+    epsilon: np.ndarray  # only one that also overlooks what the renderer declares has it
+    unexamined: np.ndarray  # nobody knows: not asked, or too many lights are undecided
 
     @property
-    def rounding(self) -> np.ndarray:
-        """Return the pixels that have the answer to a problem within rounding."""
-        ...
-
-    @property
-    def epsilon(self) -> np.ndarray:
-        """Return the pixels that only a declared epsilon explains."""
-        ...
-
-    @property
-    def unexamined(self) -> np.ndarray:
-        """Return the pixels of which nobody knows."""
-        ...
+    def any(self) -> np.ndarray:
+        """Return the pixels that are not wrong."""
+        return self.rounding | self.epsilon | self.unexamined
 
 
 def kinds_of(

@@ -1,4 +1,4 @@
-"""`Pair`: two renderers' answers compared, from what is said of each of them against the oracle.
+"""`RendererPair`: two renderers' answers compared, from what is said of each of them against the oracle.
 
 Two renderers agree in a pixel if they differ by no more than both limits, or if neither of them is wrong there.
 """
@@ -11,14 +11,13 @@ import numpy as np
 from rayproof.cases.stages import Stage
 from rayproof.reports.judge.against_oracle import AgainstOracle
 from rayproof.reports.judge.answers import Answers
-from rayproof.reports.judge.measurement import Kind, StagePixels, held_to, kinds_of, ratios
-from rayproof.reports.judge.nearby.explaining import Explained
+from rayproof.reports.judge.measurement import Explained, Kind, StagePixels, held_to, kinds_of, ratios
 from rayproof.reports.judge.oracle import ORACLE
 from rayproof.reports.judge.scene_truth import SceneTruth
 
 
 @dataclass(frozen=True, eq=False)
-class Pair:
+class RendererPair:
     """A subject and a reference, or any two renderers; it makes no difference which is which."""
 
     one: AgainstOracle

@@ -14,7 +14,7 @@ from rayproof.reports.judge.against_oracle import AgainstOracle
 from rayproof.reports.judge.checks import check_camera
 from rayproof.reports.judge.measurement import jsonable, ratios
 from rayproof.reports.judge.oracle import ORACLE
-from rayproof.reports.judge.pairs import Pair
+from rayproof.reports.judge.pairs import RendererPair
 from rayproof.reports.results.case_records import AdjudicationRecord, Check
 from rayproof.reports.results.outcomes import Outcome
 
@@ -51,7 +51,7 @@ class Cell:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Matrix:
+class AgreementMatrix:
     """One stage: `cells[row, column]` by names; what cannot be compared, and each with itself, is not there."""
 
     stage: Stage
@@ -86,7 +86,7 @@ class Matrix:
 
 def matrices(
     renderers: Sequence[AgainstOracle], stages: Sequence[Stage], checks: Sequence[Check]
-) -> dict[Stage, Matrix]:
+) -> dict[Stage, AgreementMatrix]:
     """Return each stage's matrix over all renderers; images of the wrong size must have been removed."""
     known = {
         (check.configuration, check.reference, check.stage): check
@@ -97,12 +97,12 @@ def matrices(
     cells: dict[Stage, dict[tuple[str, str], Cell]] = {stage: {} for stage in stages}
     able = [{stage for stage in stages if _answers(against, stage)} for against in renderers]
     for (index, mine), (other, theirs) in combinations(enumerate(renderers), 2):
-        pair = Pair(mine, theirs)
+        pair = RendererPair(mine, theirs)
         for stage in (stage for stage in stages if stage in able[index] & able[other]):
             cell = _cell(pair, stage, known.get((mine.renderer.name, theirs.renderer.name, stage)))
             cells[stage][mine.renderer.name, theirs.renderer.name] = cell
             cells[stage][theirs.renderer.name, mine.renderer.name] = cell
-    return {stage: Matrix(stage=stage, renderers=names, cells=cells[stage]) for stage in stages}
+    return {stage: AgreementMatrix(stage=stage, renderers=names, cells=cells[stage]) for stage in stages}
 
 
 def _answers(against: AgainstOracle, stage: Stage) -> bool:
@@ -112,7 +112,7 @@ def _answers(against: AgainstOracle, stage: Stage) -> bool:
     return stage is Stage.CAMERA or against.answers(stage)
 
 
-def _cell(pair: Pair, stage: Stage, check: Check | None) -> Cell:
+def _cell(pair: RendererPair, stage: Stage, check: Check | None) -> Cell:
     """Return the cell of two renderers; what their check has measured already is taken from it."""
     if stage is Stage.CAMERA:
         ratio = check_camera(pair).ratio if check is None else check.ratio
@@ -130,7 +130,7 @@ LEAST_MAJORITY = 2  # voices that agree with each other and not with the one tha
 
 
 @dataclass(frozen=True, kw_only=True)
-class Standing:
+class PanelConclusion:
     """The conclusion of a stage's matrix about its renderers."""
 
     alone: tuple[str, ...]  # names that speak with the one voice that stands alone; none where nobody does
@@ -138,14 +138,14 @@ class Standing:
     why: str
 
 
-def standing(matrix: Matrix, voice: Callable[[str], str]) -> Standing:
+def standing(matrix: AgreementMatrix, voice: Callable[[str], str]) -> PanelConclusion:
     """Return the renderer that stands alone at a stage, or the reason why there is none."""
     names = matrix.answered()
     if not names:
-        return Standing(alone=(), majority=(), why="No two renderers answer this stage.")
+        return PanelConclusion(alone=(), majority=(), why="No two renderers answer this stage.")
     differ = [pair for pair in combinations(names, 2) if matrix.agree(*pair) is False]
     if not differ:
-        return Standing(alone=(), majority=names, why=f"All {len(names)} renderers agree.")
+        return PanelConclusion(alone=(), majority=names, why=f"All {len(names)} renderers agree.")
     voices: dict[str, list[str]] = {}
     for name in names:
         voices.setdefault(voice(name), []).append(name)
@@ -158,21 +158,23 @@ def standing(matrix: Matrix, voice: Callable[[str], str]) -> Standing:
             found.append((one, guilty, others))
     if len(found) == 1:
         _, guilty, others = found[0]
-        return Standing(
+        return PanelConclusion(
             alone=tuple(guilty),
             majority=tuple(others),
             why=f"{_and(guilty)} alone: {_and(others)} agree among themselves{_measure(matrix, guilty, others)}.",
         )
     pairs = "; ".join(f"{one} and {other} differ" for one, other in differ)
     if len(voices) == LEAST_MAJORITY:
-        return Standing(alone=(), majority=(), why=f"{pairs}: no third voice to tell who is wrong.")
+        return PanelConclusion(alone=(), majority=(), why=f"{pairs}: no third voice to tell who is wrong.")
     if found:
         either = _and([name for _, guilty, _ in found for name in guilty])
-        return Standing(alone=(), majority=(), why=f"{pairs}: the others agree with both, {either} may be wrong.")
-    return Standing(alone=(), majority=(), why=f"{pairs}: nobody stands alone.")
+        return PanelConclusion(
+            alone=(), majority=(), why=f"{pairs}: the others agree with both, {either} may be wrong."
+        )
+    return PanelConclusion(alone=(), majority=(), why=f"{pairs}: nobody stands alone.")
 
 
-def _measure(matrix: Matrix, guilty: list[str], others: list[str]) -> str:
+def _measure(matrix: AgreementMatrix, guilty: list[str], others: list[str]) -> str:
     """Return by how much the ones alone differ, in words."""
     cells = [matrix.cells[one, other] for one in guilty for other in others if (one, other) in matrix.cells]
     worst = max((cell.ratio for cell in cells), default=0.0)
@@ -260,7 +262,7 @@ def _differs(subject: AgainstOracle, reference: AgainstOracle, stage: Stage, val
 
 def adjudicated(
     checks: Sequence[Check],
-    panel: Mapping[Stage, Matrix],
+    panel: Mapping[Stage, AgreementMatrix],
     independent: Mapping[str, bool],
     voice: Callable[[str], str],
     contradicted: Callable[[Check], Mapping[str, str]] = lambda _: {},
@@ -302,7 +304,7 @@ def _sides(
     check: Check,
     references: Sequence[str],
     verdicts: Mapping[tuple[str, str, Stage], Check],
-    panel: Mapping[Stage, Matrix],
+    panel: Mapping[Stage, AgreementMatrix],
     voice: Callable[[str], str],
 ) -> tuple[dict[str, str], dict[str, str]]:
     """Return the witnesses that side with the subject and those that side with its reference, with the stage."""

@@ -97,9 +97,11 @@ def _beyond(first: Answers, again: Answers, base: "SceneTruth | None") -> tuple[
     worst, said = 0.0, ""
     # Where images differ, and with them much of the judge.
     from rayproof.reports.judge.against_oracle import AgainstOracle
-    from rayproof.reports.judge.pairs import Pair
+    from rayproof.reports.judge.pairs import RendererPair
 
-    pair = Pair(AgainstOracle(base, first), AgainstOracle(base, replace(again, name=f"{first.name}, asked again")))
+    pair = RendererPair(
+        AgainstOracle(base, first), AgainstOracle(base, replace(again, name=f"{first.name}, asked again"))
+    )
     for stage in IMAGE_STAGES:
         if stage not in mine:
             continue

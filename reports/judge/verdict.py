@@ -9,7 +9,7 @@ from rayproof.cases.stages import Stage
 from rayproof.reports.judge.against_oracle import AgainstOracle
 from rayproof.reports.judge.answers import Answers
 from rayproof.reports.judge.checks import accounted
-from rayproof.reports.judge.panel import Matrix
+from rayproof.reports.judge.panel import AgreementMatrix
 from rayproof.reports.judge.scene_truth import SceneTruth
 from rayproof.reports.results.case_records import Check, ExpectationRecord
 from rayproof.reports.results.outcomes import Outcome, worst
@@ -27,7 +27,7 @@ class Judged:
     blamed: tuple[str, ...] = ()  # the specification's items that the checks cannot tell apart
     reason: str = ""
     planned: int
-    panel: Mapping[Stage, Matrix] = field(default_factory=dict)  # everybody against everybody
+    panel: Mapping[Stage, AgreementMatrix] = field(default_factory=dict)  # everybody against everybody
     base: SceneTruth | None = None  # on which it was judged; None where the oracle had no answer
     against: Mapping[str, AgainstOracle] = field(default_factory=dict)  # every renderer by name, pixel by pixel
 
@@ -44,7 +44,7 @@ def sum_up(
     expectations: list[ExpectationRecord],
     planned: int,
     subjects: Mapping[str, Answers] | None,
-    panel: Mapping[Stage, Matrix],
+    panel: Mapping[Stage, AgreementMatrix],
 ) -> Judged:
     """Return the case's verdict: the worst of its checks and expectations, and the first stage to blame.
 

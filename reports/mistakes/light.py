@@ -335,7 +335,7 @@ PHRASES = {
 FACTORS = (0.01, 0.1, 0.5, 0.9, 1.1, 2.0, 10.0, 100.0)
 
 
-class Factor(Family):
+class LightFactor(Family):
     """Light is off by a factor at one of its stages."""
 
     scaled = Stage.RADIANCE
@@ -363,5 +363,5 @@ for _stage, _item in ((Stage.RADIANCE, "RAD-4"), (Stage.EXITANCE, "RAD-4"), (Sta
         _name = f"factor_of_{_stage}{'' if _both else '_physical'}"
         _where = "" if _both else " of the physical light"
         family(_name, f"has its {_stage}{_where} off by a factor {{0}}", _item, starts=[FACTORS], named=PHRASES)(
-            type(_name, (Factor,), {"scaled": _stage, "simplified": _both})
+            type(_name, (LightFactor,), {"scaled": _stage, "simplified": _both})
         )

@@ -10,8 +10,11 @@ import os
 import re
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
 from typing import Any, Literal
+
+import msgspec
 
 SCHEMA: Literal[1] = 1  # the number of the schema of every JSON document that rayproof writes
 DRAFT = re.compile(r"\..*\.\d+(\.[^.]*)?")  # what `replacing` writes to
@@ -57,13 +60,14 @@ def plain(value: Any) -> Any:
 
 
 def as_json(value: Any, *, indent: int | None = None) -> str:
-    """Return `plain(value)` as JSON, on one line without blanks unless it is to be indented."""
+    """Return `plain(value)` as JSON, Structs as objects, on one line without blanks unless it is to be indented."""
     separators = (",", ":") if indent is None else None
+    write = partial(json.dumps, allow_nan=False, indent=indent, separators=separators)
     try:
-        return json.dumps(value, allow_nan=False, indent=indent, separators=separators)
+        return write(value, default=msgspec.to_builtins)
     except ValueError:
         # Only where there is such a number: looking for it in Python takes ten times as long as writing.
-        return json.dumps(plain(value), allow_nan=False, indent=indent, separators=separators)
+        return write(plain(value), default=lambda record: plain(msgspec.to_builtins(record)))
 
 
 def encodable(text: str) -> str:

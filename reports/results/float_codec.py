@@ -30,8 +30,8 @@ TIMES = {Stage.EXITANCE: Stage.IRRADIANCE, Stage.RADIANCE: Stage.EXITANCE}
 BY_LIGHTS = (Stage.POSITION, Stage.NORMAL, Stage.VISIBILITY)  # that E takes, beside the scene's lights
 
 
-class Prediction(TypedDict, total=False):
-    """How an image is foretold, and what that takes; the rest is left out."""
+class EncodedImage(TypedDict, total=False):
+    """An image: how it is predicted, what that takes, and the residual; a prediction by itself has only the first."""
 
     by: Required[str]  # "nothing", "base", "factors", "pinhole", "ray" or "lights"
     of: str  # the stage that is multiplied
@@ -39,24 +39,9 @@ class Prediction(TypedDict, total=False):
     rays: list[list[float]]
     eye: list[float]
     lights: list[list[float]]
-
-
-class Drafted(Prediction):
-    """A prediction, and whether its residual is stored as its second difference along the rows."""
-
-    curved: bool
-
-
-class Encoded(Drafted):
-    """An image: how it is foretold, and the deflated residual in base64."""
-
+    curved: bool  # whether the residual is stored as its second difference along the rows
     channels: int
-    data: str
-
-
-class Stored(Encoded):
-    """An image with its size."""
-
+    data: str  # the deflated residual in base64
     height: int
     width: int
 
@@ -69,7 +54,7 @@ def predictions(
     rays: list[list[float]] | None = None,
     tables: dict[Stage, Factors] | None = None,
     lights: list[list[float]] | None = None,
-) -> Iterator[tuple[Prediction, np.ndarray]]:
+) -> Iterator[tuple[EncodedImage, np.ndarray]]:
     """Yield each way to foretell `own[stage]`: how, as plain JSON data, and the float32 prediction.
 
     `own` holds the renderer's stages, `base` those of the renderer that all are compared with, if it is another one.
@@ -94,7 +79,7 @@ def predictions(
             yield {"by": "lights", "lights": lights}, lit(own, lights)
 
 
-def predicted(how: Stored, stage: Stage, own: Images, base: Images | None) -> np.ndarray | None:
+def predicted(how: EncodedImage, stage: Stage, own: Images, base: Images | None) -> np.ndarray | None:
     """Return the prediction that `how` names, or None where it is 0 everywhere."""
     if how["by"] == "base":
         assert base is not None
@@ -234,10 +219,10 @@ def _key(index: float) -> str:
 
 LEVEL = 6  # of zlib
 
-Draft = tuple[int, Drafted, np.ndarray]  # bytes that are left by estimate, how, and the residual of bits
+Draft = tuple[int, EncodedImage, np.ndarray]  # bytes that are left by estimate, how, and the residual of bits
 
 
-def encode(image: np.ndarray, predictions: Iterable[tuple[Prediction, np.ndarray]]) -> Encoded:
+def encode(image: np.ndarray, predictions: Iterable[tuple[EncodedImage, np.ndarray]]) -> EncodedImage:
     """Return a float32 image (height, width, channels) as plain JSON data, by the prediction that leaves least.
 
     Raises:
@@ -250,10 +235,10 @@ def encode(image: np.ndarray, predictions: Iterable[tuple[Prediction, np.ndarray
     return {"channels": image.shape[-1], **how, "data": pack(_planes(residual))}
 
 
-def _drafts(image: np.ndarray, predictions: Iterable[tuple[Prediction, np.ndarray]]) -> Iterator[Draft]:
+def _drafts(image: np.ndarray, predictions: Iterable[tuple[EncodedImage, np.ndarray]]) -> Iterator[Draft]:
     """Yield how an image could be stored: estimated bytes, how, and what is left; the cheapest to find first."""
     bits = _bits(image)
-    waiting: list[tuple[Prediction, np.ndarray]] = []
+    waiting: list[tuple[EncodedImage, np.ndarray]] = []
     for how, prediction in predictions:
         if prediction.shape != image.shape or prediction.dtype != np.float32:
             raise ValueError(f"an image of shape {image.shape} cannot be stored against {prediction.shape}")
@@ -271,7 +256,7 @@ def _drafts(image: np.ndarray, predictions: Iterable[tuple[Prediction, np.ndarra
         yield _bytes_left(bend), {**how, "curved": True}, bend
 
 
-def _least(drafts: Iterable[Draft]) -> tuple[Drafted, np.ndarray]:
+def _least(drafts: Iterable[Draft]) -> tuple[EncodedImage, np.ndarray]:
     """Return how, and what is left, of the draft that takes least; where nothing is left at all no other is made."""
     made: list[Draft] = []
     for bytes_left, how, residual in drafts:
@@ -284,7 +269,7 @@ def _least(drafts: Iterable[Draft]) -> tuple[Drafted, np.ndarray]:
     return how, residual
 
 
-def decode(stored: Encoded, height: int, width: int, prediction: np.ndarray | None) -> np.ndarray:
+def decode(stored: EncodedImage, height: int, width: int, prediction: np.ndarray | None) -> np.ndarray:
     """Undo `encode`: return the float32 image (height, width, channels).
 
     Raises:

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 from rayproof.reports.judge.answers import Answers
 
 if TYPE_CHECKING:
-    from rayproof.reports.subjects.serving import Standing
+    from rayproof.reports.subjects.serving import ServingCost
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -17,7 +17,7 @@ class Render:
     versions: dict[str, str]  # of the programs that computed it, by name; none where it failed
     notes: tuple[str, ...] = ()  # of a subject, on its answers
     launches: tuple[float, int] | None = None  # of the tracer: median time [s] of a launch, and how many there were
-    standing: "Standing | None" = None  # of a program that stays alive
+    standing: "ServingCost | None" = None  # of a program that stays alive
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -28,7 +28,7 @@ def camera_and_lights(scene: Scene) -> str:
     return hashlib.blake2b(repr(places).encode(), digest_size=6).hexdigest()
 
 
-class CommonFactors:
+class PooledFactors:
     """What cases say of the factors that the whole run shares: two numbers a configuration and stage."""
 
     def __init__(self) -> None:
@@ -94,7 +94,7 @@ class CommonFactors:
 
 def common_factors(records: Iterable[CaseRecord]) -> list[CommonFactorRecord]:
     """Return for each configuration and stage of light what all cases' factors have in common, as plain JSON data."""
-    factors = CommonFactors()
+    factors = PooledFactors()
     for record in records:
         factors.add(record)
     return factors.pooled

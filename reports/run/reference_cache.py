@@ -172,7 +172,7 @@ class RenderKey(Key):
 
 
 @dataclass(frozen=True, kw_only=True)
-class Question:
+class ReferenceQuestion:
     """What a reference is asked: the stages of a scene, and over how many samples a pixel's mean is taken."""
 
     name: str
@@ -198,7 +198,7 @@ class Question:
         )
 
 
-def recalled(question: Question, store: Store | None = None) -> Rendered | None:
+def recalled(question: ReferenceQuestion, store: Store | None = None) -> Rendered | None:
     """Return what was answered to the same question before, or None.
 
     Raises:
@@ -213,7 +213,7 @@ def _rendered(entry: Entry) -> Rendered:
 
 
 def cached(
-    question: Question,
+    question: ReferenceQuestion,
     render: Callable[[], tuple[StageImages, np.ndarray | None]],
     *,
     store: Store | None = None,

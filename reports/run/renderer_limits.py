@@ -23,7 +23,7 @@ from rayproof.reports.run.case_pipeline import LocalCases
 from rayproof.reports.run.options import CaseOptions, KeptImages
 from rayproof.reports.run.plan import DEFAULTS, panel, plan
 from rayproof.reports.run.workers import RELIEF, workers
-from rayproof.reports.studies.stability.limit_records import LimitRecord, ScaleRecord
+from rayproof.reports.studies.stability.limit_records import LimitRecord, RungVerdict, ScaleRecord
 from rayproof.reports.subjects import THE_TRACER, TRACER, Subject
 
 JUDGES = (ORACLE, "certified")
@@ -46,7 +46,7 @@ class Column:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Rung:
+class SceneRung:
     """The result of one rung."""
 
     outcome: Outcome
@@ -65,7 +65,7 @@ class SceneClimb:
     """The rungs of a ladder that a renderer was asked about, and which is the next."""
 
     ladder: SceneLadder
-    rungs: dict[int, Rung] = field(default_factory=dict)
+    rungs: dict[int, SceneRung] = field(default_factory=dict)
     answered: frozenset[str] = frozenset()  # the stages that the first rung has an answer for
 
     def following(self) -> int | None:
@@ -125,37 +125,37 @@ class SceneClimb:
             outcome, stage, reason = Outcome.UNSUPPORTED, lost[0], str(lacking[lost[0]])
         blamed = by_stages(record, ran=ran)
         items = () if blamed is None else blamed.items
-        self.rungs[rung] = Rung(outcome=outcome, stage=stage, items=items, reason=reason)
+        self.rungs[rung] = SceneRung(outcome=outcome, stage=stage, items=items, reason=reason)
 
     def limit(self, renderer: str) -> LimitRecord:
         """Return what was found, as it is written."""
         values, known = self.ladder.values, sorted(self.rungs)
         broken = next((rung for rung in known if not self.rungs[rung].passes), None)
         reached = [rung for rung in known if broken is None or rung < broken]
-        found = Rung(outcome=Outcome.PASS) if broken is None else self.rungs[broken]
-        return {
-            "renderer": renderer,
-            "ladder": self.ladder.name,
-            "limit": values[reached[-1]] if reached else None,
-            "breaks_at": None if broken is None else values[broken],
-            "verdict": found.outcome.value,
-            "stage": found.stage,
-            "items": list(found.items),
-            "reason": found.reason,
-            "monotone": self.monotone,
-            "rungs": [{"value": values[rung], "verdict": self.rungs[rung].outcome.value} for rung in known],
-        }
+        found = SceneRung(outcome=Outcome.PASS) if broken is None else self.rungs[broken]
+        return LimitRecord(
+            renderer=renderer,
+            ladder=self.ladder.name,
+            limit=values[reached[-1]] if reached else None,
+            breaks_at=None if broken is None else values[broken],
+            verdict=found.outcome.value,
+            stage=found.stage,
+            items=list(found.items),
+            reason=found.reason,
+            monotone=self.monotone,
+            rungs=[RungVerdict(value=values[rung], verdict=self.rungs[rung].outcome.value) for rung in known],
+        )
 
 
 def scale(ladder: SceneLadder) -> ScaleRecord:
     """Return what a reader needs to know of a ladder."""
-    return {
-        "ladder": ladder.name,
-        "quantity": ladder.quantity,
-        "unit": ladder.unit,
-        "values": list(ladder.values),
-        "control": ladder.control,
-    }
+    return ScaleRecord(
+        ladder=ladder.name,
+        quantity=ladder.quantity,
+        unit=ladder.unit,
+        values=list(ladder.values),
+        control=ladder.control,
+    )
 
 
 def ladders_named(patterns: Sequence[str]) -> list[SceneLadder]:

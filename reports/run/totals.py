@@ -7,7 +7,7 @@ from collections import Counter
 from collections.abc import Iterable, Sequence
 from datetime import datetime
 from importlib.metadata import version
-from typing import Any, TypedDict, cast
+from typing import Any, cast
 
 from rayproof.cases.case import ITEMS
 from rayproof.cases.stages import IMAGE_STAGES, Stage
@@ -16,7 +16,6 @@ from rayproof.reports.results.case_records import (
     CaseRecord,
     Check,
     Examined,
-    Number,
 )
 from rayproof.reports.results.files import SCHEMA, at_worst, legible
 from rayproof.reports.results.images import keeps_images
@@ -32,7 +31,7 @@ from rayproof.reports.results.records import (
 )
 from rayproof.reports.run.case_record import DECLARABLE
 from rayproof.reports.run.plan import Panel, PlannedCase, configurations_of
-from rayproof.reports.run.pooled_factors import CommonFactors, wrong
+from rayproof.reports.run.pooled_factors import PooledFactors, wrong
 from rayproof.reports.subjects import Subject
 
 LOW, HIGH = 0.01, 0.8  # a limit used less than this is slack, more than this is tight
@@ -49,16 +48,6 @@ STAGE_ITEMS: dict[str, tuple[str, ...]] = {
 }
 
 
-class Covered(TypedDict):
-    """What was counted of an item of the specification so far: a `CoverageRecord` whose references are a set."""
-
-    cases: int
-    failed: int
-    worst_ratio: Number
-    worst_check: str | None
-    references: set[str]
-
-
 class Totals:
     """What the records of a run come to together, taken up one at a time: none of them is kept."""
 
@@ -70,13 +59,13 @@ class Totals:
         self.stopped: dict[str, list[str]] = {}  # renderer, or the judge -> cases in which its time was over
         self.versions: dict[str, str] = {}
         self.with_images = self.without_images = 0  # cases; of those without, the run kept none since they passed
-        self.factors = CommonFactors()
+        self.factors = PooledFactors()
         self.dark: list[str] = []  # the first scenes of which no pixel is lit
         self._changing: list[str] = []  # what was rendered twice and is not the same, in sentences
         self._growth: tuple[int, str] = (0, "")  # bytes of memory a scene by which the subject grew most, and the case
         self._examined = self._passing = Examined(pixels=0)
         self._coverage = _nothing_covered()
-        self._limits = Limits()
+        self._limits = LimitUse()
         self._answered = Answered()
         self._met: dict[str, list[str]] = {}
 
@@ -160,7 +149,7 @@ class Totals:
         A case counts only if it says that it covers the item, a configuration ran whose formulas cover it, and a check
         at one of the item's stages measured something.
         """
-        return {item: {**entry, "references": sorted(entry["references"])} for item, entry in self._coverage.items()}
+        return self._coverage
 
     @property
     def answered(self) -> AnsweredRecord:
@@ -266,7 +255,7 @@ class Answered:
         return found
 
 
-class Limits:
+class LimitUse:
     """How much of their limits the checks of each kind use: what is needed to say which are slack or tight."""
 
     def __init__(self) -> None:
@@ -310,13 +299,13 @@ def of(records: Iterable[CaseRecord]) -> Totals:
     return totals
 
 
-def _nothing_covered() -> dict[str, Covered]:
+def _nothing_covered() -> dict[str, CoverageRecord]:
     return {
-        item: {"cases": 0, "failed": 0, "worst_ratio": 0.0, "worst_check": None, "references": set()} for item in ITEMS
+        item: {"cases": 0, "failed": 0, "worst_ratio": 0.0, "worst_check": None, "references": []} for item in ITEMS
     }
 
 
-def _cover(found: dict[str, Covered], record: CaseRecord) -> None:
+def _cover(found: dict[str, CoverageRecord], record: CaseRecord) -> None:
     """Add to each specification item what a case measured of it."""
     compared = [check for check in record["checks"] if check.outcome in MEASURED]
     # Many items are measured by the same checks: what these come to is worked out once.
@@ -343,8 +332,8 @@ def _cover(found: dict[str, Covered], record: CaseRecord) -> None:
         entry = found[item]
         entry["cases"] += 1
         entry["failed"] += failed
-        entry["references"] |= references
-        if entry["worst_check"] is None or at_worst(worst_check.ratio) > at_worst(entry["worst_ratio"]):
+        entry["references"] = sorted({*entry["references"], *references})
+        if entry["worst_check"] is None or at_worst(worst_check.ratio) > at_worst(entry["worst_ratio"] or 0.0):
             entry["worst_ratio"] = worst_check.ratio
             entry["worst_check"] = _name(record, worst_check)
 

@@ -74,7 +74,7 @@ LEVEL = 1  # of zlib: a record is read back as often as it is written
 
 
 @dataclass(frozen=True, kw_only=True)
-class Judgement:
+class StoredJudgement:
     """A case's record and the files that belong to it, by their paths in the results folder."""
 
     record: CaseRecord
@@ -114,7 +114,7 @@ def judgement_key(
     )
 
 
-def recall(store: Store, key: str) -> Judgement | None:
+def recall(store: Store, key: str) -> StoredJudgement | None:
     """Return what was found before, or None; an entry that is damaged is gone, and the case is judged again.
 
     So it is where an entry names a file elsewhere than a record's files lie: it is not one that was kept here.
@@ -125,13 +125,13 @@ def recall(store: Store, key: str) -> Judgement | None:
         return None
 
 
-def _judgement(entry: Entry) -> Judgement:
+def _judgement(entry: Entry) -> StoredJudgement:
     arrays = dict(entry[1])
     record = expand_case(json.loads(zlib.decompress(arrays.pop(RECORD).tobytes())))
     if not all(map(_belongs, arrays)):
         raise DamagedEntryError("it names files elsewhere than a record's lie")
     files = {name: zlib.decompress(array.tobytes()) for name, array in arrays.items()}
-    return Judgement(record=record, files=files)
+    return StoredJudgement(record=record, files=files)
 
 
 def keep(store: Store, key: str, folder: Path, record: CaseRecord) -> None:

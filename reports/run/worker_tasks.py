@@ -22,7 +22,7 @@ from rayproof.reports.run import reference_cache
 from rayproof.reports.run.cache_store import DamagedEntryError
 from rayproof.reports.run.case_answers import CaseAnswers, Render
 from rayproof.reports.run.options import CaseOptions
-from rayproof.reports.run.reference_cache import Question, Rendered, damage
+from rayproof.reports.run.reference_cache import ReferenceQuestion, Rendered, damage
 from rayproof.reports.subjects import FUNCTION, PROGRAM, SERVED, TRACER, Subject
 from rayproof.reports.subjects.protocol import Capabilities
 from rayproof.tracer.kernel.compiler import choose_packaged_llvm
@@ -221,16 +221,20 @@ def unable(reference: Reference, scene: Scene, stage: Stage) -> str | None:
     return reference.unsupported(scene, stage)
 
 
-def _question(name: str, reference: Reference, scene: Scene, samples: int) -> tuple[Question, dict[Stage, str]]:
+def _question(
+    name: str, reference: Reference, scene: Scene, samples: int
+) -> tuple[ReferenceQuestion, dict[Stage, str]]:
     """Return what the reference is asked, and why it is not asked about the other stages."""
     stages = stages_of(scene)
     unsupported = {stage: why for stage in stages if (why := unable(reference, scene, stage)) is not None}
     asked = tuple(stage for stage in stages if stage not in unsupported)
-    question = Question(name=name, reference=reference, scene=scene, stages=asked, samples=samples)
+    question = ReferenceQuestion(name=name, reference=reference, scene=scene, stages=asked, samples=samples)
     return question, unsupported
 
 
-def _witness(question: Question, found: Rendered, unsupported: dict[Stage, str], *, independent: bool) -> Answers:
+def _witness(
+    question: ReferenceQuestion, found: Rendered, unsupported: dict[Stage, str], *, independent: bool
+) -> Answers:
     reference, scene, answers = question.reference, question.scene, found.answers
     notes, settings = _ability(reference, "notes"), _ability(reference, "settings")
     resolution = _ability(reference, "resolution")
@@ -256,7 +260,7 @@ def _witness(question: Question, found: Rendered, unsupported: dict[Stage, str],
     )
 
 
-def _rendered(question: Question, *, cached: bool) -> Rendered:
+def _rendered(question: ReferenceQuestion, *, cached: bool) -> Rendered:
     """Return the reference's images, from the cache if `cached`."""
 
     def render() -> tuple[StageImages, np.ndarray | None]:

@@ -9,7 +9,7 @@ import numpy as np
 
 from rayproof.cases.scene import Cube, Mesh, Scene, SceneError
 from rayproof.cases.scene_json import scene_to_json
-from rayproof.reports.shrinking.failure import Failure, Renderer, failure
+from rayproof.reports.shrinking.failure import Renderer, SceneFailure, failure
 
 TRIES = 200  # renders
 CUBE = 6  # faces
@@ -22,7 +22,7 @@ class SpentError(Exception):
 
 
 @dataclass(frozen=True, kw_only=True)
-class Limits:
+class SearchLimits:
     """When to stop: a number of tries gives the same scene on every machine, a time does not."""
 
     tries: int = TRIES
@@ -34,9 +34,9 @@ class Search:
     """The smallest scene so far in which the same thing fails, and how much has been tried for it."""
 
     scene: Scene
-    failure: Failure
+    failure: SceneFailure
     render: Renderer
-    limits: Limits
+    limits: SearchLimits
     progress: Callable[["Search"], None] = lambda search: None
     tries: int = 1  # the scene itself was the first
     interrupted: bool = False  # by Ctrl-C

@@ -38,7 +38,7 @@ class Way(StrEnum):
 
 
 @dataclass(frozen=True, kw_only=True)
-class Failure:
+class SceneFailure:
     """The first failure in a scene."""
 
     stage: Stage
@@ -51,7 +51,7 @@ class Failure:
     answers: StageImages = field(repr=False)
     truth: StageImages = field(repr=False)
 
-    def same(self, other: "Failure") -> bool:
+    def same(self, other: "SceneFailure") -> bool:
         """Say whether `other`, of a smaller scene, is this one: a scene without cubes cannot blame the cube."""
         return (self.stage, self.way) == (other.stage, other.way) and bool(other.items) and other.items <= self.items
 
@@ -92,7 +92,7 @@ def judged(scene: Scene, render: Renderer) -> tuple[Judged, Answers, StageImages
         return judge_case(case, [subject], [truth], oracle, {}), subject, truth.answers
 
 
-def failure(scene: Scene, render: Renderer, stage: Stage | None = None) -> Failure | None:
+def failure(scene: Scene, render: Renderer, stage: Stage | None = None) -> SceneFailure | None:
     """Return what fails first in a scene, or at a `stage`; None where the oracle does not blame the subject there."""
     answered = judged(scene, render)
     if answered is None:
@@ -110,7 +110,7 @@ def failure(scene: Scene, render: Renderer, stage: Stage | None = None) -> Failu
     measured = _measured(guilty)
     numbers = (None, None) if measured is None else (measured.limit, measured.worst_error)
     limit, error = (math.nan if number is None else number for number in numbers)
-    return Failure(
+    return SceneFailure(
         stage=guilty.stage,
         way=_way(guilty.stage, measured),
         items=frozenset(items),

@@ -22,7 +22,7 @@ from rayproof.reports.judge.oracle import stages_of
 from rayproof.reports.results.document import load_results
 from rayproof.reports.results.files import as_json, several
 from rayproof.reports.results.outcomes import TITLES, Outcome
-from rayproof.reports.shrinking.failure import Failure, Renderer
+from rayproof.reports.shrinking.failure import Renderer, SceneFailure
 from rayproof.reports.subjects import Subject
 from rayproof.reports.subjects.protocol import hand_over
 
@@ -35,7 +35,7 @@ MARK = 5  # px from the middle to the frame round the failing pixel
 
 
 @dataclass(frozen=True, kw_only=True)
-class Channel:
+class ChannelBounds:
     """One number of the failing pixel: what the subject says, and two float64 numbers between which the answer lies."""
 
     stage: Stage
@@ -56,7 +56,7 @@ class Report:
     """The facts about the smallest scene."""
 
     scene: Scene
-    failure: Failure
+    failure: SceneFailure
     renderer: str  # what is wrong, in the words of its user
     command: str  # that shows it again, in the folder of the report
     panel: str = ""  # what all references together say, in a sentence
@@ -67,7 +67,7 @@ class Report:
         return (self.failure.pixels or ((0, 0),))[0]
 
     @cached_property
-    def channels(self) -> list[Channel]:
+    def channels(self) -> list[ChannelBounds]:
         """Return the failing pixel, stage by stage, by the subject and by certified bounds."""
         from rayproof.reference.certified import Certified  # not by the registry, which would load every other first
 
@@ -81,7 +81,7 @@ class Report:
             images = self.failure.answers
             got = images[stage][row, column] if stage in images else [math.nan] * len(names)
             found += [
-                Channel(stage=stage, name=name, got=float(value), low=float(low), high=float(high))
+                ChannelBounds(stage=stage, name=name, got=float(value), low=float(low), high=float(high))
                 for name, value, (low, high) in zip(names, got, bounds, strict=True)
             ]
         return found
@@ -126,7 +126,7 @@ class Report:
         return f", where scene.json is `{text}`" if len(text) <= SHORT else ""
 
 
-def vector_of(scene: Scene, failure: Failure, pixel: tuple[int, int]) -> str | None:
+def vector_of(scene: Scene, failure: SceneFailure, pixel: tuple[int, int]) -> str | None:
     """Return ray and shape in object space as a test vector, header and row; None where no single shape is hit wrongly.
 
     The ray is float32's nearest to the exact one; a triangle stands in the world, where it is baked.
@@ -204,8 +204,8 @@ def judged_by_all(scene_file: Path, subject: Subject, configuration: str) -> tup
             run(request)
         (case,) = load_results(Path(folder))["cases"]
     checks = case["checks"]
-    answered = {check["reference"] for check in checks if check["verdict"] not in ("unsupported", "undecided")}
-    blaming = {check["reference"] for check in checks if check["verdict"] == Outcome.FAIL.value}
+    answered = {check.reference for check in checks if check.verdict not in ("unsupported", "undecided")}
+    blaming = {check.reference for check in checks if check.verdict == Outcome.FAIL}
     where = f" at {case['stage']}" if case.get("stage") else ""
     against = f": {case.get('reason') or ''}"
     if blaming:
@@ -213,7 +213,7 @@ def judged_by_all(scene_file: Path, subject: Subject, configuration: str) -> tup
     return case["verdict"] == Outcome.FAIL.value, f"All references together: {case['verdict']}{where}{against}."
 
 
-def _table(channels: Sequence[Channel]) -> Iterator[str]:
+def _table(channels: Sequence[ChannelBounds]) -> Iterator[str]:
     yield "| | got | expected |"
     yield "|---|---|---|"
     for one in channels:

@@ -11,7 +11,7 @@ import numpy as np
 from rayproof.cases.placement import compose, matrix, translation, vector
 from rayproof.cases.scene import Cube, Mesh, Scene, Shape, Square, Triangle
 from rayproof.cases.stages import Stage
-from rayproof.reports.shrinking.attempts import Limits, Search, SpentError, Step
+from rayproof.reports.shrinking.attempts import Search, SearchLimits, SpentError, Step
 from rayproof.reports.shrinking.failure import Renderer, failure
 from rayproof.reports.shrinking.numbers import STEPS as PLAINER
 
@@ -30,7 +30,7 @@ def shrink(
     render: Renderer,
     *,
     stage: Stage | None = None,
-    limits: Limits | None = None,
+    limits: SearchLimits | None = None,
     progress: Callable[[Search], None] = lambda search: None,
 ) -> Search:
     """Return the search, at its end, for the smallest scene in which the same thing fails.
@@ -44,7 +44,7 @@ def shrink(
     found = failure(scene, render, stage)
     if found is None:
         raise NothingFailsError(f"nothing fails{'' if stage is None else f' at {stage}'} before the oracle alone")
-    search = Search(scene=scene, failure=found, render=render, limits=limits or Limits(), progress=progress)
+    search = Search(scene=scene, failure=found, render=render, limits=limits or SearchLimits(), progress=progress)
     try:
         before = None
         while before is not search.scene:

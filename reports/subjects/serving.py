@@ -49,7 +49,7 @@ ANSWERS = {"ok": bool, "unsupported": str, "error": str, "capabilities": dict}
 
 
 @dataclass(frozen=True, kw_only=True)
-class Standing:
+class ServingCost:
     """What a program that stays alive costs beside its answers."""
 
     start: float  # s that it took to start since this was last asked; 0 if it ran
@@ -95,10 +95,10 @@ class Server:
             self.stop()
         return ended
 
-    def standing(self) -> Standing:
+    def standing(self) -> ServingCost:
         """Return how the program stands; its start is told once."""
         start, self._start = self._start, 0.0
-        return Standing(start=start, last_start=self._last_start, growth=self._growth())
+        return ServingCost(start=start, last_start=self._last_start, growth=self._growth())
 
     def notes(self) -> tuple[str, ...]:
         """Return in a sentence what it printed since this was last asked."""

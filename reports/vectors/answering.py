@@ -49,7 +49,7 @@ def columns(rows: Members) -> Columns:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Placed:
+class PlacedRay:
     """What a position formula may ask of a box: the ray in object space, and the way back."""
 
     ray: Ray
@@ -129,7 +129,7 @@ def _distance(rows: Members, chosen: Configuration, types: ArrayTypes) -> Mappin
     t = formula.function(local, shape, ahead(types))
     if file != "box":
         return {"t": t}
-    return {"t": t, "point": chosen["position"](ray, t, Placed(ray=local, transform=place))}
+    return {"t": t, "point": chosen["position"](ray, t, PlacedRay(ray=local, transform=place))}
 
 
 def _camera(rows: Members, chosen: Configuration, types: ArrayTypes) -> Mapping[str, Any]:

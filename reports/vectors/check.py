@@ -45,7 +45,7 @@ class WrongFileError(Exception):
 
 
 @dataclass(frozen=True)
-class Verdict:
+class RowVerdict:
     """What became of a row or a relation: passed, failed or skipped, and the error over its limit."""
 
     id: str
@@ -55,7 +55,7 @@ class Verdict:
 
 
 @dataclass(frozen=True)
-class Answers:
+class AnswerFile:
     """An answer file: what it declares, and the answers by id."""
 
     rows: Mapping[str, Row]
@@ -70,7 +70,7 @@ def file_of(identity: str) -> str:
     return identity.split("-")[1].removesuffix("_extreme")
 
 
-def read_answers(path: Path, known: Iterable[str]) -> Answers:
+def read_answers(path: Path, known: Iterable[str]) -> AnswerFile:
     """Return the answers in a file; `known` are the ids of all rows.
 
     Raises:
@@ -119,7 +119,7 @@ def read_answers(path: Path, known: Iterable[str]) -> Answers:
     except ValueError:
         raise WrongFileError(f"{path}: edge must be a length, got {said['edge']}") from None
     name = said.get("name", path.stem)
-    return Answers(rows=rows, inside=said.get("inside", "exit"), edge=edge, name=name, files=tuple(sorted(answered)))
+    return AnswerFile(rows=rows, inside=said.get("inside", "exit"), edge=edge, name=name, files=tuple(sorted(answered)))
 
 
 def _numbers(path: Path, identity: str, row: Row, columns: list[str]) -> None:
@@ -150,7 +150,7 @@ def distance(answer: str, row: Row, name: str) -> float:
     return float(max(Fraction(low) - exact, exact - Fraction(high), Fraction(0)))
 
 
-def right_times(row: Row, answers: Answers) -> list[str]:
+def right_times(row: Row, answers: AnswerFile) -> list[str]:
     """Return which t are right: from inside what the file declares, from a surface each of them."""
     start = row.get("start", "")
     if start == "on":
@@ -160,11 +160,11 @@ def right_times(row: Row, answers: Answers) -> list[str]:
     return ["t_in"]
 
 
-def judged(identity: str, row: Row, answers: Answers, precision: str) -> Verdict:
+def judged(identity: str, row: Row, answers: AnswerFile, precision: str) -> RowVerdict:
     """Return the verdict on a row."""
     answer, bits = answers.rows[identity], precision[-2:]
     if SKIP in answer.values():
-        return Verdict(identity, "skipped")
+        return RowVerdict(identity, "skipped")
     decision, groups = FILES[file_of(identity)]
     said = ""
     if decision and row[f"decision{bits}"]:
@@ -175,11 +175,11 @@ def judged(identity: str, row: Row, answers: Answers, precision: str) -> Verdict
         right = row[f"decision{bits}"]
         within = row.get("clearance") and float(row["clearance"]) <= answers.edge
         if right == EITHER or within:
-            return Verdict(identity, "passed")
+            return RowVerdict(identity, "passed")
         if said != right:
-            return Verdict(identity, "failed", math.inf, f"{decision} is {said}, right is {right}")
+            return RowVerdict(identity, "failed", math.inf, f"{decision} is {said}, right is {right}")
         if decision == "hit" and said == "0":
-            return Verdict(identity, "passed")
+            return RowVerdict(identity, "passed")
     worst, because = 0.0, ""
     for group, names in groups.items():
         limit = row[f"limit{bits}" + ("" if group == next(iter(groups)) else f"_{group}")]
@@ -193,26 +193,26 @@ def judged(identity: str, row: Row, answers: Answers, precision: str) -> Verdict
         ratio = off / float(limit)
         if not ratio <= worst:
             worst, because = ratio, f"{group} is off by {off:.3g}, limit {float(limit):.3g}"
-    return Verdict(identity, "passed" if worst <= 1 else "failed", worst, because if worst > 1 else "")
+    return RowVerdict(identity, "passed" if worst <= 1 else "failed", worst, because if worst > 1 else "")
 
 
-def related(relation: Row, answers: Answers) -> Verdict | None:
+def related(relation: Row, answers: AnswerFile) -> RowVerdict | None:
     """Return the verdict on a relation between rows: None where its file is not answered."""
     members = relation["rows"].split()
     if any(member not in answers.rows for member in members):
         return None
     kept = [answers.rows[member] for member in members]
     if any(SKIP in row.values() for row in kept):
-        return Verdict(relation["id"], "skipped")
+        return RowVerdict(relation["id"], "skipped")
     hits = ["1" if float(row["hit"]) and math.isfinite(float(row.get("t") or "nan")) else "0" for row in kept]
     if relation["relation"] == "at least one hit" and "1" not in hits:
-        return Verdict(relation["id"], "failed", math.inf, "no row hits: the ray leaks")
+        return RowVerdict(relation["id"], "failed", math.inf, "no row hits: the ray leaks")
     if relation["relation"] == "all alike" and len(set(hits)) > 1:
-        return Verdict(relation["id"], "failed", math.inf, f"{relation['rows']} are {', '.join(hits)}")
-    return Verdict(relation["id"], "passed")
+        return RowVerdict(relation["id"], "failed", math.inf, f"{relation['rows']} are {', '.join(hits)}")
+    return RowVerdict(relation["id"], "passed")
 
 
-def scored(rows: Mapping[str, Row], relations: Iterable[Row], answers: Answers, precision: str) -> list[Verdict]:
+def scored(rows: Mapping[str, Row], relations: Iterable[Row], answers: AnswerFile, precision: str) -> list[RowVerdict]:
     """Return the verdicts on all answered rows, and on the relations between them."""
     verdicts = [judged(identity, rows[identity], answers, precision) for identity in answers.rows]
     found = (related(relation, answers) for relation in relations)
@@ -233,7 +233,7 @@ def read_vectors(folder: Path) -> tuple[dict[str, Row], list[Row]]:
     return rows, relations
 
 
-def exit_code(verdicts: Iterable[Verdict]) -> int:
+def exit_code(verdicts: Iterable[RowVerdict]) -> int:
     """Return 1 if something failed, 3 if nothing was scored, else 0."""
     outcomes = {verdict.outcome for verdict in verdicts}
     return 1 if "failed" in outcomes else 0 if "passed" in outcomes else 3

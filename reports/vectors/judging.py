@@ -12,7 +12,7 @@ from rayproof.reports.publish.junit import legal
 from rayproof.reports.studies.stability.questions import QUESTIONS
 from rayproof.reports.vectors import Row
 from rayproof.reports.vectors.answering import answered, configured, formulas_of
-from rayproof.reports.vectors.check import SKIP, Answers, Verdict, exit_code, scored
+from rayproof.reports.vectors.check import SKIP, AnswerFile, RowVerdict, exit_code, scored
 from rayproof.reports.vectors.files import as_read
 from rayproof.reports.vectors.rows import LADDERS, everything
 from rayproof.tracer.formulas import FORMULAS
@@ -23,7 +23,7 @@ ALIKE = 0.5  # share of all failures from which a formula is named
 
 
 @dataclass(frozen=True, kw_only=True)
-class Reach:
+class LadderReach:
     """How far the answers climb a ladder by the gate of `rayproof stability`."""
 
     ladder: Ladder
@@ -37,13 +37,13 @@ class Reach:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Judgement:
+class FileJudgement:
     """All that is known about an answer file."""
 
     name: str
     precision: str
-    verdicts: Sequence[Verdict]
-    reaches: Sequence[Reach]
+    verdicts: Sequence[RowVerdict]
+    reaches: Sequence[LadderReach]
     alike: Mapping[str, str]  # file -> a sentence
 
     @property
@@ -51,7 +51,7 @@ class Judgement:
         """Return 1 if a row or a relation fails, 3 if nothing was scored, else 0."""
         return exit_code(self.verdicts)
 
-    def of_file(self, file: str) -> list[Verdict]:
+    def of_file(self, file: str) -> list[RowVerdict]:
         """Return the verdicts on one file's rows, its extreme scales included, or on the relations."""
         return [verdict for verdict in self.verdicts if _family(verdict.id) == file]
 
@@ -65,7 +65,7 @@ def _family(identity: str) -> str:
     return identity.split("-")[1]
 
 
-def judge(answers: Answers, precision: str) -> Judgement:
+def judge(answers: AnswerFile, precision: str) -> FileJudgement:
     """Return the judgement on an answer file of a precision."""
     wanted = {file.removesuffix("_extreme") for file in answers.files}
     rows, relations = as_read(wanted)
@@ -77,13 +77,13 @@ def judge(answers: Answers, precision: str) -> Judgement:
         for file in sorted(wanted)
         if (sentence := _alike(file, rows, relations, answers, verdicts, precision)) is not None
     }
-    return Judgement(name=answers.name, precision=precision, verdicts=verdicts, reaches=reaches, alike=alike)
+    return FileJudgement(name=answers.name, precision=precision, verdicts=verdicts, reaches=reaches, alike=alike)
 
 
 # Ladders.
 
 
-def climbed(members: Mapping[str, Row], cells: Mapping[str, Cells], precision: str) -> list[Reach]:
+def climbed(members: Mapping[str, Row], cells: Mapping[str, Cells], precision: str) -> list[LadderReach]:
     """Return how far the answers climb each ladder whose rows they hold."""
     rays: dict[str, dict[tuple[float, int], list[str]]] = {}
     for identity, row in members.items():
@@ -98,7 +98,7 @@ def _climb(
     cells: Mapping[str, Cells],
     rays: Mapping[tuple[float, int], list[str]],
     precision: str,
-) -> Reach:
+) -> LadderReach:
     first = [members[ids[0]].given for ids in rays.values()]
     inputs = {name: np.concatenate([given[name] for given in first]) for name in first[0]}
     rungs = np.array([ladder.values.index(value) for value, _ in rays])
@@ -114,7 +114,7 @@ def _climb(
         if np.any(bad[rungs == rung]):
             break
         last = ladder.values[rung]
-    return Reach(ladder=ladder, breakpoint=last, last=ladder.values[int(rungs.max())])
+    return LadderReach(ladder=ladder, breakpoint=last, last=ladder.values[int(rungs.max())])
 
 
 def _numbers(row: Cells, names: Sequence[str]) -> list[float]:
@@ -165,7 +165,7 @@ def _answer(ladder: Ladder, given: Sequence[Sequence[Cells]], inputs: Mapping[st
 # Which known formula fails alike.
 
 
-def _failures(verdicts: Sequence[Verdict]) -> set[str]:
+def _failures(verdicts: Sequence[RowVerdict]) -> set[str]:
     return {verdict.id for verdict in verdicts if verdict.outcome == "failed"}
 
 
@@ -173,8 +173,8 @@ def _alike(
     file: str,
     rows: Mapping[str, dict[str, str]],
     relations: Sequence[dict[str, str]],
-    answers: Answers,
-    own: Sequence[Verdict],
+    answers: AnswerFile,
+    own: Sequence[RowVerdict],
     bits: str,
 ) -> str | None:
     """Return in a sentence which formula of the tracer fails the same rows and relations; None where nothing fails.
@@ -190,7 +190,7 @@ def _alike(
     share: dict[str, float] = {}
     for formula in formulas_of(file):
         cells = answered(members, configured(formula, bits))
-        theirs = _failures(scored(rows, related, Answers(rows=cells), bits))
+        theirs = _failures(scored(rows, related, AnswerFile(rows=cells), bits))
         share[formula.name] = len(mine & theirs) / len(mine | theirs)
     best = max(share.values())
     if best < ALIKE:
@@ -204,12 +204,12 @@ def _alike(
 # What is published.
 
 
-def reach_cell(reach: Reach) -> str:
+def reach_cell(reach: LadderReach) -> str:
     """Return how far a ladder was climbed, for a table."""
     return "none" if reach.breakpoint is None else f"{reach.breakpoint:g}" + (" (all)" if reach.whole else "")
 
 
-def markdown(judgement: Judgement) -> str:
+def markdown(judgement: FileJudgement) -> str:
     """Return the judgement as Markdown."""
     lines = [
         f"# {judgement.name}, {judgement.precision}",
@@ -230,7 +230,7 @@ def markdown(judgement: Judgement) -> str:
     return "\n".join(lines).rstrip() + "\n"
 
 
-def junit(judgement: Judgement) -> str:
+def junit(judgement: FileJudgement) -> str:
     """Return the judgement as JUnit XML: a suite a file, a case a row."""
     root = ElementTree.Element("testsuites", {"name": legal(f"rayproof vectors {judgement.name}")})
     for file in judgement.files:

@@ -18,9 +18,9 @@ from rayproof.cases.stages import Stage
 from rayproof.tracer.configuration import Configuration
 from rayproof.tracer.kernel.arrays import array_types, next_step, where
 from rayproof.tracer.kernel.parameters import LITERALS, DeviceBuffers, KernelConstants
-from rayproof.tracer.light_path.camera_stage import View, camera_rays, clipped, sample_ndc, sample_positions
+from rayproof.tracer.light_path.camera_stage import SampledView, camera_rays, clipped, sample_ndc, sample_positions
 from rayproof.tracer.light_path.illumination import illuminate
-from rayproof.tracer.light_path.surfaces import DeviceScene, HitShapes, Surface, hit_point, shading_normal, surface
+from rayproof.tracer.light_path.surfaces import DeviceScene, HitShapes, SurfacePoint, hit_point, shading_normal, surface
 from rayproof.tracer.plan import Context, Plan, plan
 from rayproof.tracer.rays import NearestHit, Ray
 from rayproof.tracer.trees.beams import reduced
@@ -36,8 +36,8 @@ class Trace:
     """A scene that is ready to be traced by one configuration: its shapes and its camera on the device."""
 
     world: DeviceScene
-    view: View  # whose samples are shaded
-    tiles: View  # whose rays go through the trees together: the same, unless that is a kernel of its own
+    view: SampledView  # whose samples are shaded
+    tiles: SampledView  # whose rays go through the trees together: the same, unless that is a kernel of its own
 
     @classmethod
     def of(
@@ -60,7 +60,7 @@ class Trace:
             buffers=DeviceBuffers() if buffers is None else buffers,
             parameters=parameters,
         )
-        view_of = partial(View.of, context, per_side=per_side, within=within)
+        view_of = partial(SampledView.of, context, per_side=per_side, within=within)
         tiles = view_of(columns=context.plan.columns, rows=context.plan.rows)
         view = view_of(columns=1, rows=1) if context.plan.split else tiles
         return cls(world=DeviceScene(context), view=view, tiles=tiles)
@@ -239,7 +239,7 @@ def _given_lights(earlier: Given) -> list[list[Any]]:
     return [[visible > 0 for visible in light] for light in zip(*earlier[Stage.VISIBILITY], strict=True)]
 
 
-def _exitance(surface: Surface, irradiance: Any) -> Any:
+def _exitance(surface: SurfacePoint, irradiance: Any) -> Any:
     """Return M [W/m^2]."""
     world = surface.met.world
     leaving = world.configuration["exitance"](surface.albedo, irradiance)
@@ -249,7 +249,7 @@ def _exitance(surface: Surface, irradiance: Any) -> Any:
     return dr.select((surface.albedo == 0) & dr.isinf(irradiance), 0, leaving)
 
 
-def _radiance(surface: Surface, exitance: Any) -> Any:
+def _radiance(surface: SurfacePoint, exitance: Any) -> Any:
     """Return L [W/(m^2 sr)]."""
     world = surface.met.world
     slot = "radiance_simplified" if world.scene.shading == "simplified" else "radiance"

@@ -82,7 +82,7 @@ WIDEST = 0.25  # the largest component of a unit direction is at least 0.57; its
 
 
 @dataclass(frozen=True, kw_only=True)
-class View:
+class SampledView:
     """The samples that each lane takes of a camera's image.
 
     Without `within` these are all samples of the image; with it, one sample of every pixel: the one at this (column,
@@ -97,7 +97,9 @@ class View:
     viewpoint: Viewpoint  # the frame's numbers as parameters of the kernel
 
     @classmethod
-    def of(cls, context: Context, *, columns: int, rows: int, per_side: int, within: tuple[Any, Any] | None) -> "View":
+    def of(
+        cls, context: Context, *, columns: int, rows: int, per_side: int, within: tuple[Any, Any] | None
+    ) -> "SampledView":
         """Return the view of a scene's camera by lanes that take columns x rows samples."""
         camera, side_by_side = context.scene.camera, per_side if within is None else 1
         size = {"width": camera.width * side_by_side, "height": camera.height * side_by_side}
@@ -132,7 +134,7 @@ def is_narrow(camera: Camera, across: int, *, per_side: int) -> bool:
     return across * sample < WIDEST and camera.fovy < 90
 
 
-def sample_positions(view: View) -> list[tuple[Any, Any]]:
+def sample_positions(view: SampledView) -> list[tuple[Any, Any]]:
     """Return (column, row) of every sample among all samples of the image."""
     positions = view.lanes.positions(view.context.types.UInt)
     if view.within is None:
@@ -141,7 +143,7 @@ def sample_positions(view: View) -> list[tuple[Any, Any]]:
     return [(column * view.per_side + across, row * view.per_side + down) for column, row in positions]
 
 
-def sample_ndc(view: View, positions: list[tuple[Any, Any]]) -> list[tuple[Any, Any]]:
+def sample_ndc(view: SampledView, positions: list[tuple[Any, Any]]) -> list[tuple[Any, Any]]:
     """Return (sx, sy) of the samples at these positions."""
     context, camera = view.context, view.context.scene.camera
     types, configuration = context.types, context.configuration
@@ -155,7 +157,7 @@ def sample_ndc(view: View, positions: list[tuple[Any, Any]]) -> list[tuple[Any, 
     return coordinates
 
 
-def camera_rays(view: View, ndc: list[tuple[Any, Any]]) -> list[Ray]:
+def camera_rays(view: SampledView, ndc: list[tuple[Any, Any]]) -> list[Ray]:
     """Return the camera rays through these points of the image, with unit directions, and let a kernel end."""
     formula, viewpoint = view.context.configuration["ray"], view.viewpoint
     rays = [Ray(origin=viewpoint.eye, direction=formula(viewpoint, *point)) for point in ndc]
@@ -163,7 +165,7 @@ def camera_rays(view: View, ndc: list[tuple[Any, Any]]) -> list[Ray]:
     return rays
 
 
-def clipped(view: View, rays: list[Ray]) -> list[Interval]:
+def clipped(view: SampledView, rays: list[Ray]) -> list[Interval]:
     """Return the part of each camera ray that counts, and let a kernel end."""
     context, viewpoint = view.context, view.viewpoint
     clip = context.configuration[f"clip_{context.scene.clip}"]

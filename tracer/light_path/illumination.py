@@ -14,7 +14,7 @@ import numpy as np
 from rayproof.cases.scene import Vector
 from rayproof.tracer.kernel.arrays import next_step
 from rayproof.tracer.light_path.shadow_stage import ShadowRayOrigins, shadow_ray_origins
-from rayproof.tracer.light_path.surfaces import DeviceScene, Surface
+from rayproof.tracer.light_path.surfaces import DeviceScene, SurfacePoint
 from rayproof.tracer.rays import Hit, Interval, Ray, ShadowRay
 
 MANY = 6  # the least number of lights for which a kernel loops over them; fewer are unrolled
@@ -33,7 +33,7 @@ class DirectionToLight:
 
 
 def _towards(
-    world: DeviceScene, surfaces: Sequence[Surface], position: Any, place: Vector | None = None
+    world: DeviceScene, surfaces: Sequence[SurfacePoint], position: Any, place: Vector | None = None
 ) -> list[DirectionToLight]:
     """Return the ways to a light at `position` [m]."""
     directions = []
@@ -53,7 +53,9 @@ def _towards(
     return directions
 
 
-def _above_horizon(world: DeviceScene, surfaces: Sequence[Surface], towards: Sequence[DirectionToLight]) -> list[Any]:
+def _above_horizon(
+    world: DeviceScene, surfaces: Sequence[SurfacePoint], towards: Sequence[DirectionToLight]
+) -> list[Any]:
     """Return where one light is above the horizon. A NaN cosine counts as above, so that it stays visible."""
     horizon = world.configuration["horizon"]
     return [surface.met.mask & ~horizon(way.cosine) for surface, way in zip(surfaces, towards, strict=True)]
@@ -76,7 +78,7 @@ def _shadow_ray(world: DeviceScene, hit: Hit, towards: DirectionToLight, active:
 
 def _unblocked(
     origins: ShadowRayOrigins | None,
-    surfaces: Sequence[Surface],
+    surfaces: Sequence[SurfacePoint],
     towards: Sequence[DirectionToLight],
     above: Sequence[Any],
 ) -> list[Any]:
@@ -100,7 +102,7 @@ def _alike(world: DeviceScene) -> bool:
     return world.in_trees and not world.bodies.each and not world.parameters.shared
 
 
-def _unblocked_by_loop(origins: ShadowRayOrigins, surfaces: Sequence[Surface]) -> list[list[Any]]:
+def _unblocked_by_loop(origins: ShadowRayOrigins, surfaces: Sequence[SurfacePoint]) -> list[list[Any]]:
     """Return the masks of `_unblocked`, computed in a loop over the lights: each light is a bit of a ray's number."""
     world, lights = origins.world, origins.world.scene.lights
     UInt, width = world.types.UInt, dr.width(surfaces[0].met.hit.distance)
@@ -136,7 +138,7 @@ def _of_light(world: DeviceScene, index: int, what: str, value: Vector) -> Any:
 
 
 def illuminate(
-    world: DeviceScene, surfaces: Sequence[Surface], *, visibility: bool, known: Sequence[list[Any]] | None = None
+    world: DeviceScene, surfaces: Sequence[SurfacePoint], *, visibility: bool, known: Sequence[list[Any]] | None = None
 ) -> tuple[list[list[Any]], list[Any]]:
     """Return the visibility of each light, per light and ray, and the irradiance E [W/m^2], 0 on a miss.
 
@@ -151,7 +153,9 @@ def illuminate(
     return _unrolled(world, surfaces)
 
 
-def _by_loop(world: DeviceScene, surfaces: Sequence[Surface], *, visibility: bool) -> tuple[list[list[Any]], list[Any]]:
+def _by_loop(
+    world: DeviceScene, surfaces: Sequence[SurfacePoint], *, visibility: bool
+) -> tuple[list[list[Any]], list[Any]]:
     # Before the loop: it does not depend on the light.
     origins = shadow_ray_origins(world, surfaces) if world.has_blockers else None
 
@@ -166,7 +170,7 @@ def _by_loop(world: DeviceScene, surfaces: Sequence[Surface], *, visibility: boo
 
 
 def _unrolled(
-    world: DeviceScene, surfaces: Sequence[Surface], visible: Sequence[list[Any]] | None = None
+    world: DeviceScene, surfaces: Sequence[SurfacePoint], visible: Sequence[list[Any]] | None = None
 ) -> tuple[list[list[Any]], list[Any]]:
     lights = world.scene.lights
     positions = [_of_light(world, k, "position", light.position) for k, light in enumerate(lights)]
@@ -205,7 +209,7 @@ def _numbers(world: DeviceScene, name: str, values: list[tuple[float, float, flo
     return world.buffers.floats(f"lights' {name}", world.types, lambda: np.array(values))
 
 
-def _loop(world: DeviceScene, surfaces: Sequence[Surface], one_light: OneLight, visible: Any) -> list[Any]:
+def _loop(world: DeviceScene, surfaces: Sequence[SurfacePoint], one_light: OneLight, visible: Any) -> list[Any]:
     """Return the irradiance [W/m^2] per ray; write 1 into `seen`, unless None, where a light is seen."""
     types, lights = world.types, world.scene.lights
     rays, width = len(surfaces), dr.width(surfaces[0].met.hit.distance)
@@ -233,7 +237,7 @@ def _loop(world: DeviceScene, surfaces: Sequence[Surface], one_light: OneLight, 
 
 
 def light_loop(
-    world: DeviceScene, surfaces: Sequence[Surface], one_light: OneLight, *, visibility: bool
+    world: DeviceScene, surfaces: Sequence[SurfacePoint], one_light: OneLight, *, visibility: bool
 ) -> tuple[list[list[Any]], list[Any]]:
     """Return where each light is seen, per light and ray, and E [W/m^2] per ray, both from one loop over the lights.
 

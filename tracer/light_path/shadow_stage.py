@@ -12,7 +12,7 @@ import drjit as dr
 
 from rayproof.tracer.configuration import Configuration
 from rayproof.tracer.kernel.arrays import array_types
-from rayproof.tracer.light_path.surfaces import DeviceScene, HitShapes, Surface, clearance, hit_point
+from rayproof.tracer.light_path.surfaces import DeviceScene, HitShapes, SurfacePoint, clearance, hit_point
 from rayproof.tracer.rays import Hit, Interval, Ray
 from rayproof.tracer.shapes.bounds import bound
 
@@ -27,7 +27,7 @@ class ShadowRayOrigins:
     hits: list[Hit]
 
 
-def shadow_ray_origins(world: DeviceScene, surfaces: Sequence[Surface]) -> ShadowRayOrigins:
+def shadow_ray_origins(world: DeviceScene, surfaces: Sequence[SurfacePoint]) -> ShadowRayOrigins:
     """Return where shadow rays start."""
     if world.configuration.formula("shadow_ray").facts.get("doubles", False) and world.types.precision != "float64":
         return _in_float64(world, surfaces)
@@ -46,7 +46,7 @@ def shadow_ray_origins(world: DeviceScene, surfaces: Sequence[Surface]) -> Shado
     return ShadowRayOrigins(world=world, hits=hits)
 
 
-def _in_float64(world: DeviceScene, surfaces: Sequence[Surface]) -> ShadowRayOrigins:
+def _in_float64(world: DeviceScene, surfaces: Sequence[SurfacePoint]) -> ShadowRayOrigins:
     """Return the hits of the same rays, found again; where that fails, the usual ones."""
     types, parameters = array_types("float64"), world.parameters
     wide = DeviceScene(replace(world.context, types=types))

@@ -220,7 +220,7 @@ class OneShape(HitShapes):
 
 
 @dataclass(frozen=True, kw_only=True)
-class Surface:
+class SurfacePoint:
     """The properties of a surface, at the hit of one ray, on which its light depends."""
 
     met: HitShapes
@@ -301,11 +301,11 @@ def shading_normal(shapes: HitShapes, position: Any) -> Any:
     return _facing(shapes, shapes.choose(normals, shapes.world.types.Vector(0)))
 
 
-def surface(shapes: HitShapes, position: Any, normal: Any) -> Surface:
+def surface(shapes: HitShapes, position: Any, normal: Any) -> SurfacePoint:
     """Return the surface with this position [m] and this shading normal."""
     types = shapes.world.types
     one_sided = shapes.constant("one-sided", lambda shape: not shape.shape.two_sided, types.Bool)
-    return Surface(
+    return SurfacePoint(
         met=shapes,
         position=position,
         normal=normal,

@@ -11,7 +11,7 @@ import sys
 import venv
 from pathlib import Path
 
-from rayproof.reports.vectors.check import EITHER, Verdict, read_answers, read_vectors, scored
+from rayproof.reports.vectors.check import EITHER, RowVerdict, read_answers, read_vectors, scored
 from rayproof.reports.vectors.files import write
 
 HERE = Path(__file__).parent
@@ -65,7 +65,7 @@ def installed(folder: Path) -> dict[str, list[str]]:
     return commands
 
 
-def cell(verdicts: list[Verdict], required: set[str]) -> str:
+def cell(verdicts: list[RowVerdict], required: set[str]) -> str:
     """Return how many of the rows that require something fail."""
     asked = [verdict for verdict in verdicts if verdict.outcome != "skipped" and verdict.id in required]
     failed = [verdict for verdict in asked if verdict.outcome == "failed"]
@@ -76,7 +76,7 @@ def row(library: str, folder: Path) -> list[str]:
     """Return a library's row: what fails at float32's limits, and of those in float64 at float64's too."""
     rows, relations = read_vectors(folder)
     skipped, cells = 0, list[str]()
-    between: list[Verdict] = []
+    between: list[RowVerdict] = []
     for file in FILES:
         path = folder / f"{library}-{file}.csv"
         if not path.is_file():

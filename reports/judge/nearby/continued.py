@@ -24,7 +24,8 @@ import numpy as np
 from rayproof.cases.stages import Stage, StageImages
 from rayproof.reference.analytic import Analytic, Freedom
 from rayproof.reports.judge.answers import all_of, dot
-from rayproof.reports.judge.nearby.explaining import FIRST, HALVINGS, NOTHING, ROUNDS, Declared, Explained, Reach
+from rayproof.reports.judge.measurement import Explained
+from rayproof.reports.judge.nearby.explaining import FIRST, HALVINGS, NOTHING, ROUNDS, DecisionReach, Declared
 from rayproof.reports.judge.nearby.problems import AMOUNTS, FARTHEST, Problem, Problems
 
 COUNT = 16  # numbers drawn for a pixel: more than what is handed over has, and three for shadow rays
@@ -75,7 +76,7 @@ class Continuing:
     stage: Stage
     answers: StageImages  # the renderer's, (height, width, channels)
     limit: np.ndarray  # (height, width) or (height, width, channels)
-    reach: Reach
+    reach: DecisionReach
     declared: Declared
     unit: float  # unit roundoff
     whole: Mapping[

@@ -16,6 +16,7 @@ from rayproof.cases.scene import Scene
 from rayproof.cases.stages import IMAGE_STAGES, Stage, StageImages
 from rayproof.reference.analytic import NOWHERE, Analytic, Freedom
 from rayproof.reports.judge.answers import all_of
+from rayproof.reports.judge.measurement import Explained
 from rayproof.reports.judge.nearby.clouds import (
     LIGHT,
     SURFACE,
@@ -43,7 +44,7 @@ FEW = 16  # pixels
 
 
 @dataclass(frozen=True, kw_only=True)
-class Reach:
+class DecisionReach:
     """How far rounding, and what a renderer declares, move what decides about single pixels, (height, width)."""
 
     image: np.ndarray  # px: the ray's own forward limit
@@ -70,20 +71,6 @@ class Declared:
 NOTHING = Declared()
 
 
-@dataclass(frozen=True, kw_only=True)
-class Explained:
-    """What became of the pixels of one stage that are over their limits, (height, width) each."""
-
-    rounding: np.ndarray  # a problem within rounding has the value
-    epsilon: np.ndarray  # only one that also overlooks what the renderer declares has it
-    unexamined: np.ndarray  # nobody knows: not asked, or too many lights are undecided
-
-    @property
-    def any(self) -> np.ndarray:
-        """Return the pixels that are not wrong."""
-        return self.rounding | self.epsilon | self.unexamined
-
-
 AllowedAt = Callable[[np.ndarray, np.ndarray, Mapping[Stage, np.ndarray]], Allowed]
 
 
@@ -96,7 +83,7 @@ class Asking:
     stages: Sequence[Stage]  # that the oracle answers
     answers: StageImages  # the renderer's, (height, width, channels)
     over: Mapping[Stage, np.ndarray]  # (height, width): the pixels over their limits
-    reach: Reach
+    reach: DecisionReach
     declared: Declared
     allowed: AllowedAt  # of pixels' (rows, columns), and of an answer's rows (n, channels)
     chained: bool = True  # light was computed of the very hits that the renderer names, not by a pass of its own

@@ -21,7 +21,7 @@ from importlib.resources import files
 from itertools import islice
 from multiprocessing import get_context
 from pathlib import Path, PurePath
-from typing import Any, TypedDict, TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
 from msgspec import structs
@@ -238,16 +238,7 @@ def has_view(folder: Path, case: CaseRecord) -> bool:
     return isinstance(scene, str) and inside(folder, scene)
 
 
-class ViewData(TypedDict):
-    """The data from which the page makes a case's 3-D view, beside the images."""
-
-    scene: dict[str, Any]  # as docs/scene.md describes it
-    ours: str | None  # whose answers are shown
-    theirs: str | None
-    stage: str | None  # that is blamed
-
-
-def view_of(scene: dict[str, Any], case: CaseRecord) -> ViewData | None:
+def view_of(scene: dict[str, Any], case: CaseRecord) -> dict[str, Any] | None:
     """Return what the page makes the 3-D view of a case of, or None where its meshes are none."""
     ours, theirs = compared(case)
     try:

@@ -5,33 +5,21 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypedDict, TypeGuard
+from typing import TYPE_CHECKING, Any, TypeGuard
 
-from rayproof.reports.results.case_records import ComparedCheckRecord, Number
 from rayproof.reports.results.files import write_text
 from rayproof.reports.results.float_codec import pack_json
 from rayproof.reports.results.images import script
 from rayproof.reports.results.records import (
-    ComparedRunRecord,
-    ComparisonRowRecord,
     RunRecord,
-    WorseRecord,
 )
 
 if TYPE_CHECKING:
     from rayproof.reports.studies.compare.records import FamilyRecord, FormulaComparisonRecord
-    from rayproof.reports.studies.compare.statistics import Interval
 
 DATA = "history/series.js"
-
-
-class HistoryFront(TypedDict):
-    """What the page holds of the history from the beginning: all but the series, which are in a script."""
-
-    file: str
-    run: int
-    worse: list[WorseRecord]
-    data: str
+# The keys of a case of two runs that the page shows.
+ROW = ("case", "before", "after", "stage", "worst", "pixels", "seconds", "stands_out")
 
 
 def publish(folder: Path, results: RunRecord) -> list[Path]:
@@ -43,7 +31,7 @@ def publish(folder: Path, results: RunRecord) -> list[Path]:
     return [write_text(path, script(DATA, pack_json(results["history"]["cases"])))]
 
 
-def history_front(results: RunRecord) -> HistoryFront | None:
+def history_front(results: RunRecord) -> dict[str, Any] | None:
     """Return what the page holds of the history from the beginning, or None without one."""
     if "history" not in results:
         return None
@@ -51,32 +39,7 @@ def history_front(results: RunRecord) -> HistoryFront | None:
     return {"file": history["file"], "run": history["run"], "worse": history["worse"], "data": DATA}
 
 
-class ComparisonFrontRow(TypedDict):
-    """The result of a case in both runs."""
-
-    case: str
-    before: str | None
-    after: str | None
-    stage: str | None
-    worst: ComparedCheckRecord | None
-    pixels: int | None
-    seconds: list[Number | None]
-    stands_out: int | None
-
-
-class ComparisonFront(TypedDict):
-    """The part of two runs that the page shows."""
-
-    base: ComparedRunRecord
-    candidate: ComparedRunRecord
-    renderers: dict[str, str]
-    appeared: list[list[str]]
-    vanished: list[list[str]]
-    sentence: str | None
-    rows: list[ComparisonFrontRow]
-
-
-def comparison_front(results: RunRecord) -> ComparisonFront | None:
+def comparison_front(results: RunRecord) -> dict[str, Any] | None:
     """Return what the page shows of the comparison, or None where there is none in the shape of docs/report.md."""
     compared = results.get("comparison")
     if not isinstance(compared, Mapping):
@@ -93,21 +56,7 @@ def comparison_front(results: RunRecord) -> ComparisonFront | None:
         "appeared": compared["appeared"],
         "vanished": compared["vanished"],
         "sentence": compared.get("sentence"),
-        "rows": [_row(row) for row in compared["rows"]],
-    }
-
-
-def _row(row: ComparisonRowRecord) -> ComparisonFrontRow:
-    """Return of a case's row what the page shows."""
-    return {
-        "case": row.get("case"),
-        "before": row.get("before"),
-        "after": row.get("after"),
-        "stage": row.get("stage"),
-        "worst": row.get("worst"),
-        "pixels": row.get("pixels"),
-        "seconds": row["seconds"],
-        "stands_out": row.get("stands_out"),
+        "rows": [{key: row.get(key) for key in ROW} for row in compared["rows"]],
     }
 
 
@@ -126,39 +75,15 @@ def _is_listed(value: Any) -> bool:
 
 
 NAME = "comparison.json"
+# The keys of a comparison, and of its families, that the page shows as they are.
+CONTEST = ("base", "candidate", "verdict", "outcome", "repetitions", "stages", "faults")
+FAMILY = (
+    "family", "stress", "outcome", "scenes", "pixels", "digits_gained", "digits_interval", "time_ratio",
+    "time_interval", "nanoseconds_per_ray",
+)  # fmt: skip
 
 
-class ContestFamily(TypedDict):
-    """A family of cases."""
-
-    family: str
-    stress: bool
-    outcome: str
-    scenes: int
-    pixels: int
-    digits_gained: float | None
-    digits_interval: Interval | None
-    time_ratio: float
-    time_interval: Interval
-    nanoseconds_per_ray: tuple[float, float]
-    wrong: list[float]  # pixels of the base, of the candidate, and p; empty where nobody says
-
-
-class Contest(TypedDict):
-    """What the page shows."""
-
-    base: str
-    candidate: str
-    verdict: str
-    outcome: str
-    repetitions: int
-    stages: list[str]
-    faults: list[str]
-    control: str
-    families: list[ContestFamily]
-
-
-def contest(folder: Path) -> Contest | None:
+def contest(folder: Path) -> dict[str, Any] | None:
     """Return what the page shows of a comparison of two formulas, or None without one that can be read."""
     try:
         compared = json.loads((folder / NAME).read_text(encoding="utf-8"))
@@ -170,17 +95,7 @@ def contest(folder: Path) -> Contest | None:
     # Two runs have no control, and a report of their own: `rayproof report A B`.
     if not isinstance(control, dict) or not families:
         return None
-    return {
-        "base": compared.get("base"),
-        "candidate": compared.get("candidate"),
-        "verdict": compared.get("verdict"),
-        "outcome": compared.get("outcome"),
-        "repetitions": compared.get("repetitions"),
-        "stages": compared.get("stages"),
-        "faults": compared.get("faults"),
-        "control": control.get("verdict"),
-        "families": families,
-    }
+    return {key: compared.get(key) for key in CONTEST} | {"control": control.get("verdict"), "families": families}
 
 
 def _is_comparison(found: Any) -> TypeGuard[FormulaComparisonRecord]:
@@ -195,18 +110,8 @@ def _is_family(one: Any) -> bool:
     )
 
 
-def _family(record: FamilyRecord) -> ContestFamily:
+def _family(record: FamilyRecord) -> dict[str, Any]:
+    """Return what the page shows of a family; of wrong pixels those of the base, of the candidate, and p."""
     wrong = record.get("wrong")
-    return {
-        "family": record.get("family"),
-        "stress": record.get("stress"),
-        "outcome": record.get("outcome"),
-        "scenes": record.get("scenes"),
-        "pixels": record.get("pixels"),
-        "digits_gained": record.get("digits_gained"),
-        "digits_interval": record.get("digits_interval"),
-        "time_ratio": record.get("time_ratio"),
-        "time_interval": record.get("time_interval"),
-        "nanoseconds_per_ray": record.get("nanoseconds_per_ray"),
-        "wrong": [wrong.get("base"), wrong.get("candidate"), wrong.get("p")] if isinstance(wrong, dict) else [],
-    }
+    counts = [wrong.get("base"), wrong.get("candidate"), wrong.get("p")] if isinstance(wrong, dict) else []
+    return {key: record.get(key) for key in FAMILY} | {"wrong": counts}

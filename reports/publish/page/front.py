@@ -12,7 +12,7 @@ from typing import Any, NotRequired, TypedDict
 from rayproof.cases.stages import FACTS, Stage
 from rayproof.reports.judge.known_defects import known_findings
 from rayproof.reports.publish.page.case_data import picture_of, thumbnail_of
-from rayproof.reports.publish.page.plots import Times
+from rayproof.reports.publish.page.plots import TimesTable
 from rayproof.reports.results.case_records import CaseRecord, Check, worst_of, worst_ratio
 from rayproof.reports.results.files import as_json, legible_json, number
 from rayproof.reports.results.float_codec import pack_text
@@ -37,12 +37,7 @@ from rayproof.reports.results.headline import (
 from rayproof.reports.results.outcomes import LEDGER, TITLES, Outcome
 from rayproof.reports.results.outcomes import worst as worst_outcome
 from rayproof.reports.results.records import (
-    CommonFactorRecord,
-    CoverageRecord,
     FindingRecord,
-    LedgerRecord,
-    ReferenceRecord,
-    ReviewRecord,
     RunRecord,
 )
 from rayproof.reports.results.wrong_pixels import DISPLAY_NAMES, stated_reason, wrong_pixels
@@ -51,14 +46,6 @@ _NUMBER = re.compile(r"[\d.]+(e[-+]?\d+)?")
 MOST = 40  # sentences of a reference: more are in the cases
 FEW = 4  # values of a setting
 MOST_VALUES = 1000  # that are counted
-
-
-class SaidOfItself(TypedDict):
-    """What a reference says of itself: all values of its settings, and its sentences with how often they were said."""
-
-    settings: dict[str, list[str]]
-    notes: list[tuple[str, int]]
-    unsupported: list[tuple[str, int]]
 
 
 class Said:
@@ -84,7 +71,7 @@ class Said:
                     values[str(value)] = None
 
     @property
-    def panel(self) -> dict[str, SaidOfItself]:
+    def panel(self) -> dict[str, Any]:
         """Return per reference its `settings` (name to all values), `notes` and `unsupported` with their counts."""
         return {
             name: {
@@ -158,104 +145,6 @@ class CaseRow(TypedDict):
     thumbnail: NotRequired[str]
 
 
-class PackedList(TypedDict):
-    """A long list of cases as deflated columns (html/cases.js)."""
-
-    count: int
-    shard: int
-    values: dict[str, str]  # of the columns whose values cases share
-    columns: dict[str, str]
-    thumbnails: dict[int, str]  # by place in the list, from 0
-
-
-class ExaminedFront(TypedDict):
-    """What became of the pixels that checks looked at: in a sentence, in numbers, and the words for these."""
-
-    line: str | None
-    counts: dict[str, int] | None
-    words: dict[str, str]
-
-
-class CoverageRow(CoverageRecord):
-    """An item of the specification, and how often it was measured."""
-
-    id: str
-    what: str
-
-
-class StageRow(TypedDict):
-    """A stage, and what it is."""
-
-    name: str
-    unit: str
-    meaning: str
-
-
-class MatrixColumns(TypedDict):
-    """The renderers that have a column of the matrix."""
-
-    references: list[str]
-    ours: list[str]
-
-
-class FrontGroup(TypedDict):
-    """Cases that fail for one cause, or for what is blamed in them."""
-
-    what: str
-    verdict: str
-    count: int
-    names: list[str]  # of the first cases
-    stage: str | None
-    wrong: str  # how many pixels of the first case, and by how much
-    reason: str
-
-
-class FrontGroups(TypedDict):
-    """What fails, apart by what a gate makes of it."""
-
-    new: list[FrontGroup]  # what no gate accepted
-    accepted: list[FrontGroup]
-    mended: list[str]  # sentences about what failed before
-
-
-class FrontData(TypedDict):
-    """The page's data beside the cases' own scripts; of cases there is either a `list` or the rows themselves."""
-
-    rayproof: str | None
-    command: str | None
-    started: str | None
-    seconds: float | None
-    verdict: str | None  # that of the gate, where one is set
-    standing: str
-    environment: dict[str, str] | None
-    configurations: list[str] | None
-    references: dict[str, ReferenceRecord] | None
-    subject: str | None
-    absent: dict[str, str] | None
-    summary: LedgerRecord
-    checks: LedgerRecord
-    ledger: tuple[str, ...]
-    shouts: list[str]
-    headline: str
-    causes: list[str]
-    examined: ExaminedFront
-    remarks: list[str]
-    groups: FrontGroups
-    shut: list[str]  # what keeps a gate red beside failures
-    gate: bool
-    display_names: dict[str, str]
-    terms: list[tuple[str, str]]
-    common_factors: list[CommonFactorRecord]
-    coverage: list[CoverageRow]
-    review: list[ReviewRecord]
-    stages: list[StageRow]
-    columns: MatrixColumns
-    times: dict[str, float]  # by renderer [s]
-    panel: dict[str, SaidOfItself]
-    cases: NotRequired[list[CaseRow]]
-    list: NotRequired[PackedList]
-
-
 SHARD = 256  # cases whose rows a script hands over, and whose files a folder holds
 
 
@@ -272,7 +161,7 @@ class Front:
         self._rows: dict[int, list[CaseRow]] = {}  # by shard, until they are handed over
         self._said = Said()
         self._times: dict[str, float] = {}
-        self.times = Times()
+        self.times = TimesTable()
         self._columns = Columns()
         self._references = dict.fromkeys(map(str, results.get("references") or {}))
         self._configurations = dict.fromkeys(map(str, results.get("configurations") or []))
@@ -301,17 +190,17 @@ class Front:
         return self._rows.pop((number - 1) // SHARD)
 
     @property
-    def data(self) -> FrontData:
-        """Return the page's data beside the cases' own scripts."""
+    def data(self) -> dict[str, Any]:
+        """Return the page's data beside the cases' own scripts: the cases as a `list` of columns, or as `cases`."""
         results = self._results
         details = results.get("coverage_detail", {})
         groups, gate = failure_groups(results), results.get("gate")
-        front: FrontData = {
+        front: dict[str, Any] = {
             "rayproof": results.get("rayproof"),
             "command": results.get("command"),
             "started": results.get("started"),
             "seconds": results.get("seconds"),
-            "verdict": _tone(results),
+            "verdict": _tone(results),  # that of the gate, where one is set
             "standing": standing(results),
             "environment": results.get("environment"),
             "configurations": results.get("configurations"),
@@ -331,6 +220,7 @@ class Front:
                 "accepted": [_front_group(group, results) for group in groups if group.accepted],
                 "mended": mended_in(gate),
             },
+            # What keeps a gate red beside failures.
             "shut": [] if gate is None else [*gate.get("uncovered", ()), *gate["stale"], *gate["expired"]],
             "gate": gate is not None,
             "display_names": DISPLAY_NAMES,
@@ -345,7 +235,7 @@ class Front:
                 {"name": stage.value, "unit": FACTS[stage].unit, "meaning": FACTS[stage].meaning} for stage in Stage
             ],
             "columns": {"references": list(self._references), "ours": list(self._configurations)},
-            "times": self._times,
+            "times": self._times,  # by renderer [s]
             "panel": self._said.panel,
         }
         if self.long:
@@ -355,7 +245,8 @@ class Front:
         return front
 
 
-def _front_group(group: FailureGroup, results: RunRecord) -> FrontGroup:
+def _front_group(group: FailureGroup, results: RunRecord) -> dict[str, Any]:
+    """Return cases that fail for one cause: the names of the first, and the wrong pixels of the worst."""
     return {
         "what": group.what,
         "verdict": group.verdict,
@@ -423,7 +314,7 @@ class Columns:
         self._count += 1
 
     @property
-    def packed(self) -> PackedList:
+    def packed(self) -> dict[str, Any]:
         """Return the columns as the page reads them (html/cases.js); nothing can be added after that."""
         return {
             "count": self._count,

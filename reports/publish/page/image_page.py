@@ -16,7 +16,7 @@ from PIL import Image, UnidentifiedImageError
 
 from rayproof.reports.publish.page.page import digest, policy
 from rayproof.reports.results.files import write_text
-from rayproof.reports.results.float_codec import Prediction, encode
+from rayproof.reports.results.float_codec import EncodedImage, encode
 from rayproof.reports.results.images import inert
 
 # In the order in which they build on each other; the same files as the report's, and the page's own.
@@ -127,7 +127,7 @@ def write_page(path: Path, images: Sequence[tuple[str, Mapping[str, np.ndarray]]
     return write_text(path, page)
 
 
-def _of_nothing(pixels: np.ndarray) -> list[tuple[Prediction, np.ndarray]]:
+def _of_nothing(pixels: np.ndarray) -> list[tuple[EncodedImage, np.ndarray]]:
     return [({"by": "nothing"}, np.zeros((*pixels.shape, 1), dtype=np.float32))]
 
 

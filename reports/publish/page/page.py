@@ -18,7 +18,7 @@ import shutil
 from collections.abc import Iterator, Sequence
 from importlib.resources import files
 from pathlib import Path
-from typing import Any, NotRequired
+from typing import Any
 
 import msgspec
 
@@ -34,14 +34,11 @@ from rayproof.reports.publish.page.case_data import (
 )
 from rayproof.reports.publish.page.comparisons import DATA as HISTORY
 from rayproof.reports.publish.page.comparisons import (
-    ComparisonFront,
-    Contest,
-    HistoryFront,
     comparison_front,
     contest,
     history_front,
 )
-from rayproof.reports.publish.page.front import SHARD, Front, FrontData, data_file, findings, rows_file
+from rayproof.reports.publish.page.front import SHARD, Front, data_file, findings, rows_file
 from rayproof.reports.publish.page.plots import FOLDER, LIBRARY, pages, write_times
 from rayproof.reports.publish.page.plots import pages as plots
 from rayproof.reports.publish.page.previews import preview_of
@@ -53,7 +50,7 @@ from rayproof.reports.results.float_codec import pack_json, pack_text
 from rayproof.reports.results.headline import BAD, headline, shouts, standing, worst_first
 from rayproof.reports.results.images import handed_over, inert, inside, script
 from rayproof.reports.results.outcomes import Outcome
-from rayproof.reports.results.records import FindingRecord, RunRecord
+from rayproof.reports.results.records import RunRecord
 
 # In the order in which they build on each other.
 SCRIPTS = (
@@ -99,19 +96,6 @@ def diagrams(folder: Path) -> list[str]:
     return sorted(names, key=lambda name: not name.endswith("-overall.svg"))
 
 
-class PageData(FrontData):
-    """What the page holds of a run from the beginning."""
-
-    tradeoff: list[str]  # names of drawings
-    plots: dict[str, str]  # page -> the script that has its data
-    findings: list[FindingRecord]
-    history: HistoryFront | None
-    comparison: ComparisonFront | None
-    contest: Contest | None
-    look: dict[str, Any]  # look.json: how scenes look in 3-D
-    alone: NotRequired[bool]  # whether it is the one file that there is
-
-
 def publish(folder: Path, results: RunRecord) -> list[Path]:
     """Write index.html and data/*.js; of a long run data/NNN/*.js, of which the rows' scripts are told."""
     front = Front(folder, results)
@@ -121,22 +105,22 @@ def publish(folder: Path, results: RunRecord) -> list[Path]:
     return [write_text(folder / "index.html", head + tail), *written]
 
 
-def page_data(folder: Path, results: RunRecord, front: Front) -> PageData:
+def page_data(folder: Path, results: RunRecord, front: Front) -> dict[str, Any]:
     """Return what the page holds of a run from the beginning; `front` has taken up its cases, the worst first."""
     return {
         **front.data,
-        "tradeoff": diagrams(folder),
-        "plots": pages(folder),
+        "tradeoff": diagrams(folder),  # names of drawings
+        "plots": pages(folder),  # page -> the script that has its data
         "findings": findings(results),
         "history": history_front(results),
         "comparison": comparison_front(results),
         "contest": contest(folder),
-        "look": msgspec.to_builtins(look()),
+        "look": msgspec.to_builtins(look()),  # how scenes look in 3-D
     }
 
 
 def page_parts(
-    results: RunRecord, data: PageData, *, alone: bool = False, digests: Sequence[Sequence[str]] = ((), ())
+    results: RunRecord, data: dict[str, Any], *, alone: bool = False, digests: Sequence[Sequence[str]] = ((), ())
 ) -> tuple[str, str]:
     """Return the page up to and from where a page that is `alone` holds what otherwise lies beside it.
 
@@ -247,7 +231,7 @@ def write_single_file(folder: Path, results: RunRecord, *, everything: bool = Fa
     beside = [*_beside(folder, ordered, long=front.long)]
     room = math.inf if everything else MOST_BYTES - sum(map(len, beside)) - 600_000
     held, elements = _held(folder, ordered, long=front.long, room=room, everything=everything)
-    data: PageData = {**page_data(folder, results, front), "alone": True, "tradeoff": []}
+    data: dict[str, Any] = {**page_data(folder, results, front), "alone": True, "tradeoff": []}
     for row in data.get("cases", []):
         if row["name"] not in held:
             row.pop("thumbnail", None)

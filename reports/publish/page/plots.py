@@ -9,7 +9,7 @@ import json
 import math
 from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypedDict, TypeGuard
+from typing import TYPE_CHECKING, Any, TypeGuard
 
 from rayproof.reports.publish.page.case_data import vendored
 from rayproof.reports.results.case_records import CaseRecord, Check, ratio_of
@@ -18,69 +18,24 @@ from rayproof.reports.results.float_codec import pack_json
 from rayproof.reports.results.images import script
 from rayproof.reports.results.outcomes import Outcome
 from rayproof.reports.results.records import RunRecord
-from rayproof.reports.studies.stability.limit_records import LimitsError, LimitsPlot, bars, load_limits, place_of
-from rayproof.reports.studies.stability.records import LadderAbout
+from rayproof.reports.studies.stability.limit_records import LimitsError, bars, load_limits, place_of
 
 if TYPE_CHECKING:
-    from rayproof.reports.studies.stability.records import ClimbRecord, LadderRecord, SurveyAbout, WorstSearch
     from rayproof.reports.studies.tradeoff.points import TradeoffRecord
 
 FOLDER, TIMES = "plots", "times"
 LIBRARY = "plotly-basic.min.js"
 DIGITS = 4  # of a plotted number: more than a plot of 1000 px can show
+# The keys of a climb that the page shows as they are.
+CLIMB = (
+    "formula", "precision", "slope", "slope_interval", "slope_predicted", "breakpoint", "worst_error_over_Ku",
+    "per_million", "expected", "verdict", "reasons", "known", "surprise",
+)  # fmt: skip
 _COUNTED = ("false_hits", "false_misses", "invalid")
 _SIZES = ("median", "median_low", "median_high", "p99", "worst", "worst_over_Ku")
 
 
-class ClimbPlot(TypedDict):
-    """A climb, its values as columns, which is a quarter of the text."""
-
-    formula: str
-    precision: str
-    slope: float | None
-    slope_interval: list[float] | None
-    slope_predicted: float | None
-    breakpoint: float | None
-    worst_error_over_Ku: float | None
-    per_million: dict[str, float]
-    expected: str
-    verdict: str
-    reasons: list[str]
-    known: str
-    surprise: str
-    values: dict[str, list[float | None]]
-
-
-class LadderPlot(LadderAbout):
-    """A ladder with its climbs."""
-
-    climbs: list[ClimbPlot]
-
-
-class NotTold(TypedDict):
-    """A value that a file does not have."""
-
-
-class StabilityPlot(TypedDict):
-    """The ladders that were climbed."""
-
-    ladders: list[LadderPlot]
-    about: SurveyAbout | NotTold
-
-
-class TimesPlot(TypedDict):
-    """Errors against times of what a run measured; names are told by their places in the lists."""
-
-    configurations: list[str]
-    references: list[str]
-    stages: list[str]
-    # A row a case and configuration: the case's place in the list from 0, the configuration, the time [ms], of how many
-    # launches it is the median (0: the whole render, once), and of each reference its place, the worst error over its
-    # limit, the stage of that, and the time of its own render [ms], null if it was not rendered now.
-    rows: list[list[Any]]
-
-
-class Times:
+class TimesTable:
     """What each case, configuration and reference came to, taken up case by case in the order of the list."""
 
     def __init__(self) -> None:
@@ -123,8 +78,13 @@ class Times:
         return names.setdefault(str(name), len(names))
 
     @property
-    def data(self) -> TimesPlot:
-        """Return what the page draws."""
+    def data(self) -> dict[str, Any]:
+        """Return errors against times as the page draws them, names by their places in the lists.
+
+        A row a case and configuration: the case's place in the list from 0, the configuration, the time [ms], of how
+        many launches it is the median (0: the whole render, once), and of each reference its place, the worst error
+        over its limit, the stage of that, and the time of its own render [ms], null if it was not rendered now.
+        """
         configurations, references, stages = (list(names) for names in self._names.values())
         return {"configurations": configurations, "references": references, "stages": stages, "rows": self.rows}
 
@@ -169,7 +129,7 @@ def pages(folder: Path) -> dict[str, str]:
     return found | ({TIMES: data_of(TIMES)} if (folder / data_of(TIMES)).is_file() else {})
 
 
-def write_times(folder: Path, times: Times) -> list[Path]:
+def write_times(folder: Path, times: TimesTable) -> list[Path]:
     """Write plots/times.js, or remove that of an earlier publication where nothing was measured."""
     if not times.rows:
         (folder / data_of(TIMES)).unlink(missing_ok=True)
@@ -182,7 +142,7 @@ def data_of(name: str) -> str:
     return f"{FOLDER}/{name}.js"
 
 
-def stability(folder: Path) -> StabilityPlot | None:
+def stability(folder: Path) -> dict[str, Any] | None:
     """Return the ladders that were climbed, numbers rounded for drawing; None without any."""
     place = folder / "stability"
     names = _read(place / "ladders.json")
@@ -204,13 +164,13 @@ def tradeoff(folder: Path) -> TradeoffRecord | None:
     return _rounded(found)
 
 
-def worst(folder: Path) -> WorstSearch | None:
+def worst(folder: Path) -> dict[str, Any] | None:
     """Return the worst inputs that were searched for; None where none were."""
     found = _read(folder / "stability" / "worst.json")
     return found if _is_search(found) else None
 
 
-def limits(folder: Path) -> LimitsPlot | None:
+def limits(folder: Path) -> dict[str, Any] | None:
     """Return how far renderers carry; None where no limits lie there."""
     place = place_of(folder)
     try:
@@ -219,7 +179,7 @@ def limits(folder: Path) -> LimitsPlot | None:
         return None
 
 
-SOURCES: dict[str, Callable[[Path], StabilityPlot | WorstSearch | LimitsPlot | TradeoffRecord | None]] = {
+SOURCES: dict[str, Callable[[Path], Any]] = {
     "stability": stability,
     "worst": worst,
     "limits": limits,
@@ -227,47 +187,31 @@ SOURCES: dict[str, Callable[[Path], StabilityPlot | WorstSearch | LimitsPlot | T
 }
 
 
-def _is_ladder(one: Any) -> TypeGuard[LadderRecord]:
+def _is_ladder(one: Any) -> TypeGuard[dict[str, Any]]:
     """Return whether a file's content is a ladder with its climbs, as far as the page depends on it."""
     return isinstance(one, dict) and isinstance(one.get("climbs"), list)
 
 
-def _is_search(found: Any) -> TypeGuard[WorstSearch]:
+def _is_search(found: Any) -> TypeGuard[dict[str, Any]]:
     return isinstance(found, dict) and isinstance(found.get("formulas"), list)
 
 
-def _is_survey(about: Any) -> TypeGuard[SurveyAbout]:
+def _is_survey(about: Any) -> TypeGuard[dict[str, Any]]:
     return isinstance(about, dict)
 
 
-def _ladder(one: LadderRecord) -> LadderPlot:
-    climbs = [_climb(climb) for climb in one["climbs"] if isinstance(climb, dict)]
-    shown: LadderPlot = {**one, "climbs": climbs}
-    return _rounded(shown)
+def _ladder(one: dict[str, Any]) -> dict[str, Any]:
+    return _rounded({**one, "climbs": [_climb(climb) for climb in one["climbs"] if isinstance(climb, dict)]})
 
 
-def _climb(climb: ClimbRecord) -> ClimbPlot:
+def _climb(climb: dict[str, Any]) -> dict[str, Any]:
+    """Return a climb with its values as columns, which is a quarter of the text."""
     values = [value for value in climb.get("values", []) if isinstance(value, dict)]
     columns: dict[str, list[float | None]] = {
         name: [value.get(name) for value in values] for name in ("value", "rays", *_SIZES)
     }
     columns["wrong"] = [sum(int(number(value.get(name)) or 0) for name in _COUNTED) for value in values]
-    return {
-        "formula": climb.get("formula"),
-        "precision": climb.get("precision"),
-        "slope": climb.get("slope"),
-        "slope_interval": climb.get("slope_interval"),
-        "slope_predicted": climb.get("slope_predicted"),
-        "breakpoint": climb.get("breakpoint"),
-        "worst_error_over_Ku": climb.get("worst_error_over_Ku"),
-        "per_million": climb.get("per_million"),
-        "expected": climb.get("expected"),
-        "verdict": climb.get("verdict"),
-        "reasons": climb.get("reasons"),
-        "known": climb.get("known"),
-        "surprise": climb.get("surprise"),
-        "values": columns,
-    }
+    return {key: climb.get(key) for key in CLIMB} | {"values": columns}
 
 
 def _rounded(value: Any) -> Any:

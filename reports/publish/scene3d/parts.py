@@ -23,7 +23,7 @@ CUBE_SIDES = ((0, 4, 6, 2), (1, 3, 7, 5), (0, 1, 5, 4), (2, 6, 7, 3), (0, 2, 3, 
 
 
 @dataclass(frozen=True, kw_only=True)
-class Surface:
+class PolygonSurface:
     """Polygons of equally many corners; without `normals` each is flat."""
 
     points: np.ndarray  # (n, 3) m
@@ -31,7 +31,9 @@ class Surface:
     normals: np.ndarray | None = None  # (n, 3) unit
 
 
-def surface(shape: Shape, *, around: int, most: int, patch: np.ndarray | None = None, margin: float = 0.0) -> Surface:
+def surface(
+    shape: Shape, *, around: int, most: int, patch: np.ndarray | None = None, margin: float = 0.0
+) -> PolygonSurface:
     """Return `shape` in world space; of a plane the part around the world points `patch`, `margin` [m] wider.
 
     `around` is the number of corners of a sphere's equator. A mesh of more than `most` triangles is thinned.
@@ -41,17 +43,19 @@ def surface(shape: Shape, *, around: int, most: int, patch: np.ndarray | None = 
     if isinstance(shape, Triangle | Mesh):
         own = thinned(shape.vertices[shape.faces], most) if isinstance(shape, Mesh) else np.asarray(shape.vertices)
         corners = own.reshape(-1, 3).astype(np.float64)
-        return Surface(points=corners @ linear.T + offset, cells=np.arange(len(corners)).reshape(-1, 3))
+        return PolygonSurface(points=corners @ linear.T + offset, cells=np.arange(len(corners)).reshape(-1, 3))
     if isinstance(shape, Sphere):
         unit = ball(around)
         points = (np.asarray(shape.center) + shape.radius * unit.points) @ linear.T + offset
         normals = unit.points @ np.linalg.inv(linear)  # by the inverse transpose
         # A mirrored ball would turn its dark side to whoever looks.
         cells = unit.cells if np.linalg.det(linear) > 0 else unit.cells[:, ::-1]
-        return Surface(points=points, cells=cells, normals=normals / np.linalg.norm(normals, axis=-1, keepdims=True))
+        return PolygonSurface(
+            points=points, cells=cells, normals=normals / np.linalg.norm(normals, axis=-1, keepdims=True)
+        )
     if isinstance(shape, Cube):
         corners = np.asarray([[(number >> axis & 1) - 0.5 for axis in range(3)] for number in range(8)])
-        return Surface(points=corners @ linear.T + offset, cells=np.asarray(CUBE_SIDES))
+        return PolygonSurface(points=corners @ linear.T + offset, cells=np.asarray(CUBE_SIDES))
     low, high = np.full(2, -0.5), np.full(2, 0.5)
     if isinstance(shape, Plane):
         assert patch is not None, "an infinite plane needs points to be drawn around"
@@ -59,10 +63,10 @@ def surface(shape: Shape, *, around: int, most: int, patch: np.ndarray | None = 
     elif not isinstance(shape, Square):
         raise TypeError(f"there is no surface of {type(shape).__name__}")
     corners = np.asarray([(low[0], low[1], 0), (high[0], low[1], 0), (high[0], high[1], 0), (low[0], high[1], 0)])
-    return Surface(points=corners @ linear.T + offset, cells=np.asarray([[0, 1, 2, 3]]))
+    return PolygonSurface(points=corners @ linear.T + offset, cells=np.asarray([[0, 1, 2, 3]]))
 
 
-def ball(around: int) -> Surface:
+def ball(around: int) -> PolygonSurface:
     """Return the unit sphere by `around` meridians and half as many circles of latitude; its points are its normals."""
     rings = around // 2
     theta = (np.pi * np.arange(rings + 1) / rings)[:, None]
@@ -73,7 +77,7 @@ def ball(around: int) -> Surface:
     ring, place = np.divmod(np.arange(rings * around), around)
     here, beside = ring * around + place, ring * around + (place + 1) % around
     cells = np.stack([here, here + around, beside + around, beside], axis=-1)
-    return Surface(points=points, cells=cells, normals=points)
+    return PolygonSurface(points=points, cells=cells, normals=points)
 
 
 def _patch(matrix: np.ndarray, patch: np.ndarray, margin: float) -> tuple[np.ndarray, np.ndarray]:
@@ -193,7 +197,7 @@ class Part:
 
 
 @dataclass(frozen=True, kw_only=True)
-class View:
+class SceneView:
     """A scene's parts; x = (x_world - middle) / size."""
 
     parts: tuple[Part, ...]
@@ -204,7 +208,7 @@ class View:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Hits:
+class HitPoints:
     """Hit points and the pixels that they belong to."""
 
     rows: np.ndarray  # (n,)
@@ -233,7 +237,7 @@ class _Frame:
         return np.linalg.norm(self.inside(points), axis=-1) < look().far
 
 
-def view_of(scene: Scene, ours: Answers | None, theirs: Answers | None, blamed: str | None) -> View:
+def view_of(scene: Scene, ours: Answers | None, theirs: Answers | None, blamed: str | None) -> SceneView:
     """Return what is shown of a scene and the answers of two renderers, coloured by the errors of the blamed stage."""
     colored = colored_stage(ours, theirs, blamed)
     error = None if colored is None else absolute_error(ours or {}, theirs or {}, colored)
@@ -261,10 +265,10 @@ def view_of(scene: Scene, ours: Answers | None, theirs: Answers | None, blamed: 
             with np.errstate(divide="ignore"):
                 shares, limits = shares_of(np.log10(hits.of(error)))
         parts += _measured(hits, shares, answers, theirs if ours else None, eye, lights, frame)
-    return View(parts=tuple(parts), middle=frame.middle, size=frame.size, colored=colored, range=limits)
+    return SceneView(parts=tuple(parts), middle=frame.middle, size=frame.size, colored=colored, range=limits)
 
 
-def chosen_hits(answers: Answers, error: np.ndarray | None) -> Hits | None:
+def chosen_hits(answers: Answers, error: np.ndarray | None) -> HitPoints | None:
     """Return some hits, evenly spaced and the worst by `error` among them; None without any."""
     if Stage.POSITION not in answers or Stage.OBJECT not in answers:
         return None
@@ -281,7 +285,7 @@ def chosen_hits(answers: Answers, error: np.ndarray | None) -> Hits | None:
         chosen = np.unique(np.concatenate([chosen, worst]))
     rows, columns = rows[chosen], columns[chosen]
     normals = answers.get(Stage.NORMAL, np.zeros_like(positions))[rows, columns]
-    return Hits(
+    return HitPoints(
         rows=rows, columns=columns, points=positions[rows, columns].astype(np.float64), normals=normals.astype(float)
     )
 
@@ -325,7 +329,7 @@ def _around(balls: int) -> int:
     return int(np.clip(np.sqrt(2 * look().quads / max(1, balls)), least, most)) // 2 * 2
 
 
-def _framing(scene: Scene, points: np.ndarray, bounded: list[Surface], others: np.ndarray) -> _Frame:
+def _framing(scene: Scene, points: np.ndarray, bounded: list[PolygonSurface], others: np.ndarray) -> _Frame:
     """Frame the hits, the bounded shapes and, unless they are far, eye and lights."""
     # Hits out to the horizon would shrink everything else to nothing: the middle nine tenths decide.
     corners = [np.quantile(points, (0.05, 0.95), axis=0)] if len(points) else []
@@ -339,7 +343,7 @@ def _framing(scene: Scene, points: np.ndarray, bounded: list[Surface], others: n
     return _Frame(middle=(low + high) / 2, size=float(np.linalg.norm(high - low)) or 1.0)
 
 
-def _shapes(scene: Scene, points: np.ndarray, bounded: Mapping[int, Surface], frame: _Frame) -> Iterator[Part]:
+def _shapes(scene: Scene, points: np.ndarray, bounded: Mapping[int, PolygonSurface], frame: _Frame) -> Iterator[Part]:
     eye = frame.inside(scene.camera.eye)[0]
     patch = points if len(points) else np.asarray([scene.camera.target])
     for index, shape in enumerate(scene.shapes):
@@ -387,7 +391,7 @@ def _bulbs(places: np.ndarray) -> Part:
 
 
 def _measured(
-    hits: Hits,
+    hits: HitPoints,
     shares: np.ndarray | None,
     answers: Answers,
     theirs: Answers | None,

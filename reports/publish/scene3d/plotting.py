@@ -17,7 +17,7 @@ from rayproof.cases.scene import Camera
 from rayproof.cases.scene_json import load_scene
 from rayproof.cases.stages import FACTS, Stage
 from rayproof.reports.processes.signals import end_with_parent
-from rayproof.reports.publish.scene3d.parts import Part, View, ball, look, view_of
+from rayproof.reports.publish.scene3d.parts import Part, SceneView, ball, look, view_of
 from rayproof.reports.publish.scene3d.stills import DIGEST, compared, drawing_environment, why_not
 from rayproof.reports.results.case_records import CaseRecord
 from rayproof.reports.results.files import replacing
@@ -63,7 +63,7 @@ def fill(plotter: Any, folder: Path, case: CaseRecord) -> None:
     _show(plotter, view, scene.camera)
 
 
-def _show(plotter: Any, view: View, camera: Camera) -> None:
+def _show(plotter: Any, view: SceneView, camera: Camera) -> None:
     import pyvista
 
     plotter.clear()
@@ -82,7 +82,7 @@ def _show(plotter: Any, view: View, camera: Camera) -> None:
     plotter.renderer.ResetCameraClippingRange()
 
 
-def _actor(plotter: Any, part: Part, view: View) -> Any:
+def _actor(plotter: Any, part: Part, view: SceneView) -> Any:
     """Return a part as an actor; `add_mesh` looks at all that a mesh may be, and takes six times as long."""
     import pyvista
     from vtkmodules.vtkRenderingCore import vtkMapper

@@ -24,7 +24,7 @@ LIFETIME = 60.0  # s without a heartbeat after which a worker of a cluster on th
 
 
 @dataclass(frozen=True, kw_only=True)
-class Place:
+class ClusterAddress:
     """Where a run's scheduler is."""
 
     address: str  # "local:N", or "tls://HOST:PORT"
@@ -36,7 +36,7 @@ class Place:
         return int(self.address.removeprefix(LOCAL)) if self.address.startswith(LOCAL) else 0
 
 
-def checked(place: Place) -> Place:
+def checked(place: ClusterAddress) -> ClusterAddress:
     """Return the place; raise ValueError for an address or a folder that cannot be meant."""
     address, number = place.address, place.address.removeprefix(LOCAL)
     if address.startswith(LOCAL):
@@ -54,7 +54,7 @@ def checked(place: Place) -> Place:
 
 
 @contextlib.contextmanager
-def reached(place: Place) -> Iterator[Any]:
+def reached(place: ClusterAddress) -> Iterator[Any]:
     """Yield a client of a scheduler that has a worker; raise ValueError, in one line, where there is none."""
     import distributed
 

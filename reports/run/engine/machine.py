@@ -54,7 +54,7 @@ class Batch:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Answer:
+class BatchResult:
     """The records of a batch by the cases' names, or the reason why a worker refused it."""
 
     worker: str  # its address
@@ -159,11 +159,11 @@ _KEPT: dict[str, _Machine] = {}  # by run; one at most
 _LOCK = threading.Lock()  # one batch at a time, however many threads a worker has
 
 
-def work(run: str, caller: Mapping[str, str], pickled: bytes) -> Answer:
+def work(run: str, caller: Mapping[str, str], pickled: bytes) -> BatchResult:
     """Do a batch of a run if the facts here are the caller's: Dask's task. Other code may be unable to unpickle it."""
     from distributed import get_worker
 
-    start, answer = time.perf_counter(), Answer(worker=get_worker().address)
+    start, answer = time.perf_counter(), BatchResult(worker=get_worker().address)
     with _LOCK:
         try:
             batch: Batch = pickle.loads(pickled)

@@ -1,17 +1,16 @@
 """`compare`: both contenders asked the same, errors paired, times interleaved, an A/A control."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 
 import numpy as np
 
 from rayproof.cases.stages import Stage
 from rayproof.reports.results.files import SCHEMA
 from rayproof.reports.results.provenance import origin
-from rayproof.reports.studies.compare.contenders import Contender, Question, differing, stages_at_stake
+from rayproof.reports.studies.compare.contenders import Contender, SceneFamily, differing, stages_at_stake
 from rayproof.reports.studies.compare.findings import (
-    Errors,
-    Finding,
+    FamilyDifference,
     Signs,
     Timing,
     accuracy,
@@ -25,26 +24,23 @@ from rayproof.reports.studies.compare.findings import (
 )
 from rayproof.reports.studies.compare.paired_errors import Job, PairedStage, interleaved, needed, paired, shown
 from rayproof.reports.studies.compare.records import (
-    ComparedAbout,
-    ErrorsRecord,
     FamilyRecord,
     FormulaComparisonRecord,
     SideRecord,
-    TailRecord,
 )
-from rayproof.reports.studies.compare.statistics import FEWEST, LEVEL, Interval, Tail, shared, too_few
+from rayproof.reports.studies.compare.statistics import FEWEST, LEVEL, Interval, shared, too_few
 
 SEED = 4
 BASE, CANDIDATE, AGAIN = 0, 1, 2  # who is timed
 
 
-def family_record(finding: Finding, timing: Timing, signs: Signs, outcome: str) -> FamilyRecord:
+def family_record(finding: FamilyDifference, timing: Timing, signs: Signs, outcome: str) -> FamilyRecord:
     """Return one family's entry."""
     return {
         "family": finding.family,
         "stress": finding.stress,
         "outcome": outcome,
-        "changed": {"decisions": signs.decisions, "typical": signs.typical, "tail": signs.tail},
+        "changed": asdict(signs),
         "scenes": finding.scenes,
         "pixels": finding.pixels,
         "same_inputs": finding.same_inputs,
@@ -59,9 +55,9 @@ def family_record(finding: Finding, timing: Timing, signs: Signs, outcome: str) 
             "only_candidate": finding.only_candidate,
             "p": finding.p,
         },
-        "tail": _tail(finding.tail),
+        "tail": asdict(finding.tail),
         "errors": {
-            stage: {"base": _errors(base), "candidate": _errors(candidate)}
+            stage: {"base": asdict(base), "candidate": asdict(candidate)}
             for stage, (base, candidate) in finding.errors.items()
         },
         "time_ratio": timing.ratio,
@@ -71,31 +67,16 @@ def family_record(finding: Finding, timing: Timing, signs: Signs, outcome: str) 
     }
 
 
-def _tail(tail: Tail) -> TailRecord:
-    return {
-        "better": tail.better,
-        "worse": tail.worse,
-        "tiles_better": tail.tiles_better,
-        "tiles_worse": tail.tiles_worse,
-        "scenes": tail.scenes,
-        "p": tail.p,
-    }
-
-
-def _errors(errors: Errors) -> ErrorsRecord:
-    return {"scaled": errors.scaled, "natural": errors.natural, "unit": errors.unit}
-
-
 @dataclass(frozen=True, kw_only=True)
 class _Side:
     """A comparison with the base: the candidate's, or the control's."""
 
-    findings: list[Finding]
+    findings: list[FamilyDifference]
     timings: list[Timing]
 
 
 def compare(
-    asked: Sequence[Question],
+    asked: Sequence[SceneFamily],
     base: Contender,
     candidate: Contender,
     *,
@@ -113,7 +94,7 @@ def compare(
         raise ValueError(too_few(repetitions))
     stages = stages_at_stake(base.configuration, candidate.configuration)
     slots = differing(base.configuration, candidate.configuration)
-    results: list[tuple[Question, list[list[dict[Stage, PairedStage]]]]] = []
+    results: list[tuple[SceneFamily, list[list[dict[Stage, PairedStage]]]]] = []
     for number, question in enumerate(asked):
         tell(f"{question.family} ({number + 1} of {len(asked)})")
         pairs = [
@@ -143,7 +124,7 @@ def compare(
 
 
 def _timings(
-    asked: Sequence[tuple[Question, Sequence[dict[Stage, PairedStage]]]],
+    asked: Sequence[tuple[SceneFamily, Sequence[dict[Stage, PairedStage]]]],
     stages: tuple[Stage, ...],
     base: Contender,
     candidate: Contender,
@@ -177,7 +158,8 @@ def _assembled(
     side: _Side, control: _Side, base: Contender, candidate: Contender, stages: tuple[Stage, ...], repetitions: int
 ) -> FormulaComparisonRecord:
     _, control_interval = overall_timing(control.timings, level=LEVEL)
-    about: ComparedAbout = {
+    outside = sum(not one.interval[0] <= 1.0 <= one.interval[1] for one in control.timings)
+    return {
         "schema": SCHEMA,
         "origin": origin(SEED),
         "base": base.label,
@@ -187,10 +169,6 @@ def _assembled(
         "stages": [stage.value for stage in stages],
         "level": LEVEL,
         "repetitions": repetitions,
-    }
-    outside = sum(not one.interval[0] <= 1.0 <= one.interval[1] for one in control.timings)
-    return {
-        **about,
         **_said(side, base.label, candidate.label, control.timings, control_interval),
         "control": {
             **_said(control, base.label, f"{base.label} again", control.timings, control_interval),

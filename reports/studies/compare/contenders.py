@@ -122,7 +122,7 @@ def concerned(scene: Scene, slots: Sequence[str]) -> frozenset[int] | None:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Question:
+class SceneFamily:
     """One family of scenes. The scenes of a stress are replicates of one difficulty."""
 
     family: str
@@ -132,7 +132,7 @@ class Question:
 
 def questions(
     selectors: Sequence[str], base: Contender, candidate: Contender, files: Sequence[Case] = ()
-) -> tuple[Question, ...]:
+) -> tuple[SceneFamily, ...]:
     """Return the families that `selectors` name, and the cases of scene `files`, each as a family of its own.
 
     Without either: the families that the differing formulas concern.
@@ -144,7 +144,7 @@ def questions(
     if not selectors and not files:
         return _concerning(base, candidate)
     stresses, cases = stresses_and_cases(selectors)
-    alone = (Question(family=case.name, scenes=((case.name, case.scene),), stress=False) for case in files)
+    alone = (SceneFamily(family=case.name, scenes=((case.name, case.scene),), stress=False) for case in files)
     return (*_families(cases), *alone, *_stresses(stresses))
 
 
@@ -160,7 +160,7 @@ def stresses_and_cases(selectors: Sequence[str]) -> tuple[list[str], tuple[Case,
     return stresses, select(others) if others else ()
 
 
-def _concerning(base: Contender, candidate: Contender) -> tuple[Question, ...]:
+def _concerning(base: Contender, candidate: Contender) -> tuple[SceneFamily, ...]:
     slots = differing(base.configuration, candidate.configuration)
     formulas = [one.configuration.formula(slot) for one in (base, candidate) for slot in slots]
     items = {item for formula in formulas for item in formula.covers}
@@ -169,14 +169,14 @@ def _concerning(base: Contender, candidate: Contender) -> tuple[Question, ...]:
     return (*_families(cases), *_stresses(sorted(stresses)))
 
 
-def _families(cases: Sequence[Case]) -> tuple[Question, ...]:
+def _families(cases: Sequence[Case]) -> tuple[SceneFamily, ...]:
     return tuple(
-        Question(
+        SceneFamily(
             family=name, scenes=tuple((case.name, case.scene) for case in cases if case.family == name), stress=False
         )
         for name in dict.fromkeys(case.family for case in cases)
     )
 
 
-def _stresses(names: Sequence[str]) -> tuple[Question, ...]:
-    return tuple(Question(family=name, scenes=tuple(STRESSES[name]()), stress=True) for name in names)
+def _stresses(names: Sequence[str]) -> tuple[SceneFamily, ...]:
+    return tuple(SceneFamily(family=name, scenes=tuple(STRESSES[name]()), stress=True) for name in names)

@@ -1,4 +1,4 @@
-"""`Finding` and `Timing`: errors, quantiles, intervals and the verdict in words, by family and in all."""
+"""`FamilyDifference` and `Timing`: errors, quantiles, intervals and the verdict in words, by family and in all."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -32,7 +32,7 @@ class Errors:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Finding:
+class FamilyDifference:
     """One family, or all of them; `None` stands for what does not apply, such as the digits of a yes or no."""
 
     family: str
@@ -66,7 +66,7 @@ class Timing:
 
 def finding(
     family: str, stress: bool, scenes: Sequence[Mapping[Stage, PairedStage]], *, level: float, seed: int
-) -> Finding:
+) -> FamilyDifference:
     """Return what one family says; scenes in which nothing counted say nothing."""
     pairs = [(stage, pair) for scene in scenes for stage, pair in scene.items() if pair.pixels]
     generator = np.random.default_rng(seed)
@@ -81,7 +81,7 @@ def finding(
     only_base, only_candidate = (
         sum(getattr(pair, name) for _, pair in pairs) for name in ("only_base", "only_candidate")
     )
-    return Finding(
+    return FamilyDifference(
         family=family,
         stress=stress,
         scenes=sum(any(pair.pixels for pair in scene.values()) for scene in scenes),
@@ -120,7 +120,7 @@ def _quantiles(values: np.ndarray) -> dict[str, float]:
     return {name: float(np.quantile(values, at)) for name, at in QUANTILES.items()} if len(values) else {}
 
 
-def overall(findings: Sequence[Finding], *, level: float) -> tuple[float | None, Interval | None]:
+def overall(findings: Sequence[FamilyDifference], *, level: float) -> tuple[float | None, Interval | None]:
     """Return the mean over families of the digits gained, each family with one vote, and its interval."""
     with_digits = [one for one in findings if one.digits is not None]
     if not with_digits:
@@ -171,7 +171,7 @@ class Signs:
         return frozenset({self.decisions, self.typical, self.tail} - {0})
 
 
-def accuracy(finding: Finding, *, alpha: float) -> Signs:
+def accuracy(finding: FamilyDifference, *, alpha: float) -> Signs:
     """Return in what the candidate surely errs less or more."""
     decisions = 1 if finding.only_base > finding.only_candidate else -1
     return Signs(
@@ -181,7 +181,7 @@ def accuracy(finding: Finding, *, alpha: float) -> Signs:
     )
 
 
-def _typical(finding: Finding) -> int:
+def _typical(finding: FamilyDifference) -> int:
     if finding.digits is None or finding.digits_interval is None or abs(finding.digits) < LEAST_DIGITS:
         return 0
     low, high = finding.digits_interval
@@ -206,7 +206,7 @@ def outcome(accuracies: Sequence[Signs], *paces: int) -> str:
 def sentence(
     base: str,
     candidate: str,
-    findings: Sequence[Finding],
+    findings: Sequence[FamilyDifference],
     accuracies: Sequence[Signs],
     *,
     paces: Sequence[int],
@@ -237,7 +237,7 @@ def sentence(
     return f"{word[0].upper()}{word[1:]}: {'; '.join(parts)}; {pace}, time ratio {ratio} ({beside})."
 
 
-def _unproven(findings: Sequence[Finding]) -> str:
+def _unproven(findings: Sequence[FamilyDifference]) -> str:
     """Return what pixels there are that one of the two loses, though too few or too evenly spread to show anything."""
     worse, better = (sum(getattr(one.tail, name) for one in findings) for name in ("worse", "better"))
     if not worse and not better:
@@ -247,7 +247,7 @@ def _unproven(findings: Sequence[Finding]) -> str:
     return f" (tail: worse on {worse} pixels, better on {better}, in {where}: not enough to tell)"
 
 
-def _named(chosen: Sequence[tuple[Finding, Signs]]) -> str:
+def _named(chosen: Sequence[tuple[FamilyDifference, Signs]]) -> str:
     """Return the families, those with the largest difference first, with what changed."""
     ordered = sorted(chosen, key=lambda one: (-abs(one[0].digits or 0.0), -_share(one[0])))
     return _some([f"{one.family} ({'; '.join(_facts(one, signs))})" for one, signs in ordered])
@@ -258,12 +258,12 @@ def _some(names: Sequence[str]) -> str:
     return ", ".join(names[:MOST_NAMED]) + (f" and {len(names) - MOST_NAMED} more" if len(names) > MOST_NAMED else "")
 
 
-def _share(finding: Finding) -> float:
+def _share(finding: FamilyDifference) -> float:
     """Return how much of the pixels lean one way more than the other."""
     return abs(finding.tail.worse - finding.tail.better) / max(1, finding.pixels)
 
 
-def _facts(family: Finding, signs: Signs) -> list[str]:
+def _facts(family: FamilyDifference, signs: Signs) -> list[str]:
     """Return what changed: the typical pixel, the tail, the decisions."""
     facts = []
     if signs.typical and family.digits is not None and family.digits_interval is not None:
@@ -280,7 +280,7 @@ def _facts(family: Finding, signs: Signs) -> list[str]:
     return facts
 
 
-def _p99(one: Finding) -> list[str]:
+def _p99(one: FamilyDifference) -> list[str]:
     """Return the tail's error, stage by stage, where both have one; two stages are enough to read."""
     found = [
         f"p99 error {base.natural['p99']:.2g} -> {candidate.natural['p99']:.2g} {base.unit}".rstrip()

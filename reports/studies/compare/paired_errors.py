@@ -33,7 +33,7 @@ GEOMETRY = (Stage.OBJECT, Stage.DISTANCE, Stage.POSITION, Stage.NORMAL)
 class Oracle(Protocol):
     """The questions to an oracle here."""
 
-    def continue_from(self, scene: Scene, stage: Stage, given: StageImages) -> np.ndarray:
+    def continue_from(self, scene: Scene, stage: Stage, earlier: StageImages, /) -> np.ndarray:
         """Return a stage computed from the given earlier ones."""
         ...
 
@@ -46,7 +46,7 @@ def oracle_for(scene: Scene, precisions: set[str]) -> tuple[str, Oracle]:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Truth:
+class StageTruth:
     """The exact results of one stage's inputs."""
 
     value: np.ndarray  # (height, width, channels); of `object` the distance
@@ -58,7 +58,7 @@ class Truth:
     beside: Callable[[float], list[tuple[np.ndarray, np.ndarray]]] | None = None
 
 
-def truth_of(scene: Scene, stage: Stage, own: StageImages, oracle: Oracle) -> Truth:
+def truth_of(scene: Scene, stage: Stage, own: StageImages, oracle: Oracle) -> StageTruth:
     """Return the truth of an image stage, continued from `own`; the truth of `object` is a distance too.
 
     Raises:
@@ -71,7 +71,7 @@ def truth_of(scene: Scene, stage: Stage, own: StageImages, oracle: Oracle) -> Tr
         for each in GEOMETRY:
             seen[each] = oracle.continue_from(scene, each, seen)
         there = condition(scene, seen)
-        return Truth(
+        return StageTruth(
             value=seen[Stage.DISTANCE],
             objects=seen[Stage.OBJECT],
             counts=there.hit,
@@ -80,13 +80,13 @@ def truth_of(scene: Scene, stage: Stage, own: StageImages, oracle: Oracle) -> Tr
         )
     value = oracle.continue_from(scene, stage, own)
     if stage is Stage.RAY:
-        return Truth(
+        return StageTruth(
             value=value,
             objects=None,
             counts=np.ones(size, dtype=bool),
             magnified=ray_condition(scene.camera, off_axis(scene.camera, value)),
         )
-    return Truth(
+    return StageTruth(
         value=value,
         objects=None,
         counts=own[Stage.OBJECT][..., 0] >= 0,
@@ -166,7 +166,7 @@ class Measured:
 
 
 def measured(
-    truth: Truth, stage: Stage, answers: StageImages, *, precision: str, shapes: frozenset[int] | None
+    truth: StageTruth, stage: Stage, answers: StageImages, *, precision: str, shapes: frozenset[int] | None
 ) -> Measured:
     """Measure a contender's stage against the truth made from its own earlier stages.
 
@@ -212,7 +212,7 @@ def measured(
     )
 
 
-def _on_a_shared_edge(truth: Truth, found: np.ndarray, per_pixel: np.ndarray, precision: str) -> np.ndarray:
+def _on_a_shared_edge(truth: StageTruth, found: np.ndarray, per_pixel: np.ndarray, precision: str) -> np.ndarray:
     """Return (height, width) where the right object is met at the right distance, by the number of another face.
 
     On an edge that two faces share either is met.
@@ -355,7 +355,7 @@ LONGEST = 0.02  # s; a slower kernel gets fewer rays
 
 
 @dataclass(frozen=True, kw_only=True)
-class Times:
+class LaunchTimes:
     """The launches of several contenders on one scene."""
 
     rays: int
@@ -409,7 +409,7 @@ def launch(scene: Scene, stages: Sequence[Stage], configuration: Configuration) 
     return ran * 1e-3, built * 1e-3
 
 
-def interleaved(jobs: Sequence[Job], *, repetitions: int, generator: np.random.Generator) -> list[Times]:
+def interleaved(jobs: Sequence[Job], *, repetitions: int, generator: np.random.Generator) -> list[LaunchTimes]:
     """Return the times of each job's contenders; every repetition visits all jobs and contenders in a new order."""
     scenes, built = zip(*map(warmed, jobs), strict=True)
     seconds = [np.empty((len(job.configurations), repetitions)) for job in jobs]
@@ -420,6 +420,6 @@ def interleaved(jobs: Sequence[Job], *, repetitions: int, generator: np.random.G
                 one = job.configurations[index]
                 seconds[number][index, repetition] = launch(scenes[number], job.stages, one)[0]
     return [
-        Times(rays=scene.camera.width * scene.camera.height, seconds=times, compile_seconds=compiled)
+        LaunchTimes(rays=scene.camera.width * scene.camera.height, seconds=times, compile_seconds=compiled)
         for scene, times, compiled in zip(scenes, seconds, built, strict=True)
     ]

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import replace
-from typing import Any, TypedDict, final
+from typing import Any, NotRequired, TypedDict, final
 
 import numpy as np
 
@@ -12,57 +12,13 @@ from rayproof.reports.studies.compare.statistics import Interval
 from rayproof.reports.studies.publication import COLORS, Draw, markdown_cell, markdown_table
 
 
-class SignsRecord(TypedDict):
-    """The proven changes in a family: 1 for the better, -1 for the worse, 0 where neither is shown."""
-
-    decisions: int
-    typical: int
-    tail: int
-
-
-class WrongRecord(TypedDict):
-    """How many pixels are decided wrongly, by whom."""
-
-    base: int
-    candidate: int
-    only_base: int
-    only_candidate: int
-    p: float  # that the two decide wrongly alike
-
-
-class TailRecord(TypedDict):
-    """How a family's pixels lean; see `compare.statistics.Tail`."""
-
-    better: int
-    worse: int
-    tiles_better: int
-    tiles_worse: int
-    scenes: int
-    p: float
-
-
-class ErrorsRecord(TypedDict):
-    """How far off one contender is at one stage; nothing where it decides no pixel rightly."""
-
-    scaled: dict[str, float]  # median, p99, worst -> error / (K u)
-    natural: dict[str, float]
-    unit: str
-
-
-class ErrorsPair(TypedDict):
-    """How far off the two are."""
-
-    base: ErrorsRecord
-    candidate: ErrorsRecord
-
-
 class FamilyRecord(TypedDict):
     """One family."""
 
     family: str
     stress: bool
     outcome: str
-    changed: SignsRecord
+    changed: dict[str, int]  # the fields of `findings.Signs`
     scenes: int
     pixels: int
     same_inputs: bool
@@ -70,27 +26,13 @@ class FamilyRecord(TypedDict):
     digits_interval: Interval | None
     share_better: float
     share_worse: float
-    wrong: WrongRecord
-    tail: TailRecord
-    errors: dict[str, ErrorsPair]  # by stage
+    wrong: dict[str, float]  # pixels: base, candidate, only_base, only_candidate; p that the two err alike
+    tail: dict[str, float]  # the fields of `statistics.Tail`
+    errors: dict[str, dict[str, dict[str, Any]]]  # by stage, of base and candidate: the fields of `findings.Errors`
     time_ratio: float
     time_interval: Interval
     nanoseconds_per_ray: tuple[float, float]  # of the base, of the candidate
     compile_seconds: tuple[float, float]
-
-
-class ComparedAbout(TypedDict):
-    """Who was compared with whom, and how."""
-
-    schema: int
-    origin: Origin
-    base: str
-    candidate: str
-    configurations: list[str]
-    faults: list[str]  # planted ones in use
-    stages: list[str]
-    level: float  # of the intervals
-    repetitions: int
 
 
 class SideRecord(TypedDict):
@@ -103,19 +45,23 @@ class SideRecord(TypedDict):
     time_ratio: float
     time_interval: Interval
     families: list[FamilyRecord]
-
-
-class ControlRecord(SideRecord):
-    """The base against itself."""
-
-    families_outside: int  # whose time interval excludes 1
+    families_outside: NotRequired[int]  # of the base against itself: families whose time interval excludes 1
 
 
 @final
-class FormulaComparisonRecord(ComparedAbout, SideRecord):
+class FormulaComparisonRecord(SideRecord):
     """Two formulas or configurations."""
 
-    control: ControlRecord
+    schema: int
+    origin: Origin
+    base: str
+    candidate: str
+    configurations: list[str]
+    faults: list[str]  # planted ones in use
+    stages: list[str]
+    level: float  # of the intervals
+    repetitions: int
+    control: SideRecord  # the base against itself
 
 
 class SweptRecord(TypedDict):

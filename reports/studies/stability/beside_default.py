@@ -37,10 +37,10 @@ def beside_rows(records: Sequence[ClimbRecord], precisions: Sequence[str]) -> li
 
     The last column says how the two compare over all precisions: better, worse, mixed, or alike.
     """
-    climbs = {(record["ladder"], record["formula"], record["precision"]): record for record in records}
+    climbs = {(record.ladder, record.formula, record.precision): record for record in records}
     rows = []
-    several = len({record["formula"] for record in records if is_own(record["formula"])}) > 1
-    for ladder, formula in dict.fromkeys((record["ladder"], record["formula"]) for record in records):
+    several = len({record.formula for record in records if is_own(record.formula)}) > 1
+    for ladder, formula in dict.fromkeys((record.ladder, record.formula) for record in records):
         if not is_own(formula):
             continue
         default = FORMULAS.variants(formula.partition("=")[0])[0].name
@@ -63,18 +63,18 @@ def signs_of(own: ClimbRecord, usual: ClimbRecord) -> tuple[int, int, int]:
     """
     reached = _place(own) - _place(usual)
     wrong = _larger(_wrong(usual), _wrong(own))
-    error = _larger(*(max(STABLE, climb["worst_error_over_Ku"] or 0.0) for climb in (usual, own)))
+    error = _larger(*(max(STABLE, climb.scaled_error or 0.0) for climb in (usual, own)))
     return (reached > 0) - (reached < 0), wrong, error
 
 
 def _place(climb: ClimbRecord) -> int:
     """Return at which value of the ladder a formula is right for the last time; -1 if it never is."""
-    values = [rung["value"] for rung in climb["values"]]
-    return -1 if climb["breakpoint"] is None else values.index(climb["breakpoint"])
+    values = [rung.value for rung in climb.values]
+    return -1 if climb.breakpoint is None else values.index(climb.breakpoint)
 
 
 def _wrong(climb: ClimbRecord) -> float:
-    return (climb["false_hits"] + climb["false_misses"] + climb["invalid"]) / max(1, climb["rays"])
+    return (climb.false_hits + climb.false_misses + climb.invalid) / max(1, climb.rays)
 
 
 def _larger(first: float, second: float) -> int:
@@ -82,12 +82,10 @@ def _larger(first: float, second: float) -> int:
 
 
 def _breakpoints(own: ClimbRecord, usual: ClimbRecord) -> str:
-    first, second = ("never" if at is None else f"{at:.3g}" for at in (own["breakpoint"], usual["breakpoint"]))
+    first, second = ("never" if at is None else f"{at:.3g}" for at in (own.breakpoint, usual.breakpoint))
     return f"{first} ({second})"
 
 
 def _errors(own: ClimbRecord, usual: ClimbRecord) -> str:
-    first, second = (
-        "-" if (error := climb["worst_error_over_Ku"]) is None else f"{error:.3g}" for climb in (own, usual)
-    )
+    first, second = ("-" if (error := climb.scaled_error) is None else f"{error:.3g}" for climb in (own, usual))
     return f"{first} ({second})"

@@ -7,13 +7,14 @@ what a straight line does not explain is uncertainty too.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TypedDict
+from typing import Any
 
 import numpy as np
 from scipy import stats
 
 from rayproof.cases.ladders import Inputs, Ladder
-from rayproof.reports.studies.stability.questions import QUESTIONS, Grades, Truth
+from rayproof.reports.studies.stability.questions import QUESTIONS, ExactAnswers, Grades
+from rayproof.reports.studies.stability.records import Rung
 from rayproof.tracer.formulas import FORMULAS, Formula
 from rayproof.tracer.formulas.own_file import is_own
 
@@ -79,29 +80,6 @@ def _lines(x: np.ndarray, y: np.ndarray, weights: np.ndarray) -> np.ndarray:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Rung:
-    """One value of a sweep."""
-
-    value: float
-    rays: int  # counted ones
-    false_hits: int
-    false_misses: int
-    invalid: int
-    median: float | None  # error in the ladder's unit
-    median_low: float | None  # its 95 % interval
-    median_high: float | None
-    p99: float | None
-    worst: float | None
-    index: float | None  # largest error / (K u)
-    counts: dict[str, int]
-
-    @property
-    def misclassified(self) -> float:
-        """Return the share of rays that were answered wrongly or not at all."""
-        return (self.false_hits + self.false_misses + self.invalid) / self.rays if self.rays else 0.0
-
-
-@dataclass(frozen=True, kw_only=True)
 class Climb:
     """How one formula fared in one precision."""
 
@@ -124,14 +102,14 @@ class Climb:
     def holds(self, rung: Rung) -> bool:
         """Return whether a value keeps the gate; one with nothing to count does not."""
         gate = self.ladder.gate
-        small = rung.index is None or rung.index <= gate.index
+        small = rung.scaled_error is None or rung.scaled_error <= gate.index
         few = 0.0 if self.formula.variant in gate.faultless else gate.misclassified
         return rung.rays > 0 and rung.misclassified <= few and small
 
     @property
     def worst_index(self) -> float | None:
         """Return the largest error / (K u) of all values."""
-        return max((rung.index for rung in self.rungs if rung.index is not None), default=None)
+        return max((rung.scaled_error for rung in self.rungs if rung.scaled_error is not None), default=None)
 
     def total(self, name: str) -> int:
         """Return the sum of a count over all values."""
@@ -146,7 +124,7 @@ class Drawn:
     precision: str
     inputs: Inputs
     rungs: np.ndarray  # (rays,) index of the value
-    truth: Truth
+    truth: ExactAnswers
 
 
 def drawn(ladder: Ladder, precision: str, *, quick: bool) -> Drawn:
@@ -188,19 +166,10 @@ def _median_interval(values: np.ndarray) -> tuple[float, float]:
     return float(ordered[below]), float(ordered[n - 1 - below])
 
 
-class _Spread(TypedDict):
-    """How large the errors of a rung are; None where nobody erred in a way that can be measured."""
-
-    median: float | None
-    median_low: float | None
-    median_high: float | None
-    p99: float | None
-    worst: float | None
-
-
-def _spread(error: np.ndarray) -> _Spread:
+def _spread(error: np.ndarray) -> dict[str, Any]:
+    """Return how large the errors of a rung are, by the names of its fields; nothing without a measurable error."""
     if not error.size:
-        return {"median": None, "median_low": None, "median_high": None, "p99": None, "worst": None}
+        return {}
     middle, high, worst = np.quantile(error, (0.5, 0.99, 1.0))
     low, up = _median_interval(error)
     return {
@@ -221,7 +190,7 @@ def _rung(value: float, grades: Grades, part: np.ndarray) -> Rung:
         false_hits=int(np.sum(grades.false_hit[part] & ~invalid)),
         false_misses=int(np.sum(grades.false_miss[part] & ~invalid)),
         invalid=int(np.sum(invalid)),
-        index=float(index.max()) if index.size else None,
-        counts={name: int(np.sum(count[part])) for name, count in grades.counts.items()},
+        scaled_error=float(index.max()) if index.size else None,
+        **{name: int(np.sum(count[part])) for name, count in grades.counts.items()},
         **_spread(error),
     )

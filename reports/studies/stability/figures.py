@@ -4,7 +4,6 @@ No date, no random identifiers and text as text: the same numbers make the same 
 """
 
 import csv
-import json
 import math
 from collections.abc import Callable, Sequence
 from functools import partial
@@ -12,15 +11,16 @@ from pathlib import Path
 from typing import Any
 
 import matplotlib as mpl
+import msgspec
 import numpy as np
 from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.figure import Figure
 from matplotlib.ticker import AutoLocator, NullLocator, StrMethodFormatter
 
 from rayproof.cases.ladders import Ladder
-from rayproof.reports.results.files import plain
+from rayproof.reports.results.files import as_json
 from rayproof.reports.studies.publication import Draw
-from rayproof.reports.studies.stability.records import ClimbRecord, LadderRecord, RungRecord
+from rayproof.reports.studies.stability.records import ClimbRecord, Rung
 from rayproof.reports.studies.stability.survey import about
 
 MARKERS = "os^vD<>ph*Xd"
@@ -33,9 +33,9 @@ KEY, CHARACTER = 0.5, 0.068  # of the legend: its line, and a letter of its text
 
 def figure(file: Path, ladder: Ladder, records: Sequence[ClimbRecord]) -> None:
     """Write the figure of one ladder, a panel per precision."""
-    precisions = sorted({one["precision"] for one in records})
+    precisions = sorted({one.precision for one in records})
     # Names must keep their colour from panel to panel.
-    formulas = list(dict.fromkeys(one["formula"] for one in records))
+    formulas = list(dict.fromkeys(one.formula for one in records))
     with mpl.rc_context(STYLE):
         width = LEFT + len(precisions) * (PANEL + GAP) - GAP
         total = width + KEY + CHARACTER * max((len(_label(one)) for one in records), default=0)
@@ -62,8 +62,8 @@ def _height_axis(ladder: Ladder) -> str:
 def _panel(panel: Any, ladder: Ladder, records: Sequence[ClimbRecord], precision: str, formulas: Sequence[str]) -> None:
     """Draw the climbs of one precision; `formulas` are those of the figure, by which colours are chosen."""
     for one in records:
-        if one["precision"] == precision:
-            _line(panel, ladder, one, formulas.index(one["formula"]))
+        if one.precision == precision:
+            _line(panel, ladder, one, formulas.index(one.formula))
     panel.set(xlabel=ladder.parameter, xscale="symlog" if 0.0 in ladder.values else "log")
     # Exact answers have no error to draw, and nothing is logarithmic then.
     panel.set_yscale("log" if panel.lines and any(line.get_ydata().size for line in panel.lines) else "linear")
@@ -85,11 +85,11 @@ def most_different(ladders: Sequence[Ladder], records: Sequence[ClimbRecord], mo
     def apart(ladder: Ladder) -> float:
         """Return the mean over precisions and values of the decades between the lowest and the highest line."""
         heights: dict[tuple[str, float], list[float]] = {}
-        for climb in (record for record in records if record["ladder"] == ladder.name):
-            for rung in climb["values"]:
+        for climb in (record for record in records if record.ladder == ladder.name):
+            for rung in climb.values:
                 height = _height(ladder, rung)
                 if height is not None and height > 0:
-                    heights.setdefault((climb["precision"], rung["value"]), []).append(height)
+                    heights.setdefault((climb.precision, rung.value), []).append(height)
         spans = [math.log10(max(each) / min(each)) for each in heights.values()]
         return sum(spans) / len(spans) if spans else 0.0
 
@@ -104,11 +104,11 @@ def paper_rows(
 
     Of a `sweep`, a parameter and the value that each formula has: largest error and wrong answers over the parameter.
     """
-    precisions = sorted({row["precision"] for row in records})
-    formulas = list(dict.fromkeys(row["formula"] for row in records))
+    precisions = sorted({row.precision for row in records})
+    formulas = list(dict.fromkeys(row.formula for row in records))
 
     def climbed(ladder: Ladder, precision: str, panel: Any) -> None:
-        mine = [row for row in records if row["ladder"] == ladder.name]
+        mine = [row for row in records if row.ladder == ladder.name]
         _panel(panel, ladder, mine, precision, formulas)
         panel.set(title=f"{ladder.name}, {precision}", ylabel=_height_axis(ladder))
 
@@ -119,8 +119,8 @@ def paper_rows(
     def swept(height: Callable[[ClimbRecord], float | None], label: str, panel: Any) -> None:
         for number, ladder in enumerate(ladders):
             for precision, style in zip(precisions, ("-", "--"), strict=False):
-                mine = [row for row in records if (row["ladder"], row["precision"]) == (ladder.name, precision)]
-                points = [(values[row["formula"]], height(row)) for row in mine if row["formula"] in values]
+                mine = [row for row in records if (row.ladder, row.precision) == (ladder.name, precision)]
+                points = [(values[row.formula], height(row)) for row in mine if row.formula in values]
                 kept = [(x, y) for x, y in points if y is not None and y > 0]
                 panel.plot(
                     np.array([x for x, _ in kept]), np.array([y for _, y in kept]), style, marker="o",
@@ -130,9 +130,9 @@ def paper_rows(
         panel.set_yscale("log" if any(line.get_ydata().size for line in panel.lines) else "linear")
 
     def wrong(row: ClimbRecord) -> float:
-        return (row["false_hits"] + row["false_misses"] + row["invalid"]) / max(1, row["rays"])
+        return (row.false_hits + row.false_misses + row.invalid) / max(1, row.rays)
 
-    error = partial(swept, lambda row: row["worst_error_over_Ku"], "largest error / (K u)")
+    error = partial(swept, lambda row: row.scaled_error, "largest error / (K u)")
     return [[error, partial(swept, wrong, "share of wrong answers")]]
 
 
@@ -141,9 +141,9 @@ def _measures(ladder: Ladder) -> bool:
 
 
 def _line(panel: Any, ladder: Ladder, climb: ClimbRecord, index: int) -> None:
-    points = [(rung["value"], _height(ladder, rung)) for rung in climb["values"]]
+    points = [(rung.value, _height(ladder, rung)) for rung in climb.values]
     kept = [(value, height) for value, height in points if height is not None and height > 0]
-    style = "--" if climb["expected"] == "fail" else "-"
+    style = "--" if climb.expected == "fail" else "-"
     panel.plot(
         np.array([value for value, _ in kept]),
         np.array([height for _, height in kept]),
@@ -157,14 +157,14 @@ def _line(panel: Any, ladder: Ladder, climb: ClimbRecord, index: int) -> None:
 
 
 def _label(climb: ClimbRecord) -> str:
-    return climb["formula"] + (" (expected to fail)" if climb["expected"] == "fail" else "")
+    return climb.formula + (" (expected to fail)" if climb.expected == "fail" else "")
 
 
-def _height(ladder: Ladder, rung: RungRecord) -> float | None:
+def _height(ladder: Ladder, rung: Rung) -> float | None:
     if _measures(ladder):
-        return rung["median"]
-    wrong = rung["false_hits"] + rung["false_misses"] + rung["invalid"]
-    return max(wrong / rung["rays"], SMALLEST_SHARE) if rung["rays"] else None
+        return rung.median
+    wrong = rung.false_hits + rung.false_misses + rung.invalid
+    return max(wrong / rung.rays, SMALLEST_SHARE) if rung.rays else None
 
 
 # Ladders as files: JSON, CSV and a still SVG each, the same bytes whenever the numbers are the same.
@@ -172,11 +172,12 @@ def _height(ladder: Ladder, rung: RungRecord) -> float | None:
 
 def publish(folder: Path, ladder: Ladder, records: Sequence[ClimbRecord]) -> None:
     """Write NAME.json, NAME.csv and NAME.svg of one ladder to `folder`, which is there."""
-    whole: LadderRecord = {**about(ladder), "climbs": list(records)}
-    content = json.dumps(plain(whole), indent=2, allow_nan=False)
+    content = as_json({**about(ladder), "climbs": records}, indent=2)
     (folder / f"{ladder.name}.json").write_text(content + "\n", encoding="utf-8")
     rows = [
-        {"formula": one["formula"], "precision": one["precision"]} | rung for one in records for rung in one["values"]
+        {"formula": one.formula, "precision": one.precision} | msgspec.to_builtins(rung)
+        for one in records
+        for rung in one.values
     ]
     columns = list(dict.fromkeys(name for row in rows for name in row))
     with (folder / f"{ladder.name}.csv").open("w", encoding="utf-8", newline="") as file:

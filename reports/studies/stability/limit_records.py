@@ -5,9 +5,10 @@ import io
 import math
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TypedDict
+from typing import Any
 
 import msgspec
+from msgspec import Struct
 
 from rayproof.reports.results.files import as_json, write_text
 from rayproof.reports.results.outcomes import Outcome
@@ -22,7 +23,7 @@ WORDS = {
 }
 
 
-class ScaleRecord(TypedDict):
+class ScaleRecord(Struct, frozen=True, kw_only=True):
     """A ladder of scenes, from easy to hard."""
 
     ladder: str
@@ -32,14 +33,14 @@ class ScaleRecord(TypedDict):
     control: bool  # climbed whole always
 
 
-class RungVerdict(TypedDict):
+class RungVerdict(Struct, frozen=True, kw_only=True):
     """One rung that was rendered."""
 
     value: float
     verdict: str
 
 
-class LimitRecord(TypedDict):
+class LimitRecord(Struct, frozen=True, kw_only=True):
     """How far one renderer carries on one ladder."""
 
     renderer: str
@@ -54,7 +55,7 @@ class LimitRecord(TypedDict):
     rungs: list[RungVerdict]
 
 
-class LimitsRecord(TypedDict):
+class LimitsRecord(Struct, frozen=True, kw_only=True):
     """What `rayproof limits` writes."""
 
     schema: int
@@ -65,7 +66,7 @@ class LimitsRecord(TypedDict):
     environment: dict[str, str]
 
 
-class ChangeRecord(TypedDict):
+class ChangeRecord(Struct, frozen=True, kw_only=True):
     """One limit of the first renderer of two documents."""
 
     ladder: str
@@ -74,26 +75,6 @@ class ChangeRecord(TypedDict):
     before: str
     after: str
     rungs: int  # by how many rungs it carries farther
-
-
-class BarRecord(TypedDict):
-    """A limit as the report draws it."""
-
-    renderer: str
-    ladder: str
-    verdict: str
-    reason: str
-    text: str
-    blame: str
-    share: float  # of its ladder's logarithmic axis
-
-
-class LimitsPlot(TypedDict):
-    """What the report's page *Limits* shows; the subject is the first renderer."""
-
-    renderers: list[str]
-    ladders: list[ScaleRecord]
-    bars: list[BarRecord]
 
 
 class LimitsError(ValueError):
@@ -133,12 +114,12 @@ def as_csv(found: LimitsRecord) -> str:
     writer = csv.writer(text, lineterminator="\n")
     names = ("limit", "breaks_at", "verdict", "stage")
     writer.writerow(("renderer", "ladder", "quantity", "unit", "end", *names, "items", "monotone", "renders", "reason"))
-    scales = {scale["ladder"]: scale for scale in found["ladders"]}
-    for one in found["limits"]:
-        scale = scales[one["ladder"]]
-        about = one["renderer"], one["ladder"], scale["quantity"], scale["unit"], f"{scale['values'][-1]:g}"
-        cells = ["" if one[name] is None else one[name] for name in names]
-        more = " ".join(one["items"]), "yes" if one["monotone"] else "no", len(one["rungs"]), one["reason"]
+    scales = {scale.ladder: scale for scale in found.ladders}
+    for one in found.limits:
+        scale = scales[one.ladder]
+        about = one.renderer, one.ladder, scale.quantity, scale.unit, f"{scale.values[-1]:g}"
+        cells = ["" if (value := getattr(one, name)) is None else value for name in names]
+        more = " ".join(one.items), "yes" if one.monotone else "no", len(one.rungs), one.reason
         writer.writerow((*about, *cells, *more))
     return text.getvalue()
 
@@ -147,101 +128,100 @@ def in_words(limit: LimitRecord | None) -> str:
     """Return "right up to" as a table has it: `all` at the ladder's end, `*` where later rungs pass again."""
     if limit is None:
         return "-"
-    if limit["limit"] is None:
-        return (
-            "never right" if limit["verdict"] == Outcome.FAIL.value else WORDS.get(limit["verdict"], limit["verdict"])
-        )
-    end = "" if limit["breaks_at"] is not None else "all, "
-    return f"{end}{limit['limit']:g}{'' if limit['monotone'] else ' *'}"
+    if limit.limit is None:
+        return "never right" if limit.verdict == Outcome.FAIL.value else WORDS.get(limit.verdict, limit.verdict)
+    end = "" if limit.breaks_at is not None else "all, "
+    return f"{end}{limit.limit:g}{'' if limit.monotone else ' *'}"
 
 
 def blame(limit: LimitRecord) -> str:
     """Return what is to blame beyond a limit: items, or why nothing can be said."""
-    if limit["breaks_at"] is None:
+    if limit.breaks_at is None:
         return ""
-    if limit["items"]:
-        few = limit["items"][:3]
-        return f"{limit['stage']}: {', '.join(few)}{', ...' if len(few) < len(limit['items']) else ''}"
-    return f"{limit['stage']} {WORDS.get(limit['verdict'], limit['verdict'])}".strip()
+    if limit.items:
+        few = limit.items[:3]
+        return f"{limit.stage}: {', '.join(few)}{', ...' if len(few) < len(limit.items) else ''}"
+    return f"{limit.stage} {WORDS.get(limit.verdict, limit.verdict)}".strip()
 
 
 def table(record: LimitsRecord) -> tuple[list[str], list[list[str]]]:
     """Return the columns and rows of "right up to": the subject with what is blamed, then the others."""
-    limits = {(one["renderer"], one["ladder"]): one for one in record["limits"]}
-    first, *others = record["renderers"]
+    limits = {(one.renderer, one.ladder): one for one in record.limits}
+    first, *others = record.renderers
     columns = ["ladder", "what grows", "unit", f"{first}: right up to", "blamed beyond", *others]
     rows = []
-    for scale in record["ladders"]:
-        own = limits[first, scale["ladder"]]
-        beside = [in_words(limits.get((name, scale["ladder"]))) for name in others]
-        about = [scale["ladder"], scale["quantity"], scale["unit"]]
+    for scale in record.ladders:
+        own = limits[first, scale.ladder]
+        beside = [in_words(limits.get((name, scale.ladder))) for name in others]
+        about = [scale.ladder, scale.quantity, scale.unit]
         rows.append([*about, in_words(own), blame(own), *beside])
     return columns, rows
 
 
 def changes(before: LimitsRecord, after: LimitsRecord) -> list[ChangeRecord]:
     """Return each limit of the two subjects on the ladders of `before`; a ladder that `after` lacks counts as lost."""
-    scales = {scale["ladder"]: scale for scale in after["ladders"]}
-    own = {limit["ladder"]: limit for limit in after["limits"] if limit["renderer"] == after["renderers"][0]}
+    scales = {scale.ladder: scale for scale in after.ladders}
+    own = {limit.ladder: limit for limit in after.limits if limit.renderer == after.renderers[0]}
     found: list[ChangeRecord] = []
-    for limit in before["limits"]:
-        if limit["renderer"] != before["renderers"][0]:
+    for limit in before.limits:
+        if limit.renderer != before.renderers[0]:
             continue
-        scale = next(scale for scale in before["ladders"] if scale["ladder"] == limit["ladder"])
-        if limit["ladder"] in scales and scales[limit["ladder"]]["values"] != scale["values"]:
-            raise LimitsError(
-                f"the two have other rungs of the ladder {limit['ladder']}; measure the earlier one again"
-            )
-        now = own.get(limit["ladder"])
+        scale = next(scale for scale in before.ladders if scale.ladder == limit.ladder)
+        if limit.ladder in scales and scales[limit.ladder].values != scale.values:
+            raise LimitsError(f"the two have other rungs of the ladder {limit.ladder}; measure the earlier one again")
+        now = own.get(limit.ladder)
         rungs = _height(now, scale) - _height(limit, scale)
         found.append(
-            {
-                "ladder": limit["ladder"],
-                "quantity": scale["quantity"],
-                "unit": scale["unit"],
-                "before": in_words(limit),
-                "after": in_words(now),
-                "rungs": rungs,
-            }
+            ChangeRecord(
+                ladder=limit.ladder,
+                quantity=scale.quantity,
+                unit=scale.unit,
+                before=in_words(limit),
+                after=in_words(now),
+                rungs=rungs,
+            )
         )
     return found
 
 
 def _height(one: LimitRecord | None, scale: ScaleRecord) -> int:
     """Return how many rungs a renderer climbs."""
-    return 0 if one is None or one["limit"] is None else scale["values"].index(one["limit"]) + 1
+    return 0 if one is None or one.limit is None else scale.values.index(one.limit) + 1
 
 
 def worse(found: Sequence[ChangeRecord]) -> list[str]:
     """Return in sentences which limits are lower than they were."""
     return [
-        f"{one['ladder']}, right up to [{one['unit']}]: {one['before']} before, {one['after']} now".replace(" []", "")
+        f"{one.ladder}, right up to [{one.unit}]: {one.before} before, {one.after} now".replace(" []", "")
         for one in found
-        if one["rungs"] < 0
+        if one.rungs < 0
     ]
 
 
 def share(one: LimitRecord, scale: ScaleRecord) -> float:
     """Return how far along its ladder's logarithmic axis a limit lies, from 0 to 1."""
-    first, last = scale["values"][0], scale["values"][-1]
-    if one["limit"] is None:
+    first, last = scale.values[0], scale.values[-1]
+    if one.limit is None:
         return 0.0
-    return math.log(one["limit"] / first) / math.log(last / first)
+    return math.log(one.limit / first) / math.log(last / first)
 
 
-def bars(limits: LimitsRecord) -> LimitsPlot:
-    """Return what the report's page draws: each ladder with a bar a renderer."""
-    scales = {scale["ladder"]: scale for scale in limits["ladders"]}
-    drawn: list[BarRecord] = [
+def bars(limits: LimitsRecord) -> dict[str, Any]:
+    """Return what the report's page *Limits* draws: each ladder with a bar a renderer; the subject comes first.
+
+    A bar's `share` is where the limit lies on its ladder's logarithmic axis, from 0 to 1.
+    """
+    scales = {scale.ladder: scale for scale in limits.ladders}
+    drawn = [
         {
-            "renderer": limit["renderer"],
-            "ladder": limit["ladder"],
-            "verdict": limit["verdict"],
-            "reason": limit["reason"],
+            "renderer": limit.renderer,
+            "ladder": limit.ladder,
+            "verdict": limit.verdict,
+            "reason": limit.reason,
             "text": in_words(limit),
             "blame": blame(limit),
-            "share": share(limit, scales[limit["ladder"]]),
+            "share": share(limit, scales[limit.ladder]),
         }
-        for limit in limits["limits"]
+        for limit in limits.limits
     ]
-    return {"renderers": limits["renderers"], "ladders": limits["ladders"], "bars": drawn}
+    return {"renderers": limits.renderers, "ladders": msgspec.to_builtins(limits.ladders), "bars": drawn}

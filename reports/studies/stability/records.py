@@ -1,131 +1,76 @@
-"""Records of `rayproof stability`: surveys, ladders, climbs, rungs, searches for the worst."""
+"""Records of `rayproof stability`: a survey, its climbs and their rungs, as they are computed, written and read."""
 
-from typing import NotRequired, TypedDict
+from msgspec import UNSET, Struct, UnsetType, field
 
 from rayproof.reports.results.provenance import Origin
 
 
-class RungRecord(TypedDict):
+class Rung(Struct, frozen=True, kw_only=True):
     """One value of a ladder's parameter: how many rays were answered wrongly, and the errors in the ladder's unit."""
 
     value: float
-    rays: int
+    rays: int  # counted ones
     false_hits: int
     false_misses: int
     invalid: int
-    median: float | None
-    median_low: float | None  # of its 95 % interval
-    median_high: float | None
-    p99: float | None
-    worst: float | None
-    worst_over_Ku: float | None  # largest error over condition number and unit roundoff
-    double_hits: NotRequired[int]  # rays through a shared edge that met both triangles
-    acne: NotRequired[int]  # shadow rays that met the surface that they leave
-    leak: NotRequired[int]  # shadow rays that missed what is between point and light
+    median: float | None = None
+    median_low: float | None = None  # of its 95 % interval
+    median_high: float | None = None
+    p99: float | None = None
+    worst: float | None = None
+    scaled_error: float | None = field(
+        default=None, name="worst_over_Ku"
+    )  # largest error over condition number and unit roundoff
+    double_hits: int | UnsetType = UNSET  # rays through a shared edge that met both triangles
+    acne: int | UnsetType = UNSET  # shadow rays that met the surface that they leave
+    leak: int | UnsetType = UNSET  # shadow rays that missed what is between point and light
+
+    @property
+    def misclassified(self) -> float:
+        """Return the share of rays that were answered wrongly or not at all."""
+        return (self.false_hits + self.false_misses + self.invalid) / self.rays if self.rays else 0.0
+
+    @property
+    def counts(self) -> dict[str, int]:
+        """Return what the ladder's question counts beside hits and misses, by name."""
+        return {name: count for name in COUNTED if (count := getattr(self, name)) is not UNSET}
 
 
-class ClimbRecord(TypedDict):
-    """One formula on one ladder in one precision."""
+COUNTED = ("acne", "double_hits", "leak")
+
+
+class ClimbRecord(Struct, frozen=True, kw_only=True):
+    """One formula on one ladder in one precision, and its verdict."""
 
     ladder: str
     formula: str
     precision: str
     slope: float | None  # of log error over log parameter
-    slope_interval: list[float] | None
+    slope_interval: tuple[float, float] | None
     slope_predicted: float | None
     breakpoint: float | None  # of the parameter
-    worst_error_over_Ku: float | None
+    scaled_error: float | None = field(name="worst_error_over_Ku")
     false_hits: int
     false_misses: int
     invalid: int
     rays: int
     per_million: dict[str, float]  # what is counted beside hits -> per million rays
-    expected: str
-    verdict: str
-    reasons: list[str]
+    expected: str  # pass or fail; of a user's own formula, none
+    verdict: str  # pass or fail
+    reasons: tuple[str, ...]  # why it failed
     known: str  # why the catalogue expects a failure, or nothing
-    surprise: str
-    values: list[RungRecord]
+    surprise: str  # why this is not what the catalogue says; empty if it is
+    values: tuple[Rung, ...]
 
 
-class GateRecord(TypedDict):
-    """What a formula has to reach on a ladder."""
-
-    reaches: dict[str, float]  # precision -> value of the parameter
-    misclassified: float  # share of rays
-    error_over_Ku: float | None
-
-
-class LawRecord(TypedDict):
-    """The slope that mathematics predicts for some formulas, from the value `first` on."""
-
-    formulas: list[str]
-    precisions: list[str]
-    slope: float | None
-    because: str
-    first: float
-
-
-class LadderAbout(TypedDict):
-    """What the catalogue says of a ladder."""
-
-    ladder: str
-    group: str
-    kind: str
-    saturated: float  # median error from which on a value says nothing about the slope
-    slots: list[str]
-    parameter: str
-    values: list[float]
-    unit: str
-    condition: str
-    gate: GateRecord
-    first_to_break: str
-    survivor: str
-    measured: str
-    laws: list[LawRecord]
-
-
-class LadderRecord(LadderAbout):
-    """A ladder with its climbs."""
-
-    climbs: list[ClimbRecord]
-
-
-class SurveyAbout(TypedDict):
-    """What is true of all climbs of a survey."""
+class SurveyRecord(Struct, frozen=True, kw_only=True):
+    """What `rayproof stability --json` writes."""
 
     schema: int
+    ladders: list[ClimbRecord]
     surprises: int
     doubts: list[str]  # what makes the truth or the arithmetic itself unsure
     quick: bool
     origin: Origin
     environment: dict[str, str]
     subnormals: dict[str, str]  # precision -> whether they are kept
-
-
-class WorstRecord(TypedDict):
-    """What a search for the worst inputs of a formula found."""
-
-    formula: str
-    ladder: str  # that asks about such inputs
-    tried: int
-    beyond: int  # of the worst, those answered beyond their limit
-    scores: list[float]  # of the worst, in units of the limit
-    common: list[str]  # what they have in common
-    worst: list[list[str]]  # the first ones: formula, ladder, what is wrong, limits, inputs
-
-
-class WorstSearch(TypedDict):
-    """What `rayproof worst --json` writes."""
-
-    schema: int
-    origin: Origin
-    seconds: float  # for each formula
-    precision: str
-    formulas: list[WorstRecord]
-
-
-class SurveyRecord(SurveyAbout):
-    """What `rayproof stability --json` writes."""
-
-    ladders: list[ClimbRecord]

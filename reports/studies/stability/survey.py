@@ -3,16 +3,12 @@
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
-from typing import cast
+from typing import Any
 
 from rayproof.cases.ladders import Ladder, PredictedSlope, all_ladders
-from rayproof.reports.studies.stability.climb import Climb, Drawn, Rung, climb, drawn
+from rayproof.reports.studies.stability.climb import Climb, Drawn, climb, drawn
 from rayproof.reports.studies.stability.device import broken
-from rayproof.reports.studies.stability.records import (
-    ClimbRecord,
-    LadderAbout,
-    RungRecord,
-)
+from rayproof.reports.studies.stability.records import ClimbRecord
 from rayproof.tracer.formulas import FORMULAS, Formula
 from rayproof.tracer.formulas.own_file import is_own
 
@@ -22,47 +18,42 @@ from rayproof.tracer.formulas.own_file import is_own
 WITNESS_LIMIT = 2.0**-60  # relative; the truth must be far better than the best answer
 
 
-@dataclass(frozen=True, kw_only=True)
-class Verdict:
-    """The outcome of one climb."""
-
-    climb: Climb
-    law: PredictedSlope | None
-    expected: str  # pass or fail; of a user's own formula, none
-    verdict: str  # pass or fail
-    reasons: tuple[str, ...]  # why it failed
-    surprise: str  # why this is not what the catalogue says; empty if it is
-
-
-def judged(climb: Climb) -> Verdict:
-    """Return the verdict: the gate, then the slope, then whether the catalogue said so."""
-    ladder, name = climb.ladder, climb.formula.name
+def judged(climb: Climb) -> ClimbRecord:
+    """Return a climb with its verdict: the gate, then the slope, then whether the catalogue said so."""
+    ladder, name, slope = climb.ladder, climb.formula.name, climb.slope
+    gate = _gate(climb)
     if is_own(climb.formula.variant):
-        gate = _gate(climb)
-        return Verdict(
-            climb=climb,
-            law=None,
-            expected="none",
-            verdict="fail" if gate else "pass",
-            reasons=(gate,) if gate else (),
-            surprise="",
-        )
-    failure = ladder.failure(name, climb.precision)
-    law = ladder.predicted(name, climb.precision)
-    gate, slope = _gate(climb), _slope(climb, law)
-    expected = "fail" if failure else "pass"
-    surprise = slope
-    if failure and not gate:
-        surprise = f"passes, but the catalogue expects it to fail: {failure.because}"
-    elif not failure and gate:
-        surprise = gate
-    return Verdict(
-        climb=climb,
-        law=law,
+        failure = law = None
+        expected, wrong_slope, surprise = "none", "", ""
+    else:
+        failure = ladder.failure(name, climb.precision)
+        law = ladder.predicted(name, climb.precision)
+        expected, wrong_slope = "fail" if failure else "pass", _slope(climb, law)
+        surprise = wrong_slope
+        if failure and not gate:
+            surprise = f"passes, but the catalogue expects it to fail: {failure.because}"
+        elif not failure and gate:
+            surprise = gate
+    return ClimbRecord(
+        ladder=ladder.name,
+        formula=name,
+        precision=climb.precision,
+        slope=slope.value,
+        slope_interval=slope.interval,
+        slope_predicted=law.slope if law else None,
+        breakpoint=climb.breakpoint,
+        scaled_error=climb.worst_index,
+        false_hits=climb.total("false_hits"),
+        false_misses=climb.total("false_misses"),
+        invalid=climb.total("invalid"),
+        rays=climb.total("rays"),
+        per_million=per_million(climb),
         expected=expected,
-        verdict="fail" if gate or slope else "pass",
-        reasons=tuple(reason for reason in (gate, slope) if reason),
+        verdict="fail" if gate or wrong_slope else "pass",
+        reasons=tuple(reason for reason in (gate, wrong_slope) if reason),
+        known=failure.because if failure else "",
         surprise=surprise,
+        values=climb.rungs,
     )
 
 
@@ -75,12 +66,13 @@ def _gate(climb: Climb) -> str:
     if reached is not None and values.index(reached) >= values.index(needed):
         return ""
     rung = next(rung for rung in climb.rungs if not climb.holds(rung))
+    error = rung.scaled_error
     told = [
         f"{rung.misclassified:.3%} of {rung.rays} rays answered wrongly ({rung.false_hits} false hits, "
         f"{rung.false_misses} false misses, {rung.invalid} invalid)"
         if rung.misclassified > ladder.gate.misclassified
         else "",
-        f"error {rung.index:.3g} K u" if rung.index is not None and rung.index > ladder.gate.index else "",
+        f"error {error:.3g} K u" if error is not None and error > ladder.gate.index else "",
         "nothing to count" if not rung.rays else "",
     ]
     return f"breaks at {rung.value:g}, before {needed:g}: {', '.join(part for part in told if part)}"
@@ -109,44 +101,6 @@ def doubted(batch: Drawn) -> str:
     return f"{ladder.name} in {batch.precision}: the truth is {witness.worst:.2g} from its witness"
 
 
-# Verdicts as plain data: what `--json` writes and what tables and figures are made from.
-
-
-def record(verdict: Verdict) -> ClimbRecord:
-    """Return one formula on one ladder in one precision."""
-    climb = verdict.climb
-    slope = climb.slope
-    return {
-        "ladder": climb.ladder.name,
-        "formula": climb.formula.name,
-        "precision": climb.precision,
-        "slope": slope.value,
-        "slope_interval": list(slope.interval) if slope.interval else None,
-        "slope_predicted": verdict.law.slope if verdict.law else None,
-        "breakpoint": climb.breakpoint,
-        "worst_error_over_Ku": climb.worst_index,
-        "false_hits": climb.total("false_hits"),
-        "false_misses": climb.total("false_misses"),
-        "invalid": climb.total("invalid"),
-        "rays": climb.total("rays"),
-        "per_million": per_million(climb),
-        "expected": verdict.expected,
-        "verdict": verdict.verdict,
-        "reasons": list(verdict.reasons),
-        "known": known(climb),
-        "surprise": verdict.surprise,
-        "values": [rung_record(rung) for rung in climb.rungs],
-    }
-
-
-def known(climb: Climb) -> str:
-    """Return why the catalogue expects a failure, or nothing."""
-    if is_own(climb.formula.variant):
-        return ""
-    failure = climb.ladder.failure(climb.formula.name, climb.precision)
-    return failure.because if failure else ""
-
-
 def per_million(climb: Climb) -> dict[str, float]:
     """Return what is counted beside hits, per million rays; leaks are false misses on a closed surface."""
     rays = climb.total("rays")
@@ -159,26 +113,8 @@ def per_million(climb: Climb) -> dict[str, float]:
     return {name: 1e6 * count / rays for name, count in counts.items()}
 
 
-def rung_record(rung: Rung) -> RungRecord:
-    """Return one value of a sweep."""
-    measured = {
-        "value": rung.value,
-        "rays": rung.rays,
-        "false_hits": rung.false_hits,
-        "false_misses": rung.false_misses,
-        "invalid": rung.invalid,
-        "median": rung.median,
-        "median_low": rung.median_low,
-        "median_high": rung.median_high,
-        "p99": rung.p99,
-        "worst": rung.worst,
-        "worst_over_Ku": rung.index,
-    }
-    return cast("RungRecord", measured | rung.counts)  # a question names what it counts
-
-
-def about(ladder: Ladder) -> LadderAbout:
-    """Return what the catalogue says of a ladder."""
+def about(ladder: Ladder) -> dict[str, Any]:
+    """Return what the catalogue says of a ladder; a law predicts a slope from the value `first` on."""
     return {
         "ladder": ladder.name,
         "group": ladder.group,
@@ -214,9 +150,9 @@ def worst_first(records: Sequence[ClimbRecord]) -> list[ClimbRecord]:
     """Return surprises first, then failures, then the largest share of wrong answers and the largest error."""
 
     def badness(climb: ClimbRecord) -> tuple[bool, bool, float, float, str, str]:
-        wrong = (climb["false_hits"] + climb["false_misses"] + climb["invalid"]) / max(1, climb["rays"])
-        error = climb["worst_error_over_Ku"] or 0.0
-        return (not climb["surprise"], climb["verdict"] == "pass", -wrong, -error, climb["ladder"], climb["formula"])
+        wrong = (climb.false_hits + climb.false_misses + climb.invalid) / max(1, climb.rays)
+        error = climb.scaled_error or 0.0
+        return (not climb.surprise, climb.verdict == "pass", -wrong, -error, climb.ladder, climb.formula)
 
     return sorted(records, key=badness)
 
@@ -225,7 +161,7 @@ def worst_first(records: Sequence[ClimbRecord]) -> list[ClimbRecord]:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Plan:
+class SurveyPlan:
     """Which formulas climb which ladders."""
 
     ladders: tuple[tuple[Ladder, tuple[Formula, ...]], ...]
@@ -248,7 +184,7 @@ def applies(ladder: Ladder, formula: Formula) -> bool:
     return formula.slot in ladder.slots and formula.kind != "fault" and chosen
 
 
-def plan(patterns: Sequence[str], *, ladders: Sequence[str], precisions: Sequence[str], quick: bool) -> Plan:
+def plan(patterns: Sequence[str], *, ladders: Sequence[str], precisions: Sequence[str], quick: bool) -> SurveyPlan:
     """Return the climbs of the formulas named by `patterns` on `ladders`.
 
     A pattern is a slot, slot/variant, a glob, or a function of the user's, slot=FILE.py:function; none: all.
@@ -293,10 +229,10 @@ def plan(patterns: Sequence[str], *, ladders: Sequence[str], precisions: Sequenc
         if ladder.name in names
     )
     chosen = tuple((ladder, climbers) for ladder, climbers in pairs if climbers)
-    return Plan(ladders=chosen, precisions=tuple(precisions), quick=quick)
+    return SurveyPlan(ladders=chosen, precisions=tuple(precisions), quick=quick)
 
 
-def survey(planned: Plan, *, doubts: Callable[[str], None]) -> Iterator[ClimbRecord]:
+def survey(planned: SurveyPlan, *, doubts: Callable[[str], None]) -> Iterator[ClimbRecord]:
     """Yield a record per climb; tell `doubts` what makes the truth or the arithmetic itself unsure."""
     for precision in planned.precisions:
         for guard in broken(precision):
@@ -307,4 +243,4 @@ def survey(planned: Plan, *, doubts: Callable[[str], None]) -> Iterator[ClimbRec
             if doubt := doubted(given):
                 doubts(doubt)
             for formula in formulas:
-                yield record(judged(climb(given, formula)))
+                yield judged(climb(given, formula))

@@ -2,7 +2,7 @@
 
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -25,10 +25,10 @@ from rayproof.reports.studies.tradeoff.formulas import LADDER, Task, entries, la
 from rayproof.reports.studies.tradeoff.points import (
     SEED,
     DiagramRecord,
-    Entry,
     Launch,
-    Point,
+    TradeoffPoint,
     TradeoffRecord,
+    UntimedPoint,
     front,
     interleave,
     kernel_seconds,
@@ -50,17 +50,9 @@ SLOTS = ("sphere", "cube", "square", "plane", "triangle")
 MOST_SCENES = 2  # of a family in one diagram
 
 
-@dataclass(frozen=True, kw_only=True)
-class Sampled:
-    """A family's diagram to be of samples per pixel."""
-
-    family: str
-    scene: Scene
-
-
 def tasks(
     selectors: Sequence[str], formulas: Sequence[Formula] = (), files: Sequence[Case] = ()
-) -> tuple[tuple[Task, ...], tuple[Sampled, ...], tuple[Ladder, ...]]:
+) -> tuple[tuple[Task, ...], tuple[tuple[str, Scene], ...], tuple[Ladder, ...]]:
     """Return the diagrams of formulas, of whole images and of ladders that `selectors` name, and of scene `files`.
 
     If formulas are named, they are what is drawn, beside the defaults of their slots, and no whole images.
@@ -93,7 +85,7 @@ def tasks(
         # The family's own word that its pixels are averages comes first.
         lit.sort(key=lambda case: -case.samples)
         if lit:
-            sampled.append(Sampled(family=name, scene=lit[0].scene))
+            sampled.append((name, lit[0].scene))
     if wanted and not wanted_tasks and not climbed:
         raise LookupError("none of the scenes and ladders named shows any of the formulas named")
     return tuple(wanted_tasks), tuple(sampled), climbed
@@ -127,7 +119,7 @@ def small(scene: Scene) -> Scene:
     return replace(scene, camera=replace(camera, width=width, height=height))
 
 
-def sampling_entries(diagram: str, scene: Scene, tell: Callable[[str], None]) -> list[Entry]:
+def sampling_entries(diagram: str, scene: Scene, tell: Callable[[str], None]) -> list[UntimedPoint]:
     """Return the points of one diagram, measured and ready to be timed; a time is that of a pixel."""
     tell(f"{diagram}: samples per pixel")
     asked = small(scene)
@@ -139,7 +131,7 @@ def sampling_entries(diagram: str, scene: Scene, tell: Callable[[str], None]) ->
             large = enlarged(asked, SAMPLES_TIMED / per_side**2)
             image = render(asked, [Stage.RADIANCE], one, samples=per_side)[Stage.RADIANCE]
             records.append(
-                Entry(
+                UntimedPoint(
                     point=_point(diagram, "tracer", precision, per_side, "kernels", image, truth),
                     launch=partial(_traced, large, one, per_side),
                     rays=pixels(large),
@@ -155,7 +147,7 @@ def sampling_entries(diagram: str, scene: Scene, tell: Callable[[str], None]) ->
             large = enlarged(asked, SAMPLES_WALL / per_side**2)
             image = reference.render(asked, [Stage.RADIANCE], samples=per_side)[Stage.RADIANCE]
             records.append(
-                Entry(
+                UntimedPoint(
                     point=_point(diagram, name, "float32", per_side, clock, image, truth),
                     launch=_mitsuba(kind.variant, large, per_side, clock),
                     rays=pixels(large),
@@ -166,9 +158,9 @@ def sampling_entries(diagram: str, scene: Scene, tell: Callable[[str], None]) ->
 
 def _point(
     diagram: str, renderer: str, precision: str, per_side: int, clock: str, image: np.ndarray, truth: np.ndarray
-) -> Point:
+) -> TradeoffPoint:
     error, interval = root_mean_square(image, truth)
-    return Point(
+    return TradeoffPoint(
         diagram=diagram,
         label=f"{renderer}, {precision}, {per_side**2} per pixel",
         renderer=renderer,
@@ -220,7 +212,7 @@ AXES = {
 }
 
 
-def overall(points: Sequence[Point], group: str) -> list[Point]:
+def overall(points: Sequence[TradeoffPoint], group: str) -> list[TradeoffPoint]:
     """Return one point a label: geometric means over the group's diagrams, of those that answer in all of them.
 
     One that decides no pixel of a diagram rightly has no mean error.
@@ -258,7 +250,7 @@ def _means(intervals: Sequence[tuple[float, float]]) -> tuple[float, float]:
 
 def measure(
     formulas: Sequence[Task],
-    sampled: Sequence[Sampled],
+    sampled: Sequence[tuple[str, Scene]],
     climbed: Sequence[Ladder],
     *,
     repetitions: int,
@@ -268,8 +260,8 @@ def measure(
     """Return all points and diagrams as docs/tradeoff.md describes them; of ladders those of the formulas `named`."""
     start = time.monotonic()
     ready = [entry for task in formulas for entry in entries(task, tell)]
-    for one in sampled:
-        ready += sampling_entries(f"{SAMPLES}/{one.family}", one.scene, tell)
+    for family, scene in sampled:
+        ready += sampling_entries(f"{SAMPLES}/{family}", scene, tell)
     ready += [entry for ladder in climbed for entry in ladder_entries(ladder, tell, named)]
     tell(f"run times of {len(ready)} points")
     seconds = interleave([entry.launch for entry in ready], repetitions=repetitions, budget=BUDGET)
@@ -287,7 +279,7 @@ def measure(
     }
 
 
-def _diagram(points: Sequence[Point], name: str) -> DiagramRecord:
+def _diagram(points: Sequence[TradeoffPoint], name: str) -> DiagramRecord:
     mine = [point for point in points if point.diagram == name]
     ahead = front(mine)
     kind = KINDS.get(name.split("/")[0], "formulas")

@@ -21,7 +21,7 @@ from matplotlib.ticker import LogLocator, NullFormatter, StrMethodFormatter
 
 from rayproof.reports.results.files import plain, write_text
 from rayproof.reports.studies.publication import COLORS, Draw
-from rayproof.reports.studies.tradeoff.points import DiagramRecord, PointRecord, TradeoffRecord, without_error
+from rayproof.reports.studies.tradeoff.points import DiagramRecord, TradeoffRecord, without_error
 
 MARKERS = {"float32": "o", "float64": "s"}
 SETTINGS: dict[Any, Any] = {
@@ -94,11 +94,11 @@ def panel(axes: Any, diagram: DiagramRecord, names: Sequence[str], *, shares: bo
     axes.set_ylabel(diagram["error_axis"])
 
 
-def _hue(point: PointRecord) -> str:
+def _hue(point: dict[str, Any]) -> str:
     return point["variant"] or point["renderer"]
 
 
-def _mark(axes: Any, point: PointRecord, color: str, *, shares: bool) -> None:
+def _mark(axes: Any, point: dict[str, Any], color: str, *, shares: bool) -> None:
     """Draw a point with its intervals; filled on the front, its label with the wrong share if there is one."""
     if why := without_error(point):
         # At the upper edge, beyond every error: a formula that decides no pixel rightly has no error.
@@ -210,7 +210,7 @@ def _section(diagram: DiagramRecord) -> str:
     )
 
 
-def cells(point: PointRecord) -> tuple[str, ...]:
+def cells(point: dict[str, Any]) -> tuple[str, ...]:
     """Return label, time, error and share of wrong pixels with their intervals."""
     return (
         point["label"],

@@ -17,7 +17,7 @@ from rayproof.reports.studies.compare.paired_errors import (
     RAYS,
     UNITS,
     Measured,
-    Truth,
+    StageTruth,
     enlarged,
     launch,
     measured,
@@ -26,7 +26,7 @@ from rayproof.reports.studies.compare.paired_errors import (
 )
 from rayproof.reports.studies.compare.records import as_received
 from rayproof.reports.studies.stability.questions import QUESTIONS, Grades, Question
-from rayproof.reports.studies.tradeoff.points import Entry, Point, kernel_seconds, quantile, tail
+from rayproof.reports.studies.tradeoff.points import TradeoffPoint, UntimedPoint, kernel_seconds, quantile, tail
 from rayproof.tracer.configuration import Configuration
 from rayproof.tracer.formulas import FORMULAS, Formula
 from rayproof.tracer.render import render
@@ -54,12 +54,12 @@ def variants(slot: str, named: Sequence[Formula] = ()) -> tuple[Formula, ...]:
     return (FORMULAS.variants(slot)[0], *(one for one in mine if not one.default)) if mine else ()
 
 
-def entries(task: Task, tell: Callable[[str], None]) -> list[Entry]:
+def entries(task: Task, tell: Callable[[str], None]) -> list[UntimedPoint]:
     """Return the points of one diagram, measured and ready to be timed."""
     tell(f"{task.diagram}: errors")
     scenes = [as_received(scene) for scene in task.scenes]
     large = enlarged(scenes[0], RAYS)
-    truths: dict[tuple[int, bytes], Truth] = {}
+    truths: dict[tuple[int, bytes], StageTruth] = {}
     records = []
     for precision in PRECISIONS:
         for formula in task.formulas:
@@ -69,7 +69,7 @@ def entries(task: Task, tell: Callable[[str], None]) -> list[Entry]:
                 for number, scene in enumerate(scenes)
             ]
             point = _point(task, "tracer", formula.variant, precision, formula.kind, marks)
-            records.append(Entry(point=point, launch=partial(_traced, large, one), rays=pixels(large)))
+            records.append(UntimedPoint(point=point, launch=partial(_traced, large, one), rays=pixels(large)))
     reference = REFERENCES[NEIGHBOUR]()
     if all(reference.unsupported(scene, Stage.DISTANCE) is None for scene in (*scenes, large)):
         marks = [
@@ -77,7 +77,7 @@ def entries(task: Task, tell: Callable[[str], None]) -> list[Entry]:
             for number, scene in enumerate(scenes)
         ]
         records.append(
-            Entry(
+            UntimedPoint(
                 point=_point(task, NEIGHBOUR, "", "float32", "reference", marks),
                 launch=lambda: kernel_seconds(lambda: reference.render(large, [Stage.DISTANCE])),
                 rays=pixels(large),
@@ -96,7 +96,7 @@ def _traced(scene: Scene, configuration: Configuration) -> float:
 
 
 def _measured(
-    task: Task, number: int, answers: StageImages, precision: str, truths: dict[tuple[int, bytes], Truth]
+    task: Task, number: int, answers: StageImages, precision: str, truths: dict[tuple[int, bytes], StageTruth]
 ) -> Measured:
     """Measure the distances of a task's scene; formulas that received the same rays share their truth."""
     scene = as_received(task.scenes[number])
@@ -106,12 +106,14 @@ def _measured(
     return measured(truths[key], Stage.OBJECT, answers, precision=precision, shapes=concerned(scene, [task.slot]))
 
 
-def _point(task: Task, renderer: str, variant: str, precision: str, kind: str, marks: Sequence[Measured]) -> Point:
+def _point(
+    task: Task, renderer: str, variant: str, precision: str, kind: str, marks: Sequence[Measured]
+) -> TradeoffPoint:
     # In units of float32's roundoff whatever the precision: else float64 would look no better.
     unit = UNIT_ROUNDOFF[precision] / UNIT_ROUNDOFF["float32"]
     error, error_interval = tail([mark.scaled * unit for mark in marks])
     counts = sum(int(np.count_nonzero(mark.counts)) for mark in marks)
-    return Point(
+    return TradeoffPoint(
         diagram=task.diagram,
         label=f"{variant or renderer}, {precision}",
         renderer=renderer,
@@ -147,7 +149,7 @@ def value_of(ladder: Ladder) -> float:
     return ladder.gate.reaches.get("float32", ladder.values[len(ladder.values) // 2])
 
 
-def ladder_entries(ladder: Ladder, tell: Callable[[str], None], named: Sequence[Formula] = ()) -> list[Entry]:
+def ladder_entries(ladder: Ladder, tell: Callable[[str], None], named: Sequence[Formula] = ()) -> list[UntimedPoint]:
     """Return the points of one ladder, measured and ready to be timed. Both precisions get the same float32 numbers.
 
     If formulas are `named`, they are asked, beside the defaults of their slots.
@@ -170,7 +172,7 @@ def ladder_entries(ladder: Ladder, tell: Callable[[str], None], named: Sequence[
             answer = question.answer(ladder, formula, inputs, precision)
             grades = question.grade(ladder, inputs, truth, answer, precision)
             found.append(
-                Entry(
+                UntimedPoint(
                     point=_ladder_point(ladder, formula, precision, grades),
                     launch=partial(_asked, question, ladder, formula, many, precision),
                     rays=LADDER_RAYS,
@@ -193,12 +195,12 @@ def _asked(question: Question, ladder: Ladder, formula: Formula, inputs: Inputs,
     return kernel_seconds(lambda: question.answer(ladder, formula, inputs, precision))
 
 
-def _ladder_point(ladder: Ladder, formula: Formula, precision: str, grades: Grades) -> Point:
+def _ladder_point(ladder: Ladder, formula: Formula, precision: str, grades: Grades) -> TradeoffPoint:
     # In units of float32's roundoff whatever the precision, as everywhere.
     unit = UNIT_ROUNDOFF[precision] / UNIT_ROUNDOFF["float32"]
     wrong = (grades.false_hit | grades.false_miss | grades.invalid) & grades.counted
     error, interval = tail([grades.index[grades.counted] * unit])
-    return Point(
+    return TradeoffPoint(
         diagram=f"{LADDER}/{ladder.name}",
         label=f"{formula.name if len(ladder.slots) > 1 else formula.variant}, {precision}",
         renderer="tracer",

@@ -1,10 +1,10 @@
-"""`Point`: error and time with intervals; the Pareto front, interleaved timing, tails, records."""
+"""`TradeoffPoint`: error and time with intervals; the Pareto front, interleaved timing, tails, records."""
 
 import math
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import TypedDict
+from typing import Any, TypedDict
 
 import drjit as dr
 import numpy as np
@@ -24,7 +24,7 @@ MOST_WRONG = 1e-3  # share of pixels decided wrongly beyond which a point is wro
 
 
 @dataclass(frozen=True, kw_only=True)
-class Point:
+class TradeoffPoint:
     """One renderer, configured somehow, on one family: what a ray costs and how far off it is."""
 
     diagram: str
@@ -49,14 +49,14 @@ class Point:
         return self.diagram, self.label
 
 
-def front(points: Sequence[Point]) -> tuple[Point, ...]:
+def front(points: Sequence[TradeoffPoint]) -> tuple[TradeoffPoint, ...]:
     """Return the Pareto front by time: points that no other beats in one of time and error without losing the other.
 
     A point that decides more pixels wrongly beats none. Controls, known to be wrong somewhere, points that decide more
     than `MOST_WRONG` of the pixels wrongly, and points without an error are not on it.
     """
 
-    def beats(one: Point, other: Point) -> bool:
+    def beats(one: TradeoffPoint, other: TradeoffPoint) -> bool:
         if one.wrong > other.wrong:
             return False
         faster = one.nanoseconds < other.nanoseconds and one.error <= other.error * GAIN
@@ -68,30 +68,7 @@ def front(points: Sequence[Point]) -> tuple[Point, ...]:
     return tuple(sorted(ahead, key=lambda one: (one.nanoseconds, one.label)))
 
 
-class PointRecord(TypedDict):
-    """A point as docs/tradeoff.md describes it; bounds are those of 95 % intervals."""
-
-    diagram: str
-    label: str
-    renderer: str
-    variant: str
-    precision: str
-    samples: int  # per pixel
-    kind: str
-    nanoseconds: float  # per ray or pixel, as the diagram's axis says
-    nanoseconds_low: float
-    nanoseconds_high: float
-    clock: str
-    error: float  # what the diagram's axis says
-    error_low: float
-    error_high: float
-    natural: float | None
-    unit: str
-    wrong: float  # share of pixels
-    front: bool
-
-
-def without_error(point: "PointRecord") -> str:
+def without_error(point: dict[str, Any]) -> str:
     """Return in words why a point has no error, or an empty string: no pixel, or none of some, is decided rightly."""
     if math.isfinite(point["error"]):
         return ""
@@ -107,7 +84,7 @@ class DiagramRecord(TypedDict):
     time_axis: str
     error_axis: str
     front: list[str]
-    points: list[PointRecord]
+    points: list[dict[str, Any]]  # as `point_record` returns them
 
 
 class TradeoffRecord(TypedDict):
@@ -121,8 +98,8 @@ class TradeoffRecord(TypedDict):
     diagrams: list[DiagramRecord]
 
 
-def point_record(point: Point, *, on_front: bool) -> PointRecord:
-    """Return a point as plain data; see docs/tradeoff.md."""
+def point_record(point: TradeoffPoint, *, on_front: bool) -> dict[str, Any]:
+    """Return a point as docs/tradeoff.md describes it; bounds are those of 95 % intervals."""
     return {
         "diagram": point.diagram,
         "label": point.label,
@@ -200,14 +177,14 @@ def interleave(launches: Sequence[Launch], *, repetitions: int, budget: float) -
 
 
 @dataclass(frozen=True, kw_only=True)
-class Entry:
+class UntimedPoint:
     """A point and how to time it; until then its nanoseconds are NaN."""
 
-    point: Point
+    point: TradeoffPoint
     launch: Launch
     rays: int  # of a launch; pixels where samples are compared
 
-    def timed(self, seconds: np.ndarray) -> Point:
+    def timed(self, seconds: np.ndarray) -> TradeoffPoint:
         """Return the point, given the seconds of an odd number of launches."""
         each = seconds / self.rays * 1e9
         interval = median_interval(each.tolist(), level=LEVEL)

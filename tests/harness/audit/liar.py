@@ -23,7 +23,7 @@ from rayproof.reports.judge.checks import stage_check
 from rayproof.reports.judge.limit_sentinels import rounded
 from rayproof.reports.judge.measurement import Kind, ratios
 from rayproof.reports.judge.oracle import ORACLE, stages_of
-from rayproof.reports.judge.pairs import Pair
+from rayproof.reports.judge.pairs import RendererPair
 from rayproof.reports.judge.scene_truth import SceneTruth, scene_truth
 from rayproof.reports.results.case_records import Check
 from rayproof.reports.results.outcomes import Outcome
@@ -145,7 +145,7 @@ def _hidden(base: SceneTruth, honest: Answers, lies: Mapping[Stage, np.ndarray])
 def _checks(against: AgainstOracle, first: Stage) -> list[Check]:
     """Return the checks of the first stage that is spoiled and of those after it, which are continued from it."""
     witness = Answers(name=ORACLE, precision="float64", independent=True, answers=against.base.truth)
-    pair, answers = Pair(against, AgainstOracle(against.base, witness)), against.renderer.answers
+    pair, answers = RendererPair(against, AgainstOracle(against.base, witness)), against.renderer.answers
     order = list(Stage)
     after = [stage for stage in answers if stage is not Stage.CAMERA and order.index(stage) >= order.index(first)]
     with np.errstate(all="ignore"):

@@ -10,7 +10,7 @@ from rayproof.cases.scene import Scene
 from rayproof.cases.stages import Stage, StageImages
 from rayproof.reports.judge.limit_sentinels import SCENE
 from rayproof.reports.run.cache_store import Store
-from rayproof.reports.run.reference_cache import Question, Rendered, cached
+from rayproof.reports.run.reference_cache import ReferenceQuestion, Rendered, cached
 from tests.harness.guards import BrokenHarnessError
 
 HEIGHT, WIDTH = 3, 4
@@ -53,7 +53,7 @@ def _ask_about(store: Store) -> None:
     known = _Known()
 
     def ask(scene: Scene = SCENE) -> Rendered:
-        question = Question(name="known", reference=known, scene=scene, stages=(Stage.RADIANCE,), samples=1)  # type: ignore[arg-type]
+        question = ReferenceQuestion(name="known", reference=known, scene=scene, stages=(Stage.RADIANCE,), samples=1)  # type: ignore[arg-type]
         return cached(question, known.render, store=store, always=True)
 
     _expect(ask(), 1, "the first question")

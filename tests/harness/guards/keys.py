@@ -251,7 +251,8 @@ class _Known:
 
 def _render(scene: Scene) -> Key:
     stages = (Stage.RAY, Stage.RADIANCE)
-    return reference_cache.Question(name="known", reference=_Known(), scene=scene, stages=stages, samples=1).key  # type: ignore[arg-type]
+    known: Any = _Known()
+    return reference_cache.ReferenceQuestion(name="known", reference=known, scene=scene, stages=stages, samples=1).key
 
 
 def _of_run(request: RunOptions) -> Key:

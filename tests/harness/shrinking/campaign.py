@@ -23,7 +23,7 @@ from rayproof.cases.scene_json import scene_to_json
 from rayproof.cases.stages import IMAGE_STAGES, Stage
 from rayproof.reports.judge.answers import Answers
 from rayproof.reports.results.files import write_text
-from rayproof.reports.shrinking.attempts import Limits
+from rayproof.reports.shrinking.attempts import SearchLimits
 from rayproof.reports.shrinking.failure import Renderer, failure, renderer
 from rayproof.reports.shrinking.search import shrink
 from rayproof.reports.subjects import PROGRAM, THE_TRACER, Subject
@@ -198,7 +198,7 @@ def shrunk(wrong: Wrong, program: Path, campaign: Campaign) -> Shrunk:
         if first is None or failure(case.scene, right) is not None:
             continue  # the example's epsilon is too large for some cases, whatever it is told to do wrongly
         start, used = time.perf_counter(), _processor()
-        search = shrink(case.scene, render, limits=Limits(tries=campaign.tries))
+        search = shrink(case.scene, render, limits=SearchLimits(tries=campaign.tries))
         items = {*wrong.items} & first.items
         return replace(
             blank,

@@ -8,10 +8,10 @@ from flint import arb, fmpq
 
 from rayproof.reference.certified.columns import decided, evaluated, single, witnessed
 from rayproof.reference.certified.fields import exact
-from rayproof.reference.certified.meetings import SHAPES, Hit, towards
+from rayproof.reference.certified.meetings import SHAPES, ExactHit, towards
 
 
-def hit(shape: str, **inputs: Any) -> Hit:
+def hit(shape: str, **inputs: Any) -> ExactHit:
     """Return the exact answer to one ray."""
     given = {name: np.array([value], dtype=np.float64) for name, value in inputs.items()}
     if shape == "cube":

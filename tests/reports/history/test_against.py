@@ -7,7 +7,7 @@ import pytest
 from msgspec.structs import replace
 
 from rayproof.reports.history.database import append
-from rayproof.reports.history.expectations import Expectation, Known
+from rayproof.reports.history.expectations import Expectation, KnownFailures
 from rayproof.reports.history.gating import Base, Demanded, coverage, held, load_base, standing
 from tests.reports.history.test_gating import CHECK, ENTRY, TODAY, as_of, check, run
 
@@ -78,7 +78,9 @@ def test_what_became_better_or_a_tenth_worse_is_not_red():
 
 def test_expected_and_worse_than_before_is_red():
     before = run(check(verdict="pass"), verdict="pass")
-    demanded = Demanded(expected=("known.json", Known(expected=(ENTRY,))), against=Base(name="before", results=before))
+    demanded = Demanded(
+        expected=("known.json", KnownFailures(expected=(ENTRY,))), against=Base(name="before", results=before)
+    )
 
     found = held(run(check()), demanded, today=TODAY)
 
@@ -104,7 +106,7 @@ def test_the_record_has_every_list_that_keeps_a_gate_shut():
 
     def shut(*entries: Expectation, **more: Any) -> set[str]:
         record = held(
-            run(check(**more)), Demanded(expected=("known.json", Known(expected=entries))), today=TODAY
+            run(check(**more)), Demanded(expected=("known.json", KnownFailures(expected=entries))), today=TODAY
         ).record()
         assert set(record) >= {"regressions", "tighten", "stale", "expired", "matched"}
         assert record["red"] == any(record[key] for key in ("regressions", "tighten", "stale", "expired"))

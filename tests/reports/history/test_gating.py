@@ -7,8 +7,15 @@ import numpy as np
 import pytest
 from msgspec.structs import replace
 
-from rayproof.reports.history.expectations import Expectation, Known, KnownCheck, entries, load_known, save_known
-from rayproof.reports.history.gating import Acceptance, Gate, accepted, gate, pruned
+from rayproof.reports.history.expectations import (
+    Expectation,
+    KnownCheck,
+    KnownFailures,
+    entries,
+    load_known,
+    save_known,
+)
+from rayproof.reports.history.gating import Acceptance, GateResult, accepted, gate, pruned
 from rayproof.reports.judge.measurement import cells_of
 from rayproof.reports.results.case_records import Check
 from tests.reports.checks import recorded
@@ -35,9 +42,9 @@ def run(*checks: Check, name: str = "shadows/one", verdict: str = "fail", **more
     return {"cases": [case, good], "finished": True, "environment": {"backend": "llvm"}, "subject": "tracer", **more}
 
 
-def held(results: dict[str, Any], *entries: Expectation) -> Gate:
+def held(results: dict[str, Any], *entries: Expectation) -> GateResult:
     """Hold a run against entries."""
-    return gate(results, Known(expected=entries or (ENTRY,)), file="known.json", today=TODAY)
+    return gate(results, KnownFailures(expected=entries or (ENTRY,)), file="known.json", today=TODAY)
 
 
 def as_of(**more: Any) -> Expectation:
@@ -124,7 +131,7 @@ def test_conditions_and_patterns_decide_whom_an_entry_is_about():
 
 def test_what_is_accepted_passes_and_what_passes_is_pruned(tmp_path):
     results = run(check(), check(stage="object", ratio=float("inf"), examined={"wrong": 3}, cells=["0" * 15 + "1"] * 2))
-    known, new, refused = accepted(results, Known(), Acceptance(reason="known", issue="#7"))
+    known, new, refused = accepted(results, KnownFailures(), Acceptance(reason="known", issue="#7"))
     save_known(tmp_path / "known.json", known)
     read = load_known(tmp_path / "known.json", patterns=False)
 
@@ -144,7 +151,7 @@ def test_the_file_has_an_entry_a_cause_with_its_cases_in_short(tmp_path):
         for number in range(25)
     ]
     results = run() | {"cases": [*cases, run(check(), name="other/case")["cases"][0] | {"cause": []}]}
-    known, new, _ = accepted(results, Known(), Acceptance(reason="1 / pi is left out.", cause="no_pi"))
+    known, new, _ = accepted(results, KnownFailures(), Acceptance(reason="1 / pi is left out.", cause="no_pi"))
     known, more, _ = accepted(results, known, Acceptance(reason="another", cases=("other/case",)))
     save_known(tmp_path / "known.json", known)
 
@@ -168,12 +175,12 @@ def test_a_number_in_the_file_has_a_tenth_of_room():
     assert KnownCheck(ratio="inf", wrong=(1, 5)).ranges == ((np.inf, np.inf), (1, 5), (0, np.inf))
     # Pruned by two checks it becomes a pair that allows no more.
     both = Expectation(case="shadows/one", reason="known", checks={"float32 * distance": number})
-    left, _ = pruned(run(check(ratio=2.0), check(reference="radiance", ratio=9.0)), Known(expected=[both]))
+    left, _ = pruned(run(check(ratio=2.0), check(reference="radiance", ratio=9.0)), KnownFailures(expected=[both]))
     assert left.expected[0].checks["float32 * distance"].ratio == (pytest.approx(2 / 1.1, rel=1e-3), pytest.approx(3.3))
 
 
 def test_further_checks_of_a_case_join_its_entry_and_what_is_not_finite_is_refused():
-    first, *_ = accepted(run(check()), Known(), Acceptance(reason="known"))
+    first, *_ = accepted(run(check()), KnownFailures(), Acceptance(reason="known"))
     more = run(check(), check(stage="normal"), check(stage="position", end_to_end={"nan": 4}))
 
     both, new, refused = accepted(more, first, Acceptance(reason="known"))
@@ -196,7 +203,7 @@ def test_an_infinite_pixel_given_its_own_previous_stages_is_a_regression():
 def test_a_missed_hit_is_no_number_that_lacks():
     """A miss has the distance inf: it is wrong where the reference hits, and can be accepted as other failures can."""
     missed = run(check(ratio=float("inf"), end_to_end={"inf": 10}))
-    known, new, _ = accepted(missed, Known(), Acceptance(reason="known"))
+    known, new, _ = accepted(missed, KnownFailures(), Acceptance(reason="known"))
 
     assert new == 1
     assert not held(missed, *known.expected).red
@@ -204,7 +211,7 @@ def test_a_missed_hit_is_no_number_that_lacks():
 
 def test_what_is_not_measured_any_more_stays_in_the_file():
     for verdict in ("undecided", "unsupported", "missing", "error"):
-        left, done = pruned(run(check(verdict=verdict), verdict=verdict), Known(expected=[ENTRY]))
+        left, done = pruned(run(check(verdict=verdict), verdict=verdict), KnownFailures(expected=[ENTRY]))
 
         assert ([*left.expected], done) == ([ENTRY], [])
 
@@ -216,7 +223,7 @@ def test_as_many_wrong_pixels_elsewhere_are_red_and_an_outline_that_moves_a_litt
         return run(check(cells=cells_of(image), examined={"wrong": len(places)}))
 
     before = wrong((7, 9), (7, 8))
-    known, *_ = accepted(before, Known(), Acceptance(reason="known"))
+    known, *_ = accepted(before, KnownFailures(), Acceptance(reason="known"))
 
     assert not held(before, *known.expected).red
     assert not held(wrong((8, 10), (7, 9)), *known.expected).red
@@ -228,7 +235,7 @@ def test_an_error_that_doubles_is_red_where_its_limit_is_0():
     def off(mean: float) -> dict[str, Any]:
         return run(check(ratio=float("inf"), end_to_end={"mean_wrong": mean}))
 
-    known, *_ = accepted(off(0.02), Known(), Acceptance(reason="known"))
+    known, *_ = accepted(off(0.02), KnownFailures(), Acceptance(reason="known"))
 
     assert not held(off(0.0201), *known.expected).red
     assert "mean error of the wrong pixels" in held(off(0.04), *known.expected).regressions[0]
@@ -244,7 +251,7 @@ def test_an_entrys_item_may_be_one_of_several_that_are_blamed():
 def test_pruning_makes_no_entry_wider():
     worse = run(check(ratio=8.0, examined={"wrong": 40}, cells=["ff" * 8] * 2))
 
-    left, _ = pruned(worse, Known(expected=[ENTRY]))
+    left, _ = pruned(worse, KnownFailures(expected=[ENTRY]))
 
     kept = left.expected[0].checks[NAME]
     assert (kept.ratio[1], kept.wrong[1], kept.cells) == (CHECK.ratio[1], CHECK.wrong[1], CHECK.cells)
@@ -261,7 +268,7 @@ def test_pruning_makes_no_entry_wider():
     ],
 )
 def test_an_entry_that_opens_more_than_it_names_is_refused_unless_it_is_allowed(tmp_path, entry: Expectation):
-    save_known(tmp_path / "known.json", Known(expected=[entry]))
+    save_known(tmp_path / "known.json", KnownFailures(expected=[entry]))
 
     with pytest.raises(ValueError, match="--any allows such entries"):
         load_known(tmp_path / "known.json", patterns=False)
@@ -270,7 +277,7 @@ def test_an_entry_that_opens_more_than_it_names_is_refused_unless_it_is_allowed(
 
 def test_a_name_with_brackets_means_itself(tmp_path):
     odd = run(check(), name="file/[a]*")
-    known, *_ = accepted(odd, Known(), Acceptance(reason="known"))
+    known, *_ = accepted(odd, KnownFailures(), Acceptance(reason="known"))
     save_known(tmp_path / "known.json", known)
 
     assert not held(odd, *load_known(tmp_path / "known.json", patterns=False).expected).red
@@ -304,7 +311,7 @@ def test_a_bad_file_is_told_with_the_entry(tmp_path, text, named):
 )
 def test_a_share_of_answers_that_falls_by_more_than_a_hundredth_is_red(now: tuple[int, int], red: bool):
     fuller = run(check(verdict="pass"), verdict="pass", answered={"families": {"shadows": (100, 100)}})
-    known, new, _ = accepted(fuller, Known(), Acceptance(reason=""))
+    known, new, _ = accepted(fuller, KnownFailures(), Acceptance(reason=""))
 
     found = gate(fuller | {"answered": {"families": {"shadows": now, "other": (0, 9)}}}, known, file="known.json")
 

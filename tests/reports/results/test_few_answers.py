@@ -6,7 +6,7 @@ from typing import Any
 import pytest
 from rich.console import Console
 
-from rayproof.reports.history.expectations import Known
+from rayproof.reports.history.expectations import KnownFailures
 from rayproof.reports.history.gating import Demanded
 from rayproof.reports.results.headline import few_answers, headline, last_line
 from rayproof.reports.results.outcomes import Outcome
@@ -14,7 +14,7 @@ from rayproof.reports.run.options import RunOptions
 from rayproof.reports.run.suite import code_of, least_coverage
 from rayproof.reports.run.totals import Totals
 
-GATE = Demanded(expected=("known.json", Known()))
+GATE = Demanded(expected=("known.json", KnownFailures()))
 
 
 def options(least: float | None, demanded: Demanded | None = None) -> RunOptions:

@@ -15,7 +15,7 @@ from rayproof.reports.results.case_records import CaseRecord
 from rayproof.reports.run.case_pipeline import finished
 from rayproof.reports.run.engine import dispatch as module
 from rayproof.reports.run.engine.dispatch import Dispatch
-from rayproof.reports.run.engine.machine import Answer, Batch, packed
+from rayproof.reports.run.engine.machine import Batch, BatchResult, packed
 from rayproof.reports.run.options import CaseOptions
 from rayproof.reports.run.plan import PlannedCase
 
@@ -41,7 +41,7 @@ class Played:
 
     status, most = "running", 0
 
-    def __init__(self, workers: list[str], does: Callable[[list[str], str], Answer | str]) -> None:
+    def __init__(self, workers: list[str], does: Callable[[list[str], str], BatchResult | str]) -> None:
         self.workers, self._does = workers, does
         self.waiting: deque[Any] = deque()
         self.scheduler = SimpleNamespace(ncores=None)
@@ -68,7 +68,7 @@ class Played:
             try:
                 value = self._does(future.names, worker)
                 answers = {name: packed(name, {**RECORD, "name": name}, Path("/nowhere")) for name in future.names}
-                answer = Answer(worker=worker, finished=answers, seconds=0.1 * len(answers))
+                answer = BatchResult(worker=worker, finished=answers, seconds=0.1 * len(answers))
                 value = replace(answer, refused=value) if isinstance(value, str) else value
                 future.result, future.status = lambda timeout, value=value: value, "finished"
             except Exception as error:
@@ -189,7 +189,7 @@ def test_a_run_that_is_left_alone_ends(tmp_path: Path, gone: str, why: str) -> N
 def test_an_error_in_writing_what_came_is_the_runs_own(tmp_path: Path) -> None:
     (tmp_path / "scenes").write_text("no folder")
     files = packed("played/0", RECORD, tmp_path)[0], {"scenes/played/0.json": b""}
-    answer = Answer(worker="tls://a:1", finished={"played/0": files}, seconds=1.0)
+    answer = BatchResult(worker="tls://a:1", finished={"played/0": files}, seconds=1.0)
 
     with pytest.raises(OSError, match="scenes"):
         put_through(Played(["tls://a:1"], lambda names, worker: answer), 1, tmp_path)

@@ -11,7 +11,7 @@ from rayproof.cases.stages import Stage
 from rayproof.reference.analytic import Analytic
 from rayproof.reports.run import reference_cache
 from rayproof.reports.run.cache_store import Store, encode, usual_folder
-from rayproof.reports.run.reference_cache import Question, cached
+from rayproof.reports.run.reference_cache import ReferenceQuestion, cached
 from rayproof.reports.run.worker_tasks import ask_reference
 from tests.reports.judge.scenes import ORACLE, SCENE, truth
 
@@ -44,7 +44,7 @@ def store(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Store:
 
 def ask(reference: Counting, store: Store, *, scene=SCENE, stages=STAGES, samples=1):
     """Ask through the cache."""
-    question = Question(name="counting", reference=reference, scene=scene, stages=stages, samples=samples)
+    question = ReferenceQuestion(name="counting", reference=reference, scene=scene, stages=stages, samples=samples)
     return cached(question, reference.renders, store=store)
 
 
@@ -116,7 +116,7 @@ def test_what_costs_less_to_render_than_to_read_is_not_kept(tmp_path):
     reference, store = Counting(), Store(tmp_path)
     nothing = lambda: ({Stage.RAY: np.zeros((200, 200, 3))}, None)  # noqa: E731
 
-    question = Question(name="counting", reference=reference, scene=SCENE, stages=(Stage.RAY,), samples=1)
+    question = ReferenceQuestion(name="counting", reference=reference, scene=SCENE, stages=(Stage.RAY,), samples=1)
     found = cached(question, nothing, store=store)
 
     assert not found.cached

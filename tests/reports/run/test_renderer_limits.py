@@ -89,7 +89,7 @@ def limits() -> Mapping[tuple[str, str], LimitRecord]:
     both = [Column(subject=THE_TRACER, configuration=precision) for precision in ("float32", "float64")]
     compared = [ladder for ladder in SCENE_LADDERS if ladder.formulas is not None]
     found = measure(both, compared, jobs=2, seconds=120.0)
-    return {(one["renderer"].removeprefix("tracer "), one["ladder"]): one for one in found}
+    return {(one.renderer.removeprefix("tracer "), one.ladder): one for one in found}
 
 
 # Near an edge a formula may answer a ray wrongly, and scenes leave the pixels there out: of the rays of a formula
@@ -109,19 +109,19 @@ def test_the_tracer_carries_as_far_as_its_formula(ladder: SceneLadder, precision
     formula = climb(drawn(about, precision, quick=True), FORMULAS[ladder.formulas.formula])
     reached = None
     for rung in formula.rungs:
-        if rung.misclassified > AT_EDGES or (rung.index or 0) > about.gate.index:
+        if rung.misclassified > AT_EDGES or (rung.scaled_error or 0) > about.gate.index:
             break
         reached = rung.value
     found = limits()[precision, ladder.name]
     up = ladder.values[-1] > ladder.values[0]
     end = (min if up else max)(ladder.values[-1], about.values[-1])
     assert reached is not None
-    assert found["limit"] is not None
-    scene, single = (float((min if up else max)(value, end)) for value in (found["limit"], reached))
+    assert found.limit is not None
+    scene, single = (float((min if up else max)(value, end)) for value in (found.limit, reached))
     farther = scene / single if up else single / scene  # by how much the scene is right beyond the formula
 
     assert farther <= 10
-    assert farther >= 0.1 or found["verdict"] == "undecided", (found["breaks_at"], found["reason"])
+    assert farther >= 0.1 or found.verdict == "undecided", (found.breaks_at, found.reason)
 
 
 def test_beside_a_subject_stand_the_tracer_and_the_references_once_each() -> None:

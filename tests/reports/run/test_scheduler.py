@@ -20,7 +20,7 @@ import psutil
 import pytest
 
 from rayproof.reports.processes.signals import end_below
-from rayproof.reports.run.engine.cluster import Place, checked, reached
+from rayproof.reports.run.engine.cluster import ClusterAddress, checked, reached
 from tests.reports.commands.conftest import Rayproof
 from tests.reports.commands.test_own_formula import MINE
 from tests.reports.run.certificates import Authority
@@ -159,7 +159,7 @@ def test_a_cluster_of_this_machine_answers_nobody_without_its_certificates() -> 
     nobody.check_hostname, nobody.verify_mode = False, ssl.CERT_NONE
     before = set(psutil.Process().children(recursive=True))
     heard: set[bytes] = set()
-    with reached(checked(Place(address="local:1"))):
+    with reached(checked(ClusterAddress(address="local:1"))):
         ours = [psutil.Process(), *set(psutil.Process().children(recursive=True)) - before]
         ports = {one.laddr for process in ours for one in process.net_connections("inet") if one.status == "LISTEN"}
         for address in ports:

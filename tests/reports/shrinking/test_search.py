@@ -8,7 +8,7 @@ from rayproof.cases.families import select
 from rayproof.cases.scene import Cube, Mesh, Scene, Sphere, Square, Triangle
 from rayproof.cases.stages import Stage
 from rayproof.reports.judge.answers import Answers
-from rayproof.reports.shrinking.attempts import Limits, Search, size
+from rayproof.reports.shrinking.attempts import Search, SearchLimits, size
 from rayproof.reports.shrinking.failure import Renderer, Way, failure, renderer
 from rayproof.reports.shrinking.search import NothingFailsError, shrink
 from rayproof.reports.subjects import THE_TRACER
@@ -49,7 +49,7 @@ def test_of_a_scene_of_five_shapes_the_sphere_is_left_whose_root_is_wrong() -> N
 def test_what_it_takes_to_fail_is_kept(
     case: str, formula: str, stage: Stage, shapes: int, lights: int, pixels: int
 ) -> None:
-    found = shrink(scene(case), tracer(formula), stage=stage, limits=Limits(tries=120))
+    found = shrink(scene(case), tracer(formula), stage=stage, limits=SearchLimits(tries=120))
 
     assert found.failure.stage is stage
     assert (len(found.scene.shapes), len(found.scene.lights)) == (shapes, lights)
@@ -57,7 +57,7 @@ def test_what_it_takes_to_fail_is_kept(
 
 
 def test_a_mesh_becomes_the_triangle_that_is_hit() -> None:
-    found = shrink(scene("meshes/wavy_sheet"), tracer("triangle=fault_no_sum"), limits=Limits(tries=120))
+    found = shrink(scene("meshes/wavy_sheet"), tracer("triangle=fault_no_sum"), limits=SearchLimits(tries=120))
 
     assert not [shape for shape in found.scene.shapes if isinstance(shape, Mesh)]
     assert [type(shape) for shape in found.scene.shapes] == [Triangle]
@@ -65,14 +65,14 @@ def test_a_mesh_becomes_the_triangle_that_is_hit() -> None:
 
 def test_a_cube_becomes_the_square_that_is_seen_where_the_cube_is_not_to_blame() -> None:
     given = scene("primitives/cube")
-    found = shrink(given, tracer("radiance=fault_no_pi"), limits=Limits(tries=60))
+    found = shrink(given, tracer("radiance=fault_no_pi"), limits=SearchLimits(tries=60))
 
     assert isinstance(given.shapes[0], Cube)
     assert not [shape for shape in found.scene.shapes if not isinstance(shape, Square | Sphere | Triangle)]
 
 
 def test_the_same_number_of_tries_gives_the_same_scene() -> None:
-    given, limits = scene("shadows/every_blocker"), Limits(tries=40)
+    given, limits = scene("shadows/every_blocker"), SearchLimits(tries=40)
 
     once, again = (shrink(given, tracer("sphere=fault_negative_root"), limits=limits) for _ in range(2))
 
@@ -96,8 +96,8 @@ def test_ctrl_c_keeps_the_smallest_scene_so_far() -> None:
 def test_nothing_is_tried_when_tries_or_time_are_over() -> None:
     given = scene("primitives/sphere")
 
-    few = shrink(given, tracer("sphere=fault_far_root"), limits=Limits(tries=3))
-    late = shrink(given, tracer("sphere=fault_far_root"), limits=Limits(seconds=1e-9))
+    few = shrink(given, tracer("sphere=fault_far_root"), limits=SearchLimits(tries=3))
+    late = shrink(given, tracer("sphere=fault_far_root"), limits=SearchLimits(seconds=1e-9))
 
     assert (few.tries, late.tries, late.scene) == (3, 1, given)
 
@@ -118,7 +118,7 @@ def test_a_number_that_is_none_stays_none() -> None:
         normals[normals[..., 0] > 0.2] = float("nan")
         return replace(answered, answers={**answered.answers, Stage.NORMAL: normals})
 
-    found = shrink(scene("primitives/sphere"), lost, limits=Limits(tries=80))
+    found = shrink(scene("primitives/sphere"), lost, limits=SearchLimits(tries=80))
 
     assert found.failure.way is Way.NUMBER
     assert found.scene.camera.width == found.scene.camera.height == 1

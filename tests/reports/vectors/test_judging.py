@@ -11,7 +11,7 @@ from rayproof.reports.studies.stability.questions import QUESTIONS
 from rayproof.reports.studies.stability.survey import applies
 from rayproof.reports.vectors import SLOTS_OF
 from rayproof.reports.vectors.answering import configured, formulas_of
-from rayproof.reports.vectors.check import FILES, Answers, WrongFileError, judged, read_answers, scored
+from rayproof.reports.vectors.check import FILES, AnswerFile, WrongFileError, judged, read_answers, scored
 from rayproof.reports.vectors.files import as_read, write
 from rayproof.reports.vectors.judging import climbed, judge, junit, markdown
 from rayproof.reports.vectors.rows import LADDERS, everything
@@ -31,14 +31,14 @@ FILE_OF = {slot: file for file, slots in SLOTS_OF.items() for slot in slots}
 
 def failed(name: str, file: str, precision: str) -> set[str]:
     rows, relations = as_read([file])
-    verdicts = scored(rows, relations, Answers(rows=of_formula(name, file, precision)), precision)
+    verdicts = scored(rows, relations, AnswerFile(rows=of_formula(name, file, precision)), precision)
     return {verdict.id for verdict in verdicts if verdict.outcome == "failed"}
 
 
 @pytest.mark.parametrize("precision", PRECISIONS)
 def test_exact_answers_pass(precision: str) -> None:
     rows, relations = as_read()
-    answers = Answers(rows={identity: exact(row, precision) for identity, row in rows.items()})
+    answers = AnswerFile(rows={identity: exact(row, precision) for identity, row in rows.items()})
 
     assert [v for v in scored(rows, relations, answers, precision) if v.outcome != "passed"] == []
 
@@ -47,7 +47,7 @@ def test_exact_answers_pass(precision: str) -> None:
 @pytest.mark.parametrize("precision", PRECISIONS)
 def test_answers_that_are_off_by_more_than_their_limit_fail_in_every_row_that_has_one(precision: str, off: int) -> None:
     rows, _ = as_read()
-    answers = Answers(rows={identity: exact(row, precision, off=off) for identity, row in rows.items()})
+    answers = AnswerFile(rows={identity: exact(row, precision, off=off) for identity, row in rows.items()})
     limited = {
         i for i, row in rows.items() if any(row[name] for name in row if name.startswith(f"limit{precision[-2:]}"))
     }
@@ -140,7 +140,9 @@ def of_rows(identity: str, precision: str = "float32", **answer: str) -> str:
     rows, _ = as_read()
     declared = {name: answer.pop(name) for name in ("inside",) if name in answer}
     edge = float(answer.pop("edge", 0))
-    return judged(identity, rows[identity], Answers(rows={identity: answer}, edge=edge, **declared), precision).outcome
+    return judged(
+        identity, rows[identity], AnswerFile(rows={identity: answer}, edge=edge, **declared), precision
+    ).outcome
 
 
 def one(kind: str, file: str = "sphere") -> str:
@@ -177,7 +179,7 @@ def test_a_tie_never_fails_and_a_leak_does() -> None:
     relation = next(r for r in relations if r["relation"] == "at least one hit")
     missed = {i: {"hit": "0", "t": ""} for i in relation["rows"].split()}
 
-    verdicts = scored(rows, [relation], Answers(rows=missed), "float32")
+    verdicts = scored(rows, [relation], AnswerFile(rows=missed), "float32")
 
     assert [(verdict.id, verdict.outcome) for verdict in verdicts if verdict.outcome == "failed"] == [
         (relation["id"], "failed")

@@ -246,16 +246,16 @@
       bulbs.flatMap((_, i) => bulb.cells.map((cell) => cell.map((corner) => corner + i * bulb.points.length))));
     // From afar only the last stretch: lines a kilometre long lose their digits in the depth buffer.
     lines("rays", few(points, look.rays).map((point) => [towards(point, camera.eye, layers.rays.length * size), point]));
-    const shadow rays = { "shadow_rays, lit": [], "shadow_rays, blocked": [] };
+    const shadowRays = { "shadow_rays, lit": [], "shadow_rays, blocked": [] };
     if (visible && visible.channels >= places.length) {
       for (const i of few(numbers(points.length), look.shadow_rays)) {
         for (const light of few(numbers(places.length), look.lights)) {
           const layer = visible.values[pixels[i] * visible.channels + light] > 0 ? "shadow_rays, lit" : "shadow_rays, blocked";
-          shadow rays[layer].push([points[i], towards(points[i], places[light], layers[layer].length * size)]);
+          shadowRays[layer].push([points[i], towards(points[i], places[light], layers[layer].length * size)]);
         }
       }
     }
-    for (const [layer, ends] of Object.entries(shadow rays)) lines(layer, ends);
+    for (const [layer, ends] of Object.entries(shadowRays)) lines(layer, ends);
     add("points", "points", points.map(inside), numbers(points.length).map((i) => [i]));
     for (const [layer, normals] of [["normals, ours", normal], ["normals, reference", other]]) {
       if (!normals) continue;

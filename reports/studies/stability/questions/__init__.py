@@ -1,8 +1,8 @@
-"""`Question`, `Truth` and `Grades`: how a formula is asked about a ladder's inputs and graded.
+"""`Question`, `ExactAnswers` and `Grades`: how a formula is asked about a ladder's inputs and graded.
 
 Contract of a question, registered under the name that ladders use:
 
-    truth(ladder, inputs, rungs)                  -> `Truth`, the same for every formula
+    truth(ladder, inputs, rungs)                  -> `ExactAnswers`, the same for every formula
     answer(ladder, formula, inputs, precision)    -> dict of float64 arrays, one kernel for all inputs where possible
     grade(ladder, inputs, truth, answer, precision) -> `Grades`, one entry per ray
 """
@@ -30,7 +30,7 @@ class Witness:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Truth:
+class ExactAnswers:
     """Exact mathematics on the floats that the formula receives."""
 
     counted: np.ndarray  # (rays,) False where the question has no answer (a tie that the ladder does not ask about)
@@ -54,7 +54,7 @@ class Grades:
 class Question(Protocol):
     """What `QUESTIONS` holds; see the package's docstring."""
 
-    def truth(self, ladder: Ladder, inputs: Inputs, rungs: np.ndarray) -> Truth:
+    def truth(self, ladder: Ladder, inputs: Inputs, rungs: np.ndarray) -> ExactAnswers:
         """Return the truth about all rays."""
         ...
 
@@ -62,7 +62,7 @@ class Question(Protocol):
         """Return what a formula answers."""
         ...
 
-    def grade(self, ladder: Ladder, inputs: Inputs, truth: Truth, answer: Answer, precision: str) -> Grades:
+    def grade(self, ladder: Ladder, inputs: Inputs, truth: ExactAnswers, answer: Answer, precision: str) -> Grades:
         """Return its marks."""
         ...
 

@@ -19,7 +19,15 @@ from rayproof.reference.certified.fields import precision as bits
 from rayproof.reference.certified.meetings import Signs
 from rayproof.reference.certified.numbers import dot, minus
 from rayproof.reports.studies.stability.device import downloaded, uploaded
-from rayproof.reports.studies.stability.questions import QUESTIONS, Answer, Grades, Truth, Witness, nothing, sample
+from rayproof.reports.studies.stability.questions import (
+    QUESTIONS,
+    Answer,
+    ExactAnswers,
+    Grades,
+    Witness,
+    nothing,
+    sample,
+)
 from rayproof.reports.studies.stability.shapes import ahead, ray_of
 from rayproof.tracer.configuration import Configuration
 from rayproof.tracer.formulas import FORMULAS, Formula
@@ -43,16 +51,16 @@ def light_of(slot: str, x: Columns) -> arb:
 
 
 @QUESTIONS.register("light")
-class Light:
+class LightQuestion:
     """The slots falloff and cosine."""
 
-    def truth(self, ladder: Ladder, inputs: Inputs, rungs: np.ndarray) -> Truth:
+    def truth(self, ladder: Ladder, inputs: Inputs, rungs: np.ndarray) -> ExactAnswers:
         """Return the balls."""
         slot = ladder.slots[0]
         with bits(BITS):
             balls = [light_of(slot, single(inputs, ray, arb)) for ray in range(len(rungs))]
         worst = max((float(ball.rel_accuracy_bits() < 100) for ball in balls if not ball.is_zero()), default=0.0)
-        return Truth(counted=~nothing(len(rungs)), facts={"balls": balls}, witness=Witness(len(balls), worst))
+        return ExactAnswers(counted=~nothing(len(rungs)), facts={"balls": balls}, witness=Witness(len(balls), worst))
 
     def answer(self, ladder: Ladder, formula: Formula, inputs: Inputs, precision: str) -> Answer:
         """Return the formula's value."""
@@ -66,7 +74,7 @@ class Light:
             value = formula.function(x["flux"], x["away"] if by_vector else squared)
         return downloaded({"value": value}, len(inputs["flux"]))
 
-    def grade(self, ladder: Ladder, inputs: Inputs, truth: Truth, answer: Answer, precision: str) -> Grades:
+    def grade(self, ladder: Ladder, inputs: Inputs, truth: ExactAnswers, answer: Answer, precision: str) -> Grades:
         """Return errors in ulps (of the largest float where truth lies above it); absolute in u for "absolute"."""
         value, balls = answer["value"], truth.facts["balls"]
         limits = np.finfo(DTYPES[precision])
@@ -136,17 +144,17 @@ def met(t: Any, interval: Interval) -> Any:
 class Shadow:
     """The slots `shadow_ray`, `segment` and `obstructed`, each with the defaults of the others."""
 
-    def truth(self, ladder: Ladder, inputs: Inputs, rungs: np.ndarray) -> Truth:
+    def truth(self, ladder: Ladder, inputs: Inputs, rungs: np.ndarray) -> ExactAnswers:
         """Return which rays count: eye and light are on the same side, and the way to the light crosses the gap."""
         view = np.sum(inputs["normal"] * inputs["d"], axis=1)
         way = inputs["light"] - inputs["point"]
         lit = np.sum(way * inputs["normal"], axis=1)
         counted = (view < 0) & (lit > 2 * inputs["gap"])
         if "blocker" not in inputs:
-            return Truth(counted=counted, facts={"blocked": counted}, witness=_witness(inputs, rungs))
+            return ExactAnswers(counted=counted, facts={"blocked": counted}, witness=_witness(inputs, rungs))
         signs = decided(before_light, inputs)
         witness = Witness(*confirmed(before_light, inputs, signs, sample(rungs)))
-        return Truth(counted=counted, facts={"blocked": signs["before"] > 0}, witness=witness)
+        return ExactAnswers(counted=counted, facts={"blocked": signs["before"] > 0}, witness=witness)
 
     def answer(self, ladder: Ladder, formula: Formula, inputs: Inputs, precision: str) -> Answer:
         """Return where the own surface, and where the blocker, stops the shadow ray."""
@@ -210,7 +218,7 @@ class Shadow:
             return self._sphere(x, shadow_ray, interval) < dr.inf
         return met(plane_t(shadow_ray, x["point"], x["normal"]), interval)
 
-    def grade(self, ladder: Ladder, inputs: Inputs, truth: Truth, answer: Answer, precision: str) -> Grades:
+    def grade(self, ladder: Ladder, inputs: Inputs, truth: ExactAnswers, answer: Answer, precision: str) -> Grades:
         """Return acne as false misses and leaks as false hits (of light)."""
         stopped, blocked = answer["stopped"] > 0, truth.facts["blocked"]
         acne = truth.counted & ((answer["own"] > 0) | (stopped & ~blocked))
@@ -248,7 +256,7 @@ def _witness(inputs: Inputs, rungs: np.ndarray) -> Witness:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Asked:
+class DecisionSlot:
     """One slot: the numbers whose signs decide, where they say yes, and how a formula is asked."""
 
     predicates: Mathematics
@@ -271,8 +279,8 @@ def _below(formula: Formula, x: Columns) -> Any:
     return formula.function(cosine(x["n"], x["d"]))
 
 
-ASKED: Mapping[str, Asked] = {
-    "clip_depth": Asked(
+ASKED: Mapping[str, DecisionSlot] = {
+    "clip_depth": DecisionSlot(
         predicates=lambda x: {
             "after": x["t"] * dot(x["direction"], x["forward"]) - x["near"],
             "before": x["far"] - x["t"] * dot(x["direction"], x["forward"]),
@@ -280,16 +288,16 @@ ASKED: Mapping[str, Asked] = {
         yes=_between,
         ask=_within,
     ),
-    "clip_shell": Asked(
+    "clip_shell": DecisionSlot(
         predicates=lambda x: {"after": x["t"] - x["near"], "before": x["far"] - x["t"]}, yes=_between, ask=_within
     ),
-    "clip_none": Asked(predicates=lambda x: {"t": x["t"] + 0}, yes=lambda signs: signs["t"] > 0, ask=_within),
-    "hidden": Asked(
+    "clip_none": DecisionSlot(predicates=lambda x: {"t": x["t"] + 0}, yes=lambda signs: signs["t"] > 0, ask=_within),
+    "hidden": DecisionSlot(
         predicates=lambda x: {"side": dot(x["n"], x["d"])},
         yes=lambda signs: signs["side"] >= 0,
         ask=lambda formula, x: formula.function(x["n"], x["d"]),
     ),
-    "horizon": Asked(
+    "horizon": DecisionSlot(
         predicates=lambda x: {"side": dot(x["n"], x["d"])}, yes=lambda signs: signs["side"] <= 0, ask=_below
     ),
 }
@@ -299,13 +307,13 @@ ASKED: Mapping[str, Asked] = {
 class Decision:
     """The decision of the ladder's only slot."""
 
-    def truth(self, ladder: Ladder, inputs: Inputs, rungs: np.ndarray) -> Truth:
+    def truth(self, ladder: Ladder, inputs: Inputs, rungs: np.ndarray) -> ExactAnswers:
         """Return the exact decisions."""
         (slot,) = ladder.slots
         signs = decided(ASKED[slot].predicates, inputs)
         witness = Witness(*confirmed(ASKED[slot].predicates, inputs, signs, sample(rungs)))
         yes = ASKED[slot].yes(signs)
-        return Truth(counted=np.ones(len(rungs), dtype=bool), facts={"yes": yes}, witness=witness)
+        return ExactAnswers(counted=np.ones(len(rungs), dtype=bool), facts={"yes": yes}, witness=witness)
 
     def answer(self, ladder: Ladder, formula: Formula, inputs: Inputs, precision: str) -> Answer:
         """Return 1 for yes, 0 for no."""
@@ -313,7 +321,7 @@ class Decision:
         said = ASKED[formula.slot].ask(formula, uploaded(inputs, types))
         return downloaded({"yes": types.Float(said)}, len(next(iter(inputs.values()))))
 
-    def grade(self, ladder: Ladder, inputs: Inputs, truth: Truth, answer: Answer, precision: str) -> Grades:
+    def grade(self, ladder: Ladder, inputs: Inputs, truth: ExactAnswers, answer: Answer, precision: str) -> Grades:
         """Return wrong decisions."""
         answered, yes = answer["yes"] > 0, truth.facts["yes"]
         unknown = np.full(len(answered), np.nan)

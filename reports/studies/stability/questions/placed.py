@@ -13,10 +13,18 @@ from rayproof.cases.rounding import UNIT_ROUNDOFF
 from rayproof.cases.scene import Cube, Mesh, Plane, Shape, Sphere, Square
 from rayproof.reference.certified.bundles import Bundle, floats
 from rayproof.reference.certified.columns import Columns, confirmed, decided, evaluated, parts, witnessed
-from rayproof.reference.certified.meetings import SHAPES, Hit, Triangle, towards
+from rayproof.reference.certified.meetings import SHAPES, ExactHit, ExactTriangle, towards
 from rayproof.reference.certified.numbers import cross, dot, minus, unit
 from rayproof.reports.studies.stability.device import downloaded, uploaded
-from rayproof.reports.studies.stability.questions import QUESTIONS, Answer, Grades, Truth, Witness, nothing, sample
+from rayproof.reports.studies.stability.questions import (
+    QUESTIONS,
+    Answer,
+    ExactAnswers,
+    Grades,
+    Witness,
+    nothing,
+    sample,
+)
 from rayproof.reports.studies.stability.shapes import ahead, ray_of, record
 from rayproof.tracer.configuration import Configuration
 from rayproof.tracer.formulas import Formula
@@ -49,7 +57,7 @@ def rescaled(inputs: Inputs, shape: str) -> tuple[Inputs, np.ndarray]:
 class Distance:
     """The t of the nearest hit in front of the ray, inf where there is none."""
 
-    def truth(self, ladder: Ladder, inputs: Inputs, rungs: np.ndarray) -> Truth:
+    def truth(self, ladder: Ladder, inputs: Inputs, rungs: np.ndarray) -> ExactAnswers:
         """Return hit and t; a ray with a hit that pairs cannot place is not counted."""
         name = str(ladder.options["shape"])
         shape = SHAPES[name]()
@@ -60,7 +68,7 @@ class Distance:
         hit = shape.decide(signs, values, numbers)
         witness = Witness(*witnessed(shape.values, numbers, values, sample(rungs)))
         counted = ~(hit.hit & ~np.isfinite(hit.t.high))
-        return Truth(
+        return ExactAnswers(
             counted=counted, facts={"hit": hit, "given": numbers, "shift": shift, "shape": shape}, witness=witness
         )
 
@@ -71,14 +79,14 @@ class Distance:
         shape = record(str(ladder.options["shape"]), columns, types)
         return downloaded({"t": formula.function(ray_of(columns), shape, ahead(types))}, len(inputs["o"]))
 
-    def grade(self, ladder: Ladder, inputs: Inputs, truth: Truth, answer: Answer, precision: str) -> Grades:
+    def grade(self, ladder: Ladder, inputs: Inputs, truth: ExactAnswers, answer: Answer, precision: str) -> Grades:
         """Return misses and errors; only rays that truly hit and were answered have an error."""
         return graded(ladder, truth, answer["t"], precision)
 
 
-def graded(ladder: Ladder, truth: Truth, t: np.ndarray, precision: str) -> Grades:
+def graded(ladder: Ladder, truth: ExactAnswers, t: np.ndarray, precision: str) -> Grades:
     """Return the marks of answers `t`."""
-    hit: Hit = truth.facts["hit"]
+    hit: ExactHit = truth.facts["hit"]
     numbers, u = truth.facts["given"], UNIT_ROUNDOFF[precision]
     hits = np.isfinite(t)
     both = hits & hit.hit & truth.counted
@@ -159,7 +167,7 @@ def in_object_space(x: Columns) -> Columns:
 class PlacedDistance:
     """The t of a placed shape; by the slot's variant, everything else by default."""
 
-    def truth(self, ladder: Ladder, inputs: Inputs, rungs: np.ndarray) -> Truth:
+    def truth(self, ladder: Ladder, inputs: Inputs, rungs: np.ndarray) -> ExactAnswers:
         """Return hit and t of the exact object-space ray."""
         name = str(ladder.options["shape"])
         shape = SHAPES[name]()
@@ -185,7 +193,7 @@ class PlacedDistance:
         hit = shape.decide(signs, found, numbers)
         witness = Witness(*witnessed(values, inputs, found, sample(rungs)))
         facts = {"hit": hit, "given": numbers, "shift": np.zeros(len(rungs), dtype=int), "shape": shape}
-        return Truth(counted=~(hit.hit & ~np.isfinite(hit.t.high)), facts=facts, witness=witness)
+        return ExactAnswers(counted=~(hit.hit & ~np.isfinite(hit.t.high)), facts=facts, witness=witness)
 
     def answer(self, ladder: Ladder, formula: Formula, inputs: Inputs, precision: str) -> Answer:
         """Return t per ray, all matrices in one kernel."""
@@ -206,7 +214,7 @@ class PlacedDistance:
             ray = configuration["to_object"](ray, shape.transform)
         return intersect.function(ray, shape.arrays(types), ahead(types))
 
-    def grade(self, ladder: Ladder, inputs: Inputs, truth: Truth, answer: Answer, precision: str) -> Grades:
+    def grade(self, ladder: Ladder, inputs: Inputs, truth: ExactAnswers, answer: Answer, precision: str) -> Grades:
         """Return misses and errors."""
         return graded(ladder, truth, answer["t"], precision)
 
@@ -215,7 +223,7 @@ class PlacedDistance:
 class PlacedNormal:
     """A unit object-space normal taken to world space: the angle to the exact inverse transpose's."""
 
-    def truth(self, ladder: Ladder, inputs: Inputs, rungs: np.ndarray) -> Truth:
+    def truth(self, ladder: Ladder, inputs: Inputs, rungs: np.ndarray) -> ExactAnswers:
         """Return the exact unit normal and the condition number of the matrix."""
 
         def normals(x: Columns) -> Columns:
@@ -229,7 +237,9 @@ class PlacedNormal:
         witness = Witness(*witnessed(normals, inputs, found, sample(rungs)))
         linear = inputs["matrix"].reshape(-1, 3, 4)[:, :, :3]
         condition = np.linalg.cond(linear)
-        return Truth(counted=np.ones(len(rungs), dtype=bool), facts={"n": found, "K": condition}, witness=witness)
+        return ExactAnswers(
+            counted=np.ones(len(rungs), dtype=bool), facts={"n": found, "K": condition}, witness=witness
+        )
 
     def answer(self, ladder: Ladder, formula: Formula, inputs: Inputs, precision: str) -> Answer:
         """Return world normals, all matrices in one kernel."""
@@ -241,7 +251,7 @@ class PlacedNormal:
         dr.eval(parts)
         return {"n": np.concatenate([np.array(part, dtype=np.float64).T for part in parts])}
 
-    def grade(self, ladder: Ladder, inputs: Inputs, truth: Truth, answer: Answer, precision: str) -> Grades:
+    def grade(self, ladder: Ladder, inputs: Inputs, truth: ExactAnswers, answer: Answer, precision: str) -> Grades:
         """Return angles in degrees, and in K u radians with K = cond(M)."""
         # A normal that is not a unit vector scales the light: its length counts like an angle.
         angle = np.maximum(angles(answer["n"], truth.facts["n"]), abs(np.linalg.norm(answer["n"], axis=1) - 1))
@@ -276,7 +286,7 @@ def in_world_space(x: Columns) -> Columns:
     return {"o": x["o"], "d": x["d"]} | {name: placed(x[name]) for name in "abc"}
 
 
-class Baked(Triangle):
+class Baked(ExactTriangle):
     """A triangle whose corners were rounded where they stand: K weighs them, and the ray, from the world's origin."""
 
     center = None
@@ -289,7 +299,7 @@ class BakedDistance:
     Truth takes the corners as they would be without that rounding.
     """
 
-    def truth(self, ladder: Ladder, inputs: Inputs, rungs: np.ndarray) -> Truth:
+    def truth(self, ladder: Ladder, inputs: Inputs, rungs: np.ndarray) -> ExactAnswers:
         """Return hit and t of the exact corners."""
         shape = Baked()
         signs = decided(lambda x: shape.predicates(in_world_space(x)), inputs)
@@ -306,7 +316,7 @@ class BakedDistance:
         hit = shape.decide(signs, found, given)
         facts = {"hit": hit, "given": given, "shift": np.zeros(len(rungs), dtype=int), "shape": shape}
         witness = Witness(*witnessed(values, inputs, found, sample(rungs)))
-        return Truth(counted=~(hit.hit & ~np.isfinite(hit.t.high)), facts=facts, witness=witness)
+        return ExactAnswers(counted=~(hit.hit & ~np.isfinite(hit.t.high)), facts=facts, witness=witness)
 
     def answer(self, ladder: Ladder, formula: Formula, inputs: Inputs, precision: str) -> Answer:
         """Return t per ray, all triangles in one kernel."""
@@ -318,7 +328,7 @@ class BakedDistance:
         )
         return downloaded({"t": t}, len(corners))
 
-    def grade(self, ladder: Ladder, inputs: Inputs, truth: Truth, answer: Answer, precision: str) -> Grades:
+    def grade(self, ladder: Ladder, inputs: Inputs, truth: ExactAnswers, answer: Answer, precision: str) -> Grades:
         """Return misses and errors, in roundings of float32 always: that is what corners are rounded to."""
         return graded(ladder, truth, answer["t"], "float32")
 
@@ -338,7 +348,7 @@ def _baked(inputs: Inputs, block: slice) -> np.ndarray:
 # d, the first triangle a, b, c and the second one a2, b2, c2.
 
 
-TRIANGLE = Triangle()
+TRIANGLE = ExactTriangle()
 
 
 def second(x: Columns) -> Columns:
@@ -357,13 +367,13 @@ def compared(x: Columns) -> Columns:
 class Order:
     """The slots `nearest` and `triangle`, each with the default of the other."""
 
-    def truth(self, ladder: Ladder, inputs: Inputs, rungs: np.ndarray) -> Truth:
+    def truth(self, ladder: Ladder, inputs: Inputs, rungs: np.ndarray) -> ExactAnswers:
         """Return which rays meet both, and where the second one comes first."""
         signs = decided(compared, inputs)
         witness = Witness(*confirmed(compared, inputs, signs, sample(rungs)))
         both = TRIANGLE.met(signs) & TRIANGLE.met({name: signs[f"{name}2"] for name in ("det", "u", "v", "w", "t")})
         later = signs["later"].astype(int) * signs["det"] * signs["det2"]
-        return Truth(counted=both, facts={"second": later > 0}, witness=witness)
+        return ExactAnswers(counted=both, facts={"second": later > 0}, witness=witness)
 
     def answer(self, ladder: Ladder, formula: Formula, inputs: Inputs, precision: str) -> Answer:
         """Return 1 where the second triangle is taken."""
@@ -376,7 +386,7 @@ class Order:
         )
         return downloaded({"second": types.Float(configuration["nearest"](t, best))}, len(inputs["o"]))
 
-    def grade(self, ladder: Ladder, inputs: Inputs, truth: Truth, answer: Answer, precision: str) -> Grades:
+    def grade(self, ladder: Ladder, inputs: Inputs, truth: ExactAnswers, answer: Answer, precision: str) -> Grades:
         """Return wrong orders."""
         answered, right = answer["second"] > 0, truth.facts["second"]
         unknown = np.full(len(answered), np.nan)

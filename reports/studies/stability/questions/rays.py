@@ -23,7 +23,15 @@ from rayproof.reference.certified.columns import Columns, decided, evaluated, pa
 from rayproof.reference.certified.fields import precision as bits
 from rayproof.reference.certified.numbers import cross, dot, minus, plus, scaled, unit
 from rayproof.reports.studies.stability.device import downloaded, number, uploaded
-from rayproof.reports.studies.stability.questions import QUESTIONS, Answer, Grades, Truth, Witness, nothing, sample
+from rayproof.reports.studies.stability.questions import (
+    QUESTIONS,
+    Answer,
+    ExactAnswers,
+    Grades,
+    Witness,
+    nothing,
+    sample,
+)
 from rayproof.reports.studies.stability.questions.placed import Distance, angles
 from rayproof.reports.studies.stability.shapes import ahead, ray_of, record
 from rayproof.tracer.configuration import Configuration
@@ -64,7 +72,7 @@ def looking(x: Columns) -> Columns:
 class ViewRay:
     """The unit direction of `ray`, by the slot's variant, everything else of the camera by default."""
 
-    def truth(self, ladder: Ladder, inputs: Inputs, rungs: np.ndarray) -> Truth:
+    def truth(self, ladder: Ladder, inputs: Inputs, rungs: np.ndarray) -> ExactAnswers:
         """Return the exact direction and K."""
         high, low = tangents(inputs["fovy"])
         given = {name: inputs[name] for name in ("eye", "target", "up", "sx", "sy", "aspect")}
@@ -80,7 +88,7 @@ class ViewRay:
         rho = high * np.hypot(inputs["sx"] * inputs["aspect"], inputs["sy"])
         moved = np.radians(inputs["fovy"]) / 2 * (1 + high**2) / high
         K = np.maximum(1.0, moved * rho / (1 + rho**2)) + 1 / sine
-        return Truth(counted=finite, facts={"n": values, "K": K}, witness=witness)
+        return ExactAnswers(counted=finite, facts={"n": values, "K": K}, witness=witness)
 
     def answer(self, ladder: Ladder, formula: Formula, inputs: Inputs, precision: str) -> Answer:
         """Return directions, one camera per ray and all in one kernel."""
@@ -107,7 +115,7 @@ class ViewRay:
         )[where[np.cumsum(starts) - 1]]
         return number(sizes[:, 0], types), number(sizes[:, 1], types)
 
-    def grade(self, ladder: Ladder, inputs: Inputs, truth: Truth, answer: Answer, precision: str) -> Grades:
+    def grade(self, ladder: Ladder, inputs: Inputs, truth: ExactAnswers, answer: Answer, precision: str) -> Grades:
         """Return angles in degrees, or in pixels of 1080 lines; a direction that is no number is invalid."""
         angle = angles(answer["d"], truth.facts["n"])
         bad = ~np.isfinite(angle)
@@ -176,13 +184,13 @@ def rounding(shape: str, x: Inputs, t: np.ndarray) -> np.ndarray:
 
 
 @QUESTIONS.register("point")
-class Point:
+class PositionQuestion:
     """The slot `position`: the distance of the computed point from the surface, on a sphere in radii."""
 
-    def truth(self, ladder: Ladder, inputs: Inputs, rungs: np.ndarray) -> Truth:
+    def truth(self, ladder: Ladder, inputs: Inputs, rungs: np.ndarray) -> ExactAnswers:
         """Return which rays hit."""
         whole = Distance().truth(ladder, inputs, rungs)
-        return Truth(counted=whole.counted & whole.facts["hit"].hit, facts={}, witness=whole.witness)
+        return ExactAnswers(counted=whole.counted & whole.facts["hit"].hit, facts={}, witness=whole.witness)
 
     def answer(self, ladder: Ladder, formula: Formula, inputs: Inputs, precision: str) -> Answer:
         """Return points [m]."""
@@ -198,7 +206,7 @@ class Point:
         )
         return downloaded({"p": formula.function(ray, t, place), "t": t}, len(inputs["o"]))
 
-    def grade(self, ladder: Ladder, inputs: Inputs, truth: Truth, answer: Answer, precision: str) -> Grades:
+    def grade(self, ladder: Ladder, inputs: Inputs, truth: ExactAnswers, answer: Answer, precision: str) -> Grades:
         """Return distances from the surface; a ray that the default formula lost is not the point's fault."""
         shape = str(ladder.options["shape"])
         counted = truth.counted & np.isfinite(answer["t"])
@@ -220,7 +228,7 @@ class Point:
 class SphereNormal:
     """The slot `sphere_normal`: inputs p and c; the angle to the exact direction from c to p. K = 1."""
 
-    def truth(self, ladder: Ladder, inputs: Inputs, rungs: np.ndarray) -> Truth:
+    def truth(self, ladder: Ladder, inputs: Inputs, rungs: np.ndarray) -> ExactAnswers:
         """Return the exact unit normal."""
 
         def outward(x: Columns) -> Columns:
@@ -228,14 +236,14 @@ class SphereNormal:
 
         found = evaluated(outward, inputs)
         witness = Witness(*witnessed(outward, inputs, found, sample(rungs)))
-        return Truth(counted=~nothing(len(rungs)), facts={"n": found}, witness=witness)
+        return ExactAnswers(counted=~nothing(len(rungs)), facts={"n": found}, witness=witness)
 
     def answer(self, ladder: Ladder, formula: Formula, inputs: Inputs, precision: str) -> Answer:
         """Return normals."""
         columns = uploaded(inputs, array_types(precision))
         return downloaded({"n": formula.function(columns["p"], columns["c"])}, len(inputs["p"]))
 
-    def grade(self, ladder: Ladder, inputs: Inputs, truth: Truth, answer: Answer, precision: str) -> Grades:
+    def grade(self, ladder: Ladder, inputs: Inputs, truth: ExactAnswers, answer: Answer, precision: str) -> Grades:
         """Return angles in degrees."""
         angle = angles(answer["n"], truth.facts["n"])
         none = nothing(len(angle))
@@ -253,17 +261,17 @@ class SphereNormal:
 class Facing:
     """The slot `facing`: inputs n and d; a normal turned to the wrong side counts as a false hit."""
 
-    def truth(self, ladder: Ladder, inputs: Inputs, rungs: np.ndarray) -> Truth:
+    def truth(self, ladder: Ladder, inputs: Inputs, rungs: np.ndarray) -> ExactAnswers:
         """Return the sign of n . d; exact right angles are not counted."""
         sign = decided(lambda x: {"side": dot(x["n"], x["d"])}, inputs)["side"]
-        return Truth(counted=sign != 0, facts={"side": sign}, witness=Witness(len(sign), 0.0))
+        return ExactAnswers(counted=sign != 0, facts={"side": sign}, witness=Witness(len(sign), 0.0))
 
     def answer(self, ladder: Ladder, formula: Formula, inputs: Inputs, precision: str) -> Answer:
         """Return the turned normals."""
         columns = uploaded(inputs, array_types(precision))
         return downloaded({"n": formula.function(columns["n"], columns["d"])}, len(inputs["n"]))
 
-    def grade(self, ladder: Ladder, inputs: Inputs, truth: Truth, answer: Answer, precision: str) -> Grades:
+    def grade(self, ladder: Ladder, inputs: Inputs, truth: ExactAnswers, answer: Answer, precision: str) -> Grades:
         """Return wrong sides."""
         right = np.where((truth.facts["side"] > 0)[:, None], -inputs["n"], inputs["n"])
         wrong = np.any(answer["n"] != right, axis=1) & truth.counted
@@ -290,13 +298,13 @@ CAMERA = camera_around((0, 0, 0), distance=4, azimuth=0, elevation=0, width=1, h
 
 
 @QUESTIONS.register("tree")
-class Tree:
+class TreeQuestion:
     """The slot `triangle`, in the leaves of a tree."""
 
-    def truth(self, ladder: Ladder, inputs: Inputs, rungs: np.ndarray) -> Truth:
+    def truth(self, ladder: Ladder, inputs: Inputs, rungs: np.ndarray) -> ExactAnswers:
         """Return which rays meet their own triangle."""
         own = Distance().truth(ladder, inputs, rungs)
-        return Truth(counted=own.counted & own.facts["hit"].hit, facts=own.facts, witness=own.witness)
+        return ExactAnswers(counted=own.counted & own.facts["hit"].hit, facts=own.facts, witness=own.witness)
 
     def answer(self, ladder: Ladder, formula: Formula, inputs: Inputs, precision: str) -> Answer:
         """Return t per ray through the tree and of its own triangle alone, one tree a value."""
@@ -310,7 +318,7 @@ class Tree:
         ]
         return {"t": np.concatenate(parts)} | {"alone": Distance().answer(ladder, formula, inputs, precision)["t"]}
 
-    def grade(self, ladder: Ladder, inputs: Inputs, truth: Truth, answer: Answer, precision: str) -> Grades:
+    def grade(self, ladder: Ladder, inputs: Inputs, truth: ExactAnswers, answer: Answer, precision: str) -> Grades:
         """Return what was lost."""
         counted = truth.counted & np.isfinite(answer["alone"])
         none, unknown = nothing(len(counted)), np.full(len(counted), np.nan)

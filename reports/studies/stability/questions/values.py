@@ -21,7 +21,15 @@ from rayproof.reference.certified.fields import precision as bits
 from rayproof.reference.certified.meetings import SHAPES, towards
 from rayproof.reference.certified.numbers import dot, plus, scaled
 from rayproof.reports.studies.stability.device import downloaded, uploaded
-from rayproof.reports.studies.stability.questions import QUESTIONS, Answer, Grades, Truth, Witness, nothing, sample
+from rayproof.reports.studies.stability.questions import (
+    QUESTIONS,
+    Answer,
+    ExactAnswers,
+    Grades,
+    Witness,
+    nothing,
+    sample,
+)
 from rayproof.reports.studies.stability.questions.placed import Distance
 from rayproof.reports.studies.stability.questions.rays import ViewRay, looking, tangents
 from rayproof.reports.studies.stability.shapes import Conditioned
@@ -36,7 +44,7 @@ Ask = Callable[[Formula, Columns], Mapping[str, Any]]
 
 
 @dataclass(frozen=True, kw_only=True)
-class Asked:
+class ValueSlot:
     """One slot: what its numbers truly are, and how a formula is asked for them."""
 
     exact: Mathematics
@@ -117,45 +125,45 @@ def pi(like: Any) -> Any:
     return Conditioned(np.pi) if isinstance(like, Conditioned) else arb.pi()
 
 
-ASKED: Mapping[str, Asked] = {
-    "sample": Asked(
+ASKED: Mapping[str, ValueSlot] = {
+    "sample": ValueSlot(
         exact=lambda x: {axis: (2 * x[axis] + 1) / (2 * x["per_side"]) for axis in ("column", "row")},
         ask=lambda formula, x: named("column", "row")(formula.function(x["column"], x["row"], x["per_side"])),
     ),
-    "ndc": Asked(
+    "ndc": ValueSlot(
         exact=lambda x: {"sx": 2 * x["px"] / x["width"] - 1, "sy": 1 - 2 * x["py"] / x["height"]},
         ask=lambda formula, x: named("sx", "sy")(formula.function(x["px"], x["py"], x["width"], x["height"])),
     ),
-    "pixel": Asked(
+    "pixel": ValueSlot(
         exact=lambda x: {"px": (x["sx"] + 1) * x["width"] / 2, "py": (1 - x["sy"]) * x["height"] / 2},
         ask=lambda formula, x: named("px", "py")(formula.function(x["sx"], x["sy"], x["width"], x["height"])),
     ),
-    "projection": Asked(exact=projected, ask=projection),
-    "view": Asked(
+    "projection": ValueSlot(exact=projected, ask=projection),
+    "view": ValueSlot(
         exact=lambda x: {f"{i}3": -dot(x[axis], x["eye"]) for i, axis in enumerate(("right", "up", "forward"))},
         ask=view,
     ),
-    "inverse": Asked(exact=inverted, ask=inverse),
-    "corners": Asked(exact=cornered, ask=lambda formula, x: numbered(formula.function(SimpleNamespace(**x)))),
-    "clip_depth": Asked(
+    "inverse": ValueSlot(exact=inverted, ask=inverse),
+    "corners": ValueSlot(exact=cornered, ask=lambda formula, x: numbered(formula.function(SimpleNamespace(**x)))),
+    "clip_depth": ValueSlot(
         exact=lambda x: {end: x[end] / dot(x["direction"], x["forward"]) for end in ("near", "far")},
         ask=lambda formula, x: named("near", "far")(
             formula.function(x["direction"], x["forward"], x["near"], x["far"])
         ),
     ),
-    "sum_lights": Asked(
+    "sum_lights": ValueSlot(
         exact=lambda x: {"sum": sum(lights(x)[1:], lights(x)[0])},
         ask=lambda formula, x: {"sum": formula.function(lights(x))},
     ),
-    "exitance": Asked(
+    "exitance": ValueSlot(
         exact=lambda x: numbered([[a * e for a, e in zip(x["albedo"], x["irradiance"], strict=True)]]),
         ask=lambda formula, x: numbered([formula.function(x["albedo"], x["irradiance"])]),
     ),
-    "radiance": Asked(
+    "radiance": ValueSlot(
         exact=lambda x: {"L": x["exitance"] / pi(x["exitance"])},
         ask=lambda formula, x: {"L": formula.function(x["exitance"])},
     ),
-    "radiance_simplified": Asked(
+    "radiance_simplified": ValueSlot(
         exact=lambda x: {"L": x["exitance"] * 1}, ask=lambda formula, x: {"L": formula.function(x["exitance"])}
     ),
 }
@@ -165,21 +173,21 @@ ASKED: Mapping[str, Asked] = {
 class Value:
     """The numbers of the ladder's first slot."""
 
-    def truth(self, ladder: Ladder, inputs: Inputs, rungs: np.ndarray) -> Truth:
+    def truth(self, ladder: Ladder, inputs: Inputs, rungs: np.ndarray) -> ExactAnswers:
         """Return the exact numbers and their weights."""
         exact = ASKED[ladder.slots[0]].exact
         found = evaluated(exact, inputs)
         witness = Witness(*witnessed(exact, inputs, found, sample(rungs)))
         with np.errstate(all="ignore"):
             weights = {name: one.weight for name, one in exact(parts(inputs, Conditioned)).items()}
-        return Truth(counted=~nothing(len(rungs)), facts={"exact": found, "weights": weights}, witness=witness)
+        return ExactAnswers(counted=~nothing(len(rungs)), facts={"exact": found, "weights": weights}, witness=witness)
 
     def answer(self, ladder: Ladder, formula: Formula, inputs: Inputs, precision: str) -> Answer:
         """Return the formula's numbers."""
         found = ASKED[ladder.slots[0]].ask(formula, uploaded(inputs, array_types(precision)))
         return downloaded(found, len(next(iter(inputs.values()))))
 
-    def grade(self, ladder: Ladder, inputs: Inputs, truth: Truth, answer: Answer, precision: str) -> Grades:
+    def grade(self, ladder: Ladder, inputs: Inputs, truth: ExactAnswers, answer: Answer, precision: str) -> Grades:
         """Return errors in the ladder's unit."""
         exact, weights, u = truth.facts["exact"], truth.facts["weights"], UNIT_ROUNDOFF[precision]
         names = tuple(exact)
@@ -274,7 +282,7 @@ def marks(counted: np.ndarray, plausible: np.ndarray, lost: np.ndarray, invalid:
 class SpecialDistance:
     """The t of a shape."""
 
-    def truth(self, ladder: Ladder, inputs: Inputs, rungs: np.ndarray) -> Truth:
+    def truth(self, ladder: Ladder, inputs: Inputs, rungs: np.ndarray) -> ExactAnswers:
         """Return what is finite, and exact hits where every number is a zero or ordinary."""
         plain = ordinary(inputs)
         kept = {name: array[plain] for name, array in inputs.items()}
@@ -292,13 +300,13 @@ class SpecialDistance:
         unknown = np.any([np.isnan(array.reshape(len(plain), -1)).any(axis=1) for array in numbers.values()], axis=0)
         none = impossible(lambda x: shape.values(x) | shape.predicates(x), given, unknown)
         witness = Witness(exact.witness.values + none.values, max(exact.witness.worst, none.worst))
-        return Truth(counted=~nothing(len(plain)), facts=facts, witness=witness)
+        return ExactAnswers(counted=~nothing(len(plain)), facts=facts, witness=witness)
 
     def answer(self, ladder: Ladder, formula: Formula, inputs: Inputs, precision: str) -> Answer:
         """Return t."""
         return Distance().answer(ladder, formula, inputs, precision)
 
-    def grade(self, ladder: Ladder, inputs: Inputs, truth: Truth, answer: Answer, precision: str) -> Grades:
+    def grade(self, ladder: Ladder, inputs: Inputs, truth: ExactAnswers, answer: Answer, precision: str) -> Grades:
         """Return plausible answers to impossible questions, and wrong ones to questions about zeros."""
         t, facts = answer["t"], truth.facts
         found = np.isfinite(t)
@@ -311,18 +319,18 @@ class SpecialDistance:
 class SpecialCamera:
     """The direction of a camera."""
 
-    def truth(self, ladder: Ladder, inputs: Inputs, rungs: np.ndarray) -> Truth:
+    def truth(self, ladder: Ladder, inputs: Inputs, rungs: np.ndarray) -> ExactAnswers:
         """Return which cameras are no cameras."""
         known = finite(inputs, MATTERS)
         high, low = tangents(inputs["fovy"])
         given = {name: inputs[name] for name in (*MATTERS, "aspect")} | {"tangent": high, "tangent_rest": low}
-        return Truth(counted=~known, facts={}, witness=impossible(looking, given, ~known))
+        return ExactAnswers(counted=~known, facts={}, witness=impossible(looking, given, ~known))
 
     def answer(self, ladder: Ladder, formula: Formula, inputs: Inputs, precision: str) -> Answer:
         """Return directions."""
         return ViewRay().answer(ladder, formula, inputs, precision)
 
-    def grade(self, ladder: Ladder, inputs: Inputs, truth: Truth, answer: Answer, precision: str) -> Grades:
+    def grade(self, ladder: Ladder, inputs: Inputs, truth: ExactAnswers, answer: Answer, precision: str) -> Grades:
         """Return plausible directions."""
         length = np.linalg.norm(answer["d"], axis=1)
         plausible = truth.counted & (abs(length - 1) < 0.5)
@@ -352,7 +360,7 @@ def lit(x: Columns) -> Columns:
 class SpecialLight:
     """The irradiance of one light: what a NaN becomes."""
 
-    def truth(self, ladder: Ladder, inputs: Inputs, rungs: np.ndarray) -> Truth:
+    def truth(self, ladder: Ladder, inputs: Inputs, rungs: np.ndarray) -> ExactAnswers:
         """Return where a NaN must come out: geometry that is none, or a flux that is none above the horizon."""
         nowhere = np.any(np.isnan(inputs["normal"]) | np.isnan(inputs["away"]), axis=1)
         with np.errstate(all="ignore"):
@@ -360,14 +368,14 @@ class SpecialLight:
             usual = np.all(abs(inputs["normal"]) < 2, axis=1) & np.all(abs(inputs["away"]) < 10, axis=1)
             above = usual & (np.sum(inputs["normal"] * inputs["away"], axis=1) > 0.01)
         counted = nowhere | (np.isnan(inputs["flux"]) & above)
-        return Truth(counted=counted, facts={}, witness=impossible(lit, inputs, counted))
+        return ExactAnswers(counted=counted, facts={}, witness=impossible(lit, inputs, counted))
 
     def answer(self, ladder: Ladder, formula: Formula, inputs: Inputs, precision: str) -> Answer:
         """Return the irradiance."""
         x = uploaded(inputs, array_types(precision))
         return downloaded(brought(formula, x, precision), len(inputs["flux"]))
 
-    def grade(self, ladder: Ladder, inputs: Inputs, truth: Truth, answer: Answer, precision: str) -> Grades:
+    def grade(self, ladder: Ladder, inputs: Inputs, truth: ExactAnswers, answer: Answer, precision: str) -> Grades:
         """Return numbers that hide a NaN."""
         none = nothing(len(answer["E"]))
         return marks(truth.counted, truth.counted & ~np.isnan(answer["E"]), none, none)
@@ -377,16 +385,16 @@ class SpecialLight:
 class DarkLight:
     """The irradiance of a light that brings none: exactly at the point, behind the surface, or exactly along it."""
 
-    def truth(self, ladder: Ladder, inputs: Inputs, rungs: np.ndarray) -> Truth:
+    def truth(self, ladder: Ladder, inputs: Inputs, rungs: np.ndarray) -> ExactAnswers:
         """Return that all count: the generator made them so, by zeros and signs."""
-        return Truth(counted=~nothing(len(rungs)), facts={}, witness=dark(inputs))
+        return ExactAnswers(counted=~nothing(len(rungs)), facts={}, witness=dark(inputs))
 
     def answer(self, ladder: Ladder, formula: Formula, inputs: Inputs, precision: str) -> Answer:
         """Return the irradiance."""
         x = uploaded(inputs, array_types(precision))
         return downloaded(brought(formula, x, precision), len(inputs["flux"]))
 
-    def grade(self, ladder: Ladder, inputs: Inputs, truth: Truth, answer: Answer, precision: str) -> Grades:
+    def grade(self, ladder: Ladder, inputs: Inputs, truth: ExactAnswers, answer: Answer, precision: str) -> Grades:
         """Return light where there is none, and NaN."""
         value = answer["E"]
         return marks(truth.counted, ~np.isnan(value) & (value != 0), nothing(len(value)), np.isnan(value))

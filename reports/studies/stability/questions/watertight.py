@@ -13,7 +13,15 @@ from rayproof.reference.certified.columns import Columns, single
 from rayproof.reference.certified.fields import exact
 from rayproof.reference.certified.numbers import cross, dot, minus
 from rayproof.reports.studies.stability.device import downloaded, uploaded
-from rayproof.reports.studies.stability.questions import QUESTIONS, Answer, Grades, Truth, Witness, nothing, sample
+from rayproof.reports.studies.stability.questions import (
+    QUESTIONS,
+    Answer,
+    ExactAnswers,
+    Grades,
+    Witness,
+    nothing,
+    sample,
+)
 from rayproof.reports.studies.stability.questions.placed import Distance
 from rayproof.reports.studies.stability.shapes import ahead, ray_of, record
 from rayproof.tracer.formulas import FORMULAS, Formula
@@ -41,7 +49,7 @@ def rim(ladder: Ladder) -> tuple[tuple[int, int], ...]:
 class Watertight:
     """Corners are inputs p0, p1, ...; the ray is o, d."""
 
-    def truth(self, ladder: Ladder, inputs: Inputs, rungs: np.ndarray) -> Truth:
+    def truth(self, ladder: Ladder, inputs: Inputs, rungs: np.ndarray) -> ExactAnswers:
         """Return which rays certainly pierce the fan; rationals confirm a sample."""
         corners = {name: inputs[name] - inputs["o"] for name in inputs if name.startswith("p")}
         sides = [_side(corners, inputs["d"], edge) for edge in rim(ladder)]
@@ -57,7 +65,7 @@ class Watertight:
             margin = MARGIN * length * np.linalg.norm(corners["p0"], axis=1)
             clear = np.all([side * forward > margin for side in sides], axis=0)
             clear &= np.all([face * forward > MARGIN * length**2 for face in facing], axis=0)
-        return Truth(counted=clear, facts={}, witness=self._witness(ladder, inputs, rungs, clear))
+        return ExactAnswers(counted=clear, facts={}, witness=self._witness(ladder, inputs, rungs, clear))
 
     def _witness(self, ladder: Ladder, inputs: Inputs, rungs: np.ndarray, clear: np.ndarray) -> Witness:
         """Confirm by rationals that some triangle of the fan is pierced, edges included."""
@@ -87,7 +95,7 @@ class Watertight:
             counts.append(downloaded({"found": found}, len(part["o"]))["found"])
         return {"found": np.concatenate(counts)}
 
-    def grade(self, ladder: Ladder, inputs: Inputs, truth: Truth, answer: Answer, precision: str) -> Grades:
+    def grade(self, ladder: Ladder, inputs: Inputs, truth: ExactAnswers, answer: Answer, precision: str) -> Grades:
         """Return leaks as false misses; double hits are counted beside them."""
         rays = len(inputs["o"])
         unknown = np.full(rays, np.nan)
@@ -122,7 +130,7 @@ def _side(seen: Inputs, d: np.ndarray, edge: tuple[int, int]) -> np.ndarray:
 class Face:
     """The outward axis at the nearest hit, by the default slabs."""
 
-    def truth(self, ladder: Ladder, inputs: Inputs, rungs: np.ndarray) -> Truth:
+    def truth(self, ladder: Ladder, inputs: Inputs, rungs: np.ndarray) -> ExactAnswers:
         """Return the exact face; a ray that misses has none."""
         whole = Distance().truth(ladder, inputs, rungs)
         hit = whole.facts["hit"]
@@ -131,7 +139,7 @@ class Face:
         with np.errstate(invalid="ignore"):
             outward = hit.normal * np.sign(np.take_along_axis(point, axis[:, None], axis=1))
         tied = np.sum(abs(abs(point) - 0.5) < 2.0**-52, axis=1) > 1
-        return Truth(counted=hit.hit & ~tied, facts={"face": outward}, witness=whole.witness)
+        return ExactAnswers(counted=hit.hit & ~tied, facts={"face": outward}, witness=whole.witness)
 
     def answer(self, ladder: Ladder, formula: Formula, inputs: Inputs, precision: str) -> Answer:
         """Return the normal in object space."""
@@ -144,7 +152,7 @@ class Face:
         normal = formula.function(ray, t) if takes_ray else formula.function(ray.at(t))
         return downloaded({"normal": normal}, len(inputs["o"]))
 
-    def grade(self, ladder: Ladder, inputs: Inputs, truth: Truth, answer: Answer, precision: str) -> Grades:
+    def grade(self, ladder: Ladder, inputs: Inputs, truth: ExactAnswers, answer: Answer, precision: str) -> Grades:
         """Return wrong faces."""
         rays = len(inputs["o"])
         unknown = np.full(rays, np.nan)

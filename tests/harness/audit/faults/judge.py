@@ -29,10 +29,11 @@ from rayproof.reports.judge import (
 from rayproof.reports.judge.conventions import Tested
 from rayproof.reports.judge.forward import limits
 from rayproof.reports.judge.forward.limits import Coarseness, Roundoff
+from rayproof.reports.judge.measurement import Explained
 from rayproof.reports.judge.nearby import clouds
 from rayproof.reports.judge.nearby.continued import Continuing
-from rayproof.reports.judge.nearby.explaining import Asking, Explained
-from rayproof.reports.judge.panel import Matrix
+from rayproof.reports.judge.nearby.explaining import Asking
+from rayproof.reports.judge.panel import AgreementMatrix
 from rayproof.reports.results.outcomes import Outcome
 from tests.harness.audit.faults import FAULTS, altered, replaced
 
@@ -620,13 +621,13 @@ def renderers_misnamed() -> Iterator[None]:
 
     The panel's matrix names its rows and columns in another order.
     """
-    right = Matrix.as_json
+    right = AgreementMatrix.as_json
 
     def wrong(self: Any) -> Any:
         told = right(self)
         return told | {"renderers": [*told["renderers"][1:], *told["renderers"][:1]]}
 
-    with altered(Matrix, "as_json", wrong):
+    with altered(AgreementMatrix, "as_json", wrong):
         yield
 
 

@@ -13,7 +13,7 @@ from rayproof.reference.analytic import Analytic, camera
 from rayproof.reference.mitsuba3 import program
 from rayproof.reference.mitsuba3 import scene as mitsuba_scene
 from rayproof.reference.radiance import scene as radiance_scene
-from rayproof.reference.radiance.program import World as RadianceWorld
+from rayproof.reference.radiance.program import RtraceScene as RadianceWorld
 from tests.harness.audit.faults import FAULTS, altered, replaced
 
 

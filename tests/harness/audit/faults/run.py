@@ -50,8 +50,8 @@ def best_for_worst() -> Iterator[None]:
 @contextmanager
 def _key_is(wrong: Callable[[Any], Any]) -> Iterator[None]:
     """Change every key of a render."""
-    right = reference_cache.Question.key.func
-    with altered(reference_cache.Question, "key", property(lambda question: wrong(right(question)))):
+    right = reference_cache.ReferenceQuestion.key.func
+    with altered(reference_cache.ReferenceQuestion, "key", property(lambda question: wrong(right(question)))):
         yield
 
 

@@ -13,7 +13,7 @@ from rayproof.reports.judge.forward.common_factors import LEAST_DISTINCT, Factor
 from rayproof.reports.judge.oracle import stages_of
 from rayproof.reports.results.case_records import FactorGroup
 from rayproof.reports.results.outcomes import Outcome
-from rayproof.reports.run.pooled_factors import CommonFactors, wrong
+from rayproof.reports.run.pooled_factors import PooledFactors, wrong
 from tests.reports.judge.scenes import (
     BALL,
     CAMERA,
@@ -296,7 +296,7 @@ def test_light_that_is_off_by_most_of_few_wide_limits_shows_in_the_whole_run():
     names = ("acne/from_afar", "transforms/sphere_sheared", "primitives/sphere", "acne/terminator")
     told = {}
     for part in (0.0, 0.9):
-        factors = CommonFactors()
+        factors = PooledFactors()
         for name in names:
             found = judged_case(name, off_where_wide(name, part))
             assert found.outcome is Outcome.PASS, found.reason

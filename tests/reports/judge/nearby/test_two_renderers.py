@@ -10,7 +10,7 @@ from rayproof.cases.stages import Stage
 from rayproof.reports.judge.case import judge_case
 from rayproof.reports.judge.measurement import Kind
 from rayproof.reports.judge.oracle import stages_of
-from rayproof.reports.judge.pairs import Pair
+from rayproof.reports.judge.pairs import RendererPair
 from rayproof.reports.judge.sentinels import BORDER, EDGE_CASE, INNER, SIDE, edge_scene
 from rayproof.reports.results.outcomes import Outcome
 from tests.reports.judge.scenes import ORACLE, against, candidate, put, rounded, truth_of_scene, witness
@@ -19,9 +19,9 @@ SCENE = EDGE_CASE.scene
 SQUARE, PLANE = (rounded(ORACLE.render(edge_scene(SIDE * part), stages_of(SCENE))) for part in (1 + 1e-9, 1 - 1e-9))
 
 
-def pair(one: dict, other: dict) -> Pair:
+def pair(one: dict, other: dict) -> RendererPair:
     """Return two float32 renderers."""
-    return Pair(against(SCENE, one, name="one"), against(SCENE, other, name="second"))
+    return RendererPair(against(SCENE, one, name="one"), against(SCENE, other, name="second"))
 
 
 @pytest.mark.parametrize("stage", [Stage.OBJECT, Stage.DISTANCE, Stage.RADIANCE])

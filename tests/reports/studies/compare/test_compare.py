@@ -17,7 +17,7 @@ from rayproof.reports.studies.compare.contenders import contender, seen, stages_
 from rayproof.reports.studies.compare.findings import (
     MIXED,
     NOTHING,
-    Finding,
+    FamilyDifference,
     Signs,
     accuracy,
     finding,
@@ -41,7 +41,7 @@ def compared(base: str, candidate: str, *, precision: str = "float32", stage: St
     return found[stage]
 
 
-def one_finding(pair: PairedStage) -> Finding:
+def one_finding(pair: PairedStage) -> FamilyDifference:
     return finding("far", True, [{Stage.OBJECT: pair}], level=0.95, seed=1)
 
 

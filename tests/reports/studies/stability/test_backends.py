@@ -21,7 +21,7 @@ from rayproof.reports.studies.stability.survey import plan, survey
 from rayproof.tracer.kernel.arrays import array_types
 both = ("float32", "float64")
 planned = plan(("sphere/textbook", "sphere/haines"), ladders=("SPH-FAR",), precisions=both, quick=True)
-found = [[one["formula"], one["precision"], one["slope"], one["surprise"]] for one in survey(planned, doubts=print)]
+found = [[one.formula, one.precision, one.slope, one.surprise] for one in survey(planned, doubts=print)]
 print(json.dumps([array_types("float32").backend, sum(map(broken, both), []), found]))
 """
 

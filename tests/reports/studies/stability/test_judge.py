@@ -4,10 +4,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from msgspec import structs
 
 from rayproof.cases.ladders import Failure, Ladder, PredictedSlope, all_ladders
-from rayproof.reports.studies.stability.climb import Climb, Drawn, Rung, Slope
-from rayproof.reports.studies.stability.questions import Truth, Witness
+from rayproof.reports.studies.stability.climb import Climb, Drawn, Slope
+from rayproof.reports.studies.stability.questions import ExactAnswers, Witness
+from rayproof.reports.studies.stability.records import Rung
 from rayproof.reports.studies.stability.survey import doubted, judged
 from rayproof.tracer.formulas import FORMULAS
 
@@ -28,8 +30,7 @@ def climbed(ladder: Ladder, *, broken_from: float, slope: float) -> Climb:
             median_high=1e-6,
             p99=1e-6,
             worst=1e-6,
-            index=1.0,
-            counts={},
+            scaled_error=1.0,
         )
         for value in ladder.values
     )
@@ -41,7 +42,7 @@ def test_a_formula_that_climbs_as_predicted_passes() -> None:
     verdict = judged(climbed(SPH_FAR, broken_from=1e7, slope=1.0))
 
     assert (verdict.verdict, verdict.expected, verdict.surprise) == ("pass", "pass", "")
-    assert verdict.climb.breakpoint == 3e6
+    assert verdict.breakpoint == 3e6
 
 
 def test_a_wrong_slope_fails_though_errors_are_small() -> None:
@@ -97,7 +98,7 @@ def test_a_missed_gate_says_what_was_wrong_there() -> None:
         "(0 false hits, 100 false misses, 0 invalid)"
     )
     climb = climbed(SPH_FAR, broken_from=1e9, slope=1.0)
-    coarse = replace(climb, rungs=tuple(replace(rung, index=5.0) for rung in climb.rungs))
+    coarse = replace(climb, rungs=tuple(structs.replace(rung, scaled_error=5.0) for rung in climb.rungs))
     assert judged(coarse).reasons == ("breaks at 10, before 100000: error 5 K u",)
 
 
@@ -107,7 +108,9 @@ def test_no_error_at_all_is_a_flat_law_and_no_other(median: float, law: float, p
     climb = climbed(flat, broken_from=1e9, slope=0.0)
     none = Slope(value=None, interval=None, used=())
 
-    verdict = judged(replace(climb, slope=none, rungs=tuple(replace(rung, median=median) for rung in climb.rungs)))
+    verdict = judged(
+        replace(climb, slope=none, rungs=tuple(structs.replace(rung, median=median) for rung in climb.rungs))
+    )
 
     assert verdict.verdict == ("pass" if passes else "fail")
     assert ("no slope to fit" in verdict.surprise) != passes
@@ -126,7 +129,7 @@ def test_no_error_at_all_is_a_flat_law_and_no_other(median: float, law: float, p
 )
 def test_a_truth_that_its_witness_does_not_share_is_doubted(name: str, worst: float, believed: bool) -> None:
     ladder = next(ladder for ladder in all_ladders() if ladder.name == name)
-    truth = Truth(counted=np.ones(1, dtype=bool), facts={}, witness=Witness(values=1, worst=worst))
+    truth = ExactAnswers(counted=np.ones(1, dtype=bool), facts={}, witness=Witness(values=1, worst=worst))
     given = Drawn(ladder=ladder, precision="float32", inputs={}, rungs=np.zeros(1), truth=truth)
 
     assert (doubted(given) == "") == believed

@@ -1,10 +1,10 @@
 """Limits as files, tables, bars and gates."""
 
 import csv
-from copy import deepcopy
 from pathlib import Path
 
 import pytest
+from msgspec.structs import replace
 
 from rayproof.reports.cli import main
 from rayproof.reports.publish.page import plots
@@ -12,6 +12,7 @@ from rayproof.reports.studies.stability.limit_records import (
     LimitRecord,
     LimitsError,
     LimitsRecord,
+    ScaleRecord,
     changes,
     load_limits,
     table,
@@ -21,36 +22,35 @@ from rayproof.reports.studies.stability.limit_records import (
 
 
 def limit(renderer: str, reached: float | None, breaks_at: float | None) -> LimitRecord:
-    return {
-        "renderer": renderer,
-        "ladder": "offset",
-        "limit": reached,
-        "breaks_at": breaks_at,
-        "verdict": "pass" if breaks_at is None else "fail",
-        "stage": "" if breaks_at is None else "normal",
-        "items": [] if breaks_at is None else ["XF-1", "XF-2", "NRM-1", "NRM-3"],
-        "reason": "",
-        "monotone": True,
-        "rungs": [],
-    }
+    return LimitRecord(
+        renderer=renderer,
+        ladder="offset",
+        limit=reached,
+        breaks_at=breaks_at,
+        verdict="pass" if breaks_at is None else "fail",
+        stage="" if breaks_at is None else "normal",
+        items=[] if breaks_at is None else ["XF-1", "XF-2", "NRM-1", "NRM-3"],
+        reason="",
+        monotone=True,
+        rungs=[],
+    )
 
 
-DOCUMENT: LimitsRecord = {
-    "schema": 1,
-    "subject": "mine",
-    "renderers": ["mine", "radiance"],
-    "ladders": [
-        {"ladder": "offset", "quantity": "Offset", "unit": "m", "values": [1.0, 10.0, 100.0, 1000.0], "control": True}
+DOCUMENT = LimitsRecord(
+    schema=1,
+    subject="mine",
+    renderers=["mine", "radiance"],
+    ladders=[
+        ScaleRecord(ladder="offset", quantity="Offset", unit="m", values=[1.0, 10.0, 100.0, 1000.0], control=True)
     ],
-    "limits": [limit("mine", 10.0, 100.0), limit("radiance", 1000.0, None)],
-    "environment": {},
-}
+    limits=[limit("mine", 10.0, 100.0), limit("radiance", 1000.0, None)],
+    environment={},
+)
 
 
 def with_limit(reached: float | None) -> LimitsRecord:
-    found = deepcopy(DOCUMENT)
-    found["limits"][0]["limit"] = reached
-    return found
+    first, *others = DOCUMENT.limits
+    return replace(DOCUMENT, limits=[replace(first, limit=reached), *others])
 
 
 def test_the_table_names_unit_and_blamed_items_and_the_others() -> None:
@@ -82,7 +82,7 @@ def test_a_file_without_limits_is_told_in_one_line(tmp_path: Path) -> None:
 def test_two_are_compared_by_rungs(after: float | None, rungs: int, lower: int) -> None:
     found = changes(DOCUMENT, with_limit(after))
 
-    assert [one["rungs"] for one in found] == [rungs]
+    assert [one.rungs for one in found] == [rungs]
     assert len(worse(found)) == lower
 
 
@@ -91,10 +91,9 @@ def test_a_limit_below_the_first_rung_is_never_right() -> None:
 
 
 def test_a_ladder_that_is_missing_counts_as_lost() -> None:
-    other = deepcopy(DOCUMENT)
-    other["ladders"], other["limits"] = [], []
+    other = replace(DOCUMENT, ladders=[], limits=[])
 
-    assert changes(DOCUMENT, other)[0]["rungs"] == -2
+    assert changes(DOCUMENT, other)[0].rungs == -2
 
 
 def test_report_compares_two_folders(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -111,11 +110,13 @@ def test_against_is_a_gate(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -
     words = ["limits", "--subject", "tracer", "--quick", "tall", "--out", str(tmp_path / "now")]
     assert main(words) == 0
     found = load_limits(tmp_path / "now")
-    assert found["limits"][0]["limit"] == 36.0
+    assert found.limits[0].limit == 36.0
     assert main([*words, "--against", str(tmp_path / "now")]) == 0
-    found["ladders"][0]["values"].append(72.0)
-    found["limits"][0]["limit"] = 72.0
-    write_limits(tmp_path / "other", found)
+    ladder, limit = found.ladders[0], found.limits[0]
+    other = replace(
+        found, ladders=[replace(ladder, values=[*ladder.values, 72.0])], limits=[replace(limit, limit=72.0)]
+    )
+    write_limits(tmp_path / "other", other)
     assert main([*words, "--against", str(tmp_path / "other" / "limits.json")]) == 2
     assert "other rungs" in capsys.readouterr().err
 

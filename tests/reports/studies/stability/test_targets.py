@@ -1,12 +1,11 @@
 """The quick survey brings no surprise, and the design's headline figures are met by it."""
 
-from typing import Any
-
 import pytest
 
+from rayproof.reports.studies.stability.records import ClimbRecord
 from rayproof.reports.studies.stability.survey import plan, survey
 
-Records = dict[tuple[str, str, str], dict[str, Any]]
+Records = dict[tuple[str, str, str], ClimbRecord]
 
 
 @pytest.fixture(scope="module")
@@ -19,11 +18,11 @@ def records(doubts: list[str]) -> Records:
     """Return every climb of `rayproof stability --quick`."""
     planned = plan((), ladders=(), precisions=("float32", "float64"), quick=True)
     found = survey(planned, doubts=doubts.append)
-    return {(one["ladder"], one["formula"], one["precision"]): one for one in found}
+    return {(one.ladder, one.formula, one.precision): one for one in found}
 
 
 def test_nothing_is_surprising(records: Records, doubts: list[str]) -> None:
-    assert [(key, one["surprise"]) for key, one in records.items() if one["surprise"]] == []
+    assert [(key, one.surprise) for key, one in records.items() if one.surprise] == []
     assert doubts == []
 
 
@@ -34,7 +33,7 @@ def test_every_ladder_is_climbed_in_both_precisions(records: Records) -> None:
 
 @pytest.mark.parametrize(("formula", "slope"), [("sphere/textbook", 1.97), ("sphere/haines", 0.98)])
 def test_the_far_sphere_follows_its_law(records: Records, formula: str, slope: float, precision: str) -> None:
-    assert records["SPH-FAR", formula, precision]["slope"] == pytest.approx(slope, abs=0.1)
+    assert records["SPH-FAR", formula, precision].slope == pytest.approx(slope, abs=0.1)
 
 
 @pytest.mark.parametrize("formula", ["triangle/woop", "triangle/woop_kahan", "triangle/woop_float64_fallback"])
@@ -61,5 +60,5 @@ def test_the_multiplied_matrix_dies_between_ten_and_a_hundred_million(records: R
 
 
 def test_only_float64_survives_the_near_sphere_on_float32_numbers(records: Records) -> None:
-    assert records["SPH-NEAR", "sphere/float64", "float32"]["slope"] == pytest.approx(0, abs=0.15)
-    assert records["SPH-NEAR", "sphere/stable_quadratic", "float32"]["slope"] == pytest.approx(-1, abs=0.15)
+    assert records["SPH-NEAR", "sphere/float64", "float32"].slope == pytest.approx(0, abs=0.15)
+    assert records["SPH-NEAR", "sphere/stable_quadratic", "float32"].slope == pytest.approx(-1, abs=0.15)

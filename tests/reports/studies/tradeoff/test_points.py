@@ -6,9 +6,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from rayproof.reports.studies.tradeoff.points import LEAST, Point, front, quantile, root_mean_square, tail
+from rayproof.reports.studies.tradeoff.points import LEAST, TradeoffPoint, front, quantile, root_mean_square, tail
 
-POINT = Point(
+POINT = TradeoffPoint(
     diagram="sphere/far",
     label="a",
     renderer="tracer",
@@ -27,7 +27,7 @@ POINT = Point(
 )
 
 
-def named(points: list[Point]) -> list[str]:
+def named(points: list[TradeoffPoint]) -> list[str]:
     return [point.label for point in front(points)]
 
 
@@ -46,7 +46,7 @@ def test_slower_and_less_accurate_is_not_on_the_front() -> None:
         pytest.param(replace(POINT, label="b", nanoseconds=0.5, error=math.nan), id="without-an-error"),
     ],
 )
-def test_what_buys_no_place(other: Point) -> None:
+def test_what_buys_no_place(other: TradeoffPoint) -> None:
     assert named([POINT, other]) == ["a"]
 
 

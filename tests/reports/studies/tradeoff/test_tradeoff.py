@@ -13,12 +13,12 @@ import pytest
 from rayproof.cases.families import select
 from rayproof.reports.publish.page.page import diagrams
 from rayproof.reports.studies.tradeoff import diagrams as listed
-from rayproof.reports.studies.tradeoff.diagrams import DEFAULT, QUICK, Sampled, measure, overall, tasks
+from rayproof.reports.studies.tradeoff.diagrams import DEFAULT, QUICK, measure, overall, tasks
 from rayproof.reports.studies.tradeoff.drawing import cells, page, svg, write
-from rayproof.reports.studies.tradeoff.points import Point, interleave, without_error
+from rayproof.reports.studies.tradeoff.points import TradeoffPoint, interleave, without_error
 from tests.reports.commands.conftest import Rayproof
 
-POINT = Point(
+POINT = TradeoffPoint(
     diagram="sphere/a", label="haines, float32", renderer="tracer", variant="haines", precision="float32", samples=1,
     kind="right", clock="kernels", error=1.0, error_interval=(1.0, 1.0), natural=1e-7, unit="m", wrong=0.0,
     nanoseconds=4.0, nanoseconds_interval=(3.0, 5.0),
@@ -33,7 +33,7 @@ def result() -> dict[str, Any]:
     patch.setattr(listed, "SAMPLES_TIMED", 2**10)
     patch.setattr(listed, "SAMPLES_WALL", 2**10)
     formulas, _, climbed = tasks(["grazing_plane", "far_sphere_1e3", "SPH-FAR"])
-    sampled = Sampled(family="antialiased", scene=select(["antialiased/sphere"])[0].scene)
+    sampled = ("antialiased", select(["antialiased/sphere"])[0].scene)
     found = measure(formulas, [sampled], climbed, repetitions=9, tell=lambda _: None)
     patch.undo()
     return found
