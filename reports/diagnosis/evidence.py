@@ -89,7 +89,8 @@ class Evidence:
     @cached_property
     def images(self) -> StageImages:
         """Return the renderer's image stages of the scene's size, as float64."""
-        loaded = {stage: np.asarray(image, dtype=np.float64) for stage, image in self.load().items()}
+        with np.errstate(invalid="ignore"):  # what is no number may be of a kind that float64 changes
+            loaded = {stage: np.asarray(image, dtype=np.float64) for stage, image in self.load().items()}
         asked = {stage: image for stage, image in loaded.items() if stage in stages_of(self.scene)}
         renderer = Answers(name="renderer", precision=PRECISION, answers=asked)
         return dict(well_shaped(self.scene, renderer).answers)
