@@ -29,7 +29,7 @@ class Hits(NamedTuple):
     pieces: np.ndarray
 
 
-class Rays(NamedTuple):
+class RaysFromEye(NamedTuple):
     """Rays from the eye (3,) along directions (N, 3) of any length, that count between low and high (N,)."""
 
     eye: np.ndarray
@@ -38,7 +38,7 @@ class Rays(NamedTuple):
     high: np.ndarray
 
 
-class ShadowRays(NamedTuple):
+class RaysToLight(NamedTuple):
     """Shadow rays to a light from starts (N, 3) [m] on objects (N, 2), between shares of the way from the light."""
 
     light: PointLight
@@ -143,13 +143,13 @@ class Analytic:
             np.full((len(directions), 2), NOWHERE), np.full(len(directions), np.inf), np.zeros(len(directions), int)
         )
         for index in range(len(scene.shapes)):
-            crossing = self.crossing(scene, index, Rays(eye, directions, low, high))
+            crossing = self.crossing(scene, index, RaysFromEye(eye, directions, low, high))
             _put(hits, crossing.distance < hits.distances, index, crossing)
         if freedom is not None and np.any(freedom.tie):
             self._choose_among_coinciding(scene, eye, directions, low, high, hits, freedom)
         return hits
 
-    def crossing(self, scene: Scene, index: int, rays: Rays) -> Crossing:
+    def crossing(self, scene: Scene, index: int, rays: RaysFromEye) -> Crossing:
         """Return where rays meet a shape first."""
         return surface_of(scene.shapes[index]).first(*rays)
 
@@ -257,7 +257,7 @@ class Analytic:
             above |= dot(normals, source - rows[Stage.POSITION]) > 0
         return above
 
-    def blocked(self, scene: Scene, index: int, rays: ShadowRays) -> np.ndarray:
+    def blocked(self, scene: Scene, index: int, rays: RaysToLight) -> np.ndarray:
         """Return whether shape `index` is strictly between the light and points on the given objects, (N,).
 
         The hit surface is divided out by algebra, never by an epsilon: a flat face cannot block itself, and an
@@ -295,7 +295,7 @@ class Analytic:
             for index in range(len(scene.shapes)):
                 left = np.flatnonzero(free)
                 between = freedom.light, end if np.ndim(end) == 0 else np.asarray(end)[left]
-                rays = ShadowRays(light, objects[candidates[left]], starts[candidates[left]], between)
+                rays = RaysToLight(light, objects[candidates[left]], starts[candidates[left]], between)
                 free[left] = ~self.blocked(scene, index, rays)
             answer[candidates[free], column] = 1
         return answer

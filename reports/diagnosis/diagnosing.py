@@ -13,7 +13,7 @@ from rayproof.cases.stages import IMAGE_STAGES, Stage
 from rayproof.reference.analytic import Analytic
 from rayproof.reports.diagnosis.blaming import Blamed, guilty, narrowed, put
 from rayproof.reports.diagnosis.evidence import Evidence
-from rayproof.reports.diagnosis.findings import Finding, acne, blank, coarse, noise, not_drawn, swapped
+from rayproof.reports.diagnosis.findings import Finding, acne, blank, coarse, noise, not_drawn, one_light, swapped
 from rayproof.reports.diagnosis.search import Cause, Searched, search, spread
 from rayproof.reports.mistakes import MISTAKES, Mistake
 from rayproof.reports.mistakes.storing import Coded
@@ -55,7 +55,7 @@ def causes_of(cases: Sequence[Evidence]) -> tuple[list[Finding], Searched]:
             found.append(finding)
         failing = [case for case in failing if case not in finding.cases]
     searched = search(failing, passing, not_drawn(failing))
-    for last in (acne, noise):
+    for last in (one_light, acne, noise):
         if searched.left and (finding := last(searched.left)) is not None:
             found.append(finding)
             searched.left = [case for case in searched.left if case not in finding.cases]

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cache, cached_property
 
 import numpy as np
 
@@ -44,8 +44,12 @@ class SupposedTruth(SceneTruth):
 
     basis: StageImages  # the answers before they are written, of which the limits are
 
-    def limits(self, g: Roundoff, *, by_matrices: bool) -> Limits:
-        """Return the limits of one kind of rounding."""
+    @cached_property
+    def limits(self) -> Callable[..., Limits]:
+        """Return a function of a roundoff and `by_matrices`: the limits of each kind of rounding."""
+        return cache(self._limits)
+
+    def _limits(self, g: Roundoff, *, by_matrices: bool) -> Limits:
         found = limits(self.scene, self.basis, self.conditioning, g, by_matrices=by_matrices)
         plain, whole = dict(self.basis), dict(found.end_to_end)
         for stage in LIGHT:
@@ -89,7 +93,8 @@ class Evidence:
     @cached_property
     def images(self) -> StageImages:
         """Return the renderer's image stages of the scene's size, as float64."""
-        loaded = {stage: np.asarray(image, dtype=np.float64) for stage, image in self.load().items()}
+        with np.errstate(invalid="ignore"):  # what is no number may be of a kind that float64 changes
+            loaded = {stage: np.asarray(image, dtype=np.float64) for stage, image in self.load().items()}
         asked = {stage: image for stage, image in loaded.items() if stage in stages_of(self.scene)}
         renderer = Answers(name="renderer", precision=PRECISION, answers=asked)
         return dict(well_shaped(self.scene, renderer).answers)

@@ -9,7 +9,8 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from rayproof.cases.stages import IMAGE_STAGES, Resolution, Stage, StageImages
-from rayproof.reports.diagnosis.evidence import LEFT, MOST_LEFT, Evidence
+from rayproof.reference.analytic.camera import pixel_centers
+from rayproof.reports.diagnosis.evidence import LEFT, MOST_LEFT, OFF_OF_WRONG, RIGHT, Evidence, off
 from rayproof.reports.judge.nearby.clouds import LIGHT
 from rayproof.reports.mistakes import MISTAKES, Mistake
 from rayproof.reports.mistakes.light import linear_of_srgb
@@ -62,27 +63,25 @@ def swapped(cases: Sequence[Evidence], failing: Sequence[Evidence]) -> Finding |
     From then on the cases are judged by what was meant. As a mistake this would tell nothing: the last bit of a number,
     which is a matter of rounding, is its greatest one. What reads as no number may have lost a bit.
     """
-    meant = [{stage: _swapped(image) for stage, image in case.images.items()} for case in failing]
-    if not all(
-        _wild(case.images) > LEAST_WILD and _wild(images) <= MOST_WILD
-        for case, images in zip(failing, meant, strict=True)
-    ):
+    if not all(_wild(case.images) > LEAST_WILD and _wild(_meant(case)) <= MOST_WILD for case in failing):
         return None
     told = []
     for case in cases:
         lost = np.zeros(case.wrong.shape, dtype=bool)
         for image in case.images.values():
             lost |= np.isnan(image).any(axis=-1)
-        case.judge_instead({stage: _swapped(image) for stage, image in case.images.items()})
+        case.judge_instead(_meant(case))
         if case in failing and not np.any(case.wrong & ~lost):
             told.append(case)
     mistake = MISTAKES["bytes_swapped"]
     return Finding(name=mistake.name, sentence=mistake.sentence, items=STORING, cases=tuple(told))
 
 
-def _swapped(image: np.ndarray) -> np.ndarray:
+def _meant(case: Evidence) -> StageImages:
+    """Return the images with the bytes of each number in the other order, from the numbers as they were read."""
+    read = case.load()
     with np.errstate(invalid="ignore"):  # swapped bytes may be no number
-        return np.asarray(image, dtype=np.float32).byteswap().astype(np.float64)
+        return {stage: np.asarray(read[stage], dtype=np.float32).byteswap().astype(np.float64) for stage in case.images}
 
 
 def _wild(images: StageImages) -> float:
@@ -297,6 +296,32 @@ def _scattered(case: Evidence) -> bool:
         beside[one] |= same & good[other]
         beside[other] |= same & good[one]
     return bool(np.count_nonzero(dark & beside) >= SCATTERED * count)
+
+
+LEAST_OF_A_LIGHT = 0.1  # of the pixels of one light's colour: so many have another light's
+
+
+def one_light(left: Sequence[Evidence]) -> Finding | None:
+    """Return that each pixel has one of several lights, drawn at random and counted for all, if some cases are so."""
+    told = tuple(case for case in left if _of_one_light(case))
+    sentence = "draws one of several lights at random for each sample, and counts it for all of them"
+    return Finding(name="one_light_at_random", sentence=sentence, items=("RAD-5",), cases=told) if told else None
+
+
+def _of_one_light(case: Evidence) -> bool:
+    count, stage = len(case.scene.lights), Stage.RADIANCE
+    if count < 2 or stage not in case.images:
+        return False
+    pixels, wrong = case.drawn
+    with np.errstate(all="ignore"):
+        right = RIGHT.samples(case.scene, pixel_centers(case.scene.camera)[pixels], stage, by_light=True)
+        assert right.shares is not None
+        each = right.shares * right.rows[Stage.VISIBILITY][..., np.newaxis] * right.factors[stage][:, np.newaxis]
+        each = np.nan_to_num(count * each) * (right.rows[stage] > 0)[:, np.newaxis]
+    is_of = ~off(stage, case.own[stage][:, np.newaxis], each)  # (n, lights)
+    lit = wrong & (case.own[stage] > 0).any(axis=1)
+    several = np.count_nonzero(is_of[lit].mean(axis=0) >= LEAST_OF_A_LIGHT) if lit.any() else 0
+    return bool(several > 1 and is_of[wrong].any(axis=1).mean() >= 1 - OFF_OF_WRONG)
 
 
 def noise(left: Sequence[Evidence]) -> Finding | None:

@@ -17,7 +17,7 @@ import numpy as np
 from rayproof.cases.registry import Registry
 from rayproof.cases.scene import PointLight, Scene, Shape
 from rayproof.cases.stages import Stage
-from rayproof.reference.analytic import Analytic, Rays, Rows, ShadowRays
+from rayproof.reference.analytic import Analytic, RaysFromEye, RaysToLight, Rows
 from rayproof.reference.analytic.surfaces import Crossing
 
 
@@ -166,11 +166,11 @@ class _Some(Mistake):
         pairs = zip(changed.shapes, scene.shapes, strict=True)
         return replace(changed, shapes=tuple(new if isinstance(old, self.kinds) else old for new, old in pairs))
 
-    def crossing(self, scene: Scene, index: int, rays: Rays) -> Crossing:
+    def crossing(self, scene: Scene, index: int, rays: RaysFromEye) -> Crossing:
         asked = super() if isinstance(scene.shapes[index], self.kinds) else Analytic()
         return asked.crossing(scene, index, rays)
 
-    def blocked(self, scene: Scene, index: int, rays: ShadowRays) -> np.ndarray:
+    def blocked(self, scene: Scene, index: int, rays: RaysToLight) -> np.ndarray:
         asked = super() if isinstance(scene.shapes[index], self.kinds) else Analytic()
         return asked.blocked(scene, index, rays)
 

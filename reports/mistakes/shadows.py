@@ -6,7 +6,7 @@ import numpy as np
 
 from rayproof.cases.scene import PointLight, Scene
 from rayproof.cases.stages import Stage
-from rayproof.reference.analytic import Analytic, Freedom, Rows, ShadowRays
+from rayproof.reference.analytic import Analytic, Freedom, RaysToLight, Rows
 from rayproof.reference.analytic.surfaces import Between, surface_of
 from rayproof.reference.analytic.vectors import dot, length
 from rayproof.reports.mistakes import Family, Mistake, family, known, variant
@@ -21,7 +21,7 @@ class AlongShadowRays(Mistake):
         """Return the open interval of s in which blockers count."""
         return 0.0, 1.0
 
-    def blocked(self, scene: Scene, index: int, rays: ShadowRays) -> np.ndarray:
+    def blocked(self, scene: Scene, index: int, rays: RaysToLight) -> np.ndarray:
         """Return which shadow rays meet the shape in that interval."""
         low, high = (np.broadcast_to(end, len(rays.starts)) for end in self.interval(rays.light, rays.starts))
         own, blocked = rays.objects[:, 0] == index, np.zeros(len(rays.starts), dtype=bool)
@@ -111,7 +111,7 @@ class ShadowRayOffset(Family):
         for column, light in enumerate(scene.lights):
             free = (objects[:, 0] >= 0) & self.above_horizon(scene, light, points, rows)
             for index in range(len(scene.shapes)):
-                free &= ~self.blocked(scene, index, ShadowRays(light, nobody, starts))
+                free &= ~self.blocked(scene, index, RaysToLight(light, nobody, starts))
             answer[:, column] = free
         return answer
 
@@ -137,7 +137,7 @@ class ShadowRaySkip(Family, AlongShadowRays):
 class NoShadows(Mistake):
     """Nothing blocks."""
 
-    def blocked(self, scene: Scene, index: int, rays: ShadowRays) -> np.ndarray:
+    def blocked(self, scene: Scene, index: int, rays: RaysToLight) -> np.ndarray:
         """Return False."""
         return np.zeros(len(rays.starts), dtype=bool)
 
@@ -146,7 +146,7 @@ class NoShadows(Mistake):
 class OwnShapePasses(Mistake):
     """A shape does not block the light of its own points."""
 
-    def blocked(self, scene: Scene, index: int, rays: ShadowRays) -> np.ndarray:
+    def blocked(self, scene: Scene, index: int, rays: RaysToLight) -> np.ndarray:
         """Return what other shapes block."""
         return super().blocked(scene, index, rays) & (rays.objects[:, 0] != index)
 

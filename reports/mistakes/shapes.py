@@ -7,7 +7,7 @@ from functools import lru_cache
 import numpy as np
 
 from rayproof.cases.scene import Cube, Matrix, Mesh, Plane, Scene, SceneError, Shape, Sphere, Square, Triangle
-from rayproof.reference.analytic import Analytic, Freedom, Hits, Rays, ShadowRays
+from rayproof.reference.analytic import Analytic, Freedom, Hits, RaysFromEye, RaysToLight
 from rayproof.reference.analytic.surfaces import Crossing, Meetings, Polygons, Surface, bundles, surface_of
 from rayproof.reference.analytic.vectors import dot, ends_of, length, units
 from rayproof.reports.mistakes import Family, Mistake, family, known, variant
@@ -169,7 +169,7 @@ class AnotherOrder(Mistake):
         low, high = self.clip_interval(scene, directions)
         hits = Hits(np.full((count, 2), -1.0), np.full(count, np.inf), np.zeros(count, dtype=int))
         for index in range(len(scene.shapes)):
-            crossing = self.crossing(scene, index, Rays(eye, directions, low, high))
+            crossing = self.crossing(scene, index, RaysFromEye(eye, directions, low, high))
             there, before = np.isfinite(crossing.distance), np.isfinite(hits.distances)
             nearer = crossing.distance < hits.distances
             rules = {"first": ~before, "last": there, "farthest": ~before | ~nearer, "nearest": nearer}
@@ -178,7 +178,7 @@ class AnotherOrder(Mistake):
             hits.objects[where, 0], hits.objects[where, 1] = index, crossing.face[where]
         return hits
 
-    def crossing(self, scene: Scene, index: int, rays: Rays) -> Crossing:
+    def crossing(self, scene: Scene, index: int, rays: RaysFromEye) -> Crossing:
         """Return the crossing that counts with one shape."""
         surface, (eye, directions, low, high) = surface_of(scene.shapes[index]), rays
         if self.faces == "nearest" or not isinstance(scene.shapes[index], Mesh):
@@ -222,13 +222,13 @@ class BehindTheEye(Mistake):
         low, high = super().clip_interval(scene, directions)
         return np.full_like(low, -np.inf), high
 
-    def crossing(self, scene: Scene, index: int, rays: Rays) -> Crossing:
+    def crossing(self, scene: Scene, index: int, rays: RaysFromEye) -> Crossing:
         """Return the first crossing of the whole line; of a mesh, rays alone are asked, so it is asked both ways."""
         ahead = super().crossing(scene, index, rays)
         if not isinstance(scene.shapes[index], Mesh):
             return ahead
         ends = np.zeros_like(rays.low), np.full_like(rays.low, np.inf)
-        back = _Farthest().crossing(scene, index, Rays(rays.eye, -rays.directions, *ends))
+        back = _Farthest().crossing(scene, index, RaysFromEye(rays.eye, -rays.directions, *ends))
         there = np.isfinite(back.distance)
         pairs = zip((-back.distance, back.face, back.piece), ahead, strict=True)
         return Crossing(*(np.where(there, behind, before) for behind, before in pairs))
@@ -247,11 +247,11 @@ class OtherSurfaces(Mistake):
         """Return the surface that is met."""
         raise NotImplementedError
 
-    def crossing(self, scene: Scene, index: int, rays: Rays) -> Crossing:
+    def crossing(self, scene: Scene, index: int, rays: RaysFromEye) -> Crossing:
         """Return where rays meet it first."""
         return self.surface(scene.shapes[index]).first(*rays)
 
-    def blocked(self, scene: Scene, index: int, rays: ShadowRays) -> np.ndarray:
+    def blocked(self, scene: Scene, index: int, rays: RaysToLight) -> np.ndarray:
         """Return which shadow rays it blocks."""
         surface = self.surface(scene.shapes[index])
         if not self.shadow_rays or surface is surface_of(scene.shapes[index]):
@@ -343,7 +343,7 @@ for _number, _least in enumerate((1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8)):
 class BackFacesPass(Mistake):
     """Shadow rays pass through surfaces that face away from where they start."""
 
-    def blocked(self, scene: Scene, index: int, rays: ShadowRays) -> np.ndarray:
+    def blocked(self, scene: Scene, index: int, rays: RaysToLight) -> np.ndarray:
         """Return which shadow rays meet a triangle's front."""
         if not isinstance(scene.shapes[index], TRIANGLES):
             return super().blocked(scene, index, rays)
@@ -403,7 +403,7 @@ class InObjectSpace(Mistake):
                 return self.sphere(shape, o, d, low)
             return self.cube(o, d, low) if isinstance(shape, Cube) else self.flat(shape, o, d)
 
-    def crossing(self, scene: Scene, index: int, rays: Rays) -> Crossing:
+    def crossing(self, scene: Scene, index: int, rays: RaysFromEye) -> Crossing:
         """Return the smallest crossing that counts."""
         shape = scene.shapes[index]
         if isinstance(shape, TRIANGLES):
@@ -413,7 +413,7 @@ class InObjectSpace(Mistake):
         key = np.where(inside, found, np.inf)
         return Crossing(key.min(axis=1), np.zeros(len(found)), key.argmin(axis=1))
 
-    def blocked(self, scene: Scene, index: int, rays: ShadowRays) -> np.ndarray:
+    def blocked(self, scene: Scene, index: int, rays: RaysToLight) -> np.ndarray:
         """Return which shadow rays meet it between their start and the light."""
         shape = scene.shapes[index]
         if isinstance(shape, TRIANGLES):

@@ -50,7 +50,7 @@ CALLED: Mapping[str, tuple[str, ...]] = {
     "strip_undrawn": ("undrawn",),
     "rows_left_over": ("undrawn",),
     "tiles_undrawn": ("undrawn",),
-    "wrapped_bytes": ("wrapped",),
+    "wrapped_bytes": ("wrapped", "too_few_bits"),  # of what does not wrap, bytes alone are left
     "range_window": ("light_range_1",),
     "fixed_fov": ("one_fov",),
     "quarter_pixel": ("sample_position",),
@@ -98,14 +98,15 @@ class Renderer:
         each = zip(self.mistakes, self.accepted, strict=True) if len(self.mistakes) > 1 else ()
         return [replace(self, mistakes=(name,), accepted=(names,)) for name, names in each]
 
+    def slandered(self, found: Sequence[tuple[str, ...]]) -> bool:
+        """Say whether a cause that was found, with its alternatives, is nothing that it does."""
+        return any(not any(set(names) & right for right in self.accepted) for names in found)
+
     def told(self, found: Sequence[tuple[str, ...]]) -> bool:
         """Say whether the causes that were found, each with alternatives, are what it does, and no more."""
         named = {name for names in found for name in names}
-        if not self.accepted or not named:
-            return False
-        if any(not any(set(names) & right for right in self.accepted) for names in found):
-            return False
-        return all(named & right for right in self.accepted)
+        every = all(named & right for right in self.accepted)
+        return bool(self.accepted and named) and every and not self.slandered(found)
 
 
 class OutcomeRecord(TypedDict):
@@ -117,6 +118,7 @@ class OutcomeRecord(TypedDict):
     failing: int
     named: tuple[str, ...]
     right: bool
+    wrong: bool
     seconds: float
 
 
@@ -154,13 +156,9 @@ class Outcome:
     written: str  # STAGED or ALONE
     failing: int  # cases that it fails by its pixels; 0 where two mistakes show no more than one of them
     named: tuple[str, ...]  # the class of mistakes that was named
-    right: bool
+    right: bool  # all that it does is named, and no more
+    wrong: bool  # something that it does not is named; one of two mistakes alone is neither
     seconds: float
-
-    @property
-    def wrong(self) -> bool:
-        """Say whether a wrong name was named."""
-        return bool(self.named) and not self.right
 
     def as_json(self) -> OutcomeRecord:
         """Return plain JSON data."""
@@ -260,6 +258,7 @@ def outcomes(renderer: Renderer, folder: Path, names: Sequence[str]) -> list[Out
                 failing=sum(one.failed for one in cases),
                 named=tuple("/".join(dict.fromkeys(names)) for names in named),
                 right=renderer.told(named),
+                wrong=renderer.slandered(named),
                 seconds=round(time.process_time() - start, 2),
             )
         )
@@ -333,7 +332,8 @@ def table(found: Sequence[Outcome]) -> list[Figures]:
 
 def said(one: Outcome) -> str:
     """Return an outcome in a line."""
-    verdict = "RIGHT" if one.right else "WRONG" if one.wrong else "does not know" if one.failing else "not seen"
+    unknown = "in part" if one.named else "does not know" if one.failing else "not seen"
+    verdict = "RIGHT" if one.right else "WRONG" if one.wrong else unknown
     named = ", ".join(one.named) or "nothing"
     return f"{one.mistake or 'no mistake'}, {one.written}: {verdict}, named {named}; {one.failing} cases fail"
 

@@ -73,8 +73,9 @@ def test_an_image_that_is_stored_wrongly_is_told_so_and_no_formula_is_named(
 def test_a_name_for_a_program_that_has_no_hypothesis_is_a_wrong_name() -> None:
     def said(mistake: str, *, kind: str, named: tuple[str, ...], right: bool) -> diagnosing.Outcome:
         return diagnosing.Outcome(
-            programs=kind, mistake=mistake, written=diagnosing.ALONE, failing=3, named=named, right=right, seconds=1.0
-        )
+            programs=kind, mistake=mistake, written=diagnosing.ALONE, failing=3, named=named, right=right,
+            wrong=bool(named) and not right, seconds=1.0,
+        )  # fmt: skip
 
     found = [
         said("fog", kind=diagnosing.KNOWN_NONE, named=("no_pi",), right=False),
@@ -97,6 +98,8 @@ def test_a_pair_is_named_only_by_both(program: Path) -> None:
     assert [alone.mistakes for alone in pair.alone()] == [(pair.mistakes[0],), (pair.mistakes[1],)]
     assert pair.told([(two,), (one,)])
     assert not any(pair.told(names) for names in ([(one,)], [(two,)], [(one,), (two,), ("fog",)], []))
+    assert pair.slandered([(one,), ("fog",)])
+    assert not pair.slandered([(one,)]), "one of two is no wrong name"
 
 
 @pytest.mark.process

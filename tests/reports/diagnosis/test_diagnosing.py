@@ -3,6 +3,7 @@
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import cache
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -13,6 +14,7 @@ from rayproof.cases.families import select
 from rayproof.cases.scene import Plane, Scene, Sphere
 from rayproof.cases.stages import Stage, StageImages
 from rayproof.reference.analytic import Analytic
+from rayproof.reports.diagnosis import diagnosing
 from rayproof.reports.diagnosis.diagnosing import _worst, causes_of, entries
 from rayproof.reports.diagnosis.evidence import Evidence
 from rayproof.reports.judge.oracle import stages_of
@@ -216,6 +218,112 @@ def test_acne_is_dark_points_scattered_over_lit_surfaces() -> None:
         return {stage: np.where(dark[..., np.newaxis], 0.0, image) for stage, image in images.items()}
 
     assert named(shown(renderer, names=["primitives/sphere", "primitives/plane", "primitives/cube"])) == {"acne"}
+
+
+CLIPPED = cases("clipping/sphere_depth")[0].scene
+
+
+def test_acne_beside_another_mistake_hides_neither() -> None:
+    def renderer(scene: Scene, stages: tuple[Stage, ...]) -> StageImages:
+        if scene is CLIPPED:
+            return MISTAKES["clips_nothing"]().render(scene, stages)
+        image = Analytic().render(scene, [Stage.RADIANCE])[Stage.RADIANCE]
+        dark = np.random.default_rng(3).random(image.shape[:2]) < 0.1
+        return {Stage.RADIANCE: np.where(dark[..., np.newaxis], 0.0, image)}
+
+    names = ["primitives/sphere", "primitives/plane", "primitives/cube", "clipping/sphere_depth"]
+
+    assert named(shown(renderer, names=names)) == {"acne", "clips_nothing"}
+
+
+def test_one_light_that_is_drawn_at_random_is_said_where_there_are_several() -> None:
+    def renderer(scene: Scene, _: tuple[Stage, ...]) -> StageImages:
+        draw, count = np.random.default_rng(5), len(scene.lights)
+        size = scene.camera.height, scene.camera.width
+        each = [Analytic().render(replace(scene, lights=(light,)), [Stage.RADIANCE]) for light in scene.lights]
+        chosen = draw.integers(0, count, size)[..., np.newaxis]
+        return {Stage.RADIANCE: np.choose(chosen, [count * one[Stage.RADIANCE] for one in each])}
+
+    evidence = shown(renderer, names=["several_lights/inverse_square", "random_scenes/seed_1", "primitives/sphere"])
+
+    assert named(evidence) == {"one_light_at_random"}
+
+
+@pytest.mark.parametrize("staged", [True, False], ids=["all stages", "radiance alone"])
+def test_swapped_bytes_are_said_and_hide_no_other_mistake(staged: bool) -> None:
+    def renderer(scene: Scene, stages: tuple[Stage, ...]) -> StageImages:
+        wrong = MISTAKES["clips_nothing"] if scene is CLIPPED else Analytic
+        images = wrong().render(scene, stages)
+        return {stage: np.asarray(image, dtype=np.float32).byteswap() for stage, image in images.items()}
+
+    names = ["primitives/sphere", "primitives/cube", "clipping/sphere_depth"]
+
+    assert named(shown(renderer, names=names, staged=staged)) == {"bytes_swapped", "clips_nothing"}
+
+
+def test_hits_behind_the_eye_are_named_by_all_stages() -> None:
+    """The limits of a distance behind the eye were negative, so that nothing was within them."""
+    names = ["clipping/sphere_depth", "inside/cube", "primitives/sphere"]
+
+    assert "behind_the_eye" in named(shown(by(MISTAKES["behind_the_eye"]), names=names, staged=True))
+
+
+def test_a_blank_image_among_others_names_nothing() -> None:
+    def renderer(scene: Scene, _: tuple[Stage, ...]) -> StageImages:
+        image = Analytic().render(scene, [Stage.RADIANCE])[Stage.RADIANCE]
+        dark = isinstance(scene.shapes[0], Plane)
+        rows = np.arange(scene.camera.height)[:, np.newaxis, np.newaxis]
+        return {Stage.RADIANCE: 0 * image if dark else image * (1 + 0.3 * np.sin(rows))}
+
+    evidence = shown(renderer, names=["primitives/plane", "primitives/sphere", "primitives/cube"])
+
+    assert sum(one.blank for one in evidence) == 1
+    assert named(evidence) == set()
+
+
+def many_lights(scene: Scene) -> Scene:
+    place = np.asarray(scene.lights[0].position)
+    lights = [replace(scene.lights[0], position=tuple(place + 0.3 * np.array([i % 3, i // 3, 0.0]))) for i in range(9)]
+    return replace(scene, lights=tuple(lights))
+
+
+def steep_view(scene: Scene) -> Scene:
+    forward = np.subtract(scene.camera.target, scene.camera.eye)
+    aside = 0.1 * np.linalg.norm(forward) * np.asarray(scene.camera.up)
+    return replace(scene, camera=replace(scene.camera, up=tuple(map(float, forward + aside))))
+
+
+@pytest.mark.parametrize(
+    ("name", "changed"), [("at_most_8_lights", many_lights), ("another_up_when_steep", steep_view)]
+)
+def test_what_only_an_unusual_scene_shows_is_named(name: str, changed: Callable[[Scene], Scene]) -> None:
+    evidence = []
+    for one in cases("primitives/sphere", "primitives/cube"):
+        scene = changed(one.scene)
+        images = MISTAKES[name]().render(scene, [Stage.RADIANCE])
+        evidence.append(Evidence(case=one.name, scene=scene, load=lambda images=images: images, failed=True))
+
+    assert all(one.wrong.any() for one in evidence)
+    assert name in named(evidence)
+
+
+def test_an_accepted_cause_hides_no_new_one(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Failures that a gate accepts are searched by themselves, and their causes come last."""
+
+    def renderer(scene: Scene, stages: tuple[Stage, ...]) -> StageImages:
+        wrong = MISTAKES["clips_nothing"] if scene is CLIPPED else MISTAKES["no_pi"]
+        return wrong().render(scene, stages)
+
+    evidence = {one.case: one for one in shown(renderer, names=["primitives/*", "clipping/sphere_depth"])}
+    monkeypatch.setattr(diagnosing, "_evidence", lambda _, record, *rest: evidence[record["name"]])
+    records = [case(name, float32=1) for name in evidence]
+    accepted = set(evidence) - {"clipping/sphere_depth"}
+
+    causes = diagnosing.diagnose(Path(), {"cases": records, "declared": {}}, accepted=accepted)  # type: ignore[typeddict-item]
+
+    assert [cause["mistake"] for cause in causes] == ["clips_nothing", "no_pi"]
+    assert "explains 1 of 1 failing case" in causes[0]["sentence"]
+    assert f"explains {len(accepted)} of {len(accepted)} accepted failures" in causes[1]["sentence"]
 
 
 def test_noise_is_no_mistake_of_a_formula() -> None:
