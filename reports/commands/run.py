@@ -353,12 +353,14 @@ def drawn(selectors: tuple[str, ...], count: int | None, seed: int | None) -> tu
         UsageError: --count or --seed without `random`, `random` beside other selectors, or a number out of range.
 
     """
-    from rayproof.cases.random_scenes import FAMILY, LARGEST
+    from rayproof.cases.families import RANDOM as FAMILY
 
     if FAMILY not in selectors:
         if count is not None or seed is not None:
             raise UsageError("--count and --seed draw random scenes: rayproof run random --count N --seed S")
         return selectors
+    from rayproof.cases.random_scenes import LARGEST
+
     if len(selectors) > 1:
         raise UsageError(f"`{FAMILY}` is run by itself; one of its scenes is called {FAMILY}/SEED/NUMBER")
     count, seed = 100 if count is None else count, 1 if seed is None else seed
