@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 from cyclopts import Group, Parameter
 
-from rayproof.reports.commands.cluster import engaged, scheduler_at
 from rayproof.reports.commands.lookup import (
     TRACER,
     USUAL_LIMIT,
@@ -221,7 +220,11 @@ def run(
         raise UsageError("--configuration and --formula apply to the tracer only and exclude --subject")
     with told_in_one_line():
         usual_limit()
-    place = scheduler_at(scheduler, tls)
+    place = None
+    if scheduler is not None or tls is not None:
+        from rayproof.reports.commands.cluster import scheduler_at
+
+        place = scheduler_at(scheduler, tls)
     patient, timeout = timeout is None, timeout or USUAL_LIMIT
     count = jobs or os.cpu_count() or 1
     from rayproof.reports.processes.scratch import scratch
@@ -275,6 +278,8 @@ def run(
         )
         cluster = None
         if place is not None and not dry_run:  # before anything is written
+            from rayproof.reports.commands.cluster import engaged
+
             share = max(1, count // place.local) if place.local else jobs
             cluster = engine.enter_context(engaged(place, request, heard.names, jobs=share))
         with told_in_one_line():
