@@ -19,7 +19,6 @@ from typing import Any, NoReturn
 import numpy as np
 
 from rayproof.cases.foreign_files import LIMITS, Budget
-from rayproof.cases.mesh_files import read_mesh
 from rayproof.cases.scene import (
     CLIPS,
     IDENTITY,
@@ -385,6 +384,8 @@ def _shape(field: Field, folder: Path | None, budget: Budget) -> Shape:
     }
     values = {name: readers[name](member) for name, member in members.items() if name in readers}
     if "file" in members:
+        from rayproof.cases.mesh_files import read_mesh  # whose readers only files of meshes need
+
         values["file"] = members["file"].text()
         try:
             values["vertices"], values["faces"] = read_mesh(values["file"], folder, budget)

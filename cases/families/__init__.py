@@ -10,10 +10,9 @@ from fnmatch import fnmatchcase
 from functools import cache
 
 from rayproof.cases.case import Case
-from rayproof.cases.random_scenes import FAMILY as RANDOM
-from rayproof.cases.random_scenes import case_named
 from rayproof.cases.registry import Entry, Table
 
+RANDOM = "random"  # not in the table: its scenes are drawn, and named random/SEED/NUMBER
 CASE_FAMILIES: Table[Callable[[], Iterator[Case]]] = Table(
     "case family",
     package="rayproof.cases.families",
@@ -94,7 +93,7 @@ def select(patterns: Sequence[str]) -> tuple[Case, ...]:
         LookupError: a pattern matches nothing; the message lists similar names.
 
     """
-    drawn = {case.name: case for case in map(case_named, filter(_is_random, patterns))}
+    drawn = {case.name: case for case in map(_random_case, filter(_is_random, patterns))}
     chosen: set[str] = set()
     for pattern in (pattern for pattern in patterns if not _is_random(pattern)):
         # A plain name needs no family but its own: making the meshes takes half a second.
@@ -139,6 +138,12 @@ def _near(pattern: str) -> list[str]:
         near = dict.fromkeys([*get_close_matches(rest, parts, n=3, cutoff=0.6), *within])
         suggestions += [f"{family_near}/{part}" for part in near]
     return suggestions[:3] or families
+
+
+def _random_case(name: str) -> Case:
+    from rayproof.cases.random_scenes import case_named  # which most runs have no use for
+
+    return case_named(name)
 
 
 def _is_random(pattern: str) -> bool:

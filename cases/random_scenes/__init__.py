@@ -18,12 +18,12 @@ from functools import lru_cache
 import numpy as np
 
 from rayproof.cases.case import Case, covering
+from rayproof.cases.families import RANDOM as FAMILY
 from rayproof.cases.placement import compose, scaling, vector
 from rayproof.cases.random_scenes.draft import Draws, plain_draft, upward
 from rayproof.cases.random_scenes.features import FEATURES, Step
 from rayproof.cases.scene import Camera, Matrix, Mesh, PointLight, Rgb, Scene, Shape, Sphere, Triangle, Vector
 
-FAMILY = "random"
 EDITION = 1  # version of the scenes; it increases if any name gets another scene
 BESIDE = 0.035  # the chance of each further feature
 MOST_EXPLAINED = 0.5  # as for scene files, since the view is not tuned

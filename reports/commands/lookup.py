@@ -213,13 +213,14 @@ def under_test(
     """
     from rayproof.reports.run.workers import ask
     from rayproof.reports.subjects import THE_TRACER
+
+    if subject == TRACER and not variables and declare is None:
+        return THE_TRACER
     from rayproof.reports.subjects.choosing import KNOWN, chosen
 
     if subject == TRACER:
-        if variables or declare is not None:
-            option = "--env" if variables else "--declare"
-            raise ValueError(f"{option} is for a program under test: --subject {KNOWN}")
-        return THE_TRACER
+        option = "--env" if variables else "--declare"
+        raise ValueError(f"{option} is for a program under test: --subject {KNOWN}")
     return chosen(
         subject,
         seconds=seconds,

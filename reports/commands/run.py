@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 from cyclopts import Group, Parameter
 
-from rayproof.reports.commands.cluster import engaged, scheduler_at
 from rayproof.reports.commands.lookup import (
     TRACER,
     USUAL_LIMIT,
@@ -247,7 +246,11 @@ def judged(selectors: tuple[str, ...], settings: Settings, gate: GateOptions, *,
     with told_in_one_line():
         usual_limit()
         worker_memory = memory_of_workers()
-    place = scheduler_at(settings.scheduler, settings.tls)
+    place = None
+    if settings.scheduler is not None or settings.tls is not None:
+        from rayproof.reports.commands.cluster import scheduler_at
+
+        place = scheduler_at(settings.scheduler, settings.tls)
     out, subject, dry_run = settings.out, settings.subject, settings.dry_run
     timeout = settings.timeout or USUAL_LIMIT
     jobs = settings.jobs or os.cpu_count() or 1
@@ -310,6 +313,8 @@ def judged(selectors: tuple[str, ...], settings: Settings, gate: GateOptions, *,
             return 0
         cluster = None
         if place is not None:  # before anything is written
+            from rayproof.reports.commands.cluster import engaged
+
             share = max(1, jobs // place.local) if place.local else settings.jobs
             cluster = engine.enter_context(engaged(place, request, references.names, jobs=share))
         with told_in_one_line():

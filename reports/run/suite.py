@@ -54,7 +54,6 @@ from rayproof.reports.run.plan import (
 )
 from rayproof.reports.run.progress import worst_first
 from rayproof.reports.run.scenes import place_of
-from rayproof.reports.run.shards import part, told
 from rayproof.reports.run.totals import results_document
 from rayproof.reports.run.verdict_memory import passed
 from rayproof.reports.run.worker_tasks import JUDGE, check_judge
@@ -138,6 +137,8 @@ def plan_run(request: RunOptions) -> RunPlan:
     heard = panel(request.require, request.subject)
     shard = None
     if request.shard is not None:
+        from rayproof.reports.run.shards import part, told
+
         shard = told(request, whole, heard.names)
         cases = part(whole, request.shard)
     faults = _faults(cases) if request.subject.is_tracer else []

@@ -1,13 +1,14 @@
 """A run writes what it found before it waits for what only shows it."""
 
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import pytest
 
 from rayproof.reports.results.document import load_results
 from rayproof.reports.run import suite
 from rayproof.reports.run.options import RunOptions
+from rayproof.reports.run.workload import Execution
 
 
 @pytest.mark.process
@@ -19,7 +20,8 @@ def test_results_are_there_before_anybody_waits_for_a_picture(tmp_path: Path, mo
         return 0, None
 
     monkeypatch.setattr(suite, "draw_stills", waiting)
-    monkeypatch.setattr(suite, "render_and_judge", lambda *_: ([], True, None))
+    stopped = Execution(records=cast(Any, []), interrupted=True, stopped=None)
+    monkeypatch.setattr(suite, "execute", lambda *_: stopped)
     suite.run(
         RunOptions(
             selectors=("primitives/sphere",),
