@@ -16,6 +16,7 @@ Beyond the protocol a class may have, each looked up by name:
     notes(scene)                 sentences: where it answers another question than the one asked
     epsilon_at(answers)          m, number or (height, width): what it ignores at a shadow ray's start
     epsilon_in(scene, answers)   the same, where it depends on more of the scene than was seen
+    takes_sample_offset          true: its rays pass through the pixels where the camera's `sample_offset` says
     ray_epsilon                  m: hits nearer to a ray's origin than this are not seen
     edge_epsilon(scene)          m: so far beyond a flat shape's edge points may count as inside
     tie_epsilon(scene)           m: of surfaces no farther apart along a ray than this it names either

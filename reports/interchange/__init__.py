@@ -158,6 +158,7 @@ def export_scene(scene: Scene, path: Path) -> tuple[str, ...]:
     except NoStandInError as error:
         raise SceneError(f"{path}: {error}") from None
     scene = rebuilt(scene, dict.fromkeys((name for name in FLAT if name not in says.shapes), "mesh")).scene
+    moved = ("the camera's sample_offset: rays pass through the pixels' centres",) * any(scene.camera.sample_offset)
     how = {"sphere": "a mesh of flat triangles", "plane": "a square that ends beyond what is seen"}
     notes = [f"each {name}: it is {how.get(name, 'an equal mesh')}" for name in unsaid]
-    return (*notes, *EXPORTERS[suffix](scene, path))
+    return (*moved, *notes, *EXPORTERS[suffix](scene, path))

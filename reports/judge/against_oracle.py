@@ -47,7 +47,9 @@ class AgainstOracle:
     @cached_property
     def roundoff(self) -> Roundoff:
         """Return how the renderer rounds: derived for the tracer and the oracle, calibrated for other references."""
-        return roundoff_of(self.renderer.name, self.renderer.precision, world_normals=self.renderer.world_normals)
+        one = self.renderer
+        roundoff = roundoff_of(one.name, one.precision, world_normals=one.world_normals)
+        return replace(roundoff, radius=one.sample_radius)
 
     @cached_property
     def coarseness(self) -> Coarseness:

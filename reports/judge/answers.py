@@ -33,6 +33,7 @@ class Answers:
     ray_epsilon: float = 0.0  # m: hits nearer to a ray's origin than this it does not see
     light_epsilon: float = 0.0  # of a shadow ray's length: blockers nearer to the light than this it does not see
     edge_epsilon: float = 0.0  # m: so far beyond an edge it may take points for inside
+    sample_radius: float = 0.0  # px: so far from the camera's `sample_offset` its rays may pass
     tie_epsilon: float = 0.0  # m: of surfaces no farther apart along a ray it may name either
     chained: bool = True  # each stage was computed from the very numbers handed over, not by a pass of its own
     world_normals: bool = False  # of a program: it takes faces' normals from float32 corners in world space

@@ -109,6 +109,7 @@ def ask_program(
         items=ITEMS_OF_OTHERS,
         shadow_epsilon=able.shadow_epsilon,
         ray_epsilon=able.ray_epsilon,
+        sample_radius=able.sample_offset[2],
         chained=able.chained,
         world_normals=able.world_normals,
     )

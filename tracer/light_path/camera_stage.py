@@ -151,6 +151,8 @@ def sample_ndc(view: View, positions: list[tuple[Any, Any]]) -> list[tuple[Any, 
         column, row = (types.Int(place) for place in position)
         column, row = types.Float(column), types.Float(row)
         px, py = configuration["sample"](column, row, view.per_side)
+        if any(camera.sample_offset):
+            px, py = (place + move / view.per_side for place, move in zip((px, py), camera.sample_offset, strict=True))
         found.append(configuration["ndc"](px, py, camera.width, camera.height))
     return found
 
