@@ -8,12 +8,14 @@ import tempfile
 from dataclasses import dataclass, replace
 from functools import reduce
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from rayproof.cases.case import ITEMS_OF_OTHERS
 from rayproof.cases.scene import Scene
 from rayproof.cases.stages import IMAGE_STAGES, Resolution, Stage, exr_channels
+from rayproof.reference import REFERENCES
 from rayproof.reference.analytic import Analytic
 from rayproof.reports.interchange.stand_ins import rebuilt
 from rayproof.reports.judge.answers import Answers
@@ -114,6 +116,8 @@ def ask_program(
         world_normals=able.world_normals,
     )
     why = able.refusal(scene)
+    if why is None:
+        blank = replace(blank, **_tolerances(able, scene))
     try:
         if why is not None:
             raise Refused(why)
@@ -132,6 +136,16 @@ def ask_program(
         resolutions = dict.fromkeys(answers, FLOAT) | resolutions
     found = replace(blank, answers=answers, unsupported=unsupported, resolutions=resolutions, mean=mean)
     return replace(found, lacking=taken.lacking)
+
+
+def _tolerances(able: Capabilities, scene: Scene) -> dict[str, Any]:
+    """Return the tolerances of the program whose format the scene has, unless the subject declares its own."""
+    says = able.says
+    if says is None or not says.program or able.shadow_epsilon or able.ray_epsilon:
+        return {}
+    program: Any = REFERENCES[says.program]()
+    above = program.epsilon_at(Analytic().render(scene, [Stage.OBJECT, Stage.POSITION]))
+    return {"shadow_epsilon": above, "light_epsilon": program.light_epsilon}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -226,7 +240,7 @@ def notes_on(subject: Subject, scene: Scene) -> tuple[str, ...]:
     """Return in sentences what of a scene is handed over as something else that has the same image."""
     able = subject.capabilities
     power = _power(subject, scene) if able.refusal(scene) is None else 0
-    what = f"Handed over with the flux of each light times 2^{power}, since the picture ends at 1; it is scaled back."
+    what = f"Handed over with the flux of each light times 2^{power}, to the range of the picture; it is scaled back."
     return (*able.told(scene), *[what] * (power != 0))
 
 
@@ -235,8 +249,10 @@ BRIGHTEST = 0.9  # of what a format holds that clips: a radiance that is too lar
 
 
 def _power(subject: Subject, scene: Scene) -> int:
-    """Return the power of two by which the lights are multiplied, so that a format that clips holds the image."""
-    if Path(subject.image_name).suffix.removeprefix(".") not in CLIPPED or not scene.lights:
+    """Return the power of two by which the lights are multiplied, so that the image fits a format's short range."""
+    says = subject.capabilities.says
+    short = Path(subject.image_name).suffix.removeprefix(".") in CLIPPED or (says is not None and says.half)
+    if not short or not scene.lights:
         return 0
     brightest = float(Analytic().render(scene, [Stage.RADIANCE])[Stage.RADIANCE].max())
     return int(np.floor(np.log2(BRIGHTEST / brightest))) if 0 < brightest < np.inf else 0
