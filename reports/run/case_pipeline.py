@@ -15,7 +15,7 @@ from typing import Any
 
 from rayproof.cases.case import Case
 from rayproof.reports.judge.answers import Answers
-from rayproof.reports.judge.repeated import repeated
+from rayproof.reports.judge.repeated import add_note, repeated
 from rayproof.reports.processes.pool import Pool
 from rayproof.reports.processes.worker import Reply
 from rayproof.reports.results.case_records import CaseRecord, RepeatedRecord
@@ -199,7 +199,7 @@ class CaseRun:
             about = (self.planned.case, subjects, references, reply)
             record = unjudged(*about, folder=self._folder, subject=self._subject)
         # Where nobody could judge how far answers vary, those that are declared to vary say nothing.
-        unknown = [] if varied and not self._subject.capabilities.deterministic else self._repeated
+        unknown = [] if varied and self._subject.varies else self._repeated
         self._repeated = record.pop("repeated", unknown)
         record["judge_seconds"] = round(reply.seconds, 4)
         record["remembered"] = False
@@ -433,11 +433,12 @@ class CasesUnderWay:
         """Hold a second answer against the first; where they differ the judge says by how much."""
         first: Answers = pickle.loads(kept.read_bytes())
         kept.unlink()
-        again, varies = second_answer(first.name, reply), not self._instructions.subject.capabilities.deterministic
+        again, varies = second_answer(first.name, reply), self._instructions.subject.varies
         found = repeated(planned.case.name, first, again, None, varies=False)
 
         def amend(reply: Reply) -> None:
             record["repeated"] = [found if reply.error is not None else reply.value]
+            add_note(record, record["repeated"][0], self._instructions.subject.name)
             record["lost"] = [again.name] if again.lost or reply.error is not None else []
             self.asked_again.discard(planned.case.name)
             self._amended(planned, record)

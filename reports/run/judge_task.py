@@ -12,7 +12,7 @@ from rayproof.reports.interchange.framing import DARK
 from rayproof.reports.judge.answers import well_shaped
 from rayproof.reports.judge.case import adjudication, judge_case
 from rayproof.reports.judge.oracle import ORACLE, stages_of
-from rayproof.reports.judge.repeated import repeated
+from rayproof.reports.judge.repeated import add_note, repeated
 from rayproof.reports.judge.scene_truth import scene_truth
 from rayproof.reports.judge.sentinels import stand_guard
 from rayproof.reports.judge.verdict import Judged, of_what_is_supported
@@ -141,9 +141,11 @@ def judge(task: JudgeTask | GuardTask) -> CaseRecord | None:
     marked = masks(task, judged) if images or pixels is not None else None  # they lie over images
     record.update({"adjudication": panel, "pixels": pixels, "masks": marked})
     if task.again:
-        about = {"base": judged.base, "varies": not task.subject.capabilities.deterministic}
+        about = {"base": judged.base, "varies": task.subject.varies}
         each = zip(task.subjects, task.again, strict=True)
         record["repeated"] = [repeated(task.case.name, first, again, **about) for first, again in each]
+        for one in record["repeated"]:
+            add_note(record, one, task.subject.name)
     return record
 
 

@@ -74,7 +74,7 @@ class RepeatTask:
     case: Case
     first: Answers
     again: Answers
-    varies: bool  # the subject declares that its answers do
+    varies: bool  # the subject's images of one scene may differ within the limits
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -62,7 +62,7 @@ class Capabilities:
     triangulated: bool = False  # wants cubes, squares and triangles as meshes
     chained: bool = False  # each stage is made of the very numbers written for the stages before it, but for rounding
     world_normals: bool = False  # takes faces' normals from corners that it rounds to float32 in world space
-    deterministic: bool = True  # the same scene gives the same image, to the last bit
+    deterministic: bool = False  # the same scene gives the same image, to the last bit
     samples: bool = False  # of one that stays alive: it averages n x n points itself
     format: str = "exr"  # of one that stays alive: what it writes
     scene_format: str = JSON  # in which it reads scenes, by the suffix of the file
