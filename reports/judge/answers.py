@@ -27,6 +27,9 @@ class Answers:
     lacking: Mapping[Stage, str] = field(default_factory=dict)  # stages that it ought to have answered, and what lacks
     fine: StageImages | None = None  # at the resolution of a case's samples: the tracer's own answers there
     mean: np.ndarray | None = None  # (height, width, 3): radiance box-filtered by its own means, instead of `fine`
+    # (height, width, 3): of a program that draws random numbers, what the mean of its radiance over all smooth pixels
+    # may be off by, in each of them the same; NaN in other pixels
+    pooled_error: np.ndarray | None = None
     resolutions: Mapping[Stage, Resolution] = field(default_factory=dict)  # where its output is coarser than float32
     # m, one for all or per pixel: how far it admits to move or ignore things at a shadow ray's start
     shadow_epsilon: float | np.ndarray = 0.0

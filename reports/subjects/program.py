@@ -5,6 +5,7 @@ import os
 import shlex
 import shutil
 import tempfile
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import reduce
 from pathlib import Path
@@ -20,6 +21,7 @@ from rayproof.reference.analytic import Analytic
 from rayproof.reports.interchange.stand_ins import rebuilt
 from rayproof.reports.judge.answers import Answers
 from rayproof.reports.judge.box_filter import box_mean, finer
+from rayproof.reports.judge.noise import averaged
 from rayproof.reports.judge.oracle import stages_of
 from rayproof.reports.subjects import FUNCTION, Subject
 from rayproof.reports.subjects.calls import Ended, call, filled, keep_call, keep_output
@@ -38,7 +40,7 @@ CAMERA = "The camera stage is no image, so that no program is asked about it."
 ROOM = 64 * 2**20  # bytes that a program may write beside its image, for logs and the like
 GENEROUS = 16  # times the bytes of an image with every channel: other channels, other formats, drafts
 UNSAID = "It wrote no channel of it."
-SEED = 0  # handed to programs that take one
+SAMPLES = 16  # a pixel in each render of a program that draws random numbers
 ASKING = "--capabilities"
 
 
@@ -111,7 +113,7 @@ def ask_program(
         items=ITEMS_OF_OTHERS,
         shadow_epsilon=able.shadow_epsilon,
         ray_epsilon=able.ray_epsilon,
-        sample_radius=able.sample_offset[2],
+        sample_radius=0.0 if able.random and able.within_pixel else able.sample_offset[2],
         chained=able.chained,
         world_normals=able.world_normals,
     )
@@ -121,7 +123,9 @@ def ask_program(
     try:
         if why is not None:
             raise Refused(why)
-        taken = _image(asking, scene, keep=keep)
+        taken, pooled = _image(asking, scene, keep=keep), None
+        if able.random and Stage.RADIANCE in taken.images:
+            taken, pooled = _averaged(asking, scene, taken)
         mean = _mean(asking, scene, samples) if samples > 1 and Stage.RADIANCE in taken.images else None
     except Refused as cannot:
         return replace(blank, answers={}, unsupported=dict.fromkeys(stages, str(cannot)))
@@ -135,6 +139,7 @@ def ask_program(
         # The oracle continues from what was written, the program went on from what it had before.
         resolutions = dict.fromkeys(answers, FLOAT) | resolutions
     found = replace(blank, answers=answers, unsupported=unsupported, resolutions=resolutions, mean=mean)
+    found = replace(found, pooled_error=pooled)
     return replace(found, lacking=taken.lacking)
 
 
@@ -154,30 +159,59 @@ class _Asking:
 
     subject: Subject
     server: Server | None
+    seed: int = 0  # of one of several renders
+
+    def spp(self, samples: int) -> int:
+        """Return the samples per pixel that the program is told, if it averages over samples x samples points."""
+        return SAMPLES if self.subject.capabilities.random else samples**2
 
     def ended(self, place: "_Place", path: Path, scene: Scene, *, samples: int, output: int) -> Ended:
         """Return how a call ended for the scene at `path`, whose image is to be in `place`."""
         subject = self.subject
         if self.server is None:
-            arguments = filled(subject.command, place.folder, scene, samples=samples)
+            arguments = self._filled(place.folder, scene, samples)
             return _called(subject, arguments, place, seconds=subject.seconds, output=output)
         request = self._request(path, place.folder / subject.image_name, scene, samples)
         return self.server.ask(request, seconds=subject.seconds, output=output)
 
     def line(self, scene: Scene, *, samples: int) -> str:
         """Return what makes the call again, for a shell in a folder with the scene."""
-        command = shlex.join(filled(self.subject.command, Path(), scene, samples=samples))
+        command = shlex.join(self._filled(Path(), scene, samples))
         if self.server is None:
             return command
         name = scene_name(self.subject.capabilities.scene_format)
         request = {"id": 0, **self._request(Path(name), Path(self.subject.image_name), scene, samples)}
         return f"echo {shlex.quote(json.dumps(request))} | {command}"
 
-    @staticmethod
-    def _request(path: Path, image: Path, scene: Scene, samples: int) -> dict[str, str | int]:
+    def _filled(self, folder: Path, scene: Scene, samples: int) -> list[str]:
+        return filled(self.subject.command, folder, scene, samples=samples, seed=self.seed, spp=self.spp(samples))
+
+    def _request(self, path: Path, image: Path, scene: Scene, samples: int) -> dict[str, str | int]:
         camera = scene.camera
-        about = {"width": camera.width, "height": camera.height, "seed": SEED, "spp": samples**2}
+        about = {"width": camera.width, "height": camera.height, "seed": self.seed, "spp": self.spp(samples)}
         return {"scene": str(path), "output": str(image), "samples": samples, **about}
+
+
+def _averaged(asking: _Asking, scene: Scene, first: Taken) -> tuple[Taken, np.ndarray | None]:
+    """Return the mean of renders with different seeds, of which there is the `first`, and what noise does to it.
+
+    Raises:
+        ProgramError: a render gave none that can be used.
+        Refused: it says that it cannot.
+
+    """
+    able = asking.subject.capabilities
+
+    def renders() -> Iterator[np.ndarray]:
+        yield first.images[Stage.RADIANCE]
+        for seed in range(1, able.random):
+            taken = _image(replace(asking, seed=seed), scene)
+            if Stage.RADIANCE not in taken.images:
+                raise ProgramError(f"the program wrote no radiance with seed {seed}")
+            yield taken.images[Stage.RADIANCE]
+
+    image, noise, pooled = averaged(renders(), scene, within_pixel=able.within_pixel)
+    return replace(first, images={Stage.RADIANCE: image}, resolutions={Stage.RADIANCE: noise}), pooled
 
 
 def _image(asking: _Asking, scene: Scene, *, samples: int = 1, keep: Path | None = None) -> Taken:

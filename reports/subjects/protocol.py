@@ -40,7 +40,9 @@ INSTEAD = {
 OF_DECLARATION = ("writes", "transfer")  # keys that only the file of --declare may have
 JSON = "json"  # the scene format of this protocol itself
 ALWAYS = "always"
+ANYWHERE = 0.5  # px: the radius of samples that lie anywhere in their pixel
 EPSILONS = ("shadow", "ray")
+LEAST_RENDERS, MOST_RENDERS = 32, 4096
 LONGEST_NAME = 80
 PIECES = {"mesh": "a mesh of triangles", "triangle": "single triangles"}
 
@@ -68,6 +70,7 @@ class Capabilities:
     scene_format: str = JSON  # in which it reads scenes, by the suffix of the file
     lights: int | None = None  # 1: a case is rendered once for each light, and the images are added
     sample_offset: tuple[float, float, float] = (0.0, 0.0, 0.0)  # px: right and down from pixels' centres, and radius
+    random: int = 0  # of a program that draws random numbers: renders with different seeds whose mean is judged
     writes: str = ""  # the file that it writes in its folder, if its command does not say where to
     transfer: Transfer = ""  # the curve by which it encodes radiance; "" where its file says it, or it is linear
     shadow_epsilon: float = 0.0  # m
@@ -77,6 +80,11 @@ class Capabilities:
     def title(self) -> str:
         """Return program and version, as far as they are known."""
         return f"{self.name} {self.version}".strip() or "a program that does not say its name"
+
+    @property
+    def within_pixel(self) -> bool:
+        """Return whether a sample may lie anywhere in its pixel."""
+        return self.sample_offset[2] == ANYWHERE
 
     def refusal(self, scene: Scene) -> str | None:
         """Return why the program cannot draw the scene, in a sentence, or None."""
@@ -179,6 +187,8 @@ class Capabilities:
             notes.append(f"Each surface is handed over as {sides}: its image is the same.")
         if self.lights == 1 and len(scene.lights) > 1:
             notes.append(f"Rendered once for each of {len(scene.lights)} lights; the images are added.")
+        if self.random:
+            notes.append(f"Rendered {self.random} times with different seeds; the mean is judged.")
         return tuple(notes)
 
     def not_equal(self, scene: Scene) -> tuple[str, ...]:
@@ -298,6 +308,13 @@ def capabilities_of(
         found = replace(found, lights=declared["lights"])
     if "sample_offset" in declared:
         found = replace(found, sample_offset=_sample_offset(declared["sample_offset"]))
+    if "random" in declared:
+        found = replace(found, random=_renders(declared["random"]))
+        if found.random and "sample_offset" not in declared:
+            found = replace(found, sample_offset=(0.0, 0.0, ANYWHERE))
+        if found.random and found.stages not in (None, (Stage.RADIANCE,)):
+            raise ValueError("random: stages must be radiance alone, since no other stage has a mean over samples")
+        found = replace(found, stages=(Stage.RADIANCE,)) if found.random else found
     if "writes" in declared:
         found = replace(found, writes=_file_name(declared["writes"]))
     if "transfer" in declared:
@@ -339,6 +356,18 @@ def _sample_offset(declared: Any) -> tuple[float, float, float]:
             f"got {shown(declared)}"
         )
     return float(right), float(down), float(radius)
+
+
+def _renders(declared: Any) -> int:
+    """Return of how many renders the mean is judged, 0 for a program that draws no random numbers."""
+    if isinstance(declared, bool):
+        return LEAST_RENDERS if declared else 0
+    if not isinstance(declared, int) or not LEAST_RENDERS <= declared <= MOST_RENDERS:
+        raise ValueError(
+            f"random must be true, false, or the number of renders, {LEAST_RENDERS} to {MOST_RENDERS}, "
+            f"got {shown(declared)}"
+        )
+    return declared
 
 
 def _transfer(given: Any) -> Transfer:
