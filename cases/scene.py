@@ -415,7 +415,7 @@ class PointLight:
 
 @dataclass(frozen=True, kw_only=True)
 class Camera:
-    """A pinhole camera; rays pass through pixel centres, row 0 is the top row."""
+    """A pinhole camera; rays pass through pixel centres, or beside them by `sample_offset`; row 0 is the top row."""
 
     eye: Vector  # m
     target: Vector  # m
@@ -425,6 +425,9 @@ class Camera:
     height: int  # px
     near: float  # m
     far: float  # m
+    # px, to the right and down: rays pass through points so far from the pixels' centres, inside of the pixels. Not in
+    # `repr`, from which nearby problems are drawn.
+    sample_offset: tuple[float, float] = field(default=(0.0, 0.0), repr=False)
 
     def __post_init__(self) -> None:
         for name, unit in (("eye", "m"), ("target", "m"), ("up", "")):
@@ -439,6 +442,10 @@ class Camera:
             _keep(self, **{name: size})
             if not isinstance(size, int) or isinstance(size, bool) or size <= 0:
                 raise SceneError(f"{name} must be a positive whole number, got {size} px")
+        _keep(self, sample_offset=_plain("sample_offset", self.sample_offset))
+        offset = self.sample_offset
+        if not isinstance(offset, tuple) or np.shape(offset) != (2,) or not np.all(np.abs(offset) <= 0.5):
+            raise SceneError(f"sample_offset must be two numbers from -0.5 to 0.5 px, got {shown(offset)}")
         if not 0 < self.fovy < 180:
             raise SceneError(f"fovy must lie inside (0, 180), got {self.fovy} degrees")
         if not self.near > 0:

@@ -254,7 +254,11 @@ def scene_to_json(scene: Scene, *, packed: int | None = None, named: bool = Fals
     """
     camera, lights = scene.camera, scene.lights
     return {
-        "camera": {field.name: _plain(getattr(camera, field.name)) for field in fields(camera)},
+        "camera": {
+            field.name: _plain(getattr(camera, field.name))
+            for field in fields(camera)
+            if field.name != "sample_offset" or any(camera.sample_offset)
+        },
         "shapes": [_shape_to_json(shape, packed, named=named) for shape in scene.shapes],
         "lights": [{"position": _plain(light.position), "flux": _plain(light.flux)} for light in lights],
         "shading": scene.shading,
@@ -349,10 +353,12 @@ def _refuse_as(field: Field, error: SceneError) -> NoReturn:
 
 def _camera(field: Field) -> Camera:
     keys = ("eye", "target", "up", "fovy", "width", "height", "near", "far")
-    members = field.members(keys)
+    members = field.members(keys, ("sample_offset",))
     values: dict[str, Any] = {name: members[name].vector() for name in ("eye", "target", "up")}
     values.update({name: members[name].number() for name in ("fovy", "near", "far")})
     values.update({name: members[name].whole() for name in ("width", "height")})
+    if "sample_offset" in members:
+        values["sample_offset"] = tuple(item.number() for item in members["sample_offset"].exactly(2))
     return _built(field, Camera, **values)
 
 

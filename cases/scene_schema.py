@@ -83,6 +83,16 @@ CAMERA = _object(
         "near": POSITIVE | {"description": "m"},
         "far": POSITIVE | {"description": "m, beyond near"},
     },
+    {
+        "sample_offset": {
+            "type": "array",
+            "items": {"type": "number", "minimum": -0.5, "maximum": 0.5},
+            "minItems": 2,
+            "maxItems": 2,
+            "default": [0, 0],
+            "description": "px, to the right and down: where in its pixel a ray passes, from the centre",
+        },
+    },
     description="a pinhole camera; rays pass through pixel centres",
 )
 

@@ -93,6 +93,7 @@ class Analytic:
     """
 
     precision = "float64"
+    takes_sample_offset = True
 
     def version(self) -> str:
         """Return program and version, for the report."""
@@ -449,6 +450,8 @@ class Analytic:
             images = self.at(scene, [stage for stage in stages if stage is not Stage.CAMERA], centers)
         else:
             offsets = (np.arange(samples) + 0.5) / samples - 0.5
+            # A sample's offset is a share of its own part of the pixel.
+            centers = centers - (1 - 1 / samples) * np.asarray(camera.sample_offset)
             total = np.zeros((len(centers), 3))
             for down in offsets:
                 points = centers + np.stack(np.broadcast_arrays(offsets, down), axis=1)[:, np.newaxis]

@@ -21,7 +21,7 @@ class CameraView:
     up: np.ndarray  # (3,)
     across: np.ndarray  # (3,) change of D per pixel to the right
     down: np.ndarray  # (3,) change of D per pixel downwards
-    corner: np.ndarray  # (3,) D at the top-left corner of the image
+    corner: np.ndarray  # (3,) D at the top-left corner of the image, moved by the camera's `sample_offset`
 
     def directions(self, points: np.ndarray) -> np.ndarray:
         """Return D, of depth 1 and so not of unit length, at image points (N, 2) [px]; shape (N, 3)."""
@@ -43,14 +43,17 @@ def view_of(camera: Camera) -> CameraView:
     right = _unit(np.cross(forward, _unit(np.asarray(camera.up, dtype=np.float64))))
     up = np.cross(right, forward)
     tangent = np.tan(camera.alpha)
+    across = right * (2 * tangent * camera.aspect / camera.width)
+    down = up * (-2 * tangent / camera.height)
+    to_right, downwards = camera.sample_offset
     return CameraView(
         eye=np.asarray(camera.eye, dtype=np.float64),
         forward=forward,
         right=right,
         up=up,
-        across=right * (2 * tangent * camera.aspect / camera.width),
-        down=up * (-2 * tangent / camera.height),
-        corner=forward - right * (tangent * camera.aspect) + up * tangent,
+        across=across,
+        down=down,
+        corner=forward - right * (tangent * camera.aspect) + up * tangent + to_right * across + downwards * down,
     )
 
 

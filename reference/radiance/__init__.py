@@ -80,6 +80,7 @@ class Radiance:
     """
 
     precision = "float64"
+    takes_sample_offset = True
 
     @staticmethod
     def missing() -> str | None:

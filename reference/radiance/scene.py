@@ -34,8 +34,9 @@ def view(camera: Camera) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 def through(camera: Camera, x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return unit directions (n, 3) through image points in pixels from the top left, and their cosine with F (n,)."""
     direction, horizontal, vertical = view(camera)
-    across = (x / camera.width - 0.5)[:, np.newaxis]
-    upward = (0.5 - y / camera.height)[:, np.newaxis]
+    right, down = camera.sample_offset
+    across = ((x + right) / camera.width - 0.5)[:, np.newaxis]
+    upward = (0.5 - (y + down) / camera.height)[:, np.newaxis]
     towards = direction + across * horizontal + upward * vertical
     length = np.linalg.norm(towards, axis=1)
     return towards / length[:, np.newaxis], 1.0 / length
@@ -52,7 +53,8 @@ def parts(camera: Camera, samples: int) -> Iterator[tuple[np.ndarray, np.ndarray
 
     Each portion holds whole rounds over the image: shape (rounds * height * width,).
     """
-    x, y = centers(camera)
+    # A sample's offset is a share of its own part of the pixel.
+    x, y = (place - (1 - 1 / samples) * move for place, move in zip(centers(camera), camera.sample_offset, strict=True))
     offsets = (np.arange(samples) + 0.5) / samples - 0.5
     moves = [(right, down) for down in offsets for right in offsets]
     rounds = max(1, AT_ONCE // len(x))

@@ -59,8 +59,8 @@ def _declared(renderer: Renderer, stages: Sequence[Stage] | None) -> dict[str, A
     known: dict[str, Any] = {"protocol": STAYS, "name": str(name)[:80], "version": "", "precision": "float64"}
     if stages is not None:
         known["stages"] = [stage.value for stage in stages]
-    if getattr(renderer, "deterministic", True) is False:
-        known["deterministic"] = False
+    if getattr(renderer, "deterministic", False) is True:
+        known["deterministic"] = True
     return known
 
 

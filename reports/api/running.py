@@ -110,7 +110,7 @@ def run(
     called in this process and thread, once for a scene, twice for twenty of them. Its arrays are (height, width,
     channels), of any library that speaks DLPack; they are written as float32 and judged as such. It answers the stages
     that it gives, or those that `stages` names; NotImplementedError says that it cannot draw a scene. Its attribute
-    `deterministic`, if False, says that two of its images of one scene may differ within the limits. `declare` names a
+    `deterministic`, if True, promises that two of its images of one scene are equal to the last bit. `declare` names a
     JSON file with what a program does not say itself. The other
     arguments are the command's options (`rayproof run --help`). Without `out` results lie in a temporary folder that
     is removed with the returned object.

@@ -56,6 +56,8 @@ class SceneFormat:
     two_sided: bool | Literal["always"] = True  # "always": a program sees and shades both sides of all surfaces
     greatest_albedo: float = float("inf")
     world_normals: bool = False  # meshes are written with corners rounded to float32 in world space
+    program: str = ""  # the reference that reads the format: its tolerances hold where no epsilons are declared
+    half: bool = False  # its programs write half floats, to whose range the lights are scaled
     lights: int = 0  # 1: programs sample one of several lights at random, so that each light is rendered separately
 
 
@@ -158,6 +160,7 @@ def export_scene(scene: Scene, path: Path) -> tuple[str, ...]:
     except NoStandInError as error:
         raise SceneError(f"{path}: {error}") from None
     scene = rebuilt(scene, dict.fromkeys((name for name in FLAT if name not in says.shapes), "mesh")).scene
+    moved = ("the camera's sample_offset: rays pass through the pixels' centres",) * any(scene.camera.sample_offset)
     how = {"sphere": "a mesh of flat triangles", "plane": "a square that ends beyond what is seen"}
     notes = [f"each {name}: it is {how.get(name, 'an equal mesh')}" for name in unsaid]
-    return (*notes, *EXPORTERS[suffix](scene, path))
+    return (*moved, *notes, *EXPORTERS[suffix](scene, path))

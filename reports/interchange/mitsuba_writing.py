@@ -31,6 +31,7 @@ SAYS = SceneFormat(
     greatest_albedo=1.0,
     lights=1,
     world_normals=True,
+    program="mitsuba_scalar",
     cannot_say={
         "clip `shell` and `none`": "clip `depth`, if the planes touch nothing; else `unsupported`",
         "simplified light": "`inverse_square`",

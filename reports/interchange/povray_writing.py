@@ -2,9 +2,9 @@
 
 POV-Ray applies any affine matrix to any primitive and transforms normals by the inverse transpose, also under mirrors.
 Its meshes store float32 normals, so triangles are written separately, in nested unions with bounding boxes. POV-Ray's
-tolerances are lengths, so a lit scene is written 1024 times as large, object space included: the factor is a power of
-two, and M' = S M S^-1 keeps the linear part of M, so that no digit is lost. Facts about POV-Ray are those of version
-3.7: render/trace.cpp for the shadow tolerance, configbackend.h for the largest distance.
+tolerances are lengths, so a lit scene is written up to 1024 times as large, object space included: the factor is a
+power of two, and M' = S M S^-1 keeps the linear part of M, so that no digit is lost. Facts about POV-Ray are those of
+version 3.7: render/trace.cpp for the shadow tolerance, configbackend.h for the largest distance.
 """
 
 from pathlib import Path
@@ -16,7 +16,7 @@ from rayproof.cases.scene import Cube, Mesh, Plane, Scene, SceneError, Shape, Sp
 from rayproof.reports.interchange import EXPORTERS, SceneFormat
 from rayproof.reports.results.files import write_text
 
-LIT_SCALE = 1024.0  # POV-Ray's units per metre in a scene with lights; 1 in a scene without
+LIT_SCALE = 10  # log2 of POV-Ray's units per metre in a scene with lights, at most; 0 in a scene without
 SHADOW_TOLERANCE = 1e-3  # units; POV-Ray ignores blockers nearer to either end of a shadow ray
 FARTHEST = 1e7  # units beyond which POV-Ray finds no hit
 # 2 / (1 + (d / FADE)^2) is 2 FADE^2 / d^2 to (FADE / d)^2: to 1e-12 at a metre from the light, at 1024 units per metre.
@@ -33,8 +33,9 @@ global_settings {{ assumed_gamma 1.0 adc_bailout 0 max_trace_level 1 ambient_lig
 SAYS = SceneFormat(
     title="POV-Ray 3.7's scene description language",
     world_normals=True,
+    half=True,
     cannot_say={
-        "blockers within 1e-3 units of a surface or a light": "the scene, 1024 times as large: within 1e-6 m",
+        "blockers within 1e-3 units of a surface or a light": "the scene, up to 1024 times as large: within 1e-6 m",
         "hits farther than 1e7 units": "the scene; POV-Ray sees the background there",
         "an inverse square up to the light": "a falloff of 2 / (1 + (d / f)^2) with f = 1e-6 m",
     },
@@ -50,7 +51,7 @@ def export_povray(scene: Scene, path: Path) -> tuple[str, ...]:
 
     """
     camera = scene.camera
-    scale = LIT_SCALE if scene.lights else 1.0
+    scale = _scale(scene)
     head = HEAD.format(name=path.name, width=camera.width, height=camera.height)
     write_text(path, "\n".join([head + _camera(scene, scale), *_objects(scene, scale), *_lights(scene, scale)]) + "\n")
     differences = []
@@ -62,13 +63,23 @@ def export_povray(scene: Scene, path: Path) -> tuple[str, ...]:
     return tuple(differences)
 
 
+def _scale(scene: Scene) -> float:
+    """Return POV-Ray's units per metre: so many that no finite shape lies farther from the eye than it finds hits."""
+    farthest = _farthest(scene)
+    most = np.floor(np.log2(FARTHEST / farthest)) if farthest else LIT_SCALE
+    return float(2.0 ** np.clip(most, 0, LIT_SCALE)) if scene.lights else 1.0
+
+
+def _farthest(scene: Scene) -> float:
+    """Return how far from the eye finite shapes reach [m]."""
+    eye = np.asarray(scene.camera.eye)
+    shapes = (shape for shape in scene.shapes if not isinstance(shape, Plane))
+    return max((float(np.linalg.norm(_corners(shape) - eye, axis=1).max(initial=0)) for shape in shapes), default=0.0)
+
+
 def _within_reach(scene: Scene, distance: float) -> bool:
     """Return whether every shape is closer to the eye than `distance` [m]; an infinite plane is not."""
-    eye = np.asarray(scene.camera.eye)
-    return all(
-        not isinstance(shape, Plane) and np.linalg.norm(_corners(shape) - eye, axis=1).max(initial=0) < distance
-        for shape in scene.shapes
-    )
+    return _farthest(scene) < distance and not any(isinstance(shape, Plane) for shape in scene.shapes)
 
 
 def _corners(shape: Shape) -> np.ndarray:

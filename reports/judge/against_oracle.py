@@ -47,7 +47,9 @@ class AgainstOracle:
     @cached_property
     def roundoff(self) -> Roundoff:
         """Return how the renderer rounds: derived for the tracer and the oracle, calibrated for other references."""
-        return roundoff_of(self.renderer.name, self.renderer.precision, world_normals=self.renderer.world_normals)
+        one = self.renderer
+        roundoff = roundoff_of(one.name, one.precision, world_normals=one.world_normals)
+        return replace(roundoff, radius=one.sample_radius)
 
     @cached_property
     def coarseness(self) -> Coarseness:
@@ -69,6 +71,12 @@ class AgainstOracle:
     def limits(self) -> Limits:
         """Return the limits of its difference from the oracle."""
         return self.own_limits.plus(self.base.limits(ORACLES, by_matrices=False))
+
+    @property
+    def rounding_limit(self) -> np.ndarray:
+        """Return the limit (height, width, 3) of radiance without the output's steps."""
+        each = (self.base.limits(g, by_matrices=self.renderer.by_matrices) for g in (self.roundoff, ORACLES))
+        return sum((limits.end_to_end[Stage.RADIANCE] for limits in each), np.zeros(()))
 
     @cached_property
     def problems(self) -> Problems:
@@ -289,8 +297,8 @@ class AgainstOracle:
         if self.renderer.resolutions:
             for stage in (*SURFACE, *LIGHT):
                 if stage in self.renderer.resolutions and self.answers(stage):
-                    value = np.asarray(self.renderer.answers[stage][rows, columns], dtype=np.float64)
-                    steps[stage] = np.asarray(self.coarseness.step(stage, value[:, np.newaxis]))[:, 0]
+                    step = self.coarseness.step(stage, np.asarray(self.renderer.answers[stage], dtype=np.float64))
+                    steps[stage] = np.asarray(step)[rows, columns]
         return Allowed(
             limits={stage: found.end_to_end[stage][:, 0] for stage in SURFACE},
             lights=found.lights[:, 0] if Stage.IRRADIANCE in image else None,

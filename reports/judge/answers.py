@@ -27,12 +27,16 @@ class Answers:
     lacking: Mapping[Stage, str] = field(default_factory=dict)  # stages that it ought to have answered, and what lacks
     fine: StageImages | None = None  # at the resolution of a case's samples: the tracer's own answers there
     mean: np.ndarray | None = None  # (height, width, 3): radiance box-filtered by its own means, instead of `fine`
+    # (height, width, 3): of a program that draws random numbers, what the mean of its radiance over all smooth pixels
+    # may be off by, in each of them the same; NaN in other pixels
+    pooled_error: np.ndarray | None = None
     resolutions: Mapping[Stage, Resolution] = field(default_factory=dict)  # where its output is coarser than float32
     # m, one for all or per pixel: how far it admits to move or ignore things at a shadow ray's start
     shadow_epsilon: float | np.ndarray = 0.0
     ray_epsilon: float = 0.0  # m: hits nearer to a ray's origin than this it does not see
     light_epsilon: float = 0.0  # of a shadow ray's length: blockers nearer to the light than this it does not see
     edge_epsilon: float = 0.0  # m: so far beyond an edge it may take points for inside
+    sample_radius: float = 0.0  # px: so far from the camera's `sample_offset` its rays may pass
     tie_epsilon: float = 0.0  # m: of surfaces no farther apart along a ray it may name either
     chained: bool = True  # each stage was computed from the very numbers handed over, not by a pass of its own
     world_normals: bool = False  # of a program: it takes faces' normals from float32 corners in world space

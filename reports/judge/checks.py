@@ -12,7 +12,7 @@ from rayproof.reports.judge import camera_check
 from rayproof.reports.judge.against_oracle import AgainstOracle
 from rayproof.reports.judge.answers import Answers, abstention
 from rayproof.reports.judge.copies import copied
-from rayproof.reports.judge.forward.common_factors import Factors
+from rayproof.reports.judge.forward.common_factors import CHANNELS, Factors
 from rayproof.reports.judge.forward.limits import BECAUSE, Roundoff, calibration
 from rayproof.reports.judge.measurement import Kind, StagePixels, cells_of, counted, measure, unexamined
 from rayproof.reports.judge.metrics import METRICS
@@ -77,6 +77,11 @@ def stage_check(pair: RendererPair, stage: Stage) -> Check:
     outcome, ratio, reason = _conclusion(
         pair.reference.name, end_to_end, continued, stage, shared=shared, shared_continued=shared_continued
     )
+    if pair.by_oracle and stage is Stage.RADIANCE and outcome is Outcome.PASS:
+        pooled_ratio, why = _pooled(pair)
+        ratio = max(ratio, pooled_ratio)
+        if pooled_ratio > 1:
+            outcome, reason = Outcome.FAIL, why
     examined = counted(kinds)
     steps = pair.one.because.get(stage, "") + pair.other.because.get(stage, "")
     return Check(
@@ -92,6 +97,26 @@ def stage_check(pair: RendererPair, stage: Stage) -> Check:
         because=_because(pair.reference.name, stage) + steps,
         examined=examined,
         cells=cells_of(kinds == Kind.WRONG) if examined.wrong else None,
+    )
+
+
+def _pooled(pair: Pair) -> tuple[float, str]:
+    """Return the error over its limit of the mean radiance over all smooth pixels, and what is wrong with it.
+
+    0 for a subject that draws no random numbers.
+    """
+    error = pair.subject.pooled_error
+    if error is None:
+        return 0.0, ""
+    smooth = np.isfinite(error[..., 0])
+    images = (pair.subject.answers, pair.base.truth)
+    mean, expected = (image[Stage.RADIANCE][smooth].mean(axis=0) for image in images)
+    limit = error[smooth][0] + pair.one.rounding_limit[smooth].mean(axis=0)
+    ratio = np.divide(np.abs(mean - expected), limit, out=np.zeros(3), where=limit > 0)
+    channel = int(np.argmax(ratio))
+    return float(ratio[channel]), (
+        f"the mean over {np.count_nonzero(smooth)} smooth pixels and all renders is {mean[channel]:.6g}, "
+        f"not {expected[channel]:.6g} ({CHANNELS[channel]}), limit {limit[channel]:.3g}"
     )
 
 

@@ -15,7 +15,7 @@ from typing import Any, Protocol
 
 from rayproof.cases.case import Case
 from rayproof.reports.judge.answers import Answers
-from rayproof.reports.judge.repeated import repeated
+from rayproof.reports.judge.repeated import add_note, repeated
 from rayproof.reports.processes.pool import Coroutines, Future, Pool
 from rayproof.reports.processes.worker import Reply
 from rayproof.reports.results.case_records import CaseRecord, RepeatedRecord
@@ -154,7 +154,7 @@ class CaseWay:
             about = {"folder": self.folder, "subject": options.subject}
             record = unjudged(case, answers.subjects, answers.references, reply, **about)
         # Where nobody could judge how far answers vary, those that are declared to vary say nothing.
-        unknown = [] if self._varied and not options.subject.capabilities.deterministic else self.repeated
+        unknown = [] if self._varied and options.subject.varies else self.repeated
         self.repeated = record.pop("repeated", unknown)
         record["judge_seconds"] = round(reply.seconds, 4)
         record["remembered"] = False
@@ -184,10 +184,11 @@ class CaseWay:
         kept.unlink()
         comparison = repeated(case.name, first, again, None, varies=False)
         if comparison["verdict"] == Outcome.FAIL and again.error is None:  # by how much they differ
-            varies = not self.options.subject.capabilities.deterministic
+            varies = self.options.subject.varies
             reply = await self._submit(JUDGE, partial(compare_repeated, case, first, again, varies=varies))
             comparison = comparison if reply.error is not None else reply.value
         record["repeated"] = [comparison]
+        add_note(record, comparison, self.options.subject.name)
         record["lost"] = [again.name] if again.lost else []
         return record
 

@@ -13,7 +13,7 @@ from rayproof.reports.interchange.framing import DARK
 from rayproof.reports.judge.answers import Answers, well_shaped
 from rayproof.reports.judge.case import adjudication, judge_case
 from rayproof.reports.judge.oracle import ORACLE, stages_of
-from rayproof.reports.judge.repeated import repeated
+from rayproof.reports.judge.repeated import add_note, repeated
 from rayproof.reports.judge.scene_truth import scene_truth
 from rayproof.reports.judge.sentinels import stand_guard
 from rayproof.reports.judge.verdict import Judged, of_what_is_supported
@@ -120,7 +120,7 @@ def check_judge(*, cached: bool) -> None:
 
 
 def compare_repeated(case: Case, first: Answers, again: Answers, *, varies: bool) -> RepeatedRecord:
-    """Compare a second answer to a case with the first; `varies` says that the subject declares to vary."""
+    """Compare a second answer to a case with the first; `varies`: its images may differ within the limits."""
     base = scene_truth(case.scene, stages_of(case.scene), _ORACLE)
     return repeated(case.name, first, again, base, varies=varies)
 
@@ -146,9 +146,11 @@ def judge(case: Case, options: CaseOptions, answers: CaseAnswers, folder: Path) 
     marked = masks(answers, judged) if images or pixels is not None else None  # they lie over images
     record.update({"adjudication": panel, "pixels": pixels, "masks": marked})
     if answers.again:
-        about = {"base": judged.base, "varies": not options.subject.capabilities.deterministic}
-        each = zip(answers.subjects, answers.again, strict=True)
-        record["repeated"] = [repeated(case.name, first, again, **about) for first, again in each]
+        about = {"base": judged.base, "varies": options.subject.varies}
+        pairs = zip(answers.subjects, answers.again, strict=True)
+        record["repeated"] = [repeated(case.name, first, again, **about) for first, again in pairs]
+        for each in record["repeated"]:
+            add_note(record, each, options.subject.name)
     return record
 
 

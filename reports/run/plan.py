@@ -186,6 +186,10 @@ def within_reach(case: Case, able: Capabilities) -> Case:
     covers and its closed forms are those of the other model.
     """
     case = _with_meshes(case, able)
+    if any(able.sample_offset) or able.random:  # closed forms are about the pixels' centres
+        case = replace(case, scene=able.through_its_samples(case.scene), expectations=(), tuned=False)
+    if able.random:  # its image is a mean already
+        case = replace(case, samples=1)
     kinds = {NAMES[type(shape)] for shape in case.scene.shapes}
     if kinds & set(able.stand_ins):
         own = covering(rebuilt(case.scene, able.stand_ins).scene)

@@ -127,7 +127,7 @@ def check_judge(*, cached: bool) -> None:
 
 
 def compare_repeated(case: Case, first: Answers, again: Answers, *, varies: bool) -> RepeatedRecord:
-    """Compare a second answer to a case with the first; `varies` says that the subject declares to vary."""
+    """Compare a second answer to a case with the first; `varies`: its images may differ within the limits."""
     from rayproof.reports.run.judge_task import compare_repeated
 
     return compare_repeated(case, first, again, varies=varies)
@@ -218,6 +218,8 @@ def cached_answers(name: str, reference: Reference, scene: Scene, *, samples: in
 
 def unable(reference: Reference, scene: Scene, stage: Stage) -> str | None:
     """Return why a reference cannot answer a stage of a scene, or None."""
+    if any(scene.camera.sample_offset) and not getattr(reference, "takes_sample_offset", False):
+        return "Its rays pass through the pixels' centres."
     return reference.unsupported(scene, stage)
 
 

@@ -72,6 +72,11 @@ class Subject:
         return self.transport in (SERVED, FUNCTION)
 
     @property
+    def varies(self) -> bool:
+        """Return whether two of its images of one scene may differ within the limits."""
+        return self.is_program and not self.capabilities.deterministic
+
+    @property
     def averages(self) -> bool:
         """Say whether a program averages over the points of a pixel itself."""
         return self.capabilities.samples or any("{samples}" in word for word in self.command)

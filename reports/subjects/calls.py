@@ -177,15 +177,15 @@ SCENE_WORD = re.compile(r"\{scene\.(\w+)\}")  # the path of a scene in another p
 LARGEST = 2**26  # bytes of an image that is kept
 
 
-def filled(command: Sequence[str], folder: Path, scene: Scene, *, samples: int) -> list[str]:
+def filled(command: Sequence[str], folder: Path, scene: Scene, *, samples: int, seed: int, spp: int) -> list[str]:
     """Return the words of a call in a folder, its scene and image in it."""
     camera = scene.camera
     names = {
         "{scene}": str(folder / NAME),
         "{output}": str(folder / "image.exr"),
         "{samples}": str(samples),
-        "{spp}": str(samples**2),
-        "{seed}": "0",
+        "{spp}": str(spp),
+        "{seed}": str(seed),
         "{width}": str(camera.width),
         "{height}": str(camera.height),
         **{f"{{output.{name}}}": str(folder / f"image.{name}") for name in FORMATS},

@@ -107,6 +107,8 @@ def _program(
         raise ValueError(f"--subject {text}: {what.get(transport, 'its answer to --capabilities')}: {error}") from None
     try:
         capabilities = capabilities_of(declared, capabilities.protocol, capabilities, by_user=True)
+        if transport == PROGRAM and capabilities.random and not any("{seed}" in word for word in command):
+            raise ValueError("random: the command needs {seed}, since renders that are all the same tell no noise")
         capabilities = _as_far_as_files_say(replace(subject, capabilities=capabilities), word)
     except ValueError as error:
         raise ValueError(f"{f'--declare {declare}' if declared else f'--subject {text}'}: {error}") from None

@@ -5,19 +5,23 @@ import os
 import shlex
 import shutil
 import tempfile
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import reduce
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from rayproof.cases.case import ITEMS_OF_OTHERS
 from rayproof.cases.scene import Scene
 from rayproof.cases.stages import IMAGE_STAGES, Resolution, Stage, exr_channels
+from rayproof.reference import REFERENCES
 from rayproof.reference.analytic import Analytic
 from rayproof.reports.interchange.stand_ins import rebuilt
 from rayproof.reports.judge.answers import Answers
 from rayproof.reports.judge.box_filter import box_mean, finer
+from rayproof.reports.judge.noise import averaged
 from rayproof.reports.judge.oracle import stages_of
 from rayproof.reports.subjects import FUNCTION, Subject
 from rayproof.reports.subjects.calls import Ended, call, filled, keep_call, keep_output
@@ -36,7 +40,7 @@ CAMERA = "The camera stage is no image, so that no program is asked about it."
 ROOM = 64 * 2**20  # bytes that a program may write beside its image, for logs and the like
 GENEROUS = 16  # times the bytes of an image with every channel: other channels, other formats, drafts
 UNSAID = "It wrote no channel of it."
-SEED = 0  # handed to programs that take one
+SAMPLES = 16  # a pixel in each render of a program that draws random numbers
 ASKING = "--capabilities"
 
 
@@ -109,14 +113,19 @@ def ask_program(
         items=ITEMS_OF_OTHERS,
         shadow_epsilon=able.shadow_epsilon,
         ray_epsilon=able.ray_epsilon,
+        sample_radius=0.0 if able.random and able.within_pixel else able.sample_offset[2],
         chained=able.chained,
         world_normals=able.world_normals,
     )
     why = able.refusal(scene)
+    if why is None:
+        blank = replace(blank, **_tolerances(able, scene))
     try:
         if why is not None:
             raise Refused(why)
-        taken = _image(asking, scene, keep=keep)
+        taken, pooled = _image(asking, scene, keep=keep), None
+        if able.random and Stage.RADIANCE in taken.images:
+            taken, pooled = _averaged(asking, scene, taken)
         mean = _mean(asking, scene, samples) if samples > 1 and Stage.RADIANCE in taken.images else None
     except Refused as cannot:
         return replace(blank, answers={}, unsupported=dict.fromkeys(stages, str(cannot)))
@@ -130,7 +139,18 @@ def ask_program(
         # The oracle continues from what was written, the program went on from what it had before.
         resolutions = dict.fromkeys(answers, FLOAT) | resolutions
     found = replace(blank, answers=answers, unsupported=unsupported, resolutions=resolutions, mean=mean)
+    found = replace(found, pooled_error=pooled)
     return replace(found, lacking=taken.lacking)
+
+
+def _tolerances(able: Capabilities, scene: Scene) -> dict[str, Any]:
+    """Return the tolerances of the program whose format the scene has, unless the subject declares its own."""
+    says = able.says
+    if says is None or not says.program or able.shadow_epsilon or able.ray_epsilon:
+        return {}
+    program: Any = REFERENCES[says.program]()
+    above = program.epsilon_at(Analytic().render(scene, [Stage.OBJECT, Stage.POSITION]))
+    return {"shadow_epsilon": above, "light_epsilon": program.light_epsilon}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -139,30 +159,59 @@ class _Asking:
 
     subject: Subject
     server: Server | None
+    seed: int = 0  # of one of several renders
+
+    def spp(self, samples: int) -> int:
+        """Return the samples per pixel that the program is told, if it averages over samples x samples points."""
+        return SAMPLES if self.subject.capabilities.random else samples**2
 
     def ended(self, place: "_Place", path: Path, scene: Scene, *, samples: int, output: int) -> Ended:
         """Return how a call ended for the scene at `path`, whose image is to be in `place`."""
         subject = self.subject
         if self.server is None:
-            arguments = filled(subject.command, place.folder, scene, samples=samples)
+            arguments = self._filled(place.folder, scene, samples)
             return _called(subject, arguments, place, seconds=subject.seconds, output=output)
         request = self._request(path, place.folder / subject.image_name, scene, samples)
         return self.server.ask(request, seconds=subject.seconds, output=output)
 
     def line(self, scene: Scene, *, samples: int) -> str:
         """Return what makes the call again, for a shell in a folder with the scene."""
-        command = shlex.join(filled(self.subject.command, Path(), scene, samples=samples))
+        command = shlex.join(self._filled(Path(), scene, samples))
         if self.server is None:
             return command
         name = scene_name(self.subject.capabilities.scene_format)
         request = {"id": 0, **self._request(Path(name), Path(self.subject.image_name), scene, samples)}
         return f"echo {shlex.quote(json.dumps(request))} | {command}"
 
-    @staticmethod
-    def _request(path: Path, image: Path, scene: Scene, samples: int) -> dict[str, str | int]:
+    def _filled(self, folder: Path, scene: Scene, samples: int) -> list[str]:
+        return filled(self.subject.command, folder, scene, samples=samples, seed=self.seed, spp=self.spp(samples))
+
+    def _request(self, path: Path, image: Path, scene: Scene, samples: int) -> dict[str, str | int]:
         camera = scene.camera
-        about = {"width": camera.width, "height": camera.height, "seed": SEED, "spp": samples**2}
+        about = {"width": camera.width, "height": camera.height, "seed": self.seed, "spp": self.spp(samples)}
         return {"scene": str(path), "output": str(image), "samples": samples, **about}
+
+
+def _averaged(asking: _Asking, scene: Scene, first: Taken) -> tuple[Taken, np.ndarray | None]:
+    """Return the mean of renders with different seeds, of which there is the `first`, and what noise does to it.
+
+    Raises:
+        ProgramError: a render gave none that can be used.
+        Refused: it says that it cannot.
+
+    """
+    able = asking.subject.capabilities
+
+    def renders() -> Iterator[np.ndarray]:
+        yield first.images[Stage.RADIANCE]
+        for seed in range(1, able.random):
+            taken = _image(replace(asking, seed=seed), scene)
+            if Stage.RADIANCE not in taken.images:
+                raise ProgramError(f"the program wrote no radiance with seed {seed}")
+            yield taken.images[Stage.RADIANCE]
+
+    image, noise, pooled = averaged(renders(), scene, within_pixel=able.within_pixel)
+    return replace(first, images={Stage.RADIANCE: image}, resolutions={Stage.RADIANCE: noise}), pooled
 
 
 def _image(asking: _Asking, scene: Scene, *, samples: int = 1, keep: Path | None = None) -> Taken:
@@ -225,7 +274,7 @@ def notes_on(subject: Subject, scene: Scene) -> tuple[str, ...]:
     """Return in sentences what of a scene is handed over as something else that has the same image."""
     able = subject.capabilities
     power = _power(subject, scene) if able.refusal(scene) is None else 0
-    what = f"Handed over with the flux of each light times 2^{power}, since the picture ends at 1; it is scaled back."
+    what = f"Handed over with the flux of each light times 2^{power}, to the range of the picture; it is scaled back."
     return (*able.told(scene), *[what] * (power != 0))
 
 
@@ -234,8 +283,10 @@ BRIGHTEST = 0.9  # of what a format holds that clips: a radiance that is too lar
 
 
 def _power(subject: Subject, scene: Scene) -> int:
-    """Return the power of two by which the lights are multiplied, so that a format that clips holds the image."""
-    if Path(subject.image_name).suffix.removeprefix(".") not in CLIPPED or not scene.lights:
+    """Return the power of two by which the lights are multiplied, so that the image fits a format's short range."""
+    says = subject.capabilities.says
+    short = Path(subject.image_name).suffix.removeprefix(".") in CLIPPED or (says is not None and says.half)
+    if not short or not scene.lights:
         return 0
     brightest = float(Analytic().render(scene, [Stage.RADIANCE])[Stage.RADIANCE].max())
     return int(np.floor(np.log2(BRIGHTEST / brightest))) if 0 < brightest < np.inf else 0

@@ -40,7 +40,9 @@ INSTEAD = {
 OF_DECLARATION = ("writes", "transfer")  # keys that only the file of --declare may have
 JSON = "json"  # the scene format of this protocol itself
 ALWAYS = "always"
+ANYWHERE = 0.5  # px: the radius of samples that lie anywhere in their pixel
 EPSILONS = ("shadow", "ray")
+LEAST_RENDERS, MOST_RENDERS = 32, 4096
 LONGEST_NAME = 80
 PIECES = {"mesh": "a mesh of triangles", "triangle": "single triangles"}
 
@@ -62,11 +64,13 @@ class Capabilities:
     triangulated: bool = False  # wants cubes, squares and triangles as meshes
     chained: bool = False  # each stage is made of the very numbers written for the stages before it, but for rounding
     world_normals: bool = False  # takes faces' normals from corners that it rounds to float32 in world space
-    deterministic: bool = True  # the same scene gives the same image, to the last bit
+    deterministic: bool = False  # the same scene gives the same image, to the last bit
     samples: bool = False  # of one that stays alive: it averages n x n points itself
     format: str = "exr"  # of one that stays alive: what it writes
     scene_format: str = JSON  # in which it reads scenes, by the suffix of the file
     lights: int | None = None  # 1: a case is rendered once for each light, and the images are added
+    sample_offset: tuple[float, float, float] = (0.0, 0.0, 0.0)  # px: right and down from pixels' centres, and radius
+    random: int = 0  # of a program that draws random numbers: renders with different seeds whose mean is judged
     writes: str = ""  # the file that it writes in its folder, if its command does not say where to
     transfer: Transfer = ""  # the curve by which it encodes radiance; "" where its file says it, or it is linear
     shadow_epsilon: float = 0.0  # m
@@ -76,6 +80,11 @@ class Capabilities:
     def title(self) -> str:
         """Return program and version, as far as they are known."""
         return f"{self.name} {self.version}".strip() or "a program that does not say its name"
+
+    @property
+    def within_pixel(self) -> bool:
+        """Return whether a sample may lie anywhere in its pixel."""
+        return self.sample_offset[2] == ANYWHERE
 
     def refusal(self, scene: Scene) -> str | None:
         """Return why the program cannot draw the scene, in a sentence, or None."""
@@ -117,19 +126,31 @@ class Capabilities:
         return is_alike_with_sides(scene, both, self.stages or IMAGE_STAGES)
 
     def handed(self, scene: Scene) -> Scene:
-        """Return a scene that is not refused under a clip mode and with sides that the program has."""
+        """Return a scene that is not refused under a clip mode and with sides that the program has.
+
+        Where its samples lie the program knows itself.
+        """
         clip = self._clip(scene)
         scene = scene if clip in (None, scene.clip) else replace(scene, clip=clip)
+        scene = replace(scene, camera=replace(scene.camera, sample_offset=(0.0, 0.0)))
         return scene if self.two_sided is True else with_sides(scene, two_sided=self.two_sided == ALWAYS)
 
     def asked(self, scene: Scene) -> Scene:
         """Return the scene that the program is asked about and judged by.
 
-        It is under a model of light that the program has, with meshes for spheres and planes that it does not draw.
+        It is under a model of light that the program has, with meshes for spheres and planes that it does not draw, and
+        seen through the points of the pixels at which it samples.
         """
         scene = self.under_its_light(scene)
         found = _tessellation(self, scene)
-        return scene if isinstance(found, str) else found
+        return self.through_its_samples(scene if isinstance(found, str) else found)
+
+    def through_its_samples(self, scene: Scene) -> Scene:
+        """Return the scene seen through the points of the pixels at which the program samples."""
+        right, down, _ = self.sample_offset
+        if not right and not down:
+            return scene
+        return replace(scene, camera=replace(scene.camera, sample_offset=(right, down)))
 
     @property
     def tessellated_kinds(self) -> tuple[str, ...]:
@@ -166,6 +187,8 @@ class Capabilities:
             notes.append(f"Each surface is handed over as {sides}: its image is the same.")
         if self.lights == 1 and len(scene.lights) > 1:
             notes.append(f"Rendered once for each of {len(scene.lights)} lights; the images are added.")
+        if self.random:
+            notes.append(f"Rendered {self.random} times with different seeds; the mean is judged.")
         return tuple(notes)
 
     def not_equal(self, scene: Scene) -> tuple[str, ...]:
@@ -283,6 +306,15 @@ def capabilities_of(
         if declared["lights"] not in (0, 1) or isinstance(declared["lights"], bool | float):
             raise ValueError(f"lights must be 1, for one in each render, or 0 for all, got {shown(declared['lights'])}")
         found = replace(found, lights=declared["lights"])
+    if "sample_offset" in declared:
+        found = replace(found, sample_offset=_sample_offset(declared["sample_offset"]))
+    if "random" in declared:
+        found = replace(found, random=_renders(declared["random"]))
+        if found.random and "sample_offset" not in declared:
+            found = replace(found, sample_offset=(0.0, 0.0, ANYWHERE))
+        if found.random and found.stages not in (None, (Stage.RADIANCE,)):
+            raise ValueError("random: stages must be radiance alone, since no other stage has a mean over samples")
+        found = replace(found, stages=(Stage.RADIANCE,)) if found.random else found
     if "writes" in declared:
         found = replace(found, writes=_file_name(declared["writes"]))
     if "transfer" in declared:
@@ -312,6 +344,30 @@ def _file_name(given: Any) -> str:
     if not isinstance(given, str) or Path(given).name != given or not given.isprintable() or given in (".", ".."):
         raise ValueError(f"writes must be the name of a file in the folder of the call, got {shown(given)}")
     return given
+
+
+def _sample_offset(declared: Any) -> tuple[float, float, float]:
+    """Return [right, down, radius] [px] of the samples in their pixels."""
+    numbers = [None if isinstance(part, str) else number(part) for part in declared if isinstance(declared, list)]
+    right, down, radius = numbers if len(numbers) == 3 else (None, None, None)
+    if right is None or down is None or radius is None or max(abs(right), abs(down), radius) > 0.5 or not radius >= 0:
+        raise ValueError(
+            "sample_offset must be [right, down, radius] in pixels, each at most 0.5 and the radius at least 0, "
+            f"got {shown(declared)}"
+        )
+    return float(right), float(down), float(radius)
+
+
+def _renders(declared: Any) -> int:
+    """Return of how many renders the mean is judged, 0 for a program that draws no random numbers."""
+    if isinstance(declared, bool):
+        return LEAST_RENDERS if declared else 0
+    if not isinstance(declared, int) or not LEAST_RENDERS <= declared <= MOST_RENDERS:
+        raise ValueError(
+            f"random must be true, false, or the number of renders, {LEAST_RENDERS} to {MOST_RENDERS}, "
+            f"got {shown(declared)}"
+        )
+    return declared
 
 
 def _transfer(given: Any) -> Transfer:

@@ -153,6 +153,8 @@ def sample_ndc(view: SampledView, positions: list[tuple[Any, Any]]) -> list[tupl
         column, row = (types.Int(place) for place in position)
         column, row = types.Float(column), types.Float(row)
         px, py = configuration["sample"](column, row, view.per_side)
+        if any(camera.sample_offset):
+            px, py = (place + move / view.per_side for place, move in zip((px, py), camera.sample_offset, strict=True))
         coordinates.append(configuration["ndc"](px, py, camera.width, camera.height))
     return coordinates
 

@@ -58,7 +58,7 @@ class Limits:
     relative: np.ndarray  # (height, width, lights): error of cos / r^2, of a light straight above
     lights: np.ndarray  # (height, width, lights, 3): error of each light's irradiance, if it is visible
     position: np.ndarray  # m, end to end
-    aimed: np.ndarray  # m: of it, what the eye's and the target's own rounding adds in every pixel alike
+    aimed: np.ndarray  # m: of it, what moves all alike: rounding of eye and target, samples beside their points
     lifted: np.ndarray  # m: of it, what is across the surface
 
     def plus(self, other: "Limits") -> "Limits":
@@ -83,6 +83,7 @@ class Roundoff:
     placed: bool = False  # takes squares' and cubes' normals from corners in world space, at its own precision
     local: bool = False  # takes a sphere's position from its hit in object space
     short: bool = False  # solves for it in float32, where a direction may have any length
+    radius: float = 0.0  # px: a ray passes through the image so far from its point
 
     def __call__(self, count: float) -> float:
         """Return the bound on the relative error of `count` roundings."""
@@ -95,7 +96,9 @@ def limits(scene: Scene, truth: StageImages, conditioning: Conditioning, g: Roun
     `by_matrices` says that the ray came by CAM-5, whose w is a difference of numbers of size far / near.
     """
     c = conditioning
-    ray = g(RAY) * c.ray + g(AIM) * c.aim
+    # All rays may pass beside their points to the same side; of the two image directions the larger angle counts.
+    aim = g(AIM) * c.aim + g.radius * c.pixel_angle / c.axial
+    ray = g(RAY) * c.ray + aim
     if by_matrices:
         # The point on the near plane is farther away than near by as much as the ray is off the axis.
         ray = ray + g(MATRICES) * (1 + float(np.linalg.norm(scene.camera.eye)) / scene.camera.near * c.axial)
@@ -147,7 +150,7 @@ def limits(scene: Scene, truth: StageImages, conditioning: Conditioning, g: Roun
         relative=relative,
         lights=lights,
         position=np.where(c.hit, all_position, 0.0),
-        aimed=np.where(c.hit, g(AIM) * c.aim * (c.swing * sine + c.distance), 0.0),
+        aimed=np.where(c.hit, aim * (c.swing * sine + c.distance), 0.0),
         lifted=lifted,
     )
 

@@ -32,7 +32,7 @@ FILE = """
         os.system("cat > /dev/null")
         size = scene.camera.height, scene.camera.width
         return {"radiance": np.full((*size, 3), count), "distance": np.ones(size)}
-    grey.deterministic = False
+    grey.deterministic = True
     def raising(scene, stages):
         return {"radiance": scene.shapes[9]}
     def deeper(scene, stages):
@@ -75,7 +75,7 @@ def test_it_stays_alive_and_its_prints_and_helpers_disturb_nothing(ask: Ask) -> 
     assert set(answers[0].answers) == {Stage.RADIANCE, Stage.DISTANCE}
     assert server.notes()[0].startswith("It printed 4 lines to standard output")
     able = ask_capabilities(server.subject, seconds=60, server=server)
-    assert able == Capabilities(protocol=2, name="grey", precision="float64", deterministic=False)
+    assert able == Capabilities(protocol=2, name="grey", precision="float64", deterministic=True)
 
 
 @pytest.mark.parametrize(

@@ -109,12 +109,22 @@ def test_a_light_carries_the_pi_that_povray_s_reflection_lacks_and_fades_by_the_
     (line,) = (line for line in text.splitlines() if line.startswith("light_source"))
     place, color = vectors(line)
     assert place == [1024, 2048, 3072]
-    distance = 2.0 * LIT_SCALE  # units: two metres
+    distance = 2.0 * 2**LIT_SCALE  # units: two metres
     faded = np.array(color) * 2 / (1 + (distance / FADE) ** 2)
     assert faded == pytest.approx(np.array(light.flux) / (4 * pi * 2.0**2) / pi, rel=1e-12)
     assert f"fade_distance {FADE:.17g} fade_power 2" in line
     assert len(differences) == 1
     assert "9.8e-07 m" in differences[0]
+
+
+def test_a_scene_is_no_larger_than_povray_finds_hits(tmp_path: Path) -> None:
+    """At 1024 units per metre POV-Ray saw the background in place of a sphere of 300 km."""
+    text, differences = written(
+        tmp_path, Sphere(albedo=GREY, radius=3e5), lights=(PointLight(position=(1, 2, 3), flux=(1, 1, 1)),)
+    )
+
+    assert "sphere { <0,0,0>, 4800000 " in text
+    assert not any("finds no hit" in what for what in differences)
 
 
 def test_simplified_light_does_not_fade_and_has_no_pi(tmp_path: Path) -> None:

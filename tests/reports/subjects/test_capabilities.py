@@ -73,6 +73,8 @@ WRONG = {
     "a key of version 2": ('{"protocol": 1, "format": "pfm"}', "'format' belongs to version 2"),
     "sides in a word": ('{"protocol": 1, "two_sided": "never"}', 'true or false, or "always"'),
     "two lights at once": ('{"protocol": 1, "lights": 2}', "lights must be 1"),
+    "a sample without a radius": ('{"protocol": 1, "sample_offset": [0, 0]}', "must be [right, down, radius]"),
+    "a sample outside": ('{"protocol": 1, "sample_offset": [0, 1, 0]}', "each at most 0.5"),
     "a key of --declare": ('{"protocol": 1, "writes": "a.png"}', "'writes' is not known"),
     "a name of many lines": ('{"protocol": 1, "name": "a\\nb"}', "printable"),
 }

@@ -260,9 +260,11 @@ def test_every_word_is_replaced() -> None:
         Path("/f"),
         SCENE,
         samples=3,
+        seed=7,
+        spp=9,
     )
 
-    assert words == ["r", "-s=0", "6x4", "3", "9", "/f/scene.pov", "/f/image.hdr"]
+    assert words == ["r", "-s=7", "6x4", "3", "9", "/f/scene.pov", "/f/image.hdr"]
 
 
 NAMES = {
@@ -291,6 +293,23 @@ def test_the_name_does_not_depend_on_how_a_program_is_called(
     subject = chosen(words, seconds=5.0, memory=2**30, ask=ask)
 
     assert (subject.name, subject.transport) == (name, transport)
+
+
+def test_a_program_that_reads_mitsuba_s_format_has_mitsuba_s_tolerances_unless_it_declares_its_own(
+    renderer: Making, tmp_path: Path
+) -> None:
+    file = renderer(CALLED)
+    command = f"exec:{sys.executable} {file} {{scene.xml}} {{output.pfm}} {{width}} {{height}}"
+    scene = put_to_test(command).capabilities.asked(TWO_LIGHTS)
+
+    usual, declared = (
+        ask_program(put_to_test(command, declare), scene, samples=1)
+        for declare in (None, said(tmp_path, epsilons={"shadow": 1e-5}))
+    )
+
+    assert np.max(usual.shadow_epsilon) > 1e-5
+    assert usual.light_epsilon > 1e-4
+    assert (declared.shadow_epsilon, declared.light_epsilon) == (1e-5, 0.0)
 
 
 @pytest.mark.references
