@@ -18,7 +18,7 @@ from rayproof.tracer.kernel.parameters import DeviceBuffers, KernelConstants
 from rayproof.tracer.shapes.meshes import layers
 from rayproof.tracer.shapes.primitives import traced
 
-HANDFUL = 8  # shapes of one kind that are unrolled; measured in docs/performance.md
+HANDFUL = 8  # shapes of one kind that are unrolled; measured in docs/developers.md
 SEVERAL = 24  # shapes in all that are, where a lane takes several samples and goes past those that it cannot meet
 FEW = 2**17  # samples below which a long kernel takes longer to compile than it saves
 MANY = 2**20  # samples from which on a long kernel of several kinds pays

@@ -10,7 +10,7 @@ As literals they save a load each and fold where they can, and every scene compi
 scenes of one structure share a kernel: what a scene does not need, such as a transform that is the identity or a
 coefficient that is 0, is left out either way. Where several stages are asked for, and written to memory, each may begin
 from there: its kernel is then shared by scenes and configurations that differ in another stage. Each unrolled shape is
-such a stage, so that scenes share its kernel whatever their number of shapes. docs/performance.md has what all of this
+such a stage, so that scenes share its kernel whatever their number of shapes. docs/developers.md has what all of this
 costs.
 """
 

@@ -69,7 +69,7 @@ def front(points: Sequence[Point]) -> tuple[Point, ...]:
 
 
 class PointRecord(TypedDict):
-    """A point as docs/tradeoff.md describes it; bounds are those of 95 % intervals."""
+    """A point as docs/compare.md describes it; bounds are those of 95 % intervals."""
 
     diagram: str
     label: str
@@ -122,7 +122,7 @@ class TradeoffRecord(TypedDict):
 
 
 def point_record(point: Point, *, on_front: bool) -> PointRecord:
-    """Return a point as plain data; see docs/tradeoff.md."""
+    """Return a point as plain data; see docs/compare.md."""
     return {
         "diagram": point.diagram,
         "label": point.label,
