@@ -26,7 +26,7 @@ TOP = r"cases|tracer|reference|reports|tests|docs|examples|python|\.ci"
 NAMED_PATH = re.compile(rf"(?<![\w./-])((?:{TOP})/[\w./-]*)")
 NAMED_MODULE = re.compile(r"(?<![\w./])(?:rayproof\.)?((?:cases|tracer|reference|reports|tests)(?:\.\w+)+)")
 # Files that a run or a reader writes.
-MADE_BY_A_USER = {"index.html", "report.html", "mine.py", "test_results.py", "rayproof.toml"}
+MADE_BY_A_USER = {"index.html", "report.html", "mine.py", "renderer.py", "rayproof.toml"}
 
 
 @cache
