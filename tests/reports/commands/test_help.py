@@ -26,8 +26,8 @@ def test_a_term_is_told_in_one_line(rayproof: Rayproof, word: str) -> None:
 
 def test_all_are_listed_and_an_unknown_one_is_refused_with_one_that_is_near(rayproof: Rayproof) -> None:
     assert rayproof("list", "terms").out.strip().split(", ") == WORDS
-    refused = rayproof("list", "terms", "shadow", "rays")
-    assert (refused.code, refused.error) == (2, "rayproof: no term is called 'shadow rays'; did you mean shadow ray?\n")
+    refused = rayproof("list", "terms", "shadw", "ray")
+    assert (refused.code, refused.error) == (2, "rayproof: no term is called 'shadw ray'; did you mean shadow ray?\n")
 
 
 def test_every_verdict_that_is_no_pass_or_plain_failure_is_explained() -> None:
