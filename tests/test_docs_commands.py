@@ -91,19 +91,20 @@ def test_the_tutorial_about_a_renderer_leads_from_a_pass_to_a_failure_and_its_re
     trace, repair = re.findall(r"^```python\n(.*?)^```", page, re.MULTILINE | re.DOTALL)
     new, first, stretched, *_ = commands(CHECKOUT / "docs" / "first_renderer.md")
     renderer = Path("renderer.py")
+    patient = ["--timeout", "500"]  # s, where many tests share a processor
 
     assert main(shlex.split(new)) == 0
-    assert main(shlex.split(first)) == 0
+    assert main([*shlex.split(first), *patient]) == 0
     starter = renderer.read_text()
     start = re.sub(r"^def trace\(.*?(?=^def render\()", lambda _: f"{trace}\n\n", starter, flags=re.M | re.S)
     start = start.replace("import json\n", "import json\n\nimport numpy\n", 1)
     wrong = start.replace('"affine": False,', '"affine": True,')
     (line,) = [line for line in wrong.splitlines(keepends=True) if line.strip().startswith("normal = matrix")]
     renderer.write_text(wrong)
-    assert main(shlex.split(stretched)) == 1
+    assert main([*shlex.split(stretched), *patient]) == 1
     assert "turns normals by the model matrix instead of its inverse transpose" in capsys.readouterr().out
     renderer.write_text(wrong.replace(line, repair))
-    assert main(shlex.split(stretched)) == 0
+    assert main([*shlex.split(stretched), *patient]) == 0
 
 
 RIGHT = """
