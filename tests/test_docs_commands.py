@@ -80,7 +80,7 @@ def test_the_readme_s_commands_run_in_order_as_they_stand(tmp_path: Path, monkey
 
 
 @pytest.mark.process
-@pytest.mark.timeout(600)  # 30 s of one idle processor
+@pytest.mark.timeout(1200)  # 30 s of one idle processor
 def test_the_tutorial_about_a_renderer_leads_from_a_pass_to_a_failure_and_its_repair(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
