@@ -21,7 +21,7 @@ GROUPS = {
 
 
 def test_every_page_is_named() -> None:
-    # Of scenes: `stability --subject` climbs them by a renderer and not by a formula.
+    # Of scenes: `limits` climbs them by a renderer and not by a formula.
     pages = {page.name for page in iter_modules(ladders.__path__)} - {"whole_scenes"}
     assert sorted(PAGES) == sorted(pages)
 

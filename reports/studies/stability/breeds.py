@@ -10,9 +10,10 @@ from functools import cached_property
 
 import numpy as np
 
-from rayproof.cases.ladders import DTYPES, Inputs, Ladder, all_ladders, rounded, unit
+from rayproof.cases.ladders import DTYPES, Inputs, Ladder, all_ladders, rounded
+from rayproof.cases.placement import unit
 from rayproof.cases.rounding import UNIT_ROUNDOFF
-from rayproof.reports.studies.stability.arithmetic import parts
+from rayproof.reference.certified.columns import parts
 from rayproof.reports.studies.stability.questions import QUESTIONS
 from rayproof.reports.studies.stability.questions.light import ASKED as DECISIONS
 from rayproof.reports.studies.stability.shapes import Conditioned

@@ -29,7 +29,7 @@ LIAR = "liar"  # what `--only` calls the part of the audit that lets a liar loos
 class PlantedFault:
     """One fault, where it is planted and what must become of it."""
 
-    name: str  # "slot/variant" of the tracer, else a name in `reports.audit.faults`
+    name: str  # "slot/variant" of the tracer, else a name in `tests.harness.audit.faults`
     where: str  # "tracer", "reference", "loader", "judge", "run" or "report"
     stage: Stage | None  # the one to be found wrong; None: a guard must stop the run
     also: tuple[Stage, ...] = ()  # others that a case may find wrong in its place
@@ -43,7 +43,7 @@ class PlantedFault:
     path: str | None = (
         None  # of the tracer, where the fault is in one of its execution paths alone (`tests.harness.paths.declared`)
     )
-    routes: tuple[str, ...] = ()  # by which it must be rendered too, to be seen (`reports.paths`)
+    routes: tuple[str, ...] = ()  # by which it must be rendered too, to be seen (`tests.harness.paths`)
 
     @property
     def on_guard(self) -> bool:

@@ -18,7 +18,7 @@ from rayproof.cases.scene import Camera, Cube, Mesh, Plane, PointLight, Scene, S
 from rayproof.cases.stages import Resolution, Stage
 from rayproof.reports.judge.answers import Answers
 from rayproof.reports.run import plan, reference_cache, verdict_memory
-from rayproof.reports.run.options import Demands, RunOptions, demands
+from rayproof.reports.run.options import CaseOptions, RunOptions, case_options
 from rayproof.reports.run.plan import PlannedCase
 from rayproof.reports.run.reference_cache import Key
 from rayproof.reports.subjects import Subject
@@ -91,6 +91,8 @@ HOW = (
     "diagnose",
     "least_coverage",
 )
+# Of a case's options: the cache, the patience, and the files on another machine.
+WAY = ("cached", "patient", "sources", "copies")
 # The title of a subject tells its name and transport. Its identity tells its command, what it declares and what it can
 # do. Limits of time and memory change no answer.
 TOLD_BY_IDENTITY = ("name", "transport", "command", "capabilities", "declare", "variables", "seconds", "memory")
@@ -112,9 +114,8 @@ OTHERS: Mapping[tuple[str, str], Any] = {
     ("Answers", "settings"): {"quality": "2"},
     ("RunOptions", "require"): ("analytic",),
     ("Subject", "identity"): ("another program",),
-    ("Demands", "identity"): ("another program",),
-    ("Demands", "require"): ("analytic",),
-    ("Demands", "own"): ("sphere=mine.py:nearest_hit 0",),
+    ("CaseOptions", "require"): ("analytic",),
+    ("CaseOptions", "own"): ("sphere=mine.py:nearest_hit 0",),
     ("JudgementKey", "notes"): ("it says so",),
     ("Resolution", "steps"): np.full(_IMAGE.shape, 0.25),
     ("RenderKey", "settings"): {"quality": "2"},
@@ -123,7 +124,7 @@ OTHERS: Mapping[tuple[str, str], Any] = {
 
 def guard_keys() -> None:
     """Change whatever an answer depends on; raise BrokenHarnessError where the key stays as it was."""
-    asked = demands(REQUEST, ("analytic",))
+    asked = case_options(REQUEST, ("analytic",))
     planned = PlannedCase(case=CASE, configurations=("float32",))
     for what, build, told in (
         ("a verdict of a case", lambda case: _judgement(case, OURS, asked), CASE),
@@ -133,14 +134,14 @@ def guard_keys() -> None:
         ("a render", _render, SCENE),
     ):
         _guard_changes(what, build, told, ())
-    _guard_changes("a record's demands", lambda one: plan.record_key(planned, one), asked, ())
-    _guard_changes("a verdict's demands", lambda one: _judgement(CASE, OURS, one), asked, ())
+    _guard_changes("a record's options", lambda one: plan.record_key(planned, one), asked, WAY)
+    _guard_changes("a verdict's options", lambda one: _judgement(CASE, OURS, one), asked, WAY)
     _guard_changes("what a run demands", _of_run, REQUEST, HOW)
     _guard_declared(planned, asked)
     _guard_code()
 
 
-def _guard_declared(planned: PlannedCase, asked: Demands) -> None:
+def _guard_declared(planned: PlannedCase, asked: CaseOptions) -> None:
     """Change each field of each kind of key there is."""
     samples: dict[type[Key], Key] = {
         type(key): key
@@ -234,7 +235,7 @@ def _parts(kind: str, name: str, value: Any) -> Iterator[tuple[str, Any]]:
         yield name, float(np.nextafter(value, np.inf))
 
 
-def _judgement(case: Case, ours: Answers, asked: Demands, versions: Mapping[str, str] = VERSIONS) -> Key:
+def _judgement(case: Case, ours: Answers, asked: CaseOptions, versions: Mapping[str, str] = VERSIONS) -> Key:
     return verdict_memory.judgement_key(case, (ours,), versions, asked, ())
 
 
@@ -254,7 +255,7 @@ def _render(scene: Scene) -> Key:
 
 
 def _of_run(request: RunOptions) -> Key:
-    return plan.record_key(PlannedCase(case=CASE, configurations=("float32",)), demands(request, ("analytic",)))
+    return plan.record_key(PlannedCase(case=CASE, configurations=("float32",)), case_options(request, ("analytic",)))
 
 
 def _guard_code() -> None:

@@ -24,8 +24,9 @@ from rayproof.reports.publish.page.case_data import write_case_data
 from rayproof.reports.results.case_records import CaseRecord
 from rayproof.reports.results.images import handed_over, read_pixels
 from rayproof.reports.results.outcomes import Outcome
+from rayproof.reports.run.case_answers import CaseAnswers
 from rayproof.reports.run.judge_task import keep_images, masks
-from rayproof.reports.run.messages import JudgeTask
+from rayproof.reports.run.options import CaseOptions
 from tests.harness.guards import BrokenHarnessError
 
 
@@ -53,17 +54,15 @@ def guard_report(oracle: Any) -> None:
         Answers(name=name, precision="float64", independent=True, answers=given[name]) for name in (ORACLE, "third")
     )
     with tempfile.TemporaryDirectory() as name:
-        task = JudgeTask(
-            case=CASE, subjects=(one, two), references=witnesses, versions={}, folder=Path(name), require=()
-        )
+        answers, folder = CaseAnswers(subjects=(one, two), references=witnesses), Path(name)
         judged = judge_case(CASE, (one, two), witnesses, oracle, {})
-        classes = {each.name: masks(replace(task, subjects=(each,)), judged) for each in (one, two)}
+        classes = {each.name: masks(replace(answers, subjects=(each,)), judged) for each in (one, two)}
         if len({json.dumps(found and found["data"]) for found in classes.values()}) < 2:
             raise BrokenHarnessError("the report is broken: an epsilon of 0.2 m leaves every pixel's class as it was")
         for outcome in (Outcome.FAIL, Outcome.PASS):
             kept = set(shown) if outcome is Outcome.FAIL else {"tracer-float32", ORACLE}
-            page = _published(task, judged, outcome, list(shown))
-            images = read_pixels(task.folder / str(page["pixels"]))
+            page = _published(answers, folder, judged, outcome, list(shown))
+            images = read_pixels(folder / str(page["pixels"]))
             radiance = {name: set(np.unique(images[name][Stage.RADIANCE]).tolist()) for name in images}
             if radiance != {name: {shown[name]} for name in kept}:
                 raise BrokenHarnessError("the report is broken: an image is shown as another renderer's, or is lost")
@@ -71,21 +70,21 @@ def guard_report(oracle: Any) -> None:
                 raise BrokenHarnessError("the report is broken: pixels are classed as another configuration's")
 
 
-def _published(task: JudgeTask, judged: Judged, outcome: Outcome, names: list[str]) -> CaseRecord:
+def _published(answers: CaseAnswers, folder: Path, judged: Judged, outcome: Outcome, names: list[str]) -> CaseRecord:
     """Return what the page is handed of a case that ended so."""
-    images, pixels = keep_images(task, outcome)
+    images, pixels = keep_images(CASE, CaseOptions(references=()), answers, folder, outcome)
     record: CaseRecord = {
         "name": CASE.name,
         "family": CASE.family,
         "verdict": outcome.value,
         "renders": [{"renderer": name, "image": images.get(name)} for name in names],
         "pixels": pixels,
-        "masks": masks(task, judged),
+        "masks": masks(answers, judged),
         "lights": len(CASE.scene.lights),
         "checks": [],
     }
-    page = task.folder / "data" / f"{outcome}.js"
+    page = folder / "data" / f"{outcome}.js"
     page.parent.mkdir(exist_ok=True)
-    write_case_data(task.folder, page, record)
+    write_case_data(folder, page, record)
     packed = json.loads(handed_over(page.read_text(encoding="utf-8")))
     return json.loads(zlib.decompress(base64.b64decode(packed)))

@@ -1,4 +1,4 @@
-"""`rayproof probe --keep` makes one call of a program by hand, and with a pixel puts it beside the rest."""
+"""`rayproof call` makes one call of a program by hand, and `rayproof probe` puts a pixel of it beside the rest."""
 
 import json
 import sys
@@ -25,7 +25,7 @@ def script(folder: Path, *lines: str) -> str:
 def test_a_call_that_fails_is_told_with_its_exit_code_and_its_words(rayproof: Rayproof, tmp_path: Path) -> None:
     subject = script(tmp_path, "SCENE and sys.exit('the model is missing')")
 
-    ended = rayproof("probe", "transforms/mesh_sheared", "--subject", subject, "--keep", tmp_path / "call")
+    ended = rayproof("call", "transforms/mesh_sheared", tmp_path / "call", "--subject", subject)
 
     assert ended.code == 1
     assert "exit code: 1" in ended.out
@@ -34,7 +34,7 @@ def test_a_call_that_fails_is_told_with_its_exit_code_and_its_words(rayproof: Ra
 
 
 def test_a_call_of_what_is_no_program_is_refused_in_one_line(rayproof: Rayproof, tmp_path: Path) -> None:
-    ended = rayproof("probe", "primitives/sphere", "--subject", "radiance", "--keep", tmp_path / "call")
+    ended = rayproof("call", "primitives/sphere", tmp_path / "call", "--subject", "radiance")
 
     assert ended.code == 2
     assert len(ended.error.splitlines()) == 1

@@ -24,7 +24,7 @@ KEYS = {
     "expected",
     "verdict",
 }
-FAR = ("--quick", "--ladder", "SPH-FAR", "--precision", "float32")
+FAR = ("--quick", "SPH-FAR", "--precision", "float32")
 
 
 def test_what_the_file_holds(rayproof: Rayproof, tmp_path: Path) -> None:
@@ -71,8 +71,8 @@ def test_files_of_every_ladder(rayproof: Rayproof, tmp_path: Path) -> None:
     ("arguments", "named"),
     [
         (("sphere/mine",), "sphere/mine"),
-        (("--ladder", "NO-SUCH"), "NO-SUCH"),
-        (("sphere", "--ladder", "TRI-EDGE"), "none of these formulas"),
+        (("NO-SUCH",), "NO-SUCH"),
+        (("sphere", "TRI-EDGE"), "none of these formulas"),
         (("--precision", "float16"), "float16"),
     ],
 )

@@ -10,7 +10,7 @@ from tests.reports.vectors.answers import of_formula, written
 
 
 def test_it_writes_the_files_of_the_slots_that_are_named(rayproof: Rayproof, tmp_path: Path) -> None:
-    ended = rayproof("vectors", "sphere", "falloff", "--out", tmp_path)
+    ended = rayproof("vectors", "write", "sphere", "falloff", "--out", tmp_path)
 
     assert ended.code == 0
     names = {path.name for path in tmp_path.iterdir() if not path.name.startswith(".")}
@@ -22,7 +22,7 @@ def test_it_judges_answers_and_publishes(rayproof: Rayproof, tmp_path: Path) -> 
     cells = of_formula("sphere/haines", "sphere", "float32")
     answers = written(tmp_path / "mine.csv", {i: row for i, row in cells.items() if "extreme" not in i})
 
-    ended = rayproof("vectors", "--judge", answers, "--out", tmp_path / "judged")
+    ended = rayproof("vectors", "judge", answers, "--out", tmp_path / "judged")
 
     assert ended.code == 0
     assert "SPH-FAR" in ended.out
@@ -34,17 +34,16 @@ def test_it_judges_answers_and_publishes(rayproof: Rayproof, tmp_path: Path) -> 
 def test_answers_that_are_all_skipped_measure_nothing(rayproof: Rayproof, tmp_path: Path) -> None:
     cells = {i: {"hit": "skip", "t": ""} for i in of_formula("plane/dot_products", "plane", "float32")}
 
-    assert rayproof("vectors", "--judge", written(tmp_path / "none.csv", cells)).code == 3
+    assert rayproof("vectors", "judge", written(tmp_path / "none.csv", cells)).code == 3
 
 
 @pytest.mark.parametrize(
     ("arguments", "named"),
     [
-        ((), "--out"),
-        (("corners", "--out", "x"), "frustum"),
-        (("juggling", "--out", "x"), "juggling"),
-        (("--judge", "nowhere.csv"), "nowhere.csv"),
-        (("sphere", "--judge", "nowhere.csv"), "sphere"),
+        (("write",), "--out"),
+        (("write", "corners", "--out", "x"), "frustum"),
+        (("write", "juggling", "--out", "x"), "juggling"),
+        (("judge", "nowhere.csv"), "nowhere.csv"),
     ],
 )
 def test_bad_usage_ends_in_one_line(

@@ -7,7 +7,6 @@ from rayproof.reference import REFERENCES
 from rayproof.reference.analytic import Analytic
 from rayproof.reports.judge.case import judge_case
 from rayproof.reports.results.outcomes import Outcome
-from rayproof.reports.run.messages import ReferenceTask, TracerTask
 from rayproof.reports.run.tracer_task import trace
 from rayproof.reports.run.worker_tasks import ask_reference
 
@@ -26,11 +25,10 @@ SCENES = {
 @pytest.mark.parametrize("number", SCENES, ids=SCENES.get)
 def test_nobody_is_accused_of_what_the_scene_itself_leaves_open(number):
     case = random_case(1, number)
-    candidate, *_ = trace(TracerTask(scene=case.scene, configuration="float64", samples=1))
-    task = ReferenceTask(scene=case.scene, samples=1)
+    candidate = trace(case.scene, "float64").answers
     # Radiance's light is a ball that is larger than the other scenes, and dark inside.
     names = ("analytic", "radiance") if number == 109 else ("analytic",)
-    witnesses = [ask_reference(name, REFERENCES[name](), task, independent=True) for name in names]
+    witnesses = [ask_reference(name, REFERENCES[name](), case.scene, independent=True) for name in names]
 
     judged = judge_case(case, [candidate], witnesses, Analytic(), {})
 

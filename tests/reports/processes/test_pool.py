@@ -23,15 +23,18 @@ def replies(
 ) -> dict[tuple[str, str], Reply]:
     """Return the reply to each (kind, task)."""
     pool = Pool(jobs=jobs, timeout=timeout, copies=copies, target=obey)
-    found: dict[tuple[str, str], Reply] = {}
-    for kind, task in tasks:
-        pool.submit(kind, task, lambda reply, key=(kind, task): found.__setitem__(key, reply))
+    futures = {(kind, task): pool.submit(kind, task) for kind, task in tasks}
     try:
         while not pool.idle:
             pool.step()
     finally:
         pool.close()
-    return found
+    return {key: future.result() for key, future in futures.items()}
+
+
+def submit(pool: Pool, heard: list[Reply], *task: object, **about: object) -> None:
+    """Submit a task, whose reply is appended to `heard`."""
+    pool.submit(*task, **about).add_done_callback(lambda future: heard.append(future.result()))  # type: ignore[arg-type]
 
 
 def test_every_task_is_answered_by_a_worker_of_its_kind():
@@ -61,16 +64,16 @@ def test_a_worker_that_hangs_is_stopped_at_its_deadline():
 
 def test_what_is_first_is_done_in_turn_before_all_else():
     pool = Pool(jobs=1, timeout=20.0, target=obey)
-    heard: list[str] = []
+    heard: list[Reply] = []
     for task, first in (("third", False), ("first", True), ("second", True)):
-        pool.submit("a", task, lambda reply: heard.append(reply.value[1]), first=first)
+        submit(pool, heard, "a", task, first=first)
     try:
         while not pool.idle:
             pool.step()
     finally:
         pool.close()
 
-    assert heard == ["first", "second", "third"]
+    assert [reply.value[1] for reply in heard] == ["first", "second", "third"]
 
 
 def test_a_kind_with_copies_goes_on_while_one_of_them_hangs():
@@ -96,7 +99,9 @@ def test_a_time_limit_beyond_what_systems_count_is_no_limit(timeout):
 
 def test_a_prepared_worker_s_own_task_comes_first_and_costs_the_others_nothing():
     pool, heard = Pool(jobs=1, timeout=5.0, target=obey), []
-    pool.submit("a", "one", lambda reply: heard.append((reply.value, time.monotonic() - start)))
+    pool.submit("a", "one").add_done_callback(
+        lambda future: heard.append((future.result().value, time.monotonic() - start))
+    )
     pool.prepare("a", "hang")
     pool.prepare("a", "hang")  # it is prepared already
     start = time.monotonic()
@@ -115,7 +120,7 @@ def test_a_worker_that_dies_when_it_has_nothing_to_do_costs_no_task():
     pool, heard = Pool(jobs=1, timeout=20.0, target=obey), []
     try:
         for task in ("answer and leave", "after"):
-            pool.submit("a", task, heard.append)
+            submit(pool, heard, "a", task)
             while not pool.idle:
                 pool.step()
             time.sleep(0.5)  # it is dead by now, which nobody waited for
@@ -140,7 +145,7 @@ def test_a_worker_that_is_stopped_costs_its_task_at_its_deadline(how):
 def test_a_worker_that_was_stopped_before_its_task_came_does_not_stop_who_hands_it_over():
     pool, heard = Pool(jobs=2, timeout=20.0, target=obey), []
     try:
-        pool.submit("a", "one", heard.append)
+        submit(pool, heard, "a", "one")
         while not pool.idle:
             pool.step()
         pid = pool._workers["a", 0].process.process.pid
@@ -148,8 +153,8 @@ def test_a_worker_that_was_stopped_before_its_task_came_does_not_stop_who_hands_
         os.kill(pid, signal.SIGSTOP)
         pool._timeout = 2.0
         start = time.monotonic()
-        pool.submit("a", bytes(2**23), heard.append)
-        pool.submit("b", bytes(2**23), heard.append)
+        submit(pool, heard, "a", bytes(2**23))
+        submit(pool, heard, "b", bytes(2**23))
         while not pool.idle:
             pool.step()
         seconds = time.monotonic() - start
@@ -165,7 +170,7 @@ def test_eight_megabytes_go_there_and_come_back():
     content = os.urandom(2**23)
     pool, heard = Pool(jobs=1, timeout=60.0, target=obey), []
     try:
-        pool.submit("a", content, heard.append)
+        submit(pool, heard, "a", content)
         while not pool.idle:
             pool.step()
     finally:
@@ -182,7 +187,7 @@ from tests.reports.run.workers import obey, sleep_or_compute
 if __name__ == "__main__":
     with scratch():
         pool = Pool(jobs=1, timeout=60.0, target=obey)
-        pool.submit("a", "hang", print)
+        pool.submit("a", "hang")
         pool.start()
         print(pool._workers["a", 0].process.process.pid, flush=True)
         while True:
@@ -216,8 +221,8 @@ def test_workers_end_with_a_parent_that_is_killed_and_the_next_start_sweeps_its_
 def test_a_task_that_is_given_longer_has_longer():
     pool = Pool(jobs=1, timeout=1.0, target=obey)
     heard: list[Reply] = []
-    pool.submit("a", "nap", heard.append, seconds=30.0)
-    pool.submit("a", "hang", heard.append, seconds=0.5)
+    submit(pool, heard, "a", "nap", seconds=30.0)
+    submit(pool, heard, "a", "hang", seconds=0.5)
     try:
         while not pool.idle:
             pool.step()
@@ -232,7 +237,7 @@ def test_large_tasks_run_one_at_a_time_and_their_workers_end_with_them():
     pool = Pool(jobs=3, timeout=30.0, target=obey)
     heard: list[Reply] = []
     for kind in ("a", "b", "a"):
-        pool.submit(kind, "pid", heard.append, large=True)
+        submit(pool, heard, kind, "pid", large=True)
     most = 0
     try:
         while not pool.idle:
@@ -253,7 +258,7 @@ def test_who_sleeps_takes_no_place_of_those_who_compute():
     answered: list[Reply] = []
     for kind, count in (("sleeps", 16), ("computes", 3)):
         for _ in range(count):
-            pool.submit(kind, 0.25, answered.append)
+            submit(pool, answered, kind, 0.25)
     seen: set[tuple[int, int]] = set()  # how many sleep and how many compute, at once
     try:
         while not pool.idle:
@@ -275,8 +280,8 @@ def test_a_slow_worker_does_not_keep_others_waiting_for_its_kind_while_a_process
     pool.relief = 0.1
     heard: list[Reply] = []
     for _ in range(2):  # the first is done when the second has come
-        pool.submit("slow", tmp_path / "first", heard.append)
-    pool.submit("busy", "echo", heard.append)
+        submit(pool, heard, "slow", tmp_path / "first")
+    submit(pool, heard, "busy", "echo")
     spare: set[int] = set()
     try:
         while not pool.idle:
@@ -295,7 +300,7 @@ def pooled(pool: Pool, *tasks: str, **about: object) -> list[Reply]:
     found: list[Reply] = []
     try:
         for task in tasks:
-            pool.submit("a", task, found.append, **about)  # type: ignore[arg-type]
+            submit(pool, found, "a", task, **about)  # type: ignore[arg-type]
             while not pool.idle:
                 pool.step()
     finally:

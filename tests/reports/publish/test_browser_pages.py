@@ -126,7 +126,7 @@ def test_ladders_are_plotted_with_slopes_and_commands(visit: Visit) -> None:
     page.wait_for_selector(".ladder [role=status] code")
     command = page.locator(".ladder [role=status] code").inner_text()
     assert command.startswith("rayproof stability")
-    assert command.endswith("--ladder SPH-FAR --precision float32")
+    assert command.endswith(" SPH-FAR --precision float32")
 
 
 def test_a_hostile_name_is_text_in_plots_too(visit: Visit) -> None:

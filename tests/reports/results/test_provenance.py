@@ -87,8 +87,8 @@ def test_a_comparison_is_computed_again_from_its_folder_alone(rayproof: Rayproof
     for name in ("mine.py", "factor.py", "scene.json"):
         (folder / name).unlink()
 
-    told = rayproof("report", "kept", "--reproduce")
-    again = rayproof("report", "kept", "--reproduce", "--trust")
+    told = rayproof("report", "reproduce", "kept")
+    again = rayproof("report", "reproduce", "kept", "--trust")
 
     assert told.code == again.code == 0, again.error
     assert "rayproof compare sphere/haines 'sphere=./mine.py:hit(eps=1e-4)' scene.json" in told.out
@@ -104,7 +104,6 @@ def test_what_differs_is_named_and_a_changed_input_is_not_executed(rayproof: Ray
         rayproof(
             "stability",
             "sphere=mine.py:hit",
-            "--ladder",
             "SPH-TAN",
             "--quick",
             "--precision",
@@ -121,18 +120,17 @@ def test_what_differs_is_named_and_a_changed_input_is_not_executed(rayproof: Ray
     climb["slope_interval"] = [7.0, 8.0]
     record.write_text(json.dumps(document))
 
-    differs = rayproof("report", "kept", "--reproduce", "--trust")
+    differs = rayproof("report", "reproduce", "kept", "--trust")
     source = folder / "kept" / "origin" / "stability" / "0" / "mine.py"
     source.write_text("raise SystemExit('executed')\n")
-    changed = rayproof("report", "kept", "--reproduce", "--trust")
+    changed = rayproof("report", "reproduce", "kept", "--trust")
 
     assert differs.code == 1
     assert "stability: 1 of 2 results differ" in differs.out
     assert "SPH-TAN sphere=mine.py:hit float32: " in differs.out
     assert changed.code == 2
     assert "mine.py is not what it was" in changed.error
-    assert rayproof("report", folder, "--reproduce").code == 2
-    assert rayproof("report", "kept", "--trust").code == 2
+    assert rayproof("report", "reproduce", folder).code == 2
 
 
 @pytest.mark.process
@@ -154,7 +152,7 @@ def test_a_run_is_computed_again_too_and_holds_no_value_of_a_variable(
     )
     assert rayproof("run", "scene.json", *options).code == 0
 
-    again = rayproof("report", "kept", "--reproduce", "--trust")
+    again = rayproof("report", "reproduce", "kept", "--trust")
 
     assert again.code == 0, again.error
     assert "run: equal, " in again.out

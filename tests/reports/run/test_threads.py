@@ -9,12 +9,12 @@ from textwrap import dedent
 
 import pytest
 
-from rayproof.reports.run.messages import TRACING
+from rayproof.reports.subjects import TRACER
 
 pytestmark = pytest.mark.process
 
 
-@pytest.mark.parametrize("kind", [TRACING, "reference:mitsuba_llvm"])
+@pytest.mark.parametrize("kind", [TRACER, "reference:mitsuba_llvm"])
 def test_subnormal_numbers_are_flushed_after_a_worker_s_task_as_before_it(kind: str) -> None:
     # In a process of its own: here other tests may have chosen a number of threads.
     script = """
@@ -22,8 +22,7 @@ def test_subnormal_numbers_are_flushed_after_a_worker_s_task_as_before_it(kind: 
         from rayproof import tracer
         import drjit as dr
         from drjit.llvm import Float
-        from rayproof.reports.run.messages import ReferenceTask, TracerTask
-        from rayproof.reports.run.worker_tasks import handler
+        from rayproof.reports.run.worker_tasks import prepare, render_reference
         from tests.reports.judge.scenes import SCENE
 
         def facts():
@@ -31,12 +30,13 @@ def test_subnormal_numbers_are_flushed_after_a_worker_s_task_as_before_it(kind: 
             return dr.thread_count(), dr.count(faint != 0)[0]
 
         before = facts()
-        do = handler(sys.argv[1])
+        prepare(sys.argv[1])
         made = facts()
         if sys.argv[1] == "tracer":
-            do(TracerTask(scene=SCENE, configuration="float32", samples=1))
+            from rayproof.reports.run.tracer_task import trace
+            trace(SCENE, "float32")
         else:
-            do(ReferenceTask(scene=SCENE, samples=1))
+            render_reference(sys.argv[1].removeprefix("reference:"), SCENE)
         print(before, made, facts(), sep="\\n")
     """
 

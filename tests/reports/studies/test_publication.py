@@ -176,9 +176,7 @@ def test_a_parameter_is_swept_and_drawn(rayproof: Rayproof, tmp_path: Path, monk
         "t.md",
     )
     drawing = (tmp_path / "a.svg").read_text()
-    climbed = rayproof(
-        "stability", mine, "--ladder", "SPH-TAN", "--precision", "float32", "--quick", *sweep, "--json", "s.json"
-    )
+    climbed = rayproof("stability", mine, "SPH-TAN", "--precision", "float32", "--quick", *sweep, "--json", "s.json")
 
     assert (compared.code, climbed.code) == (0, 0), compared.error + climbed.error
     found = json.loads((tmp_path / "c.json").read_text())

@@ -11,7 +11,8 @@ from rayproof.reports.judge.case import adjudication, judge_case
 from rayproof.reports.judge.verdict import Judged
 from rayproof.reports.results.outcomes import Outcome
 from rayproof.reports.run import judge_task
-from rayproof.reports.run.messages import JudgeTask
+from rayproof.reports.run.case_answers import CaseAnswers
+from rayproof.reports.run.options import CaseOptions
 from tests.reports.judge.scenes import CASE, ORACLE, candidate, rounded, truth, witness
 
 SPOILT = {
@@ -88,22 +89,14 @@ def test_who_stands_alone_is_held_against_conventions_by_its_other_images():
 
 
 def test_a_case_with_such_images_is_recorded_with_all_others(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
-    monkeypatch.setattr(judge_task, "_guarded", lambda *, cached: None)
+    monkeypatch.setattr(judge_task, "check_judge", lambda *, cached: None)
     ours, theirs = rounded(truth()), truth()
     ours[Stage.OBJECT] = ours[Stage.OBJECT][:1]
     theirs[Stage.RADIANCE] = theirs[Stage.RADIANCE][..., :2]
     _, candidates, witnesses = judged(ours, theirs)
 
-    record = judge_task.judge(
-        JudgeTask(
-            case=CASE,
-            subjects=tuple(candidates),
-            references=tuple(witnesses),
-            versions={},
-            folder=tmp_path,
-            require=(),
-        )
-    )
+    answers = CaseAnswers(subjects=tuple(candidates), references=tuple(witnesses))
+    record = judge_task.judge(CASE, CaseOptions(references=()), answers, tmp_path)
 
     assert record["verdict"] == Outcome.FAIL
     assert all((tmp_path / render["image"]).is_file() for render in record["renders"])

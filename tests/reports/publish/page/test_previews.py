@@ -85,7 +85,7 @@ def test_parts_of_a_run_keep_their_images_until_they_are_together(
     for part in "12":
         main(["run", "primitives/s*", *FAULTY, "--shard", f"{part}/2", "--out", str(tmp_path / part)])
 
-    assert main(["run", "--merge", *parts, "--out", str(tmp_path / "all")]) == 1
+    assert main(["merge", *parts, "--out", str(tmp_path / "all")]) == 1
 
     results = load_results(tmp_path / "all")
     assert all("previews" not in load_results(Path(part))["images_kept"] for part in parts)

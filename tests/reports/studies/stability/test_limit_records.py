@@ -108,7 +108,7 @@ def test_report_compares_two_folders(tmp_path: Path, capsys: pytest.CaptureFixtu
 
 @pytest.mark.process
 def test_against_is_a_gate(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    words = ["stability", "--subject", "tracer", "--quick", "--ladder", "tall", "--out", str(tmp_path / "now")]
+    words = ["limits", "--subject", "tracer", "--quick", "tall", "--out", str(tmp_path / "now")]
     assert main(words) == 0
     found = load_limits(tmp_path / "now")
     assert found["limits"][0]["limit"] == 36.0
@@ -126,12 +126,12 @@ def test_a_program_without_an_image_is_asked_once_a_ladder(tmp_path: Path, capsy
     program.write_text("import sys\nsys.exit('no image today')\n")
     subject = f"exec:python3 {program} {{scene}} {{output}}"
 
-    assert main(["stability", "--subject", subject, "--quick", "--ladder", "tall", "--out", str(tmp_path)]) == 3
+    assert main(["limits", "--subject", subject, "--quick", "tall", "--out", str(tmp_path)]) == 3
     assert [one["verdict"] for one in load_limits(tmp_path)["limits"][0]["rungs"]] == ["error"]
     assert "no image today" in capsys.readouterr().out
 
 
-@pytest.mark.parametrize("words", [["sphere", "--subject", "tracer"], ["--against", "x"], ["--subject", "nobody"]])
+@pytest.mark.parametrize("words", [["sphere"], ["--against", "x"], ["--subject", "nobody"]])
 def test_bad_usage(words: list[str], capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["stability", *words]) == 2
+    assert main(["limits", *words]) == 2
     assert capsys.readouterr().err.count("\n") == 1

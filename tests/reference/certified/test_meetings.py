@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 from flint import arb, fmpq
 
-from rayproof.reports.studies.stability.arithmetic import decided, evaluated, rational, single, witnessed
-from rayproof.reports.studies.stability.shapes import SHAPES, Hit, towards
+from rayproof.reference.certified.columns import decided, evaluated, single, witnessed
+from rayproof.reference.certified.fields import exact
+from rayproof.reference.certified.meetings import SHAPES, Hit, towards
 
 
 def hit(shape: str, **inputs: Any) -> Hit:
@@ -40,7 +41,8 @@ def test_a_unit_sphere_along_its_axis(start: float, expected: float | None) -> N
 def test_a_tangent_ray_hits_and_one_float_farther_does_not() -> None:
     touching = {"o": [1.0, 0, 5], "d": [0, 0, -1], "c": [0, 0, 0]}
 
-    assert hit("sphere", r=1.0, **touching).hit[0]
+    found = hit("sphere", r=1.0, **touching)
+    assert (found.hit[0], found.t.high[0]) == (True, 5.0)
     assert not hit("sphere", r=float(np.nextafter(1.0, 0)), **touching).hit[0]
 
 
@@ -97,5 +99,5 @@ def test_one_text_of_mathematics_serves_balls_and_rationals() -> None:
     inputs = {"o": np.array([[0.0, 0, 5]]), "d": np.array([[0.0, 0, -1]]), "c": np.zeros((1, 3)), "r": np.ones(1)}
     shape = SHAPES["sphere"]()
 
-    assert shape.predicates(single(inputs, 0, rational))["margin"] == fmpq(1)
+    assert shape.predicates(single(inputs, 0, exact))["margin"] == fmpq(1)
     assert shape.values(single(inputs, 0, arb))["near"] == arb(4)
