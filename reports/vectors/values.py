@@ -9,8 +9,7 @@ Limits, u being the unit roundoff, of a vector for the length of the difference:
     normals             16 u, of placed ones times cond(M) in the Frobenius norm
     irradiance          16 u Phi / (4 pi r^2), a cosine 16 u, a sum of n lights (n + 16) u times the sum of their sizes
     exitance, radiance  16 u of themselves
-    shadow ray              required where light and blocker clear the plane of the hit, and each other, by more than
-    the
+    shadow ray          required where light and blocker clear the plane of the hit, and each other, by more than the
                         error of the hit, 16 u (|o| + |p| + t |d|)
 """
 

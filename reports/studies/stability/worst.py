@@ -19,6 +19,7 @@ from rayproof.cases.placement import unit
 from rayproof.cases.rounding import UNIT_ROUNDOFF
 from rayproof.reference.certified.bundles import floats
 from rayproof.reference.certified.meetings import SHAPES, towards
+from rayproof.reports.judge.forward.limits import HIT
 from rayproof.reports.results.files import several
 from rayproof.reports.studies.stability.breeds import LadderBreed, ladders_of
 from rayproof.reports.studies.stability.questions import QUESTIONS
@@ -26,7 +27,6 @@ from rayproof.reports.studies.stability.shapes import Conditioned
 from rayproof.tracer.formulas import Formula
 
 ERROR_LIMIT = 4.0  # K u, the ladders' gate
-DECISION_LIMIT = 16.0  # roundings of every input, as many as a test vector excuses (reports.vectors)
 POPULATION, GENERATIONS = 2048, 40
 KEPT = 100
 FINEST = {"float32": -26.0, "float64": -55.0}  # how near to an edge a ray is aimed, as a power of two of the shape
@@ -126,8 +126,8 @@ def judged(
     clear = clearance(str(ladder.options["shape"]), inputs, precision)
     error = np.nan_to_num(distance_error(truth.facts, answer["t"], precision), nan=0.0) / ERROR_LIMIT
     # Beside an edge the answer may be that of the other side, such as a sphere's other root from its surface.
-    error = np.where(clear > DECISION_LIMIT, error, 0.0)
-    scores = np.where(wrong, clear / DECISION_LIMIT, error)
+    error = np.where(clear > HIT, error, 0.0)
+    scores = np.where(wrong, clear / HIT, error)
     kinds = np.select([grades.false_hit, wrong], ["false hit", "false miss"], "error")
     counted = grades.counted & np.isfinite(scores)
     return np.where(counted, scores, 0.0), kinds, wrong & counted & (clear == 0)
