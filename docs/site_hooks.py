@@ -1,4 +1,4 @@
-"""What the site of these pages needs beside mkdocs: the terms, which lie with the code, and links out of the folder."""
+"""Hooks of mkdocs for the site of these pages: they add the terms and replace links that leave the folder."""
 
 import re
 from pathlib import Path
@@ -17,6 +17,6 @@ def on_files(files: Files, config: Any) -> Files:
 
 
 def on_page_markdown(markdown: str, **_: Any) -> str:
-    """Link to the terms, and name what other links out of the folder lead to: it is not on the site."""
+    """Link to the terms, and replace other links out of the folder with the path in the repository."""
     markdown = markdown.replace("](../reports/terms.md", "](terms.md")
     return LEAVING.sub(r"\1 (`\2` in the repository)", markdown)

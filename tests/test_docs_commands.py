@@ -71,13 +71,40 @@ def test_the_readme_s_commands_run_in_order_as_they_stand(tmp_path: Path, monkey
     monkeypatch.chdir(tmp_path)
     lines = re.findall(r"^    \./rayproof (.*)$", (CHECKOUT / "README.md").read_text(), re.MULTILINE)
 
-    run = [line for line in lines if not line.startswith("compare ")]  # which the tests of that command run
-    codes = {line: main(shlex.split(line.removesuffix(" || true"))) for line in run}
+    codes = {line: main(shlex.split(line.removesuffix(" || true"))) for line in lines}
 
-    assert len(run) >= 8
+    assert len(lines) >= 6
     assert {code for line, code in codes.items() if not line.endswith(" || true")} == {0}
     assert {code for line, code in codes.items() if line.endswith(" || true")} == {1}  # there is something to accept
     assert '"reason": "Mitsuba draws sheared spheres wrong."' in (tmp_path / "known.json").read_text()
+
+
+@pytest.mark.process
+@pytest.mark.timeout(1200)  # 30 s of one idle processor
+def test_the_tutorial_about_a_renderer_leads_from_a_pass_to_a_failure_and_its_repair(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    # Nothing else notices if the starter changes so that the page's code no longer fits into it.
+    (tmp_path / ".venv").symlink_to(sys.prefix)
+    monkeypatch.chdir(tmp_path)
+    page = (CHECKOUT / "docs" / "first_renderer.md").read_text()
+    trace, repair = re.findall(r"^```python\n(.*?)^```", page, re.MULTILINE | re.DOTALL)
+    new, first, stretched, *_ = commands(CHECKOUT / "docs" / "first_renderer.md")
+    renderer = Path("renderer.py")
+    patient = ["--timeout", "500"]  # s, where many tests share a processor
+
+    assert main(shlex.split(new)) == 0
+    assert main([*shlex.split(first), *patient]) == 0
+    starter = renderer.read_text()
+    start = re.sub(r"^def trace\(.*?(?=^def render\()", lambda _: f"{trace}\n\n", starter, flags=re.M | re.S)
+    start = start.replace("import json\n", "import json\n\nimport numpy\n", 1)
+    wrong = start.replace('"affine": False,', '"affine": True,')
+    (line,) = [line for line in wrong.splitlines(keepends=True) if line.strip().startswith("normal = matrix")]
+    renderer.write_text(wrong)
+    assert main([*shlex.split(stretched), *patient]) == 1
+    assert "turns normals by the model matrix instead of its inverse transpose" in capsys.readouterr().out
+    renderer.write_text(wrong.replace(line, repair))
+    assert main([*shlex.split(stretched), *patient]) == 0
 
 
 RIGHT = """
@@ -139,7 +166,7 @@ def test_the_way_from_the_readme_to_a_green_a_red_and_a_repaired_gate(
 @pytest.mark.process
 def test_the_lines_of_git_bisect_find_the_commit_that_broke_it(tmp_path: Path) -> None:
     """Of six commits the fifth is the first bad one; one does not build, and of one nothing can be measured."""
-    page = (CHECKOUT / "docs" / "gate.md").read_text()
+    page = (CHECKOUT / "docs" / "ci.md").read_text()
     (lines,) = re.findall(r"^    git bisect start BAD GOOD\n((?:    .*\n)+)", page, re.MULTILINE)
     programs = tmp_path / "bin"
     programs.mkdir()

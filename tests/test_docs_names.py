@@ -28,7 +28,7 @@ NAMED_PATH = re.compile(rf"(?<![\w./-])((?:{TOP})/[\w./-]*)")
 NAMED_MODULE = re.compile(r"(?<![\w./])(?:rayproof\.)?((?:cases|tracer|reference|reports|tests)(?:\.\w+)+)")
 BARE = re.compile(r"[\w-]+\.(?:py|js|html|cpp|toml|yml)")
 # Files that a run or a reader writes.
-MADE_BY_A_USER = {"index.html", "report.html", "mine.py", "test_results.py", "rayproof.toml"}
+MADE_BY_A_USER = {"index.html", "report.html", "mine.py", "renderer.py", "rayproof.toml"}
 
 
 @cache

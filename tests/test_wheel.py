@@ -123,7 +123,7 @@ def test_a_project_with_packages_of_the_same_names_can_use_it(
 
 
 def test_the_gate_of_a_foreign_project_goes_red_in_each_of_its_ways(project: tuple[Path, dict[str, str]]) -> None:
-    # Replaces trying by hand what `docs/gate.md` promises of a project that has installed rayproof.
+    # Replaces trying by hand what `docs/ci.md` promises of a project that has installed rayproof.
     folder, environment = project
     cli = [sys.executable, "-c", "import sys; from rayproof.reports.cli import main; sys.exit(main())"]
 

@@ -18,7 +18,7 @@ from rayproof.tracer.kernel.parameters import DeviceBuffers, KernelConstants
 from rayproof.tracer.shapes.meshes import layers
 from rayproof.tracer.shapes.primitives import traced
 
-HANDFUL = 8  # shapes of one kind that are unrolled; measured in docs/performance.md
+HANDFUL = 8  # shapes of one kind that are unrolled; measured in docs/developers.md
 SEVERAL = 24  # the most shapes that are unrolled if a lane takes several samples and skips shapes that these cannot hit
 FEW = 2**17  # samples below which a long kernel takes longer to compile than it saves
 MANY = 2**20  # the least number of samples for which a long kernel of several kinds of shapes pays

@@ -203,7 +203,7 @@ def adapter(file: Path, *, language: Literal["python", "c++"] | None = None) -> 
         say(f"    {step}")
     say("serve: starts it once for each worker, exec: for each scene.")
     say("Then put your renderer at YOUR RENDERER, declare its capabilities, and run without naming cases.")
-    say("The protocol: docs/protocol.md; the scene's format: docs/scene.md and `rayproof list schema`.")
+    say("A tutorial: docs/first_renderer.md; the protocol: docs/protocol.md; the scene's format: docs/scene.md.")
     return 0
 
 

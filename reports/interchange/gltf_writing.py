@@ -33,7 +33,7 @@ SAYS = SceneFormat(
     greatest_albedo=1.0,
     world_normals=True,
     cannot_say={
-        "spheres and planes": "meshes, by which the case is judged",
+        "spheres and planes": "meshes; the case is judged as that scene",
         "cubes, squares and triangles": "meshes that equal them",
         "clip `shell` and `none`": "clip `depth`, if the planes touch nothing; else `unsupported`",
         "one-sided surfaces whose backs block light": "two-sided ones, if no back is seen; else `unsupported`",

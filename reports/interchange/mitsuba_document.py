@@ -113,7 +113,7 @@ class _Scan:
         elif tag == "scene" and level == 0:
             self._versioned = "version" in attributes
         elif tag in NORI and not self._versioned:
-            raise SceneError(f"{place}: a scene of Nori, which is not read; Mitsuba 3 XML is (docs/exchange.md)")
+            raise SceneError(f"{place}: a scene of Nori, which is not read; Mitsuba 3 XML is (docs/scene.md)")
 
     def _found(self, name: str, place: str, folders: Sequence[Path]) -> Path:
         """Return the path of a file that is opened now: in the first of the folders that has it."""

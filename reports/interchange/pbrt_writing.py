@@ -27,7 +27,7 @@ SAYS = SceneFormat(
         "near and far plane": "clip `none`, if the planes touch nothing; else `unsupported`",
         "one-sided surfaces": "two-sided ones, if no back is seen; else `unsupported`",
         "simplified light": "`inverse_square`",
-        "planes": "a square as a mesh, by which the case is judged",
+        "planes": "a square as a mesh; the case is judged as that scene",
         "cubes, squares and triangles": "meshes that equal them",
     },
 )

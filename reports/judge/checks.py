@@ -100,7 +100,7 @@ def stage_check(pair: RendererPair, stage: Stage) -> Check:
     )
 
 
-def _pooled(pair: Pair) -> tuple[float, str]:
+def _pooled(pair: RendererPair) -> tuple[float, str]:
     """Return the error over its limit of the mean radiance over all smooth pixels, and what is wrong with it.
 
     0 for a subject that draws no random numbers.

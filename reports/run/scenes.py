@@ -2,7 +2,7 @@
 
 Of a stream only each scene's name and place stay in memory, so that a run of a hundred thousand scenes takes little
 more than one of a thousand. All are read once before anything starts, so that a wrong scene is reported then.
-The constants of time and memory are measured: docs/performance.md, "What a case takes", has the machine and the errors.
+The constants of time and memory are measured: docs/using.md, "What a case takes", has the machine and the errors.
 """
 
 import hashlib

@@ -45,7 +45,7 @@ def with_lights(*lights: PointLight) -> Scene:
 
 
 # What is asked for, what is not, of which stages, and how many operations it takes at least: two thirds of what it took
-# when this was written (docs/performance.md has those), so that what stays in the kernel unasked shows.
+# when this was written (docs/developers.md has those), so that what stays in the kernel unasked shows.
 FEATURES: dict[str, tuple[Scene, Scene, Collection[Stage], int]] = {
     "lights": (BOTH, with_lights(), RADIANCE, 210),
     "a second light": (with_lights(LIGHT, SECOND_LIGHT), BOTH, RADIANCE, 60),

@@ -8,7 +8,7 @@ once. Literals save a load each and can be folded, but every scene compiles a ke
 structure share a kernel if their numbers are in memory. Unneeded terms, such as an identity transform or a coefficient
 of 0, are left out in both cases. If several stages are requested, their images are in memory anyway, and each stage may
 start from there: its kernel is then shared by scenes and configurations that differ in another stage. Each unrolled
-shape is such a stage, so that scenes with different numbers of shapes share its kernel. docs/performance.md has the
+shape is such a stage, so that scenes with different numbers of shapes share its kernel. docs/developers.md has the
 costs.
 """
 

@@ -257,7 +257,7 @@ def measure(
     tell: Callable[[str], None],
     named: Sequence[Formula] = (),
 ) -> TradeoffRecord:
-    """Return all points and diagrams as docs/tradeoff.md describes them; of ladders those of the formulas `named`."""
+    """Return all points and diagrams as docs/compare.md describes them; of ladders those of the formulas `named`."""
     start = time.monotonic()
     ready = [entry for task in formulas for entry in entries(task, tell)]
     for family, scene in sampled:

@@ -99,7 +99,7 @@ class TradeoffRecord(TypedDict):
 
 
 def point_record(point: TradeoffPoint, *, on_front: bool) -> dict[str, Any]:
-    """Return a point as docs/tradeoff.md describes it; bounds are those of 95 % intervals."""
+    """Return a point as docs/compare.md describes it; bounds are those of 95 % intervals."""
     return {
         "diagram": point.diagram,
         "label": point.label,

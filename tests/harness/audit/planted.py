@@ -180,7 +180,7 @@ def later_round(
     return dict(chosen)
 
 
-# The tables of docs/audit.md, which a test compares with this: `python -m tests.harness.audit.planted` prints them.
+# The tables of docs/faults.md, which a test compares with this: `python -m tests.harness.audit.planted` prints them.
 
 
 def _what(fault: PlantedFault) -> str:

@@ -50,7 +50,7 @@ GRADES = tuple(10.0 ** (-half / 2) for half in range(4, 15))  # half decades fro
 QUICK_GRADES = GRADES[::2]
 MORE, QUICK_MORE = 12, 3  # further cases a round for what no case has killed at its own stage
 NAME = "audit.json"
-MUTANTS = "mutants.md"  # beside audit.json: the lines of docs/audit.md
+MUTANTS = "mutants.md"  # beside audit.json: the lines of docs/faults.md
 CHUNK = 30  # faults an order: one that kills a worker must not cost too much
 
 

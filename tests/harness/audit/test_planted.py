@@ -44,7 +44,7 @@ def test_faults_are_found_by_place(where: str) -> None:
 
 
 def test_the_tables_of_the_document_are_those_of_the_declared_faults() -> None:
-    text = (Path(__file__).parents[3] / "docs" / "audit.md").read_text(encoding="utf-8")
+    text = (Path(__file__).parents[3] / "docs" / "faults.md").read_text(encoding="utf-8")
     (written,) = re.findall(r"tests\.harness\.audit\.planted -->\n\n(.*?)\n<!-- end -->", text, re.DOTALL)
 
     assert written == tables(), "write them anew: .venv/bin/python -m tests.harness.audit.planted"

@@ -13,7 +13,7 @@ def shrinking(
 ) -> int:
     """Shrink a failing case of each of a sample of wrong renderers, and say how small the scenes become.
 
-    Ends with 0 if the scenes are as small as docs/shrink.md promises. What OUT holds already is not done again.
+    Ends with 0 if the scenes are as small as docs/failures.md promises. What OUT holds already is not done again.
 
     Parameters
     ----------

@@ -33,7 +33,7 @@ from rayproof.tracer.kernel.compiler import choose_packaged_llvm
 from tests.harness.audit.diagnosing import built, listed, usable_cases
 from tests.harness.audit.planted import candidates, tracer_faults
 
-STAGED, ALONE = "all stages", "radiance alone"
+STAGED, ALONE = "all stages", "only radiance"
 TRACER, PROGRAMS = "planted fault of the tracer", "switch of the C++ example"
 LOOKED_AT = 40  # cases among which one is sought that a renderer fails
 LONGEST = 30.0  # s, for one render of the C++ example
@@ -97,7 +97,7 @@ class Found:
     each: tuple[Shrunk, ...]
 
     def table(self) -> Iterator[str]:
-        """Yield the table of docs/shrink.md, line by line."""
+        """Yield the table of docs/failures.md, line by line."""
         yield (
             "| renderers | written | shrunk | shapes, median and 90 % | lights | pixels | renders | s, by the clock | "
             "processor s | same blame |"

@@ -43,7 +43,7 @@ def test_one_check_is_described_by_few_types() -> None:
         ("### A case", case_records.CaseRecord),
         ("### A case's `adjudication`", case_records.AdjudicationRecord),
         ("### A check", case_records.Check),
-        ("### What was examined", case_records.Examined),
+        ("### Pixel counts", case_records.Examined),
         ("### A check's `bias`", case_records.Bias),
         ("### A measurement", case_records.Measurement),
     ],

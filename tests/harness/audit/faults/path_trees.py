@@ -291,7 +291,7 @@ function(
     "shadow_rays_that_part",
     traversal.any_hit_in_groups,
     _unparted,
-    "ShadowRays that part from a tile's first are lost.",
+    "Shadow rays that part from a tile's first are lost.",
     path="shadow_rays/in groups",
     stage=Stage.VISIBILITY,
     cases=("alone/concave_mesh", "crowds/cubes", "crowds/squares"),

@@ -173,14 +173,14 @@ def _problems(findings: Iterable[MutantFinding]) -> list[str]:
             at_random = (
                 f"; a random scene kills it: {finding['killed_at_random']}" if finding["killed_at_random"] else ""
             )
-            problems.append(f"{name} survives by radiance alone, and no reason is given{at_random}")
+            problems.append(f"{name} survives with only radiance, and no reason is given{at_random}")
         if finding["survives"] is not None and killed is not None:
             problems.append(f"{name} is listed as a survivor and was killed: {killed}")
     return problems
 
 
 def markdown(table: MutantsScore) -> str:
-    """Return the table of fields as docs/audit.md shows it, with the proofs and the reasons below it."""
+    """Return the table of fields as docs/faults.md shows it, with the proofs and the reasons below it."""
     head = (
         "| field or formula | mutants | equivalent | killed by radiance | by all stages | by new families | survivors |"
     )
@@ -193,7 +193,7 @@ def markdown(table: MutantsScore) -> str:
     return "\n".join([
         head, "|---|---|---|---|---|---|---|", *rows,
         "", "Equivalent mutants:", "", *_listed(table, "equivalent"),
-        "", "Survivors by radiance alone:", "", *_listed(table, "survives"), "",
+        "", "Survivors with only radiance:", "", *_listed(table, "survives"), "",
     ])  # fmt: skip
 
 
