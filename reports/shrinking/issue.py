@@ -204,8 +204,8 @@ def judged_by_all(scene_file: Path, subject: Subject, configuration: str) -> tup
             run(request)
         (case,) = load_results(Path(folder))["cases"]
     checks = case["checks"]
-    answered = {check.reference for check in checks if check.verdict not in ("unsupported", "undecided")}
-    blaming = {check.reference for check in checks if check.verdict == Outcome.FAIL}
+    answered = {check.reference for check in checks if check.outcome not in ("unsupported", "undecided")}
+    blaming = {check.reference for check in checks if check.outcome == Outcome.FAIL}
     where = f" at {case['stage']}" if case.get("stage") else ""
     against = f": {case.get('reason') or ''}"
     if blaming:

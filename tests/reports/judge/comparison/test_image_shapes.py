@@ -104,7 +104,7 @@ def test_a_case_with_such_images_is_recorded_with_all_others(tmp_path: Path, mon
 
 def test_an_oracle_that_falls_is_no_failure_of_the_one_under_test():
     class Falling(type(ORACLE)):
-        def continue_from(self, scene, stage, given):
+        def continue_from(self, scene, stage, earlier):
             raise ValueError("operands could not be broadcast together")
 
     with pytest.raises(ValueError, match="could not be broadcast"):
