@@ -143,10 +143,9 @@ class _Audit:
 
     def entries(self, faults: Sequence[PlantedFault]) -> list[FaultFinding]:
         """Return what is to be said of each fault."""
-        guarded = [fault for fault in faults if fault.on_guard or ORACLE in fault.who]
-        shown = [fault for fault in faults if not fault.on_guard]
+        guarded = [fault for fault in faults if ORACLE in fault.who]
         families = QUICK_FAMILIES if self._request.quick else FAMILIES
-        self._judge_cases(first_round(shown, list(self._cases.values()), families=families))
+        self._judge_cases(first_round(faults, list(self._cases.values()), families=families))
         stopped: dict[str, str | None] = {}
 
         def guard_done(fault: PlantedFault, reply: Reply) -> None:
@@ -159,8 +158,8 @@ class _Audit:
             done = lambda reply, fault=fault: guard_done(fault, reply)  # noqa: E731
             self._submit(GuardOrder(fault=fault), done)
         self._drain()
-        self.at_first = [fault.name for fault in self._unsettled(shown)]
-        while unsettled := self._unsettled(shown):
+        self.at_first = [fault.name for fault in self._unsettled(faults)]
+        while unsettled := self._unsettled(faults):
             seen = {name: {one.case for one in some} for name, some in self._sightings.items()}
             more = later_round(
                 unsettled, list(self._cases.values()), seen, most=QUICK_MORE if self._request.quick else MORE
@@ -171,12 +170,7 @@ class _Audit:
             self._console.print(f"not killed at its own stage so far: {names}", soft_wrap=True)
             self._judge_cases(more)
             self._drain()
-        return [
-            findings.by_guard(fault, stopped.get(fault.name))
-            if fault.on_guard
-            else findings.by_cases(fault, self._sightings[fault.name], stopped.get(fault.name))
-            for fault in faults
-        ]
+        return [findings.by_cases(fault, self._sightings[fault.name], stopped.get(fault.name)) for fault in faults]
 
     def graded(self) -> list[GradedReport]:
         """Return what each stage can see of small errors."""

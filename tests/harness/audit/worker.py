@@ -22,7 +22,7 @@ def work(order: CaseOrder | GuardOrder | GradedOrder | LiarOrder | MutantOrder) 
     if isinstance(order, CaseOrder):
         return tasks.judge_faults(order)
     if isinstance(order, GuardOrder):
-        return tasks.ask_guards(order)
+        return tasks.ask_guard(order)
     if isinstance(order, LiarOrder):
         return liar.lie(order)
     if isinstance(order, MutantOrder):
