@@ -12,7 +12,6 @@ from rayproof.cases.case import Case
 from rayproof.cases.stages import Stage
 from rayproof.tracer.formulas.own_file import is_own
 from tests.harness.audit.faults import FAULTS
-from tests.harness.audit.mutants.trials import selected
 
 if TYPE_CHECKING:
     from rayproof.tracer.formulas import Formula
@@ -85,7 +84,7 @@ def other_faults() -> tuple[PlantedFault, ...]:
 
 
 def planted(pattern: str = "*") -> tuple[PlantedFault, ...]:
-    """Return the faults whose name, or place, matches a glob; none for the liar and for mutants, which are asked apart.
+    """Return the faults whose name, or place, matches a glob; none for the liar, which is asked apart.
 
     A fault of the user's own is a formula, slot=FILE.py:function.
 
@@ -102,7 +101,7 @@ def planted(pattern: str = "*") -> tuple[PlantedFault, ...]:
         return (_of_formula(FORMULAS.named(pattern)),)
     everything = (*tracer_faults(), *other_faults())
     found = tuple(one for one in everything if fnmatchcase(one.name, pattern) or one.where == pattern)
-    if not found and not selected(pattern):
+    if not found:
         raise LookupError(f"no planted fault matches {pattern!r}; `rayproof list formulas` lists the tracer's")
     return found
 
