@@ -56,12 +56,6 @@ def points_in(scene: Scene, count: int) -> np.ndarray:
     return np.random.default_rng(11).uniform((0, 0), (scene.camera.width, scene.camera.height), (count, 2))
 
 
-def test_the_registry_finds_it_no_witness_and_on_request() -> None:
-    assert REFERENCES["double_double"] is DoubleDouble
-    assert not REFERENCES.about("double_double")["independent"]
-    assert REFERENCES.about("double_double")["on_request"]
-
-
 @pytest.mark.parametrize("scene", SCENES.values(), ids=SCENES.keys())
 def test_all_digits_and_every_decision_agree_with_the_certified_ones(scene: Scene) -> None:
     points = points_in(scene, 250)
@@ -158,27 +152,6 @@ def test_inside_a_sphere_a_light_outside_is_dark_and_one_inside_lights_all() -> 
     assert (found[Stage.VISIBILITY] == (1, 0)).all()
 
 
-def test_many_launches_answer_like_one(monkeypatch: pytest.MonkeyPatch) -> None:
-    scene = SCENES["depth"]
-    points = points_in(scene, 50)
-    whole = ORACLE.pairs(scene, [Stage.RADIANCE], points)
-
-    monkeypatch.setattr("rayproof.reference.double_double.LANES", 16)
-    pieces = ORACLE.pairs(scene, [Stage.RADIANCE], points)
-
-    assert np.array_equal(whole.high[Stage.RADIANCE], pieces.high[Stage.RADIANCE])
-    assert np.array_equal(whole.margin, pieces.margin)
-
-
-def test_nothing_to_see_and_no_light() -> None:
-    found = ORACLE.render(Scene(camera=camera(width=3, height=2), shapes=()), IMAGE_STAGES)
-
-    assert (found[Stage.OBJECT] == -1).all()
-    assert np.isposinf(found[Stage.DISTANCE]).all()
-    assert found[Stage.VISIBILITY].shape == (2, 3, 0)
-    assert not found[Stage.RADIANCE].any()
-
-
 def test_the_camera_stage_agrees_with_the_certified_one() -> None:
     scene = random_scene(2)
 
@@ -186,24 +159,3 @@ def test_the_camera_stage_agrees_with_the_certified_one() -> None:
 
     for name, values in truth.items():
         assert found[name] == pytest.approx(values, rel=2e-16, abs=1e-30)
-
-
-def test_samples_are_averaged_and_misuse_is_refused() -> None:
-    scene = SCENES["depth"]
-    small = Scene(camera=camera(width=6, height=4), shapes=scene.shapes, lights=scene.lights)
-
-    found, truth = (one.render(small, [Stage.RADIANCE], samples=2)[Stage.RADIANCE] for one in (ORACLE, WITNESS))
-
-    assert found == pytest.approx(truth, rel=1e-14, abs=1e-18)
-    with pytest.raises(ValueError, match="samples"):
-        ORACLE.render(small, [Stage.RAY], samples=2)
-    with pytest.raises(ValueError, match="camera stage"):
-        ORACLE.at(small, [Stage.CAMERA], np.zeros((1, 2)))
-
-
-def test_too_many_triangles_are_refused_in_a_sentence(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("rayproof.reference.double_double.MOST_TRIANGLES", 100)
-
-    assert "320 triangles" in ORACLE.unsupported(SCENES["mesh"], Stage.DISTANCE)
-    assert ORACLE.unsupported(SCENES["mesh"], Stage.RAY) is None
-    assert ORACLE.unsupported(SCENES["depth"], Stage.RADIANCE) is None

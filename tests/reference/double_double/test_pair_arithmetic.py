@@ -21,7 +21,6 @@ from rayproof.reference.double_double.arithmetic import (
     tangent,
     two_product,
     two_sum,
-    unavailable,
     unit,
 )
 
@@ -97,21 +96,6 @@ def test_the_building_blocks_lose_nothing() -> None:
     for (high, low), operation in zip(results, (operator.add, operator.mul), strict=True):
         for x, y, h, l in zip(a.tolist(), b.tolist(), np.asarray(high), np.asarray(low), strict=True):  # noqa: E741
             assert Fraction(h) + Fraction(l) == operation(Fraction(x), Fraction(y))
-
-
-def test_the_flag_is_off_inside_and_restored_afterwards() -> None:
-    before = dr.flag(dr.JitFlag.FastMath)
-
-    with fast_math_off():
-        assert not dr.flag(dr.JitFlag.FastMath)
-
-    assert dr.flag(dr.JitFlag.FastMath) == before
-
-
-def test_without_llvm_it_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(dr, "has_backend", lambda backend: False)
-
-    assert "DRJIT_LIBLLVM_PATH" in str(unavailable())
 
 
 def test_constants_have_sixty_digits() -> None:
