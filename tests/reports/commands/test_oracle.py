@@ -53,22 +53,3 @@ WRONG = {
     "negative": ("-1,0,3,3", "outside"),
     "nothing inside": ("5,5,4,5", "x0 must not exceed x1"),
 }
-
-
-@pytest.mark.parametrize(("pixels", "named"), WRONG.values(), ids=WRONG.keys())
-def test_wrong_pixels_end_with_2_and_one_line(rayproof: Rayproof, pixels: str, named: str) -> None:
-    ended = rayproof("probe", "primitives/sphere", "--certified", f"--pixels={pixels}")
-
-    assert ended.code == 2
-    assert ended.out == ""
-    assert ended.error.count("\n") == 1
-    assert named in ended.error
-
-
-def test_too_many_pixels_are_refused(rayproof: Rayproof, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("rayproof.reports.commands.probe.MOST_PIXELS", 10)
-
-    ended = rayproof("probe", "primitives/sphere", "--certified")
-
-    assert ended.code == 2
-    assert "at most 10 pixels" in ended.error

@@ -1,6 +1,5 @@
 """A formula of one's own, slot=FILE.py:function, in the commands that take formulas."""
 
-import json
 from pathlib import Path
 
 import numpy as np
@@ -15,10 +14,8 @@ from rayproof.reports.run.messages import TracerTask
 from rayproof.reports.run.options import RunOptions, demands
 from rayproof.reports.run.tracer_task import trace
 from rayproof.reports.run.workers import workers
-from rayproof.reports.studies.tradeoff.diagrams import tasks
 from rayproof.reports.subjects import TRACER
 from rayproof.tracer.configuration import Configuration
-from rayproof.tracer.formulas import FORMULAS
 from rayproof.tracer.formulas.own_file import forget, sources
 from rayproof.tracer.render import render
 from tests.reports.commands.conftest import Rayproof
@@ -84,37 +81,6 @@ def test_a_file_that_changes_during_a_run_is_an_error_and_its_content_is_in_ever
     assert demands(request, ()).own != before
     with pytest.raises(RuntimeError, match=r"mine.py:nearest_hit has changed since the run began"):
         trace(task)
-
-
-@pytest.mark.references
-def test_probe_and_render_take_it(rayproof: Rayproof, folder: Path) -> None:
-    probed = rayproof("probe", CASE, 48, 36, "--formula", FORMULA, "--json", "p.json")
-    rendered = rayproof("render", CASE, "a.exr", "--formula", FORMULA)
-
-    assert (probed.code, rendered.code) == (0, 0), probed.error + rendered.error
-    columns = json.loads((folder / "p.json").read_text())["renderers"]
-    mine, truth = columns[f"tracer-{NAME}"], columns["analytic"]
-    assert np.isclose(mine["distance.V"], truth["distance.V"], rtol=1e-5)
-
-
-def test_it_climbs_ladders_where_nothing_is_expected_of_it(rayproof: Rayproof, folder: Path) -> None:
-    arguments = ("--ladder", "SPH-FAR", "--precision", "float32", "--quick", "--json", "s.json", "--out", "o")
-    ended = rayproof("stability", FORMULA, *arguments)
-
-    assert ended.code == 0
-    climbs = json.loads((folder / "s.json").read_text())["ladders"]
-    (climb,) = (one for one in climbs if one["formula"] == FORMULA)
-    assert climb["expected"] == "none"
-    assert climb["slope"] == pytest.approx(2, abs=0.2)  # as the textbook's: it subtracts two squares
-
-
-def test_error_against_time_shows_it_beside_the_default_alone(folder: Path) -> None:
-    formulas, sampled, climbed = tasks(
-        ["far_sphere_1e3", "far_cube_1e3", "SPH-FAR", "BOX-FAR"], [FORMULAS.named(FORMULA)]
-    )
-
-    assert [[one.name for one in task.formulas] for task in formulas] == [["sphere/haines", FORMULA]]
-    assert (sampled, [ladder.name for ladder in climbed]) == ((), ["SPH-FAR"])
 
 
 @pytest.mark.process

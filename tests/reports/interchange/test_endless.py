@@ -13,9 +13,6 @@ from pathlib import Path
 
 import pytest
 
-from rayproof.cases.scene import SceneError
-from rayproof.reports.interchange import import_scene
-
 pytestmark = pytest.mark.process
 
 HERE = Path(__file__).with_name("endless")
@@ -168,15 +165,3 @@ def test_it_ends_in_one_line_and_takes_little(name: str, tmp_path: Path) -> None
     assert seconds < SECONDS
     assert memory * (1 if sys.platform == "darwin" else 1024) < MEMORY
     assert not (tmp_path / "out.json").exists()
-
-
-@pytest.mark.parametrize("name", ALIKE)
-def test_its_like_is_refused_too(name: str, tmp_path: Path) -> None:
-    write, message = ALIKE[name]
-    file = write(tmp_path)
-
-    with pytest.raises(SceneError, match=message) as caught:
-        import_scene(file)
-
-    assert str(caught.value).startswith(f"{file}: ")
-    assert "\n" not in str(caught.value)

@@ -74,19 +74,3 @@ for line in sys.stdin:
     else:
         sys.exit("out of memory")
 """
-
-
-def test_three_deaths_in_a_row_end_the_run(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    program = tmp_path / "dying.py"
-    program.write_text(DYING)
-
-    arguments = ["run", "primitives", "--subject", f"serve:{sys.executable} -S {program}", "--jobs", "1"]
-    code = main([*arguments, "--out", str(tmp_path / "out")])
-
-    printed = capsys.readouterr().out
-    assert code == 3
-    assert (
-        "stopped: the program died or exceeded a limit 3 times in a row, without an answer: the program gave" in printed
-    )
-    assert "it ended with exit code 1 without an answer: out of memory" in printed
-    assert json.loads((tmp_path / "out" / "results.json").read_text())["summary"]["missing"] >= 1
