@@ -8,7 +8,7 @@ import pytest
 from msgspec.structs import replace
 
 from rayproof.reports.history.expectations import Expectation, Known, KnownCheck, load_known, save_known
-from rayproof.reports.history.gating import Acceptance, Gate, accepted, gate, pruned
+from rayproof.reports.history.gating import Acceptance, Gate, accepted, figures, gate, pruned
 from rayproof.reports.judge.measurement import cells_of
 from rayproof.reports.results.case_records import Check
 from tests.reports.checks import recorded
@@ -43,6 +43,15 @@ def held(results: dict[str, Any], *entries: Expectation) -> Gate:
 def as_of(**more: Any) -> Expectation:
     """Return the entry with something else about its check."""
     return replace(ENTRY, checks={NAME: replace(CHECK, **more)})
+
+
+def test_the_mean_error_is_the_first_that_there_is_end_to_end_or_continued():
+    def mean(**means: float) -> float:
+        return figures(check(**{name: {"ours": [1.0], "mean_wrong": value} for name, value in means.items()}))[2]
+
+    assert mean(end_to_end=0.0, continued=0.3) == 0.3
+    assert mean(end_to_end=0.2, continued=0.3) == 0.2
+    assert mean(end_to_end=0.0) == 0.0
 
 
 def test_what_fails_as_written_down_passes_and_is_named():

@@ -60,6 +60,23 @@ def test_of_a_stages_checks_the_worst_is_kept_with_its_place(tmp_path: Path) -> 
     assert [(point.ratio, point.place) for point in points] == [(0.7, "float32 radiance")]
 
 
+def test_the_error_of_a_check_is_the_one_that_decides_it(tmp_path: Path) -> None:
+    run = results(0.2)
+    (check,) = run["cases"][0]["checks"]
+    small, large = ({"worst_error": 1e-7, "worst_ratio": ratio} for ratio in (0.2, 0.7))
+    run["cases"][0]["checks"] = [
+        recorded(
+            configuration="float32", reference="analytic", stage="normal", verdict="pass", ratio=0.7,
+            end_to_end=small, continued=large, examined={"wrong": 0},
+        ),
+        replace(check, ratio=0.5),
+    ]  # fmt: skip
+
+    (points,) = kept(tmp_path / "h.sqlite", [run]).values()
+
+    assert [point.ratio for point in points] == [0.7]
+
+
 def test_each_subject_has_a_history_of_its_own(tmp_path: Path) -> None:
     path = tmp_path / "h.sqlite"
     append(path, {**results(0.9), "subject": "radiance"}, "")

@@ -10,10 +10,23 @@ from rayproof.cases.placement import frontal_fovy
 from rayproof.cases.scene import Cube, Scene, Square
 from rayproof.cases.stages import Stage
 from rayproof.reports.judge.case import judge_case
+from rayproof.reports.judge.measurement import cells_of
 from rayproof.reports.judge.oracle import stages_of
 from rayproof.reports.judge.sentinels import EDGE_CASE, HEIGHT, PIXEL
 from rayproof.reports.results.outcomes import Outcome
-from tests.reports.judge.scenes import CASE, FLOOR, ITEMS, ORACLE, SCENE, candidate, rounded, truth, verdict, witness
+from tests.reports.judge.scenes import (
+    CASE,
+    FLOOR,
+    ITEMS,
+    ORACLE,
+    SCENE,
+    candidate,
+    put,
+    rounded,
+    truth,
+    verdict,
+    witness,
+)
 
 FACTORS = {
     Stage.RAY: 1 + 1e-4,
@@ -289,3 +302,17 @@ def test_a_case_whose_every_hit_is_explained_by_rounding_is_no_pass():
     assert answers[Stage.OBJECT][..., 0].tolist() == [[-1.0, 0.0, 0.0]]
     assert judged.outcome is Outcome.ERROR
     assert "no pixel that hits something" in judged.reason
+
+
+def test_a_pixel_that_is_wrong_only_given_the_stages_before_is_in_the_ledger_and_in_the_cells():
+    # The irradiance of one pixel is wrong, and the exitance right: it does not follow from its own irradiance.
+    ours = rounded(truth())
+    row, column = np.argwhere(ours[Stage.EXITANCE].min(axis=-1) > 0)[100]
+    ours[Stage.IRRADIANCE] = put(ours[Stage.IRRADIANCE], (row, column), 1.1 * ours[Stage.IRRADIANCE][row, column])
+
+    (check,) = (one for one in verdict(ours).checks if one.stage is Stage.EXITANCE)
+
+    pixel = np.zeros(ours[Stage.EXITANCE].shape[:2], dtype=bool)
+    pixel[row, column] = True
+    assert (check.end_to_end.wrong, check.continued.wrong, check.examined.wrong) == (0, 1, 1)
+    assert check.cells == cells_of(pixel)

@@ -14,7 +14,9 @@ from rayproof.cases.families import select
 from rayproof.cases.scene_json import save_scene
 from rayproof.reports.results.document import ResultsError, load_results
 from rayproof.reports.results.provenance import load
-from rayproof.reports.run.shards import load_shards, merge, number_of
+from rayproof.reports.run.options import RunOptions
+from rayproof.reports.run.plan import plan
+from rayproof.reports.run.shards import load_shards, merge, number_of, told
 
 CASES = ("behind/sphere", "behind/cube", "behind/plane", "behind/square")
 TIMES = {
@@ -147,3 +149,15 @@ def test_every_name_has_one_part_and_parts_are_alike_in_size() -> None:
     assert sorted(count) == list(range(1, 9))
     # Of a fair draw the standard deviation is 30; 5 of them.
     assert all(abs(number - 1000) < 150 for number in count.values())
+
+
+def test_parts_of_other_configurations_have_another_plan() -> None:
+    def plan_of(*configurations: str) -> str:
+        request = RunOptions(
+            selectors=CASES, out=Path("report"), resume=False, require=(), jobs=1, timeout=1.0, json=None,
+            configurations=configurations, shard=(1, 2),
+        )  # fmt: skip
+        return told(request, plan(select(CASES), configurations), ("analytic",))["plan"]
+
+    assert plan_of("float32") == plan_of("float32")
+    assert plan_of("float32") != plan_of("float64")

@@ -53,7 +53,8 @@ def test_an_item_is_covered_only_by_a_measured_check_of_a_formula_that_ran():
     assert of([record()]).coverage["HIT-1"]["cases"] == 1
     assert of([record()]).coverage["RAD-2"]["cases"] == 0, "no radiometric stage was checked"
     assert of([record(ran={"float32": []})]).coverage["HIT-1"]["cases"] == 0
-    assert of([record(checks=[check(verdict="missing")])]).coverage["HIT-1"]["cases"] == 0
+    for unmeasured in ("missing", "undecided", "unsupported", "error"):
+        assert of([record(checks=[check(verdict=unmeasured)])]).coverage["HIT-1"]["cases"] == 0, unmeasured
     assert of([record(checks=[check(verdict="fail", ratio="inf")])]).coverage["HIT-1"]["failed"] == 1
 
 
