@@ -6,15 +6,6 @@ import pytest
 from rayproof.cases.ladders import Gate, Ladder, all_ladders, rounded
 
 LADDERS = all_ladders()
-GROUPS = {
-    "sphere",
-    "triangle, square, plane",
-    "box",
-    "transforms and normals",
-    "camera",
-    "light and shadow",
-    "values",
-}
 
 
 @pytest.mark.parametrize("ladder", LADDERS, ids=lambda ladder: ladder.name)

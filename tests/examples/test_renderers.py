@@ -25,7 +25,6 @@ from rayproof.reports.subjects.protocol import hand_over
 from rayproof.reports.subjects.serving import Server
 
 RENDERERS = Path(__file__).parents[2] / "examples" / "renderers"
-STARTERS = Path(__file__).parents[2] / "reports" / "subjects" / "starters"
 COMPILER = shutil.which("c++") or shutil.which("g++") or shutil.which("clang++")
 # One of each family: what the family's others ask is of the same kind. No models, whose many faces take seconds.
 # Nor scenes of 1e-9 m, in which the 1e-7 m that the examples declare as their shadow_rays' epsilon hide every shadow:

@@ -67,10 +67,6 @@ def checkout(folder: Path, holder: str, lines: str) -> Path:
 
 
 OTHER = "return 'the other checkout was asked'"
-REPORT = """import pathlib, sys
-    out = pathlib.Path(sys.argv[-1])
-    out.mkdir()
-    (out / "index.html").touch()"""
 
 
 @pytest.mark.process

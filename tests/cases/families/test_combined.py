@@ -25,30 +25,6 @@ VALUES = {
     "shading": {"inverse_square", "simplified"},
     "clip": {"depth", "shell", "none"},
 }
-UNNORMALISED = """
-import drjit as dr
-
-def basis(eye, target, up):
-    '''Return right F x U as long as it is, and what follows from it.'''
-    forward = dr.normalize(target - eye)
-    right = dr.cross(forward, up)
-    return right, dr.cross(right, forward), forward
-"""
-ABSOLUTE = """
-import drjit as dr
-
-def triangle(ray, triangle, interval):
-    '''Return t as Moeller and Trumbore do, but call every determinant below 1e-6 m^2 parallel.'''
-    E1, E2 = triangle.second - triangle.first, triangle.third - triangle.first
-    T = ray.origin - triangle.first
-    P, Q = dr.cross(ray.direction, E2), dr.cross(T, E1)
-    determinant = dr.dot(P, E1)
-    parallel = abs(determinant) < 1e-6
-    scale = 1 / dr.select(parallel, 1, determinant)
-    t, u, v = dr.dot(Q, E2) * scale, dr.dot(P, T) * scale, dr.dot(Q, ray.direction) * scale
-    inside = (u >= 0) & (v >= 0) & (u + v <= 1)
-    return dr.select(~parallel & inside & interval.contains(t), t, dr.inf)
-"""
 
 
 def across(points: np.ndarray) -> float:

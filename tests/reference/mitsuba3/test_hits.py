@@ -22,7 +22,6 @@ from tests.reference.mitsuba3.geometry import (
 
 # Mitsuba computes in float32; twenty roundings of numbers of size one cover what these well-placed scenes need.
 CLOSE = 20 * 2.0**-24
-FACE_CENTERS = {"+x": (0, 1), "-x": (0, -1), "+y": (1, 1), "-y": (1, -1), "+z": (2, 1), "-z": (2, -1)}
 
 
 def largest_coordinate(points):

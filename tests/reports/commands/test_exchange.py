@@ -42,9 +42,6 @@ def test_an_import_that_leaves_nothing_ends_with_2_and_says_what_was_left_out(
     assert (ended.code, "nowhere: there is no such folder" in ended.error) == (2, True)
 
 
-TRIANGLE = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"
-
-
 def test_the_scene_file_names_the_mesh_file(rayproof: Rayproof, tmp_path: Path) -> None:
     corners = np.random.default_rng(35).normal(size=(2000, 3, 3)).astype("<f4")
     content = bytes(80) + struct.pack("<I", 2000) + b"".join(bytes(12) + row.tobytes() + bytes(2) for row in corners)

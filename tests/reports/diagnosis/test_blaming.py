@@ -23,7 +23,6 @@ from tests.harness.audit import diagnosing
 from tests.reports.checks import recorded
 
 ORACLE = Analytic()
-FAULTS_COMPARED = 40
 needs_compiler = pytest.mark.skipif(diagnosing.compiler() is None, reason="there is no C++ compiler")
 
 

@@ -10,8 +10,6 @@ from tests.reports.history.test_gating import ENTRY, TODAY, check, run
 
 FIRST, LAST = "8" + "0" * 15, "0" * 15 + "1"
 WRONG, MORE = (run(check(ratio=float("inf"), examined={"wrong": count})) for count in (400, 11_998))
-AT = {"started": "2026-11-22T00:00:00+00:00", "verdict": "fail"}
-LEDGER = {"planned": 4, "pass": 2, "warn": 0, "fail": 1, "unsupported": 1}
 
 
 def against(earlier: dict[str, Any]) -> Demanded:

@@ -177,24 +177,6 @@ def test_nothing_is_included_from_outside_of_the_folder(around: str, tmp_path: P
 
 NOTHING = '<scale value="0"/></transform>'
 DIFFUSE = '<shape type="cube"><bsdf type="diffuse">{}</bsdf></shape>'
-LEFT_OUT = {
-    "the shape cylinder": '<shape type="cylinder"/>',
-    "the constant light": '<emitter type="constant"/>',
-    "the area light of the shape": '<shape type="sphere"><emitter type="area"/></shape>',
-    "plastic is taken as diffuse": '<shape type="sphere"><bsdf type="plastic"/></shape>',
-    "the texture": DIFFUSE.format('<texture type="checkerboard" name="reflectance"/>'),
-    "the integrator path": '<integrator type="path"/>',
-    "whose one side faces inward": '<shape type="sphere"><boolean name="flip_normals" value="true"/></shape>',
-    "the int_ior of the plastic": DIFFUSE.replace("diffuse", "plastic").format('<float name="int_ior" value="1.5"/>'),
-    "the phi_max of the sphere": '<shape type="sphere"><float name="phi_max" value="180"/></shape>',
-    "the roundness of the disk": '<shape type="disk"/>',
-    "the stretching of the sphere": BALL.replace(
-        "/>", '><transform name="to_world"><scale x="2"/></transform></shape>'
-    ),
-    "the opacity of the mask": '<shape type="sphere"><bsdf type="mask"><bsdf type="diffuse"/></bsdf></shape>',
-    "the bumps of the bumpmap": '<shape type="sphere"><bsdf type="bumpmap"><bsdf type="diffuse"/></bsdf></shape>',
-    "the normals of the normalmap": '<shape type="sphere"><bsdf type="normalmap"><bsdf type="diffuse"/></bsdf></shape>',
-}
 
 
 @pytest.mark.parametrize(
@@ -279,7 +261,6 @@ def test_a_mirrored_one_sided_shape_is_lit_from_the_side_that_mitsuba_lights(kin
         assert (radiance[10, 20, 0] > 0) == (drawn(tmp_path / "scene.xml")[10, 20, 0] > 0), (kind, x, y, z, flipped)
 
 
-SHEARED = '<transform name="to_world"><matrix value="1 0.7 0 0  0.2 1 0 0  0 0 2 0  0 0 0 1"/>'
 DIRECT = '<integrator type="direct"/>'
 CENTRES = '<sampler type="stratified"><integer name="sample_count" value="1"/>'
 CENTRES += '<boolean name="jitter" value="false"/></sampler>'
@@ -330,20 +311,6 @@ def test_spectra_become_the_colours_that_mitsuba_integrates(tmp_path: Path) -> N
     assert green[1] > 1.5 * max(green[0], green[2])
     for ours in (red, green, tuple(np.array(scene.lights[0].flux) / (4 * np.pi))):
         assert any(np.allclose(ours, value, rtol=1e-5) for value in colours), (ours, colours)
-
-
-SPECTRA = {
-    '<spectrum type="irregular" name="{}"><string name="wavelengths" value="400, 500, 700"/>'
-    '<string name="values" value="0.2, 0.1, 0.9"/></spectrum>': (
-        '<spectrum name="{}" value="400:0.2, 500:0.1, 700:0.9"/>'
-    ),
-    '<spectrum type="regular" name="{}"><float name="wavelength_min" value="400"/><float name="wavelength_max"'
-    ' value="600"/><string name="values" value="0.2, 0.1, 0.9"/></spectrum>': (
-        '<spectrum name="{}" value="400:0.2, 500:0.1, 600:0.9"/>'
-    ),
-    '<spectrum type="d65" name="{}"><float name="scale" value="0.3"/></spectrum>': '<rgb name="{}" value="0.3"/>',
-    '<spectrum type="uniform" name="{}"><float name="value" value="0.3"/></spectrum>': '<rgb name="{}" value="0.3"/>',
-}
 
 
 # Parameters, names and other programs' files
@@ -399,18 +366,6 @@ def test_a_spectrum_is_read_from_beside_the_file_only(tmp_path: Path) -> None:
             read(folder, body.format(outside))
         assert "0.5" not in str(caught.value)
         assert "root:" not in str(caught.value)
-
-
-WRONG_TYPES = {
-    "radius": '<shape type="sphere"><rgb name="radius" value="1, 2, 3"/></shape>',
-    "center": '<shape type="sphere"><string name="center" value="1"/></shape>',
-    "flip_normals": '<shape type="cube"><string name="flip_normals" value="yes"/></shape>',
-    "filename": '<shape type="obj"><float name="filename" value="1"/></shape>',
-    "reflectance": DIFFUSE.format('<string name="reflectance" value="red"/>'),
-    "radius must be a number, got a spectrum": '<shape type="sphere"><spectrum name="radius" value="1"/></shape>',
-    "opacity": DIFFUSE.format('<rgb name="reflectance" value="red"/>').replace("red", "opacity"),
-    "srgb": DIFFUSE.format('<srgb name="reflectance" value="#fff"/>'),
-}
 
 
 def test_a_parser_that_takes_too_long_or_dies_is_one_line_and_the_next_file_is_read(

@@ -19,7 +19,6 @@ from rayproof.reports.interchange import EXPORTERS, ImportOptions, SceneFormat, 
 from rayproof.reports.subjects.protocol import Capabilities
 from tests.reports.subjects.conftest import SCENE
 
-FORMATS = tuple(suffix.removeprefix(".") for suffix in EXPORTERS)
 # Over all families but those whose pixels lie on edges, and fall beside them when the camera's angle is rounded.
 SOME = [case for case in all_cases()[::9] if case.family not in ("watertight", "tolerances")]
 

@@ -1,6 +1,5 @@
 """Where the scene itself leaves an answer to rounding, either answer is right and a third one is wrong."""
 
-import itertools
 from dataclasses import replace
 
 import numpy as np
@@ -9,7 +8,7 @@ import pytest
 from rayproof.cases.case import Case
 from rayproof.cases.families import CASE_FAMILIES, select
 from rayproof.cases.random_scenes import random_case
-from rayproof.cases.scene import Camera, Plane, PointLight, Scene, Sphere, Square
+from rayproof.cases.scene import Camera, PointLight, Scene, Square
 from rayproof.cases.stages import Stage
 from rayproof.reference.analytic import Freedom
 from rayproof.reports.judge.case import judge_case
@@ -226,17 +225,6 @@ def test_without_clipping_a_surface_that_holds_the_eye_is_seen_from_either_side_
     assert result.outcome in (Outcome.PASS, Outcome.UNDECIDED), result.reason
 
 
-CHORDS = Scene(  # a light on a ball, and the floor where the plane that touches the ball there meets it, from close by
-    camera=Camera(
-        eye=(-1 / 3, -3, 1), target=(-1 / 3, 0, 0), up=(0, 0, 1), fovy=0.3, width=64, height=48, near=0.1, far=100
-    ),
-    shapes=(Plane(albedo=(0.5, 0.5, 0.5)), Sphere(albedo=(0.5, 0.5, 0.5), center=(0, 0, 1.5))),
-    lights=(PointLight(position=(0.6, 0.0, 0.7), flux=(90, 80, 70)),),
-)
-OUT = np.array((0.6, 0.0, -0.8))  # from the ball's centre to the light
-WAY = 1.5e-6  # m, a few float32 roundings of these coordinates: so far the light may seem outside the ball
-
-
 def wall_at(end: str, moved: float) -> Case:
     """Return a case of a wall that faces the camera, so much (relative) behind an end of clipping, before another."""
     depth = 3.7 * (1 + moved)
@@ -285,8 +273,3 @@ def test_what_a_surface_hides_by_rounding_alone_is_seen_as_far_as_rounding_moves
     result = judged(replace(case, most_explained=0.9), rounded(ours), truth)
 
     assert result.outcome is outcome, result.reason
-
-
-CORNERS = np.array(list(itertools.product((-0.5, 0.5), repeat=3)), dtype=np.float32)
-BOX = np.array([(0, 1, 3), (0, 3, 2), (4, 6, 7), (4, 7, 5), (0, 4, 5), (0, 5, 1), (2, 3, 7), (2, 7, 6), (0, 2, 6),
-                (0, 6, 4), (1, 5, 7), (1, 7, 3)], dtype=np.int32)  # fmt: skip

@@ -8,24 +8,11 @@ from tests.reports.publish.sample import HOSTILE, make_folder
 from tests.reports.publish.visits import Visit
 
 pytestmark = pytest.mark.browser
-PHONE = {"width": 390, "height": 844}
 GATE = {
     "file": "known.json", "sentence": "", "red": True, "regressions": ["sphere/sheared: float32: no entry is about it"],
     "tighten": ["plane/tilted: float32 analytic ray passes now"], "stale": [], "expired": [],
     "matched": ["lights/acne: 4 failing checks: it is known"], "cases": ["lights/acne", "lights/broken"],
 }  # fmt: skip
-# How many rows there are, and whether each holds its cells and begins below the one before.
-OVERLAPS = """() => {
-    const rows = [...document.querySelectorAll(".cases tbody tr:not(.spacer)")];
-    const end = (node) => node.getBoundingClientRect().bottom;
-    const inside = rows.every((row) =>
-        [...row.children].every((cell) => !cell.getClientRects().length || end(cell) <= end(row) + 1));
-    const apart = rows.every((row, i) => !i || row.getBoundingClientRect().top >= end(rows[i - 1]) - 1);
-    return [rows.length, inside && apart];
-}"""
-NO_LABEL = """() => [...document.querySelectorAll(".checks tbody tr:not(.derivation) td")].filter((cell) =>
-    cell.textContent && !cell.querySelector("button.quiet")
-    && !getComputedStyle(cell, "::before").content.includes(":")).length"""
 
 
 def test_new_accepted_and_mended_failures_are_apart_each_with_its_count(browser, tmp_path):

@@ -1,11 +1,7 @@
 """The classes of records: what they name is documented, and what is documented is named."""
 
-from pathlib import Path
-
 from rayproof.reports.judge import measurement
 from rayproof.reports.results import case_records
-
-PAGE = (Path(__file__).parents[3] / "docs" / "results.md").read_text(encoding="utf-8")
 
 
 def test_pixel_counts_have_a_number_for_each_kind_and_add_up() -> None:

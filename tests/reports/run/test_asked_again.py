@@ -63,14 +63,3 @@ def test_a_program_that_is_right_about_a_scene_only_once_fails(
     assert growing == ["at primitives/sphere the program's memory grew by 2.1 MB a scene over 100 scenes"]
     assert no_say({**results, "growing": growing})[0] == growing[0]
     assert f"A{growing[0][1:]}." in remarks({**results, "growing": growing})
-
-
-DYING = """
-import json, sys
-for line in sys.stdin:
-    number = json.loads(line)["id"]
-    if number == 0:
-        print(json.dumps({"id": 0, "capabilities": {"protocol": 2}}), flush=True)
-    else:
-        sys.exit("out of memory")
-"""

@@ -69,11 +69,6 @@ def test_every_rung_is_a_small_scene_of_float32_numbers(ladder: SceneLadder) -> 
     assert len({scene.camera for scene in scenes} | {scene.shapes for scene in scenes}) > 1 or scenes[0] != scenes[1]
 
 
-# Near an edge a formula may answer a ray wrongly, and scenes leave the pixels there out: of the rays of a formula
-# ladder, which are drawn up to the very edge, so large a share is left out as well.
-AT_EDGES = 0.02
-
-
 def test_beside_a_subject_stand_the_tracer_and_the_references_once_each() -> None:
     titles = [column.title for column in columns(THE_TRACER, alone=False)]
 

@@ -14,8 +14,6 @@ from rayproof.cases.scene import Mesh, SceneError
 from rayproof.reports.cli import main
 from rayproof.reports.run.scenes import USUAL_LIMIT, deadline, estimate, refuse_beyond_all
 
-CAMERA = {"eye": [0, 0, 4], "target": [0, 0, 0], "up": [0, 1, 0], "fovy": 40, "near": 1, "far": 9}
-
 
 @pytest.fixture
 def small() -> Case:

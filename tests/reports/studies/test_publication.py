@@ -10,17 +10,6 @@ import pytest
 from rayproof.reports.studies.publication import Paper, draw, latex_text, markdown_cell, write_table
 from tests.reports.commands.conftest import Rayproof
 
-MINE = """
-import drjit as dr
-
-def hit(ray, sphere, interval, eps=0.0):
-    f = ray.origin - sphere.center
-    a, h = dr.squared_norm(ray.direction), -dr.dot(f, ray.direction)
-    quarter = h * h - a * (dr.squared_norm(f) - dr.square(sphere.radius * (1 + eps)))
-    root = dr.sqrt(dr.select(quarter >= 0, quarter, 0))
-    return dr.select(quarter >= 0, interval.smallest((h - root) / a, (h + root) / a), dr.inf)
-"""
-
 
 def panel(axes: object) -> None:
     axes.plot([1, 2], [3, 4], label="a line")  # type: ignore[attr-defined]
@@ -70,13 +59,6 @@ def test_tables_escape_what_their_language_would_obey(tmp_path: Path) -> None:
     assert "| x\\|y | &lt;b> |" in page
     assert latex_text("~^\\") == r"\textasciitilde{}\textasciicircum{}\textbackslash{}"
     assert markdown_cell("a\nb") == "a b"
-
-
-LATEX = r"""\documentclass{article}
-\begin{document}
-\input{table.tex}
-\end{document}
-"""
 
 
 @pytest.mark.parametrize(

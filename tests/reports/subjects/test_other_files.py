@@ -219,10 +219,3 @@ def test_every_word_is_replaced() -> None:
     )
 
     assert words == ["r", "-s=0", "6x4", "3", "9", "/f/scene.pov", "/f/image.hdr"]
-
-
-NAMES = {
-    "declared": ({"name": "My Renderer 2.0 (beta)"}, "My_Renderer_2.0_beta"),
-    "a reference's": ({"name": "Radiance"}, "Radiance_under_test"),
-    "the file's": ({}, "tiny"),
-}

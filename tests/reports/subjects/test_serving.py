@@ -19,7 +19,6 @@ from tests.reports.subjects.conftest import SCENE
 
 pytestmark = pytest.mark.process
 
-SLEEPER = "86398.375"  # s; no other process sleeps as long
 PROGRAM = """
 import json, os, subprocess, sys, time
 def say(answer, end="\\n"):

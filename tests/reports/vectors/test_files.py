@@ -3,7 +3,6 @@
 import csv
 import hashlib
 import re
-from pathlib import Path
 
 import msgspec
 import numpy as np
@@ -16,9 +15,6 @@ from rayproof.reports.vectors.files import VectorsRecord, contents, flat, number
 from rayproof.reports.vectors.rows import LADDERS, everything
 from rayproof.tracer.formulas import STAGE_OF
 from tests.harness.choose_vectors import chosen
-
-CHECKOUT = Path(__file__).parents[3]
-WRITE = "import sys, pathlib; from rayproof.reports.vectors.files import write; write(pathlib.Path(sys.argv[1]))"
 
 
 @pytest.fixture(scope="module")

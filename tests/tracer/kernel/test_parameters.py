@@ -17,8 +17,6 @@ from rayproof.tracer.kernel.parameters import Literals
 from rayproof.tracer.render import render
 from tests.tracer.scenes import FLOOR, LIGHT, affine, camera, everything, octahedron, scene
 
-FAMILY = 50
-
 
 @pytest.fixture(autouse=True)
 def _history() -> Iterator[None]:

@@ -9,14 +9,9 @@ import pytest
 from rayproof.cases.scene import Camera, Cube, PointLight, Scene, Sphere
 from rayproof.cases.stages import IMAGE_STAGES, Stage
 from rayproof.tracer.configuration import Configuration
-from rayproof.tracer.formulas import FORMULAS
 from rayproof.tracer.render import render
 from rayproof.tracer.shapes.bounds import LARGEST
 from tests.tracer.scenes import camera, scene
-
-RAYS = [formula.variant for formula in FORMULAS.variants("ray") if formula.kind == "right"]
-OUTRANGED = {"float32": 1e20, "float64": 1e153}  # m
-VANISHING = {"float32": 1e-25, "float64": 1e-157}  # m
 
 
 def sized(size: float) -> Scene:

@@ -8,12 +8,9 @@ import numpy as np
 from rayproof.cases.scene import Sphere
 from rayproof.tracer.kernel.arrays import array_types
 from rayproof.tracer.kernel.parameters import LITERALS
-from rayproof.tracer.plan import Plan
 from rayproof.tracer.shapes.primitives import traced
 from rayproof.tracer.trees.beams import Directions, cone
 from tests.tracer.scenes import ALBEDO, FLOOR, shapes
-
-STRIP, ONE_BY_ONE = Plan(columns=4), Plan()
 
 
 def test_a_ray_at_any_point_of_a_shape_may_meet_it(precision: str) -> None:

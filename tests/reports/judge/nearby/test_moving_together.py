@@ -8,7 +8,7 @@ import pytest
 from rayproof.cases.scene import Mesh, Scene
 from rayproof.cases.stages import Stage
 from rayproof.reports.judge.measurement import Kind
-from tests.reports.judge.nearby.scenes import VERTEX, above, lamp, level, netted
+from tests.reports.judge.nearby.scenes import VERTEX, netted
 from tests.reports.judge.scenes import against, kind, kinds, naming, seen_around
 
 NET = netted()
@@ -40,13 +40,6 @@ def test_each_face_at_a_vertex_is_explained():
     for ours in around:
         assert Kind.WRONG not in kinds(NET, ours, VERTEX).values()
         assert kind(NET, {Stage.RADIANCE: ours[Stage.RADIANCE]}, Stage.RADIANCE, VERTEX) is not Kind.WRONG
-
-
-JOINT = 2.0**-30  # m: so far beside the middle pixel's ray the squares join
-JOINED = above(
-    level(JOINT - 2.0, 0.0, 0.0), level(JOINT + 2.0, 0.0, 0.0), level(0.0, 0.0, -1.0, side=16.0),
-    lights=(lamp(0.3, 0.2, 6.0),),
-)  # fmt: skip
 
 
 def test_what_is_drawn_for_a_pixel_does_not_depend_on_which_others_are_asked():

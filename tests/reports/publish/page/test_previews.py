@@ -8,8 +8,6 @@ from rayproof.reports.publish.page.previews import leave_previews
 from rayproof.reports.results.images import keeps_images
 from tests.reports.publish.sample import make_folder
 
-FAULTY = ["--configuration", "float32/lambert=fault_missing"]
-
 
 def size_of(folder: Path) -> int:
     """Return how many bytes the EXR files of a folder have."""

@@ -9,16 +9,6 @@ from rayproof.tracer.formulas import FORMULAS
 
 DEFAULT = FORMULAS.variants("sphere")[0].name
 OWN = "sphere=./mine.py:hit"
-MINE = """
-import drjit as dr
-
-def hit(ray, sphere, interval):
-    f = ray.origin - sphere.center
-    a, h = dr.squared_norm(ray.direction), -dr.dot(f, ray.direction)
-    quarter = h * h - a * (dr.squared_norm(f) - dr.square(sphere.radius))
-    root = dr.sqrt(dr.select(quarter >= 0, quarter, 0))
-    return dr.select(quarter >= 0, interval.smallest((h - root) / a, (h + root) / a), dr.inf)
-"""
 
 
 def climb(
