@@ -4,7 +4,6 @@ import pytest
 
 from rayproof.cases.scene import Plane, PointLight, Scene, Sphere, Square
 from rayproof.cases.stages import IMAGE_STAGES, Stage
-from rayproof.reference.radiance import program
 from tests.reference.mitsuba3.geometry import MIRRORED, SHEARED, WHITE, looking_down
 
 LIGHT = PointLight(position=(1, 1, 3), flux=(10.0, 20.0, 30.0))
@@ -41,32 +40,3 @@ def test_it_shifts_shadows_by_less_than_a_millionth_of_the_scene(radiance):
     scene = Scene(camera=looking_down(height=5), shapes=(Plane(albedo=WHITE),), lights=(LIGHT,))
 
     assert radiance.epsilon_in(scene, {}) == pytest.approx(5e-6)
-
-
-@pytest.mark.parametrize("failing", ["oconv", "rtrace"])
-def test_a_program_that_fails_is_an_error_that_names_it(radiance, monkeypatch, failing):
-    right = program._run
-
-    def wrong(name, *arguments, **about):
-        return right(name, *(("-nonsense",) if name == failing else arguments), **about)
-
-    monkeypatch.setattr(program, "_run", wrong)
-    scene = Scene(camera=looking_down(height=5), shapes=(Plane(albedo=WHITE),), lights=(LIGHT,))
-
-    with pytest.raises(RuntimeError, match=f"{failing} ended with"):
-        radiance.render(scene, (Stage.OBJECT,))
-
-
-@pytest.mark.parametrize("stage", [Stage.OBJECT, Stage.RADIANCE])
-def test_half_an_answer_is_none(radiance, monkeypatch, stage):
-    right = program._run
-
-    def wrong(name, *arguments, **about):
-        answered = right(name, *arguments, **about)
-        return answered[: len(answered) // 2] if name == "rtrace" else answered
-
-    monkeypatch.setattr(program, "_run", wrong)
-    scene = Scene(camera=looking_down(height=5), shapes=(Plane(albedo=WHITE),), lights=(LIGHT,))
-
-    with pytest.raises(RuntimeError, match="rtrace"):
-        radiance.render(scene, (stage,))

@@ -13,7 +13,7 @@ from rayproof.cases.families import select
 from rayproof.cases.scene import Plane, Scene, Sphere
 from rayproof.cases.stages import Stage, StageImages
 from rayproof.reference.analytic import Analytic
-from rayproof.reports.diagnosis.diagnosing import _worst, causes_of
+from rayproof.reports.diagnosis.diagnosing import causes_of
 from rayproof.reports.diagnosis.evidence import Evidence
 from rayproof.reports.judge.oracle import stages_of
 from rayproof.reports.mistakes import FAMILIES, MISTAKES, Mistake, for_kinds, together
@@ -193,10 +193,3 @@ def case(name: str, **failing: int) -> Any:
     checks = [recorded(configuration=one, verdict="fail") for one, count in failing.items() for _ in range(count)]
     renders = [{"renderer": f"tracer-{one}", "configuration": one} for one in failing]
     return {"name": name, "checks": [*checks, recorded(configuration="float64")], "renders": renders}
-
-
-def test_who_fails_most_is_diagnosed() -> None:
-    several = [case("a/one", float64=1, float32=2), case("a/two", float64=1, float32=1)]
-
-    assert _worst({"cases": several}) == ("tracer-float32", "float32")  # type: ignore[typeddict-item]
-    assert _worst({"cases": [case("a/one")]}) == (None, "")  # type: ignore[typeddict-item]
