@@ -24,8 +24,8 @@ STAMP = "rayproof-setup.json"
 # A process of all tests takes up to 2.4 GB, so that not every processor of a large machine gets one.
 # Files are begun in the order of tests/conftest.py, which has the longest first.
 SIDE_BY_SIDE = ["-n", "logical", "--maxprocesses", "4", "--dist", "loadfile", "--no-loadscope-reorder"]
-# What a contributor runs while working: all that needs neither Chromium, a child process nor another renderer.
-QUICK = ["-m", "not browser and not process and not references"]
+# What a contributor runs while working: all that needs neither Chromium, a child process, another renderer nor time.
+QUICK = ["-m", "not browser and not process and not references and not slow"]
 IN_PROGRESS = {"state": "in progress"}
 EXTRAS = ("dask",)  # each has a lock of its own, requirements-NAME.txt
 

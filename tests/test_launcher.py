@@ -114,7 +114,12 @@ def test_whole_folders_and_what_markers_choose_are_tested_in_several_processes(
 def test_the_quick_tests_start_nothing_and_run_in_several_processes() -> None:
     words = launcher.words_of_pytest(["--quick", "tests/tracer"])
 
-    assert words == [*launcher.SIDE_BY_SIDE, "-m", "not browser and not process and not references", "tests/tracer"]
+    assert words == [
+        *launcher.SIDE_BY_SIDE,
+        "-m",
+        "not browser and not process and not references and not slow",
+        "tests/tracer",
+    ]
     assert launcher.words_of_pytest(["tests/test_launcher.py"]) == ["tests/test_launcher.py"]
 
 
