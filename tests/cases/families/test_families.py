@@ -6,7 +6,9 @@ import pytest
 
 from rayproof.cases.case import ITEMS, Flux, PixelValue
 from rayproof.cases.families import all_cases, cases_of, select
+from rayproof.cases.scene import Mesh
 from rayproof.cases.stages import Stage
+from rayproof.tracer.shapes.meshes import degenerate
 
 NAMES = [case.name for case in all_cases()]
 
@@ -19,6 +21,17 @@ def test_no_two_cases_ask_the_same_scene():
     repeated = [scene for scene, count in Counter(case.scene for case in all_cases()).items() if count > 1]
 
     assert repeated == []
+
+
+def test_a_face_without_area_is_in_no_mesh_but_the_one_that_is_made_for_it():
+    flat = [
+        case.name
+        for case in all_cases()
+        for shape in case.scene.shapes
+        if isinstance(shape, Mesh) and degenerate(shape).any()
+    ]
+
+    assert flat == ["meshes/degenerate"]
 
 
 @pytest.mark.parametrize("case", all_cases(), ids=NAMES)

@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from rayproof.cases.scene import Cube, Plane, PointLight, Scene, Sphere, Square
+from rayproof.cases.scene import Cube, Mesh, Plane, PointLight, Scene, Sphere, Square
 from rayproof.cases.stages import IMAGE_STAGES, Stage
 from rayproof.reference.analytic import Analytic
 from rayproof.reference.analytic.surfaces import surface_of
@@ -28,6 +28,15 @@ def test_a_sphere_on_the_axis():
     assert found[Stage.DISTANCE][0, 0] == np.inf
     assert not found[Stage.POSITION][0, 0].any()
     assert found[Stage.VISIBILITY].shape == (11, 15, 0)
+
+
+def test_a_scene_has_the_faces_of_its_shapes_and_no_other():
+    mesh = Mesh(albedo=GREY, vertices=np.eye(4)[:, :3], faces=np.array(((0, 1, 2), (0, 2, 3))))
+    scene = Scene(camera=looking_down(4), shapes=(Sphere(albedo=GREY), mesh))
+    there = [(0, 0), (1, 0), (1, 1)]
+    not_there = [(0, 1), (1, 2), (1, -1), (2, 0), (-1, -1), (0.5, 0), (1, 0.5), (np.nan, 0), (1, np.nan)]
+
+    assert ORACLE.known(scene, np.array(there + not_there)).tolist() == [True] * 3 + [False] * 9
 
 
 def test_inverse_square_and_cosine():

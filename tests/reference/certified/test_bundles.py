@@ -47,6 +47,8 @@ def test_products_and_quotients_enclose_the_exact_ones(seed: int) -> None:
     assert_encloses(a * b, [x * y for x, y in pairs], bits=96)
     assert_encloses(a / b, [x / y for x, y in pairs], bits=96)
     assert_encloses(1 / a, [1 / x for x, _ in pairs], bits=96)
+    assert_encloses(3 * a, [3 * x for x, _ in pairs], bits=96)
+    assert (0 * a, a * 0) == (0, 0)
 
 
 def test_sums_enclose_the_exact_ones_even_where_they_cancel() -> None:
