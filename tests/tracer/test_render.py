@@ -63,6 +63,17 @@ def test_every_right_formula_gives_the_same_picture(name: str, truth: StageImage
         np.testing.assert_allclose(ours, theirs, atol=10 * limit if stage is not Stage.RAY else limit)
 
 
+@pytest.mark.parametrize("name", [name for name in RIGHT if "/square=" in name])
+def test_every_right_square_formula_sees_a_sheared_square_whole(name: str) -> None:
+    # The square in `everything` is not sheared: its half-width and half-height are at right angles.
+    sheared = Square(albedo=ALBEDO, to_world=((1.5, 1.0, 0, 0), (0.2, 1.2, 0, 0), (0, 0.3, 1, 0), (0, 0, 0, 1)))
+    seen, usual = (render(scene(sheared), (Stage.OBJECT,), Configuration.parse(one)) for one in (name, "float64"))
+
+    hit = usual[Stage.OBJECT][..., 0] >= 0
+    assert 50 < hit.sum() < 0.9 * hit.size
+    assert (seen[Stage.OBJECT] == usual[Stage.OBJECT]).all(axis=-1).mean() > 0.99
+
+
 @pytest.mark.parametrize("stage", IMAGE_STAGES)
 def test_a_stage_alone_equals_the_stage_among_others(stage: Stage) -> None:
     alone = render(everything(), (stage,), Configuration())
