@@ -1,1 +1,1 @@
-"""What is asked: scenes, stages and cases as plain data. This package renders nothing and imports no renderer."""
+"""Scenes, stages and cases of the suite as plain data. This package renders nothing and imports no renderer."""

@@ -1,7 +1,7 @@
 """The benchmark's scenes: bumpy balls, mountains, a city, thousands of spheres; at any size, with one light or four.
 
-Everybody is timed on them, and on some judged (`cases.families.trees`). Their meshes have any size: balls (bumpy,
-scanned, of slivers beside crumbs), rods, hills, mountains, a city, and a soup.
+Renderers are timed on these scenes, and judged on some of them (`cases.families.trees`). Their meshes have any size:
+balls (bumpy, scanned, of slivers and tiny triangles), rods, hills, mountains, a city, and a soup of triangles.
 """
 
 from collections.abc import Callable
@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
-from rayproof.cases.placement import compose, rotation, scaling, translation, vector
+from rayproof.cases.placement import compose, rotation, scaling, translation, unit, vector
 from rayproof.cases.scene import Camera, Cube, Mesh, Plane, PointLight, Rgb, Scene, Shape, Sphere, Vector
 
 ALBEDO: Rgb = (0.7, 0.5, 0.3)
@@ -70,8 +70,8 @@ def rods(count: int) -> Mesh:
     """Return `count` triangles, two for each thin flat rod; the rods lie in all directions, in a cube of 2 m."""
     random = np.random.default_rng(SEED)
     middle = random.uniform(-1, 1, (count // 2, 3))
-    along = _unit(random.normal(size=middle.shape))
-    across = _unit(np.cross(along, random.normal(size=middle.shape)))
+    along = unit(random.normal(size=middle.shape))
+    across = unit(np.cross(along, random.normal(size=middle.shape)))
     along *= random.uniform(0.15, 0.4, (len(middle), 1))
     across *= random.uniform(0.002, 0.006, (len(middle), 1))
     corners = np.stack([middle - along - across, middle + along - across, middle + along + across], axis=1)
@@ -97,13 +97,13 @@ def unmeasured() -> str | None:
 
 @lru_cache(maxsize=1)
 def mountains() -> Mesh:
-    """Return mountains as they were measured, near Jacksboro in Tennessee: 275 772 triangles, 32 km scaled to 12 m.
+    """Return measured mountains near Jacksboro in Tennessee: 275 772 triangles, 32 km scaled to 12 m.
 
-    Heights are whole metres, so that valleys lie in steps. Source: the Shuttle Radar Topography Mission, three seconds
-    of arc apart, in Matplotlib's sample data.
+    Heights are whole metres, so that valleys have steps. Source: the Shuttle Radar Topography Mission, three seconds of
+    arc apart, in Matplotlib's sample data.
 
     Raises:
-        FileNotFoundError: they are not there, as `unmeasured` says.
+        FileNotFoundError: the sample data are missing; `unmeasured` returns this as a sentence.
 
     """
     file = _heights()
@@ -116,7 +116,7 @@ def mountains() -> Mesh:
     metre = 12 / (EARTH * np.ptp(north))
     # Columns go east and rows south, from the upper left corner.
     x, y = np.meshgrid(EARTH * np.cos(north.mean()) * (east - east.mean()), EARTH * (north - north.mean()))
-    return _grid(*(np.ascontiguousarray(each.T[:, ::-1]) * metre for each in (x, y, height - height.min())))
+    return _grid(*(np.ascontiguousarray(axis.T[:, ::-1]) * metre for axis in (x, y, height - height.min())))
 
 
 def _heights() -> Path | None:
@@ -139,7 +139,7 @@ def city(blocks: int) -> Mesh:
     """Return blocks^2 houses on a ground of 12 m by 12 m: boxes without floors, ten triangles each, in rows."""
     random = np.random.default_rng(SEED)
     place = (np.arange(blocks) + 0.5) * 12 / blocks - 6
-    x, y = (each.ravel() for each in np.meshgrid(place, place, indexing="ij"))
+    x, y = (grid.ravel() for grid in np.meshgrid(place, place, indexing="ij"))
     half = random.uniform(0.2, 0.42, (2, len(x))) * 12 / blocks
     height = 0.15 + 0.25 * random.exponential(size=len(x))
     around = np.array(((-1, -1), (1, -1), (1, 1), (-1, 1)))
@@ -165,12 +165,8 @@ def city(blocks: int) -> Mesh:
 def soup(count: int) -> Mesh:
     """Return `count` small triangles that share no vertex, anywhere in a ball of 1 m and turned in any way."""
     random = np.random.default_rng(SEED)
-    places = _unit(random.normal(size=(count, 3))) * np.cbrt(random.uniform(0, 1, (count, 1)))
+    places = unit(random.normal(size=(count, 3))) * np.cbrt(random.uniform(0, 1, (count, 1)))
     return _apart(places[:, np.newaxis] + 0.006 * random.normal(size=(count, 3, 3)))
-
-
-def _unit(vectors: np.ndarray) -> np.ndarray:
-    return vectors / np.linalg.norm(vectors, axis=-1, keepdims=True)
 
 
 def _apart(corners: np.ndarray) -> Mesh:
@@ -323,8 +319,8 @@ SCENES: tuple[BenchScene, ...] = (
 
 def chosen(names: tuple[str, ...], *, quick: bool) -> tuple[BenchScene, ...]:
     """Return the scenes called `names`, or all (of the quick ones); raise LookupError for an unknown name."""
-    known = {scene.name: scene for scene in SCENES}
+    scenes = {scene.name: scene for scene in SCENES}
     for name in names:
-        if name not in known:
-            raise LookupError(f"no bench scene is called {name!r}; known: {', '.join(known)}")
+        if name not in scenes:
+            raise LookupError(f"no bench scene is called {name!r}; known: {', '.join(scenes)}")
     return tuple(scene for scene in SCENES if (scene.name in names if names else scene.quick or not quick))

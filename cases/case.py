@@ -17,7 +17,7 @@ ITEMS: tuple[str, ...] = (
 
 STORING = "IMG-1"  # how the image is stored: no formula, and part of every case
 BLAMABLE: tuple[str, ...] = (*ITEMS, STORING)
-# Nobody knows which formula another renderer uses where the specification has two: the first one is held to account.
+# If the specification has two formulas, the one that another renderer uses is unknown: the first one is blamed.
 SECOND_WAYS = frozenset({"CAM-5", "HIT-6", "HIT-8", "LIT-2", "LIT-3", "LIT-4", "LIT-5"})
 ITEMS_OF_OTHERS = frozenset(ITEMS) - SECOND_WAYS
 
@@ -66,10 +66,10 @@ class Flux:
 
 @dataclass(frozen=True, kw_only=True)
 class ShadowOutline:
-    """A closed form for a shadow's outline on a shape that lies in a plane of constant world z.
+    """A closed form for a shadow's outline on a shape in a plane of constant world z.
 
-    Pixels of `shape` whose hit lies inside the outline must be dark for `light`, those outside lit; within `margin` of
-    the outline either is right.
+    Pixels of `shape` whose hit is inside the outline must be dark for `light`, pixels outside must be lit; within
+    `margin` of the outline both are right.
     """
 
     shape: int
@@ -90,7 +90,7 @@ FEW_EXPLAINED = 0.01
 
 @dataclass(frozen=True, kw_only=True)
 class Case:
-    """One question: a scene, what it stresses, what it covers, and how much of its image must be decidable.
+    """A scene, the reason for it, the items that it covers, and the number of its pixels that must be decidable.
 
     `covers` names exactly the specification items whose formula this scene exercises *validly*: a formula variant is
     run on the cases that cover its item (LIT-2, which loses self-shadowing, is not listed where self-shadowing
@@ -140,9 +140,8 @@ def covering(scene: Scene, *more: str) -> tuple[str, ...]:
     """Return the items that the default formulas exercise on `scene`, and `more`, in the specification's order.
 
     A family adds the items of alternative formulas by hand. Triangles and meshes are baked into world space before
-    rendering, so their transforms exercise no XF item. A
-    scene where nothing can block a light needs no shadow ray: alone, only a mesh shadows itself, or a two-sided sphere
-    or cube that is lit through its wall.
+    rendering, so their transforms exercise no XF item. A scene in which nothing can block a light needs no shadow ray:
+    a single shape shadows itself only if it is a mesh, or a two-sided sphere or cube that is lit through its wall.
     """
     shapes = scene.shapes
     items = {"CAM-1", "CAM-2", "CAM-3", "CAM-4", *more}

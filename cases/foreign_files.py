@@ -1,9 +1,9 @@
-"""Files that somebody else wrote: where they may lie, how they are opened, and the budget of reading one scene.
+"""Untrusted files: allowed folders, safe opening, and the budget for reading one scene.
 
-A scene file may come from anybody. So a file that it names must lie inside the scene's folder after every link is
-followed, or in a folder that the user allows. A file of a kilobyte can ask for gigabytes: by instances of instances, by
-parameters made of parameters, by arrays without data. So every reader spends from one budget per scene before it builds
-anything, and the scene may become larger only with the bytes that are really there.
+A scene file may come from an untrusted source. So a file that it names must be inside the scene's folder after every
+link is resolved, or in a folder that the user allows. A file of a kilobyte can demand gigabytes: by instances of
+instances, by parameters made of parameters, by arrays without data. So every reader spends from one budget per scene
+before it builds anything, and the budget grows only with the bytes that were read.
 """
 
 import os
@@ -31,19 +31,19 @@ LIMITS = {
 
 @dataclass(kw_only=True)
 class Budget:
-    """One scene's budget. What runs out is refused in a sentence that names who asked, what ran out and the limit."""
+    """One scene's budget. A refusal names the element that asked, the exhausted resource and its limit."""
 
     read: int = 0  # bytes of files, each once
     meshes: dict[Path, tuple[np.ndarray, np.ndarray]] = field(default_factory=dict)  # that were read, by file
-    notes: dict[Path, tuple[str, ...]] = field(default_factory=dict)  # what to report of these
+    notes: dict[Path, tuple[str, ...]] = field(default_factory=dict)  # remarks for the report, by file
     _files: set[Path] = field(default_factory=set)
     _spent: dict[str, int] = field(default_factory=dict)
 
     def spend(self, what: str, amount: int, *, by: str) -> None:
-        """Take `amount` of one of LIMITS for `by`.
+        """Spend `amount` of one of LIMITS for `by`.
 
         Raises:
-            SceneError: there is not so much left.
+            SceneError: less than that is left.
 
         """
         self._spent[what] = self._spent.get(what, 0) + amount
@@ -68,7 +68,7 @@ class Budget:
             )
 
     def go_down(self, depth: int, *, by: str) -> None:
-        """Raise SceneError if `by` lies too many levels deep."""
+        """Raise SceneError if `by` is nested too deeply."""
         most = LIMITS["levels of nesting"]
         if depth > most:
             raise SceneError(f"{by} lies {depth} levels deep; at most {most} levels of nesting are read")
@@ -83,12 +83,12 @@ class Budget:
 def path_within(
     name: str, folder: Path, *, what: str, largest: int, kinds: tuple[str, ...] = (), beside: Path | None = None
 ) -> Path:
-    """Return the real path of the regular file `name` in `beside` (default: `folder`), which lies inside `folder`.
+    """Return the real path of the regular file `name`, relative to `beside` (default: `folder`), inside `folder`.
 
-    `kinds` are the endings that it may have (default: any).
+    `kinds` are the allowed suffixes (default: any).
 
     Raises:
-        SceneError: it leads elsewhere, is no regular file, or has more than `largest` bytes; begins with `what`.
+        SceneError: it is outside `folder`, is no regular file, or has more than `largest` bytes; begins with `what`.
 
     """
     absolute = PurePosixPath(name).is_absolute() or PureWindowsPath(name).anchor
@@ -115,15 +115,15 @@ def path_within(
 
 
 def is_plain(name: str) -> bool:
-    """Say whether a name can be looked up at all: long and unprintable ones cannot."""
+    """Return whether a name can be a file's name: long and unprintable names cannot."""
     return name.isprintable() and len(name) < 1000 and all(len(part) < 250 for part in Path(name).parts)
 
 
 def located(name: str, folders: Sequence[Path], roots: Sequence[Path], what: str) -> tuple[Path, str]:
-    """Return a folder and a name in it for the file `name`, looked for in `folders`.
+    """Return a folder and a name in it for the file `name`, searched for in `folders`.
 
-    A name with `..` in it may lead into one of the `roots` and nowhere else. Whether the file is there, and may be
-    opened, is left to `path_within`.
+    A name that contains `..` must lead into one of the `roots`. `path_within` checks that the file exists and may be
+    opened.
 
     Raises:
         SceneError: it leads elsewhere; the message begins with `what`.
@@ -140,11 +140,11 @@ def located(name: str, folders: Sequence[Path], roots: Sequence[Path], what: str
 
 
 def content_of(path: Path, *, largest: int) -> bytes:
-    """Return a regular file's bytes; what became of the path since it was looked at is refused, never waited for.
+    """Return a regular file's bytes. A path that has become a pipe since it was checked is refused without blocking.
 
     Raises:
         OSError: it cannot be opened.
-        SceneError: it is no regular file any more, or a larger one.
+        SceneError: it is no longer a regular file, or has become too large.
 
     """
     # A FIFO that took the file's place would be waited for without the flag.

@@ -1,8 +1,8 @@
 """glTF 2.0 documents (Khronos 2021) read and checked: objects, buffers, accessors, placed nodes.
 
-It is GLB, or JSON with data URIs or files of its own folder; nothing else is opened. Objects are classes with the
-members that are read. A file may hold anything: whoever reads a member checks what it depends on. Sections are the
-specification's.
+The document is GLB, or JSON with data URIs or files in its own folder; nothing else is opened. Objects are classes with
+the members that are used. A file may contain anything, so the reader of a member checks its value. Section numbers are
+those of the specification.
 """
 
 import base64
@@ -11,6 +11,7 @@ import json
 import struct
 from collections.abc import Collection
 from dataclasses import dataclass, field
+from functools import cache
 from pathlib import Path
 from typing import Any, TypedDict, TypeVar
 from urllib.parse import unquote
@@ -72,7 +73,7 @@ class SceneEntry(TypedDict, total=False):
 
 
 class NodeEntry(TypedDict, total=False):
-    """A node: what is there and where."""
+    """A node: its mesh, children and transform."""
 
     name: str
     children: list[int]
@@ -163,7 +164,7 @@ class BufferEntry(TypedDict, total=False):
 
 
 class AnimationEntry(TypedDict, total=False):
-    """An animation, of which nothing is read."""
+    """An animation, which is ignored."""
 
 
 Entry = TypeVar("Entry")
@@ -189,7 +190,7 @@ JSON_CHUNK, BINARY_CHUNK = 0x4E4F534A, 0x004E4942
 
 @dataclass(frozen=True, kw_only=True)
 class Document:
-    """The JSON part, the bytes of each buffer, and what may still be spent on them."""
+    """The JSON part, the bytes of each buffer, and the remaining budget."""
 
     json: Root
     buffers: tuple[memoryview, ...]
@@ -197,10 +198,10 @@ class Document:
 
     def listed(self, kind: type[Entry]) -> list[Entry]:
         """Return the document's top-level list of a kind; empty where it has none."""
-        found = self.json.get(LISTS[kind], [])
-        if not isinstance(found, list) or not all(isinstance(entry, dict) for entry in found):
+        entries = self.json.get(LISTS[kind], [])
+        if not isinstance(entries, list) or not all(isinstance(entry, dict) for entry in entries):
             raise SceneError(f"{LISTS[kind]} must be a list of objects")
-        return found
+        return entries
 
     def one(self, kind: type[Entry], index: Any) -> Entry:
         """Return the entry of a list that an index names; raise SceneError if there is none."""
@@ -219,7 +220,7 @@ def _claim(what: str, claimed: int, present: int) -> str:
 
 
 def glb_problem(content: bytes) -> str | None:
-    """Return what is wrong with a GLB file's header and its list of arrays, or None."""
+    """Return a sentence on a mistake in a GLB file's header or list of chunks, or None."""
     if len(content) < 20 or content[:4] != b"glTF":
         return "is no GLB file: it does not begin with glTF"
     _, version, length, chunk, kind = struct.unpack_from("<5I", content)
@@ -283,7 +284,7 @@ def _document(text: bytes, binary: bytes, folder: Path, budget: Budget) -> Docum
     if (version := _version(document)) is None or not str(version).startswith("2."):
         raise SceneError(f"must be glTF of version 2, got {shown(version)}")
     whole = Document(json=document, buffers=())
-    # The binary chunk is that of the first buffer (section 4.4.3.3); any other without a uri holds nothing.
+    # The binary chunk is that of the first buffer (section 4.4.3.3); any other buffer without a uri is empty.
     files = _Files(folder, budget)
     buffers = tuple(
         _buffer(buffer, files, b"" if index else binary) for index, buffer in enumerate(whole.listed(BufferEntry))
@@ -300,24 +301,21 @@ class _Files:
 
     def __init__(self, folder: Path, budget: Budget) -> None:
         self._folder, self._budget = folder, budget
-        self._contents: dict[str, bytes] = {}
+        self.content = cache(self._read)  # by what is written, so that an alias of a file counts as often as it is held
 
-    def content(self, uri: str) -> bytes:
+    def _read(self, uri: str) -> bytes:
         """Return the bytes of the file that a uri names, inside the folder."""
         what = "a buffer's uri"
-        if uri not in self._contents:
-            if ":" in uri:
-                raise SceneError(f"{what} must be a relative path, got {shown(uri)}")
-            path = path_within(unquote(uri), self._folder, what=what, largest=LARGEST)
-            try:
-                content = content_of(path, largest=LARGEST)
-            except OSError as error:
-                raise SceneError(f"{what} names a file that cannot be read: {error.strerror}: {shown(uri)}") from None
-            # By what it is written, so that an alias of a file counts as often as it is held.
-            self._budget.count_file(path, len(content))
-            self._budget.expand(len(content), by=f"{what} {shown(uri)}")
-            self._contents[uri] = content
-        return self._contents[uri]
+        if ":" in uri:
+            raise SceneError(f"{what} must be a relative path, got {shown(uri)}")
+        path = path_within(unquote(uri), self._folder, what=what, largest=LARGEST)
+        try:
+            content = content_of(path, largest=LARGEST)
+        except OSError as error:
+            raise SceneError(f"{what} names a file that cannot be read: {error.strerror}: {shown(uri)}") from None
+        self._budget.count_file(path, len(content))
+        self._budget.expand(len(content), by=f"{what} {shown(uri)}")
+        return content
 
 
 def _buffer(buffer: BufferEntry, files: _Files, binary: bytes) -> memoryview:
@@ -385,7 +383,7 @@ def array(document: Document, index: Any, kind: str) -> np.ndarray:
 
 
 def _substituted(document: Document, accessor: AccessorEntry, index: Any, values: np.ndarray) -> np.ndarray:
-    """Return an accessor's elements with those that it lists as sparse replaced (section 3.6.2.3)."""
+    """Return an accessor's elements after its sparse substitutions (section 3.6.2.3)."""
     sparse = accessor.get("sparse")
     if sparse is None:
         return values
@@ -413,7 +411,7 @@ def _packed(document: Document, part: Any, index: Any, element: np.dtype, shape:
 
 
 def _fractions(whole: np.ndarray) -> np.ndarray:
-    """Return what normalized whole numbers stand for: 1 is the largest, -1 the least and its neighbour (3.11)."""
+    """Return the values of normalized integers: the largest is 1; the least and the next one are -1 (3.11)."""
     return np.maximum(whole / float(np.iinfo(whole.dtype).max), -1.0)
 
 
@@ -450,14 +448,14 @@ def placed_nodes(document: Document) -> list[tuple[NodeEntry, np.ndarray]]:
         held = {child for node in nodes for child in node.get("children", [])}
         roots = [index for index in range(len(nodes)) if index not in held]
     waiting = [(index, np.eye(4)) for index in reversed(roots)]
-    seen: set[int] = set()
+    visited: set[int] = set()
     placed: list[tuple[NodeEntry, np.ndarray]] = []
     while waiting:
         index, outer = waiting.pop()
         node = document.one(NodeEntry, index)
-        if index in seen:
+        if index in visited:
             raise SceneError(f"node {index} has two parents, or is its own ancestor")
-        seen.add(index)
+        visited.add(index)
         document.budget.spend("elements", 1, by=f"node {index}")
         to_world = outer @ _local(node, index)
         placed.append((node, to_world))
@@ -483,9 +481,9 @@ def _local(node: NodeEntry, index: int) -> np.ndarray:
 
 def _numbers(values: Any, count: int, index: int) -> np.ndarray:
     try:
-        found = np.asarray(values, dtype=np.float64)
+        numbers = np.asarray(values, dtype=np.float64)
     except (TypeError, ValueError):
-        found = np.empty(0)
-    if found.shape != (count,):
+        numbers = np.empty(0)
+    if numbers.shape != (count,):
         raise SceneError(f"node {index}: {count} numbers are needed, got {shown(values)}")
-    return found
+    return numbers

@@ -25,12 +25,12 @@ DRACO = "KHR_draco_mesh_compression"
 
 
 def primitive_mesh(document: Document, primitive: PrimitiveEntry, *, by: str) -> tuple[np.ndarray, np.ndarray, int]:
-    """Return the vertices (n, 3) and triangles (m, 3) int64 of a primitive, and how many corners it lists.
+    """Return the vertices (n, 3) and triangles (m, 3) int64 of a primitive, and the number of its indices.
 
     The triangles are counted for `by` before they are built.
 
     Raises:
-        SceneError: an array is not what glTF allows, or there are too many triangles.
+        SceneError: an array violates the glTF specification, or there are too many triangles.
 
     """
     mode = primitive.get("mode", TRIANGLES)
@@ -54,11 +54,11 @@ def _faces(corners: np.ndarray, mode: int) -> np.ndarray:
     return corners[np.stack([number, number + 1 + odd, number + 2 - odd], axis=1)]
 
 
-def glb_mesh(content: bytes) -> tuple[np.ndarray, np.ndarray]:
-    """Return vertices (n, 3) float64 [m] and triangles (m, 3) int64 of all placed meshes of a GLB file, joined.
+def glb_mesh(content: bytes) -> tuple[np.ndarray, np.ndarray, list[str]]:
+    """Return vertices (n, 3) float64 [m] and triangles (m, 3) int64 of all placed meshes of a GLB file; no sentences.
 
     Raises:
-        SceneError: the file is not what glTF allows, names another one, or asks for too much.
+        SceneError: the file violates the glTF specification, names another file, or exceeds the budget.
 
     """
     budget = Budget(read=len(content))
@@ -66,7 +66,7 @@ def glb_mesh(content: bytes) -> tuple[np.ndarray, np.ndarray]:
         document = glb_document(content, Path(), budget)
         if any("uri" in buffer for buffer in document.listed(BufferEntry)):
             raise SceneError("keeps data outside itself, which is never opened")
-        return _joined(document)
+        return *_joined(document), []
     except (TypeError, AttributeError, KeyError, IndexError, ValueError, OverflowError) as error:
         if isinstance(error, SceneError):
             raise

@@ -1,19 +1,31 @@
 """Mesh files that a scene names (OBJ, PLY, STL, GLB): their path is checked, their size counted, then they are read.
 
-Nothing that a mesh file names in turn is ever opened.
+Nothing that a mesh file names in turn is ever opened. `READERS` is the table of the kinds of files: a function from a
+file's content to vertices (n, 3) float64, triangles (m, 3) int64 and sentences about the content. It raises ValueError,
+in words, for a broken file.
 """
 
+from collections.abc import Callable
 from pathlib import Path, PurePosixPath
 
 import numpy as np
 
 from rayproof.cases.foreign_files import Budget, content_of, path_within
-from rayproof.cases.polygon_files import mesh_of
+from rayproof.cases.registry import Entry, Table
 from rayproof.cases.scene import SceneError, shown
-from rayproof.cases.stl_files import read_stl
 
 LARGEST = 256 * 2**20  # bytes of a mesh file
-KINDS = (".obj", ".ply", ".stl", ".glb")
+READERS: Table[Callable[[bytes], tuple[np.ndarray, np.ndarray, list[str]]]] = Table(
+    "kind of mesh file",
+    package="rayproof.cases",
+    entries={
+        "obj": Entry("polygon_files:obj_mesh"),
+        "ply": Entry("polygon_files:ply_mesh"),
+        "stl": Entry("stl_files:stl_mesh"),
+        "glb": Entry("gltf_meshes:glb_mesh"),  # imports SciPy, and few scenes need it
+    },
+)
+KINDS = tuple(f".{kind}" for kind in READERS)
 
 
 def mesh_path(name: str, folder: Path | None) -> Path:
@@ -57,7 +69,7 @@ def _parsed(path: Path, name: str, budget: Budget) -> tuple[np.ndarray, np.ndarr
         raise SceneError(f"file cannot be read: {error.strerror}: {shown(name)}") from None
     budget.count_file(path, len(content))
     try:
-        vertices, faces, notes = _mesh(kind, content)
+        vertices, faces, notes = READERS[kind](content)
     except ValueError as error:  # a SceneError is one, too
         reason = " ".join(shown(str(error), 200)[1:-1].split())
         raise SceneError(f"file cannot be understood as {kind.upper()} ({reason}): {shown(name)}") from None
@@ -65,19 +77,3 @@ def _parsed(path: Path, name: str, budget: Budget) -> tuple[np.ndarray, np.ndarr
         raise SceneError(f"file holds no triangles: {shown(name)}")
     budget.notes[path] = tuple(notes)
     return vertices, faces
-
-
-def _mesh(kind: str, content: bytes) -> tuple[np.ndarray, np.ndarray, list[str]]:
-    """Return vertices (n, 3) float64, triangles (m, 3) int64, and what to report of a file's content.
-
-    Raises:
-        ValueError: the content cannot be read; in words.
-
-    """
-    if kind == "stl":
-        return read_stl(content)
-    if kind == "glb":
-        from rayproof.cases.gltf_meshes import glb_mesh  # here, because it imports SciPy and few scenes need it
-
-        return *glb_mesh(content), []
-    return mesh_of(kind, content)

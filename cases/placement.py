@@ -13,6 +13,23 @@ import numpy as np
 from rayproof.cases.scene import IDENTITY, Camera, Matrix, Mesh, Shape, Triangle, Vector
 
 
+def unit(vectors: np.ndarray) -> np.ndarray:
+    """Return vectors (..., 3) at length 1; what has no length is NaN."""
+    return vectors / np.linalg.norm(vectors, axis=-1, keepdims=True)
+
+
+def frame(eye: Any, target: Any, up: Any) -> np.ndarray:
+    """Return the axes right, up and forward of a camera at `eye` [m], unit vectors as rows (3, 3), in float64 (CAM-1).
+
+    For all who need not be independent; tracer and oracles have frames of their own.
+    """
+    forward = np.subtract(target, eye, dtype=np.float64)
+    forward /= np.linalg.norm(forward)
+    right = np.cross(forward, np.asarray(up, dtype=np.float64))
+    right /= np.linalg.norm(right)
+    return np.stack([right, np.cross(right, forward), forward])
+
+
 def vector(values: Any) -> Vector:
     """Return three numbers as a tuple of Python's own."""
     x, y, z = map(float, values)

@@ -29,14 +29,20 @@ LINE_END = re.compile(rb"\r\n|\r|\n")
 Row = dict[str, np.ndarray]
 
 
-def mesh_of(kind: str, content: bytes) -> tuple[np.ndarray, np.ndarray, list[str]]:
-    """Return vertices (n, 3) float64 [m], triangles (m, 3) int64 and what to report of an "obj" or "ply" file.
+def obj_mesh(content: bytes) -> tuple[np.ndarray, np.ndarray, list[str]]:
+    """Return vertices [m], triangles and sentences about an OBJ file, as `mesh_files.READERS` says.
 
     Raises:
         ValueError: the file is broken, holds no triangle, or has a polygon that crosses itself; in words.
 
     """
-    polygons = read_obj(content) if kind == "obj" else read_ply(content)
+    polygons = read_obj(content)
+    return polygons.vertices, *triangles_of(polygons)
+
+
+def ply_mesh(content: bytes) -> tuple[np.ndarray, np.ndarray, list[str]]:
+    """Return the same of a PLY file; raise ValueError likewise."""
+    polygons = read_ply(content)
     return polygons.vertices, *triangles_of(polygons)
 
 
@@ -202,8 +208,8 @@ def _text_columns(element: Element, rows: list[bytes]) -> Row:
         width = len(element.properties)
         if len(words) != width * len(rows):
             row = next(row for row, line in enumerate(rows) if len(line.split()) != width)
-            found = len(rows[row].split())
-            raise ValueError(f"{element.name} {row}: the header announces {width} numbers, the line holds {found}")
+            count = len(rows[row].split())
+            raise ValueError(f"{element.name} {row}: the header announces {width} numbers, the line holds {count}")
         table = _numbers(words, element.name).reshape(-1, width)
         return {prop.name: _rounded(table[:, at], prop.kind) for at, prop in enumerate(element.properties)}
     gathered: dict[str, list[bytes]] = {prop.name: [] for prop in element.properties}

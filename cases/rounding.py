@@ -1,4 +1,4 @@
-"""Unit roundoff and gamma(n): what limits are built from.
+"""Unit roundoff and gamma(n), the parts of all limits.
 
 Source: Higham, Accuracy and Stability of Numerical Algorithms, 2nd ed. (2002), section 3.1.
 """

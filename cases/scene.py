@@ -76,7 +76,7 @@ def _number(name: str, value: Any, unit: str = "") -> Any:
 
 
 def _keep(thing: Any, **values: Any) -> None:
-    """Put plain values in the place of those that a frozen `thing` was made with."""
+    """Replace fields of a frozen `thing` by plain values."""
     for name, value in values.items():
         object.__setattr__(thing, name, value)
 
@@ -105,26 +105,26 @@ def _direction(vector: Any) -> np.ndarray:
 
 @dataclass(frozen=True, kw_only=True)
 class Motion:
-    """A small motion of shapes, as rounding moves the numbers by which they are given.
+    """A small motion of shapes, of the size of the rounding errors of their numbers.
 
-    The world is moved by an affine map, x + linear (x - center) + shift; shapes that share corners are moved by the
-    same one. Beyond it each number that only one shape has is moved by up to `amount` of its size.
+    The world is moved by an affine map, x + linear (x - center) + shift; shapes that share corners have the same map.
+    In addition, each number that only one shape has is moved by up to `amount` of its size.
     """
 
     linear: np.ndarray  # (3, 3)
     center: np.ndarray  # (3,) m
     shift: np.ndarray  # (3,) m
     amount: float  # 1: the largest relative change of a number
-    size: float  # m: of the corners' coordinates, of which `amount` is the largest change
+    size: float  # m: of the corners' coordinates, which change by at most `amount` of it
     draw: np.random.Generator
-    seed: int  # equal places are moved alike: by what is drawn from their coordinates and this number
+    seed: int  # the motion of a place is drawn from its coordinates and this number, so that equal places stay equal
 
     def number(self, value: float, size: float | None = None) -> float:
         """Return a number moved by up to `amount` of its size."""
         return value + self.amount * (abs(value) if size is None else size) * float(self.draw.uniform(-1, 1))
 
     def matrix(self, to_world: Matrix) -> Matrix:
-        """Return the model matrix of what the map makes of the world."""
+        """Return the model matrix after the map."""
         entries = np.array(to_world, dtype=np.float64)
         offset = entries[:3, 3] - self.center
         entries[:3, 3] += self.linear @ offset + self.shift
@@ -333,7 +333,7 @@ class Triangle(Shape):
 class Mesh(Shape):
     """A mesh of triangles: float32 object-space vertices (n, 3) [m] and int32 faces (m, 3). Equal by content.
 
-    `file` says where the mesh came from, relative to the scene file, or is None for an inline mesh.
+    `file` is the mesh's file, relative to the scene file, or None for an inline mesh.
     """
 
     vertices: np.ndarray = field(repr=False)
@@ -356,9 +356,11 @@ class Mesh(Shape):
         if not (least >= 0 and greatest < len(vertices)):
             wrong = greatest if least >= 0 else least
             raise SceneError(f"faces must index the {len(vertices)} vertices, got index {wrong}")
-        given, faces = faces, np.array(faces, dtype=np.int32, order="C")
-        if given.dtype.kind not in "iu" and np.any(given != faces):
-            raise SceneError(f"faces must index the {len(vertices)} vertices, got index {given[given != faces][0]}")
+        original, faces = faces, np.array(faces, dtype=np.int32, order="C")
+        if original.dtype.kind not in "iu" and np.any(original != faces):
+            raise SceneError(
+                f"faces must index the {len(vertices)} vertices, got index {original[original != faces][0]}"
+            )
         vertices.setflags(write=False)
         faces.setflags(write=False)
         object.__setattr__(self, "vertices", vertices)
@@ -385,7 +387,7 @@ class Mesh(Shape):
 
     @cached_property
     def digest(self) -> str:
-        """Return the SHA-256 of what the mesh is, whatever file it came from."""
+        """Return the SHA-256 of the mesh's content, independent of its file."""
         content = hashlib.sha256(self.vertices.tobytes() + self.faces.tobytes())
         # With where the vertices end: a face's numbers are a vertex's too, if a tiny one's.
         content.update(repr((len(self.vertices), self.albedo, self.to_world, self.two_sided)).encode())

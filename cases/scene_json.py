@@ -1,7 +1,7 @@
 """Scenes in JSON are loaded, saved and validated; a refusal is one line with the file, the field and the value.
 
-The published schema (`schema()`) says the same in JSON Schema's words, as far as those reach: that a matrix is
-singular or that near lies beyond far, only the reader can tell.
+The published schema (`schema()`) expresses the same rules as far as JSON Schema can: only this reader refuses a
+singular matrix or a near plane beyond the far plane.
 """
 
 import base64
@@ -50,7 +50,7 @@ SHAPES: dict[str, type[Shape]] = {
 }
 NAMES: dict[type[Shape], str] = {kind: name for name, kind in SHAPES.items()}
 LARGEST = 512 * 2**20  # bytes; beyond this a scene file is a mistake and would fill the memory
-PACKED = 1024  # faces from which a run's copy of a mesh is packed: as text it takes 12 times the room
+PACKED = 1024  # least number of faces for which a run's copy of a mesh is packed: as text it takes 12 times the space
 ROW = 12  # bytes of three packed numbers
 
 
@@ -84,7 +84,7 @@ class Field:
         raise SceneError(f"{self.where}: {self.path or 'scene'} {problem}")
 
     def expected(self, what: str) -> NoReturn:
-        """Raise SceneError that names file, field, what it must be and what it is."""
+        """Raise SceneError with file, field, expectation and actual value."""
         self.refuse(f"must be {what}, got {shown(self.value)}")
 
     def members(self, required: Sequence[str], optional: Sequence[str] = ()) -> dict[str, "Field"]:
@@ -142,10 +142,10 @@ class Field:
             self.expected("a string")
         return self.value
 
-    def choice(self, known: Sequence[str]) -> Any:
+    def choice(self, options: Sequence[str]) -> Any:
         """Return one of the `known` strings."""
-        if not isinstance(self.value, str) or self.value not in known:
-            self.expected(f"one of {', '.join(known)}")
+        if not isinstance(self.value, str) or self.value not in options:
+            self.expected(f"one of {', '.join(options)}")
         return self.value
 
     def exactly(self, count: int) -> list["Field"]:
@@ -184,10 +184,10 @@ class Field:
 
 
 def load_scene(path: str | Path) -> Scene:
-    """Return the scene in a JSON file; mesh files are looked for beside it.
+    """Return the scene in a JSON file; mesh files are relative to its folder.
 
     Raises:
-        SceneError: anything is wrong with the file or the scene, in one line.
+        SceneError: the file or the scene is wrong; the message is one line.
 
     """
     path = Path(path)
@@ -214,19 +214,19 @@ def load_scene(path: str | Path) -> Scene:
 def scene_from_bytes(
     data: bytes, *, folder: Path, where: str, prepared: Callable[[Any], Any] = lambda document: document
 ) -> Scene:
-    """Return the scene in a JSON text; mesh files are looked for in `folder`.
+    """Return the scene in a JSON text; mesh files are relative to `folder`.
 
-    `prepared` gets the document before it is taken for a scene's, and returns what is.
+    `prepared` converts the document to that of a scene before it is read.
 
     Raises:
-        SceneError: anything is wrong with it, in one line that begins with `where`.
+        SceneError: the text is wrong; the message is one line that begins with `where`.
 
     """
     return scene_from_json(prepared(document_from_bytes(data, where=where)), folder=folder, where=where)
 
 
 def document_from_bytes(data: bytes, *, where: str) -> Any:
-    """Return what a JSON text holds; raise SceneError that begins with `where` if it holds nothing."""
+    """Return the content of a JSON text; raise SceneError that begins with `where` if it is none."""
     try:
         text = data.decode("utf-8")
     except UnicodeDecodeError as error:
@@ -242,7 +242,7 @@ def document_from_bytes(data: bytes, *, where: str) -> Any:
 
 
 def save_scene(scene: Scene, path: str | Path, *, packed: int | None = None, named: bool = False) -> None:
-    """Write `scene` as JSON, its meshes as `scene_to_json` does: by default inline, so that the file stands alone."""
+    """Write `scene` as JSON with meshes as in `scene_to_json`: by default inline, so that the file needs no other."""
     document = scene_to_json(scene, packed=packed, named=named)
     Path(path).write_text(json.dumps(document, indent=1) + "\n", encoding="utf-8")
 
@@ -250,8 +250,8 @@ def save_scene(scene: Scene, path: str | Path, *, packed: int | None = None, nam
 def scene_to_json(scene: Scene, *, packed: int | None = None, named: bool = False) -> dict[str, Any]:
     """Return the JSON document of `scene`; reading it back gives an equal scene, to the last bit.
 
-    Meshes of `packed` faces or more are packed: short, for rayproof to read. If `named`, those that came from a file
-    are the name of that file.
+    Meshes of `packed` faces or more are packed, a short form for rayproof. If `named`, a mesh from a file is written as
+    the name of that file.
     """
     camera, lights = scene.camera, scene.lights
     return {
@@ -275,10 +275,10 @@ def pack(rows: np.ndarray) -> str:
 
 
 def unpack(text: str, kind: str) -> np.ndarray:
-    """Return what `pack` packed; `kind` is "<f4" or "<i4".
+    """Return the array that `pack` packed; `kind` is "<f4" or "<i4".
 
     Raises:
-        ValueError: it is no such text, or unfolds to more rows than a scene may have; in words.
+        ValueError: the text is not packed, or has more rows than a scene may have; the message is for the user.
 
     """
     try:

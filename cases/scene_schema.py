@@ -1,4 +1,4 @@
-"""The published JSON Schema (draft 2020-12) of a scene file: what an editor completes and a tool checks."""
+"""The published JSON Schema (draft 2020-12) of a scene file, for completion in editors and for validators."""
 
 from copy import deepcopy
 from typing import Any

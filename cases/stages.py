@@ -1,6 +1,6 @@
-"""`Stage`, the facts and order of all stages, and `Reference`, the contract of what answers them.
+"""`Stage`, the facts and order of all stages, and `Reference`, the contract of independent renderers.
 
-The order is that of results, blame, file channels and interfaces. What a renderer answers, `StageImages`, is a
+The order is that of results, blame, file channels and interfaces. The answer of a renderer, `StageImages`, is a
 dictionary from stage to array. Image stages are float64 arrays of shape (height, width, channels) with row 0 at the
 top, whatever precision computed them; `visibility` has one channel per light (none without lights); `object` holds
 (shape index, face index). `Stage.CAMERA` is no image; its answer is a dictionary:
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 
 class Stage(StrEnum):
-    """A quantity of the light path, in the order in which a ray tracer computes them."""
+    """A quantity of the light path, in the order of their computation."""
 
     CAMERA = "camera"
     RAY = "ray"
@@ -115,7 +115,7 @@ class Resolution:
     relative: float  # of the value
     absolute: float  # in the stage's unit: half a step of a 16-bit format, or the like
     because: str  # which format or setting, in words
-    # Of a format whose step differs from value to value: that of each, of the image's shape; `absolute` is the largest.
+    # The step of each value, in the image's shape, for a format whose step varies; `absolute` is the largest.
     steps: np.ndarray | None = field(default=None, repr=False, compare=False)
 
     def step(self, values: np.ndarray) -> np.ndarray:
@@ -126,7 +126,7 @@ class Resolution:
 
 
 class Reference(Protocol):
-    """An independent renderer. Its class docstring says how far its answers can be trusted."""
+    """An independent renderer. Its class docstring states the accuracy of its answers."""
 
     # One word for its arithmetic ("float64", "float32"): limits are built from it.
     precision: str
@@ -136,7 +136,7 @@ class Reference(Protocol):
         ...
 
     def unsupported(self, scene: "Scene", stage: Stage) -> str | None:
-        """Return a sentence that says why it cannot answer here, or None if it can."""
+        """Return a sentence with the reason why it cannot answer here, or None if it can."""
         ...
 
     def render(self, scene: "Scene", stages: Collection[Stage], *, samples: int = 1) -> StageImages:

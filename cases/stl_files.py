@@ -16,7 +16,7 @@ HEADER = 84  # bytes: 80 of any content, then the number of triangles
 TRIANGLE = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
 
 
-def read_stl(content: bytes) -> tuple[np.ndarray, np.ndarray, list[str]]:
+def stl_mesh(content: bytes) -> tuple[np.ndarray, np.ndarray, list[str]]:
     """Return vertices (3 m, 3) float64 [m], triangles (m, 3) int64, and what the file holds beside them.
 
     Raises:

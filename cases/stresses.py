@@ -1,9 +1,9 @@
 """Scenes on which formulas differ (`rayproof compare`), with no limits: contact, deep, tangent, grazing, slivers.
 
-Formulas that are right in mathematics may fail here in floating point, so these scenes have no limits to keep. They
-are asked when two formulas are compared or priced. To add a family: a function without parameters that yields
-(name, scene), on this page, under `@STRESSES.register("family", slots=(...))`; `slots` are the tracer's slots whose
-formulas it tells apart. Scenes of one family are replicates: the same difficulty, seen from elsewhere.
+Formulas that are mathematically right may fail here in floating point, so these scenes have no limits. They are used
+when two formulas are compared or priced. To add a family: a function without parameters that yields (name, scene), in
+this module, under `@STRESSES.register("family", slots=(...))`; `slots` are the tracer's slots whose formulas differ
+here. Scenes of one family are replicates: the same difficulty, seen from different places.
 """
 
 from collections.abc import Callable, Iterator
@@ -26,7 +26,7 @@ VIEWS = ((20.0, 30.0), (115.0, -25.0), (200.0, 55.0), (290.0, 5.0), (335.0, -50.
 
 
 def stressing(slot: str) -> tuple[str, ...]:
-    """Return the stress families that tell formulas of `slot` apart."""
+    """Return the stress families on which formulas of `slot` differ."""
     return tuple(name for name in STRESSES if slot in STRESSES.about(name)["slots"])
 
 
@@ -71,7 +71,7 @@ for _label, _scale in (("1e-4", 1e-4), ("1", 1.0), ("1e6", 1e6)):
     STRESSES.register(f"contact_{_label}", slots=CONTACT_SLOTS)(partial(contact, _scale))
 
 
-# View frusta whose far plane lies 1e4 and 1e8 times beyond the near one, with the eye off the origin.
+# View frusta with a ratio of far to near plane of 1e4 and 1e8, with the eye off the origin.
 DEEP_SLOTS = ("ray", "half_extent", "basis", "view", "projection", "inverse", "corners")
 
 

@@ -27,7 +27,9 @@ GROUPS: dict[str, tuple[str, dict[str, tuple[str, str]]]] = {
         'run primitives shadows --subject "exec:./mine {scene} {output}"',
         {
             "run": (f"{_IN}.run:run", "Judge the tracer or another renderer on cases or scene files; write a report."),
-            "gate": (f"{_IN}.gate:gate", "Keep a file of known failures, and check a run against it."),
+            "random": (f"{_IN}.run:random", "Judge it on scenes drawn at random, with hostile features."),
+            "merge": (f"{_IN}.merge:merge", "Merge the parts of a run that several machines made, into one run."),
+            "gate": (f"{_IN}.gate:app", "Keep a file of known failures, and check a run against it."),
         },
     ),
     "look": (
@@ -40,6 +42,8 @@ GROUPS: dict[str, tuple[str, dict[str, tuple[str, str]]]] = {
             ),
             "show": (f"{_IN}.show:show", "Show one case: its scene, its requirements, how to reproduce it."),
             "probe": (f"{_IN}.probe:probe", "Show one pixel, every stage, as each renderer answers it."),
+            "certify": (f"{_IN}.certify:certify", "Enclose the exact values of pixels, with proof."),
+            "call": (f"{_IN}.call:call", "Call a program under test once, and keep all that it got and wrote."),
             "shrink": (f"{_IN}.shrink:shrink", "Find the smallest scene that fails as a case does; write an issue."),
         },
     ),
@@ -48,8 +52,10 @@ GROUPS: dict[str, tuple[str, dict[str, tuple[str, str]]]] = {
         {
             "compare": (f"{_IN}.compare:compare", "Compare two formulas, configurations or runs: errors and time."),
             "stability": (f"{_IN}.stability:stability", "Measure formulas on ladders of ill-conditioned inputs."),
+            "worst": (f"{_IN}.stability:worst_inputs", "Search for the inputs that a formula answers worst."),
+            "limits": (f"{_IN}.stability:limits", "Measure up to where a renderer is right on ever harder scenes."),
             "vectors": (
-                f"{_IN}.vectors:vectors",
+                f"{_IN}.vectors:app",
                 "Write test vectors of ray formulas for any language; judge answers to them.",
             ),
             "tradeoff": (f"{_IN}.tradeoff:tradeoff", "Draw error against run time: formulas, precisions, samples."),
@@ -96,8 +102,8 @@ def application() -> "App":
         version_flags="--version",
         suppress_keyboard_interrupt=False,
     )
-    for order, (name, (path, help_line)) in enumerate(COMMANDS.items()):
-        app.command(path, name=name, help=help_line, sort_key=order)
+    for order, (name, (path, _)) in enumerate(COMMANDS.items()):
+        app.command(path, name=name, sort_key=order)
     return app
 
 

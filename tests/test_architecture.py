@@ -171,4 +171,4 @@ print(sum(name.partition(".")[0] == "rayproof" for name in sys.modules))
 def test_run_has_few_options() -> None:
     names = [argument.name for argument in application()["run"].assemble_argument_collection()]
 
-    assert sum(name.startswith("--") for name in names) <= 31
+    assert sum(name.startswith("--") for name in names) <= 24

@@ -19,55 +19,6 @@ def blocks(page: str, language: str) -> list[str]:
     return re.findall(rf"^```{language}\n(.*?)^```", (CHECKOUT / page).read_text(), re.MULTILINE | re.DOTALL)
 
 
-EXAMPLES = {block.split("\n")[0].removeprefix("# "): block for block in blocks("docs/architecture.md", "python")}
-
-LINE = EXAMPLES.pop("tracer/formulas/__init__.py")
-
-USES = {
-    "tracer/formulas/spheres.py": f"""
-from rayproof.tracer.formulas import FUNCTIONS, right
-for name, entry in {{{LINE}}}.items():
-    assert entry.path == "spheres:closest_point"
-    FUNCTIONS.register(name, **entry.facts)(closest_point)
-from rayproof.cases.stages import Stage
-from rayproof.cases.families import select
-from rayproof.tracer.configuration import Configuration
-from rayproof.tracer.render import render
-scene = select(["primitives/sphere"])[0].scene
-ours, usual = (
-    render(scene, [Stage.DISTANCE], Configuration.parse(name))[Stage.DISTANCE]
-    for name in ("float64/sphere=closest_point", "float64")
-)
-import numpy as np
-hit = np.isfinite(ours)
-assert 0 < hit.sum() < hit.size and (hit == np.isfinite(usual)).all()
-assert np.allclose(ours[hit], usual[hit], rtol=1e-12, atol=0)
-""",
-    "cases/families/transforms.py": """
-from rayproof.cases.families import CASE_FAMILIES, select
-CASE_FAMILIES.register("needles")(needles)
-assert len(select(["needles"])) == 3
-""",
-    "reference/flat_grey.py": """
-assert FlatGrey().version()
-""",
-    "reports/judge/metrics.py": """
-assert METRICS["mean_bias"](np.ones((2, 2, 1)), np.zeros((2, 2, 1)), (0.0, 1.0)) == 1.0
-""",
-}
-
-
-@pytest.mark.process
-@pytest.mark.parametrize("file", EXAMPLES)
-def test_a_worked_example_works(file: str) -> None:
-    # In a process of its own: what it registers must not become a parameter of the other tests.
-    done = subprocess.run(
-        [sys.executable, "-c", EXAMPLES[file] + USES[file]], cwd=CHECKOUT, capture_output=True, text=True
-    )
-
-    assert done.returncode == 0, done.stderr
-
-
 def test_the_example_scenes_are_valid() -> None:
     scenes = blocks("docs/scene.md", "json")
 

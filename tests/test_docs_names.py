@@ -1,5 +1,6 @@
 """Every source file, folder, module, option and case that a document names exists."""
 
+import ast
 import re
 import subprocess
 from functools import cache
@@ -25,6 +26,7 @@ PAGES += sorted((CHECKOUT / "docs").glob("*.md"))
 TOP = r"cases|tracer|reference|reports|tests|docs|examples|python|\.ci"
 NAMED_PATH = re.compile(rf"(?<![\w./-])((?:{TOP})/[\w./-]*)")
 NAMED_MODULE = re.compile(r"(?<![\w./])(?:rayproof\.)?((?:cases|tracer|reference|reports|tests)(?:\.\w+)+)")
+BARE = re.compile(r"[\w-]+\.(?:py|js|html|cpp|toml|yml)")
 # Files that a run or a reader writes.
 MADE_BY_A_USER = {"index.html", "report.html", "mine.py", "test_results.py", "rayproof.toml"}
 
@@ -51,7 +53,7 @@ def lost_paths(word: str) -> list[str]:
         is_file = re.search(r"\.[a-z0-9]+$", path)
         if (is_file or path.endswith("/")) and path.rstrip("/") not in tracked():
             lost.append(path)
-    bare = re.fullmatch(r"[\w-]+\.(?:py|js|html|cpp|toml|yml)", word)
+    bare = BARE.fullmatch(word)
     if bare and word not in MADE_BY_A_USER and not any(PurePosixPath(file).name == word for file in tracked()):
         lost.append(word)
     return lost
@@ -78,6 +80,19 @@ def test_files_and_modules_that_a_page_names_exist(page: Path) -> None:
     words = code_words(page)
 
     assert [name for word in words for name in (*lost_paths(word), *lost_modules(word))] == []
+
+
+def test_modules_that_docstrings_name_exist() -> None:
+    # Nothing else reads docstrings: a module that is moved stays named in the others'.
+    lost = []
+    for file in sorted(path for path in tracked() if path.endswith(".py") and not path.startswith("examples/")):
+        for node in ast.walk(ast.parse((CHECKOUT / file).read_text(encoding="utf-8"))):
+            if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef):
+                words = re.findall(r"`([^`\n]+)`", ast.get_docstring(node) or "")
+                names = (name for word in words for name in (*lost_paths(word), *lost_modules(word)))
+                lost += [f"{file}: {name}" for name in names if not BARE.fullmatch(name)]  # other programs' files
+
+    assert lost == []
 
 
 @cache

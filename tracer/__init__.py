@@ -1,4 +1,4 @@
-"""The renderer under test: the specification's formulas on Dr.Jit alone."""
+"""The renderer under test: the specification's formulas, in Dr.Jit only."""
 
 from rayproof.tracer.kernel import compiler
 

@@ -22,7 +22,7 @@ def parts_of(text: str) -> list[str]:
 class Configuration:
     """A precision and the formulas that differ from the default; equal and hashed by `name`.
 
-    Raises LookupError, listing what is known, for an unknown precision, slot or variant.
+    Raises LookupError, listing the known names, for an unknown precision, slot or variant.
     """
 
     precision: str = "float32"

@@ -1,11 +1,11 @@
-"""`Frames`: the radiance of one scene again and again by a frozen Dr.Jit function.
+"""`Frames`: repeated renders of one scene's radiance by a frozen Dr.Jit function.
 
     frames = Frames(scene, configuration, samples=2)  # 2 x 2 per pixel, their mean; without it one
     image = frames()          # a Dr.Jit array, height x width x 3, row by row; evaluated, not copied
     pixels = frames.pixels()  # the same as numpy, (height, width, 3)
 
-The first call traces and compiles; every later one launches the recorded kernels and does nothing else. What is
-computed is what `tracer.render.render` computes for the same plan.
+The first call traces and compiles; every later call only launches the recorded kernels. The values are those of
+`tracer.render.render` for the same plan.
 """
 
 import gc
@@ -23,7 +23,7 @@ from rayproof.tracer.kernel.parameters import DeviceBuffers
 from rayproof.tracer.light_path import Trace, radiance
 from rayproof.tracer.plan import Plan, plan
 
-PACKETS = (8, 4)  # numbers that are written at once, as many pixels as stand in a row
+PACKETS = (8, 4)  # numbers that are written at once: those of as many neighbouring pixels in a row
 CHANNELS = 3
 Traces = Callable[[Any, Any], Trace]  # the trace of the sample at (column, row) of every pixel
 
@@ -51,8 +51,8 @@ def _mean(traces: Traces, lanes: Lanes, per_side: int, types: ArrayTypes) -> lis
 
     def step(index: Any, total: Any) -> tuple[Any, Any]:
         row = index // per_side
-        found = radiance(traces(index - row * per_side, row))
-        return index + 1, [before + one for before, one in zip(total, found, strict=True)]
+        sample = radiance(traces(index - row * per_side, row))
+        return index + 1, [before + channel for before, channel in zip(total, sample, strict=True)]
 
     _, total = dr.while_loop(
         state=(dr.zeros(types.UInt, width), [dr.zeros(types.Vector, width) for _ in range(lanes.tile)]),
@@ -60,11 +60,11 @@ def _mean(traces: Traces, lanes: Lanes, per_side: int, types: ArrayTypes) -> lis
         body=step,
         labels=("index", "total"),
     )
-    return [one / count for one in total]
+    return [channel / count for channel in total]
 
 
 def _decided(scene: Scene, configuration: Configuration, samples: int, chosen: Plan | None) -> Plan:
-    """Return the plan. What is traced sample by sample in a loop cannot go through memory: it is one kernel."""
+    """Return the plan. Several samples are traced in a loop, whose stages cannot be split: it is one kernel."""
     decided = plan(scene, configuration, samples=samples) if chosen is None else chosen
     if samples == 1 or not decided.split:
         return decided
@@ -74,10 +74,10 @@ def _decided(scene: Scene, configuration: Configuration, samples: int, chosen: P
 
 
 class _Recipe:
-    """What a frozen function is told of the scene.
+    """The scene, configuration and plan of a frozen function, hidden from Dr.Jit.
 
-    Dr.Jit looks for arrays in all that a frozen function refers to, at every call: into dataclasses too, and a scene of
-    a thousand shapes took milliseconds. Into an object such as this one it does not look.
+    At every call Dr.Jit searches all objects that a frozen function refers to for arrays, dataclasses included, which
+    took milliseconds for a scene of a thousand shapes. It does not search an object of a plain class such as this.
     """
 
     def __init__(self, scene: Scene, configuration: Configuration, samples: int, chosen: Plan) -> None:
@@ -102,11 +102,11 @@ def _image(recipe: _Recipe, arrays: dict[str, Any]) -> Any:
     first = recipe.trace(0, 0, buffers)
     lanes, types = first.view.lanes, first.world.types
     if samples > 1:
-        found = _mean(lambda column, row: recipe.trace(column, row, buffers), lanes, samples, types)
+        channels = _mean(lambda column, row: recipe.trace(column, row, buffers), lanes, samples, types)
     else:
-        found = radiance(first)
+        channels = radiance(first)
     image = dr.empty(types.Float, lanes.width * lanes.height * CHANNELS)
-    _write(image, lanes.numbers(lanes.positions(types.UInt)), found, lanes, types)
+    _write(image, lanes.numbers(lanes.positions(types.UInt)), channels, lanes, types)
     dr.eval(image)
     return image
 
@@ -126,8 +126,8 @@ class Frames:
         self.scene, self.configuration = scene, configuration
         self.plan = _decided(scene, configuration, samples, chosen)
         buffers, recipe = DeviceBuffers(), _Recipe(scene, configuration, samples, self.plan)
-        # Tracing uploads what the kernel will read; nothing is launched for the pixels yet. Any sample has to stand for
-        # all of them: of a known one in an image of one pixel, Dr.Jit leaves out at once what it does not need.
+        # Tracing uploads the arrays that the kernel will read; nothing is launched for the pixels yet. The sample is
+        # opaque because Dr.Jit would simplify the code for a literal index, as in an image of one pixel.
         any_sample = dr.opaque(array_types(configuration.precision).UInt, 0)
         first = recipe.trace(any_sample, any_sample, buffers)
         radiance(first)

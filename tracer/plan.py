@@ -1,10 +1,10 @@
 """`Plan`: whether shapes are unrolled or in trees, the samples of a lane, and fused or split kernels.
 
-Few primitives are unrolled: nothing is cheaper than a formula whose numbers are constants, but to go past it. In a
-large image a lane takes several samples in a row, so that asking what they may meet costs little. More primitives go
-into trees, and a lane takes a whole tile of samples through them. Fused into one kernel the shadow rays of a tile go
-together as well, in fewer rows where triangles are nearly as small as pixels; where the image is small, or a mesh is as
-deep as hair, a second kernel takes shadow rays one by one.
+Few primitives are unrolled: only skipping a formula is cheaper than a formula with constant numbers. In a large image a
+lane takes several samples in a row, so that a test of which shapes they may hit costs little. More primitives are put
+into trees, and a lane traverses them with a whole tile of samples. In a fused kernel the shadow rays of a tile traverse
+the trees together as well, in tiles of fewer rows if triangles are nearly as small as pixels. In a small image, or for
+a mesh with as many layers as hair, a second kernel traces shadow rays one by one.
 """
 
 from collections import Counter
@@ -19,15 +19,17 @@ from rayproof.tracer.shapes.meshes import layers
 from rayproof.tracer.shapes.primitives import traced
 
 HANDFUL = 8  # shapes of one kind that are unrolled; measured in docs/performance.md
-SEVERAL = 24  # shapes in all that are, where a lane takes several samples and goes past those that it cannot meet
+SEVERAL = 24  # the most shapes that are unrolled if a lane takes several samples and skips shapes that these cannot hit
 FEW = 2**17  # samples below which a long kernel takes longer to compile than it saves
-MANY = 2**20  # samples from which on a long kernel of several kinds pays
+MANY = 2**20  # the least number of samples for which a long kernel of several kinds of shapes pays
 SIMPLE = 3  # shapes
 # Samples in a row that a lane of a simple scene takes; measured against 1, 2, 4 and 16.
 STRIP = {"float32": 8, "float64": 4}
 SHORT = 4  # and of others, where the kernel would be long
-SMALL = 1.0  # triangles per sample from which on neighbours see too few of the same for a tile of four rows
-DUST = 2.5  # and from which on only two by two go together
+SMALL = (
+    1.0  # the least number of triangles per sample for which neighbours share too few of them for a tile of four rows
+)
+DUST = 2.5  # the same for a tile of more than two by two
 # From so many on, one loop goes through the triangles' tree where a kernel is fused, two rows at a time, and in the end
 # two columns: sooner in float64, for want of room, and of closed bodies, which cover their box more often than sheets.
 FINE, CLOSED = 0.5, 1.5
@@ -35,8 +37,8 @@ FINE_DUST = {"float32": (7.5, 2.0), "float64": (2.5, 1.0)}  # of open sheets, an
 # Meshes that cover their box more often than this are hair or dust: neighbours see triangles that lie one behind the
 # other, and shadow rays of a tile would go one group after the other. It is asked from so many triangles per sample on.
 DEEP, SCATTERED = 5.0, 0.25
-FINE_DEEP = {"float32": SCATTERED, "float64": SMALL}  # from which on one loop goes through their tree
-# How far a hit may lie beside its triangle is known of the default formula, and parts have room for it.
+FINE_DEEP = {"float32": SCATTERED, "float64": SMALL}  # the least number for which their tree is traversed in one loop
+# Only the default formula has a bound for the distance of a hit from its triangle, by which the boxes of parts grow.
 CUT = "triangle"
 # A formula that asks for the matrix itself gets it only where shapes are unrolled.
 PLACING = ("to_object", "world_normal")
@@ -50,9 +52,11 @@ class Plan:
     rows: int = 1  # and down
     split: bool = False  # whether hits are written to memory, and everything after them is a kernel of its own
     trees: frozenset[str] = frozenset()  # kinds of shapes that are in trees: "triangle", "sphere", "cube", "square"
-    tables: bool = False  # whether what belongs to a shape is looked up rather than chosen among all shapes
+    tables: bool = (
+        False  # whether the data of the hit shape are read from a table rather than selected among all shapes
+    )
     pipelined: bool = False  # whether one loop goes through the tree of triangles, instead of one in another
-    parts: bool = False  # whether long slanting triangles stand in their tree in parts
+    parts: bool = False  # whether long oblique triangles are split (early split clipping) in their tree
 
     def in_tree(self, shape: Shape) -> bool:
         """Return whether a shape goes into a tree."""
@@ -60,11 +64,11 @@ class Plan:
 
     def trees_of(self, shapes: Iterable[Shape]) -> dict[str, list[tuple[int, Shape]]]:
         """Return the members of each tree, with their indices: triangles in one, other shapes by `TracedShape.tree`."""
-        found: dict[str, list[tuple[int, Shape]]] = {}
+        crowds: dict[str, list[tuple[int, Shape]]] = {}
         for index, shape in enumerate(shapes):
             if self.in_tree(shape):
-                found.setdefault(traced(shape).tree, []).append((index, shape))
-        return found
+                crowds.setdefault(traced(shape).tree, []).append((index, shape))
+        return crowds
 
     @property
     def text(self) -> str:
@@ -80,7 +84,7 @@ class Plan:
 
 @dataclass(frozen=True, kw_only=True)
 class Context:
-    """A scene, by which formulas it is traced and how, and where its numbers are."""
+    """A scene, the formulas and the plan by which it is traced, and the storage of its numbers."""
 
     scene: Scene
     configuration: Configuration

@@ -12,8 +12,8 @@ class Ray:
 
     origin: Any
     direction: Any
-    # What formulas of triangles derive from the ray alone, once for all triangles that it meets: a
-    # `tracer.kernel.arithmetic.Shear`, or None where each formula derives it by itself.
+    # The part of triangle formulas that depends only on the ray, computed once for all triangles: a
+    # `tracer.kernel.arithmetic.Shear`, or None if each formula computes it.
     shear: Any = field(default=None, repr=False, compare=False)
 
     def at(self, t: Any) -> Any:
@@ -29,11 +29,11 @@ class Interval:
     farthest: Any
 
     def contains(self, t: Any) -> Any:
-        """Return where `t` lies inside. A NaN never does, nor does an infinity."""
+        """Return in which lanes `t` is inside. NaN and infinities never are."""
         return (t > self.nearest) & (t < self.farthest)
 
     def smallest(self, near: Any, far: Any) -> Any:
-        """Return the smaller of two ordered roots that lies inside, or inf."""
+        """Return the smaller of two ordered roots that is inside, or inf."""
         t = dr.select(near > self.nearest, near, far)
         return dr.select(self.contains(t), t, dr.inf)
 
@@ -56,7 +56,7 @@ class Hit:
     normal: Any  # the side that the light must be on
     shape: Any  # index
     clearance: Any  # m, bound on the distance from the surface along the normal
-    ray: Ray  # the one that found the point
+    ray: Ray  # the ray that hit the point
     distance: Any  # m, along it
 
 

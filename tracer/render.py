@@ -1,7 +1,7 @@
-"""`render` and `continue_from`: a scene's stages as NumPy images, from the first stage on or from given ones.
+"""`render` and `continue_from`: a scene's stages as NumPy images, from the first stage on or from given stages.
 
-The numbers are the same to the last bit. What is rendered once is mostly compiling, and scenes of different structure
-share most of the shorter kernels.
+Split kernels give bit-identical results. The time of a single render is mostly compilation, and scenes of different
+structure share most of the shorter kernels.
 """
 
 from collections.abc import Collection
@@ -33,7 +33,7 @@ def _components(scalars: list[Any]) -> np.ndarray:
 
 
 def _image(lanes: Lanes, samples: list[tuple[Any, ...]]) -> np.ndarray:
-    """Return (height, width, channels) of what each lane holds; a literal channel fills its image."""
+    """Return the image (height, width, channels) of each lane's samples; a literal channel fills its image."""
     channels = [lanes.image([_numbers(channel) for channel in of]) for of in zip(*samples, strict=True)]
     return np.stack(channels, axis=-1) if channels else np.zeros((lanes.height, lanes.width, 0))
 
@@ -59,7 +59,7 @@ def render(
     samples: int = 1,
     chosen: Plan | None = None,
 ) -> StageImages:
-    """Return the stages asked for (see `cases.stages`), whatever the precision as float64.
+    """Return the requested stages (see `cases.stages`) as float64 arrays in every precision.
 
     With samples > 1, radiance only: the mean over samples x samples points per pixel, the centres of a regular
     subdivision.
@@ -77,7 +77,7 @@ def render(
     refusal = beyond(scene, configuration.precision)
     if refusal is not None:
         raise ValueError(refusal)
-    # What is asked for is written to memory anyway, and the next stage may begin from there.
+    # The requested stages are written to memory anyway, so that the next stage may start from there.
     parameters = SplitKernels() if len(wanted) > 1 else NumbersInMemory()
     trace = Trace.of(scene, configuration, per_side=samples, chosen=chosen, parameters=parameters)
     channels = images(trace, wanted)
@@ -92,11 +92,12 @@ def render(
     return answers
 
 
-def continue_from(scene: Scene, stage: Stage, given: StageImages, configuration: Configuration) -> np.ndarray:
+def continue_from(scene: Scene, stage: Stage, earlier: StageImages, configuration: Configuration) -> np.ndarray:
     """Return an image stage computed from the `given` earlier ones, (height, width, channels).
 
-    `given` holds (height, width, channels) arrays: the earlier stages that it has are taken as they are, the others are
-    traced. Where another triangle of a mesh was given than the tracer finds along the ray, the normal is of that one.
+    `given` holds (height, width, channels) arrays of earlier stages, which are used unchanged; missing stages are
+    traced. If the given triangle of a mesh differs from the triangle that the tracer hits, the normal is that of the
+    given one.
 
     Raises:
         ValueError: a scene beyond what the precision can hold.
@@ -109,11 +110,11 @@ def continue_from(scene: Scene, stage: Stage, given: StageImages, configuration:
     alone = replace(plan(scene, configuration), columns=1, rows=1, split=False, pipelined=False)
     trace = Trace.of(scene, configuration, per_side=1, chosen=alone, parameters=SplitKernels())
     order, Float = list(Stage), trace.world.types.Float
-    known = {
+    uploaded = {
         before: [[Float(channel) for channel in np.asarray(image, dtype=np.float64).reshape(-1, image.shape[-1]).T]]
-        for before, image in given.items()
+        for before, image in earlier.items()
         if before is not Stage.CAMERA and order.index(before) < order.index(stage)
     }
-    (channels,) = images(trace, [stage], known)[stage]
+    (channels,) = images(trace, [stage], uploaded)[stage]
     dr.eval(channels)
     return _image(trace.view.lanes, [channels])

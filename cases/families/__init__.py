@@ -58,7 +58,7 @@ CASE_FAMILIES: Table[Callable[[], Iterator[Case]]] = Table(
 
 @cache
 def cases_of(family: str) -> tuple[Case, ...]:
-    """Return the cases of one family in the order in which it yields them.
+    """Return the cases of one family in the order of the family's function.
 
     Raises:
         LookupError: there is no such family.
@@ -76,7 +76,7 @@ def cases_of(family: str) -> tuple[Case, ...]:
 
 
 def all_cases() -> tuple[Case, ...]:
-    """Return the default suite, by family in alphabetical order, then in the order in which the family yields them."""
+    """Return the default suite, by family in alphabetical order, then in the order of the family's function."""
     return tuple(case for family in CASE_FAMILIES if not on_request(family) for case in cases_of(family))
 
 
@@ -86,12 +86,12 @@ def on_request(family: str) -> bool:
 
 
 def select(patterns: Sequence[str]) -> tuple[Case, ...]:
-    """Return the cases that any pattern names, in `all_cases` order; a pattern is a family, a case or a glob.
+    """Return the cases that match any pattern, in `all_cases` order; a pattern is a family, a case or a glob.
 
-    Random scenes come last, in the order in which they are named: random/SEED/NUMBER, one by one.
+    Random scenes come last, in the order of `patterns`; each is named random/SEED/NUMBER.
 
     Raises:
-        LookupError: a pattern names nothing; the message lists names like it.
+        LookupError: a pattern matches nothing; the message lists similar names.
 
     """
     drawn = {case.name: case for case in map(case_named, filter(_is_random, patterns))}
@@ -142,5 +142,5 @@ def _near(pattern: str) -> list[str]:
 
 
 def _is_random(pattern: str) -> bool:
-    """Return whether a pattern speaks of random scenes, of which there is no list to look it up in."""
+    """Return whether a pattern names random scenes, which are in no list."""
     return pattern.partition("/")[0] == RANDOM

@@ -52,7 +52,7 @@ def on_the_sphere() -> Case:
 
 
 def on_a_blocker() -> Case:
-    """Return a light on the underside of a turned cube: whether the cube stands before it is for rounding to say."""
+    """Return a light on the underside of a turned cube: rounding decides whether the cube blocks it."""
     lamp = compose(translation(0.4, -0.3, 1.9), rotation((0.7, -0.4, 0.5), 25), scaling(0.8, 0.7, 0.5))
     x, y, z = (0.1 * row[0] - 0.2 * row[1] - 0.5 * row[2] + row[3] for row in lamp[:3])
     scene = Scene(
@@ -75,10 +75,10 @@ def on_a_blocker() -> Case:
 
 
 def layered() -> Case:
-    """Return two sheets 0.65 mm apart: a renderer that leaves so much unseen cannot tell the light of the upper one.
+    """Return two sheets 0.65 mm apart: a renderer whose shadow epsilon is larger lights the lower sheet wrongly.
 
-    Twice the tracer's own bound in float32 is 0.045 mm, twice 16 times what rounding needs there 0.40 mm, and twice
-    twenty times that bound 0.90 mm.
+    Twice the tracer's own bound in float32 is 0.045 mm, twice 16 times the offset that rounding needs is 0.40 mm, and
+    twice twenty times that bound is 0.90 mm.
     """
     frame = compose(rotation((0.6, -0.4, 0.5), 7), scaling(3, 3, 1))
     scene = Scene(

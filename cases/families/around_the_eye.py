@@ -49,8 +49,8 @@ def hidden_shapes() -> tuple[tuple[str, Shape, tuple[str, ...]], ...]:
 def behind() -> Iterator[Case]:
     """Yield one case per primitive, unclipped; then all of them at once behind a near plane, and lit.
 
-    Whoever takes a negative root, forgets that a box behind the origin is a miss, or makes a distance positive sees
-    these shapes where they are not, in front of everything else.
+    A renderer that takes a negative root, forgets that a box behind the origin is a miss, or takes the absolute value
+    of a distance shows these shapes in front of everything else.
     """
     hidden = hidden_shapes()
     light = PointLight(position=(2.1, -1.2, 3.1), flux=(420.0, 360.0, 300.0))
@@ -80,7 +80,7 @@ def behind() -> Iterator[Case]:
         )
 
 
-# A camera inside a sphere and inside a cube: the nearer root lies behind it and the normal is turned.
+# A camera inside a sphere and inside a cube: the nearer root is behind it and the normal is turned.
 ALBEDO = (0.6, 0.7, 0.45)
 LIGHT = PointLight(position=(0.5, -0.4, 0.6), flux=(160.0, 120.0, 210.0))
 INNER = Sphere(albedo=(0.8, 0.3, 0.4), center=(-0.6, 0.3, -0.2), radius=0.35)

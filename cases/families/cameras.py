@@ -18,7 +18,7 @@ SHAPES: tuple[Shape, ...] = (
     Cube(albedo=(0.3, 0.5, 0.7), to_world=compose(translation(-0.6, 0.5, 0.3), rotation((0.2, -0.4, 1.0), 33))),
 )
 
-# Name, what it stresses, camera, least interior pixels.
+# Name, description, camera, least interior pixels.
 CAMERAS: tuple[tuple[str, str, Camera, int], ...] = (
     (
         "narrow",
@@ -91,8 +91,8 @@ CAMERAS: tuple[tuple[str, str, Camera, int], ...] = (
 def cameras() -> Iterator[Case]:
     """Yield one case per camera, over the same unlit scene.
 
-    Wide and narrow angles, wide and tall images, banked cameras and cameras that look along an axis tell a swapped
-    sine, a forgotten aspect and a mirrored row from the right formula; the two methods must agree everywhere.
+    Wide and narrow angles, wide and tall images, banked cameras and cameras that look along an axis expose a swapped
+    sine, a forgotten aspect and a mirrored row; the two methods must agree everywhere.
     """
     for name, stresses, camera, least_interior in CAMERAS:
         scene = Scene(camera=camera, shapes=SHAPES)
@@ -111,13 +111,13 @@ CAMERA = Camera(
 )
 LIGHT = PointLight(position=(0.4, 0.3, 5.2), flux=(500.0, 430.0, 610.0))
 WALL = Square(albedo=(0.6, 0.6, 0.55), to_world=compose(translation(0.1, 0.0, -2.5), scaling(9, 8, 1)))
-# Beside, above and below the axis: no ray of the middle column or row meets one of these.
+# Left, right, above and below the axis: no ray of the middle column or row hits one of these.
 CUBES: tuple[Shape, ...] = (
     Cube(albedo=(0.8, 0.4, 0.3), to_world=compose(translation(1.1, 0.0, 0.2), scaling(0.9, 1.2, 0.8))),
     Cube(albedo=(0.3, 0.7, 0.4), to_world=compose(translation(0.1, -1.0, -0.3), scaling(1.4, 0.7, 1.1))),
     Cube(albedo=(0.3, 0.4, 0.8), to_world=compose(translation(-1.3, 1.0, 0.4), scaling(0.7, 0.8, 1.3))),
 )
-# The floor's rays run towards it, along it and away from it; the others stand along the viewing axis.
+# Rays run towards the floor, along it and away from it; the other shapes are parallel to the viewing axis.
 FLAT: tuple[Shape, ...] = (
     Plane(albedo=(0.5, 0.6, 0.7), to_world=compose(translation(0.0, -1.3, 0.0), rotation((1.0, 0.0, 0.0), -90))),
     Square(
@@ -136,11 +136,11 @@ TURNED: tuple[Shape, ...] = tuple(
 
 
 def parallel_rays() -> Iterator[Case]:
-    """Yield boxes beside the axis, then flat shapes along it, then the boxes turned by half a turn.
+    """Yield boxes off the axis, then flat shapes along it, then the boxes turned by half a turn.
 
-    The rays of the middle column have x_d = 0 to the last bit, those of the middle row y_d = 0. A box is missed by a
-    parallel ray outside its slab, however the other slabs are met; a plane, a square and a triangle by any parallel
-    ray.
+    The rays of the middle column have x_d = 0 to the last bit, those of the middle row y_d = 0. A parallel ray outside
+    a slab misses the box, whatever it does in the other slabs; any parallel ray misses a plane, a square and a
+    triangle.
     """
     flat = "A floor, a square and a triangle that the middle rays run along."
     questions = (

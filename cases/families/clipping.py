@@ -7,14 +7,14 @@ from dataclasses import replace
 import numpy as np
 
 from rayproof.cases.case import Case, covering
-from rayproof.cases.placement import camera_around, compose, rotation, scaling, translation
+from rayproof.cases.placement import camera_around, compose, rotation, scaling, translation, unit
 from rayproof.cases.scene import CLIPS, Camera, Cube, Mesh, Plane, PointLight, Scene, Shape, Sphere, Square, Triangle
 
 # The three clip modes on geometry that the near and the far plane cut open, wide enough that they differ.
 FLOOR = Plane(
     albedo=(0.6, 0.6, 0.5), to_world=compose(translation(0.1, 0.0, -1.1), rotation((1.0, 0.3, 0.1), 6)), two_sided=True
 )
-# The near plane passes through the sphere; the small square lies before it and is seen by the light alone.
+# The near plane passes through the sphere; the small square is in front of it, and only shadow rays can hit it.
 OPENED: tuple[Shape, ...] = (
     FLOOR,
     Sphere(albedo=(0.8, 0.4, 0.3), center=(0.1, 0.1, 0.0), radius=1.0, two_sided=True),
@@ -42,7 +42,7 @@ def clipping() -> Iterator[Case]:
 
     The specification's `depth` clips by planes, `shell` by spheres around the eye (the lecture's t), `none` not at all.
     Among a primitive's intersections the smallest inside the interval counts, so a cut sphere shows its inside. Only
-    camera rays are clipped: what is cut away still throws its shadow.
+    camera rays are clipped: the clipped part still casts its shadow.
     """
     wide = camera_around(
         (0.2, 0.0, 0.0), distance=2.5, azimuth=-48, elevation=33, width=96, height=72, fovy=86, near=1.9, far=4.2
@@ -90,7 +90,7 @@ CAMERA = Camera(
 )
 LIGHT = PointLight(position=(0.2, 0.1, -0.3), flux=(300.0, 340.0, 260.0))
 COARSE, FINE = 2.0**-18, 2.0**-21  # relative; float32 rounds by 2^-24
-BESIDE = 1e-9  # relative; float32 cannot tell, and float64 rounds by 1e-16
+BESIDE = 1e-9  # relative; float32 cannot resolve it, and float64 rounds by 1e-16
 SMALL = CAMERA.width // 2, CAMERA.height // 2  # px
 CUT_ROWS = (12, 18)  # of the floor, the last that far and the first that near leaves in sight
 FLAT = ((1.0, 0.0, 0.0, 0.0), (0.0, 0.0, 1.0, 0.0), (0.0, -1.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0))  # z becomes -y
@@ -111,9 +111,9 @@ def _walls(depth: float) -> Iterator[Shape]:
 
 
 def _cut_floor() -> Scene:
-    """Return a floor that near and far cut 1e-9 of their depth beside the middles of two rows, which stay in sight."""
+    """Return a floor that near and far cut 1e-9 of their depth off the centres of two rows, which stay visible."""
     height = SMALL[1]
-    # The floor lies 1 m below the eye: the middle of a row sees it at a depth of 1 / tan of the angle below the axis.
+    # The floor is 1 m below the eye: the middle of a row sees it at a depth of 1 / tan of the angle below the axis.
     first, last = (1 / ((2 * (row + 0.5) / height - 1) * math.tan(CAMERA.alpha)) for row in CUT_ROWS)
     camera = replace(CAMERA, width=SMALL[0], height=height, near=last * (1 - BESIDE), far=first * (1 + BESIDE))
     floor = Square(albedo=(0.5, 0.6, 0.7), to_world=compose(translation(0, -1, -8), FLAT, scaling(30, 20, 1)))
@@ -126,9 +126,9 @@ def _shell_walls(camera: Camera) -> Iterator[Shape]:
     column, row = (grid.reshape(-1) for grid in np.meshgrid(np.arange(width), np.arange(height)))
     across, up = (2 * (column + 0.5) / width - 1) * camera.aspect, 1 - 2 * (row + 0.5) / height
     toward = np.stack([across * math.tan(camera.alpha), up * math.tan(camera.alpha), -np.ones(len(row))], axis=1)
-    toward /= np.linalg.norm(toward, axis=1, keepdims=True)
+    toward = unit(toward)
     side = np.cross(toward, (0.0, 1.0, 0.0))
-    side /= np.linalg.norm(side, axis=1, keepdims=True)
+    side = unit(side)
     above = np.cross(side, toward)
     corners = [
         toward + NARROW * (math.cos(angle) * side + math.sin(angle) * above)
@@ -145,9 +145,9 @@ def walls() -> Iterator[Case]:
     """Yield walls about the near plane, then about the far one; a floor that both cut, and walls about a shell.
 
     Each wall covers its own part of the image. The camera looks along an axis from the origin, so that a wall's depth
-    is one number of its scene. The closest walls are eight roundings of float32 away from the plane: what single
-    precision can just tell for certain. A floor is cut so close to pixels that double precision alone can tell, and of
-    a shell every pixel has a small wall of its own, which faces the eye.
+    is one number of its scene. The closest walls are eight roundings of float32 away from the plane, the least distance
+    that single precision resolves with certainty. A floor is cut so close to pixel centres that only double precision
+    resolves it. For the shell every pixel has a small wall of its own, which faces the eye.
     """
     for name, depth in (("near", NEAR), ("far", FAR)):
         scene = Scene(camera=CAMERA, shapes=tuple(_walls(depth)), lights=(LIGHT,))
@@ -165,7 +165,7 @@ def walls() -> Iterator[Case]:
         stresses="A floor cut 1e-9 beside pixel centres: clipping in single precision loses some of a double's pixels.",
         covers=covering(scene, "HIT-2"),
         least_interior=100,
-        # Single precision cannot tell of two rows.
+        # Single precision cannot resolve two rows.
         most_explained=0.2,
     )
     few = replace(CAMERA, width=SMALL[0] // 2, height=SMALL[1] // 2)

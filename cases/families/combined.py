@@ -1,10 +1,10 @@
 """Family `combined`: every pair of settings of camera, shape, placement, light and clipping together (covering array).
 
-A mistake that needs two settings at once (an `up` that leans in an image that is wide, a mesh of centimetres under a
-mirror) shows in no case that varies one of them. So each two values of different settings occur together in a lit
-scene: a shape that fills the view, and a backdrop on which its shadow falls. The rows come from a greedy search after
-Cohen, Dalal, Fredman and Patton, The AETG system, IEEE Transactions on Software Engineering 23 (1997), by no chance: of
-the rows that begin with a missing pair the one with the most missing pairs is taken, the first of equals.
+A mistake that needs two settings at once (an oblique `up` in a wide image, a mesh of centimetres under a mirror) is not
+visible in a case that varies one of them. So every two values of different settings occur together in a lit scene: a
+shape that fills the view, and a backdrop on which its shadow falls. The rows come from a deterministic greedy search
+after Cohen, Dalal, Fredman and Patton, The AETG system, IEEE Transactions on Software Engineering 23 (1997): of the
+rows that begin with a missing pair, the first with the most missing pairs is taken.
 
 All lengths are in sizes of the shape, so that no pair is impossible; three settings may be, see `_possible`.
 """
@@ -19,7 +19,7 @@ from typing import Any, cast
 import numpy as np
 
 from rayproof.cases.case import Case, covering
-from rayproof.cases.placement import compose, mapped, rotation, scaling, shear, translation
+from rayproof.cases.placement import compose, mapped, rotation, scaling, shear, translation, unit
 from rayproof.cases.scene import (
     IDENTITY,
     SHADINGS,
@@ -41,7 +41,7 @@ from rayproof.cases.scene import (
 )
 
 KINDS = {"sphere": Sphere, "cube": Cube, "square": Square, "plane": Plane, "triangle": Triangle, "mesh": Mesh}
-# What a row chooses from; settings that restrict each other come first.
+# The values of each setting; settings that restrict each other come first.
 SETTINGS: dict[str, tuple[str, ...]] = {
     "shape": tuple(KINDS),
     "matrix": ("none", "turned", "stretched", "sheared", "mirrored"),
@@ -64,7 +64,7 @@ CUT = 0.8  # of the way from the image's middle to a corner, clipping begins
 BEHIND = 1.25  # sizes from the shape's middle to the backdrop
 WARM: Rgb = (1.0, 0.35, 0.1)
 WHITE: Rgb = (1.0, 1.0, 1.0)
-# Where lights stand, from the shape's middle: to the right, up and towards the eye, in sizes; and their colour.
+# Positions of lights relative to the shape's middle (right, up and towards the eye, in sizes), and their colours.
 LIGHTS: dict[str, tuple[tuple[tuple[float, float, float], Rgb], ...]] = {
     "one": (((1.6, 1.2, 3.4), WHITE),),
     "three": (((1.5, 1.4, 3.0), WHITE), ((-2.2, 0.6, 2.9), (0.5, 0.5, 0.5)), ((0.4, -1.7, 4.1), (0.7, 0.7, 0.7))),
@@ -78,15 +78,15 @@ TRIANGLE = np.array(((-0.62, -0.5, 0.05), (0.66, -0.42, -0.1), (-0.04, 0.7, 0.08
 
 Row = dict[str, str]
 Pair = frozenset[tuple[str, str]]
-STARTS = 8  # missing pairs with which a row is tried to begin
+STARTS = 8  # the number of missing pairs that are tried as the beginning of a row
 
 
 def _possible(row: Row) -> bool:
-    """Return whether a row, or the part of one that is chosen, has a lit scene.
+    """Return whether a row, or its chosen part, has a lit scene.
 
-    Without a matrix a cube and a square are 1 m large and about the origin, and the plane is z = 0. So the eye is not
-    in the origin, which lies in them, nor far from it before a cube or a square. A level view shows no face of a
-    square in z = 0, and of the plane a horizon.
+    Without a matrix a cube and a square are 1 m large and about the origin, and the plane is z = 0. So the eye cannot
+    be in the origin, which is inside them, nor far away from a cube or a square. A level view shows no face of a square
+    in z = 0, and a horizon of the plane.
     """
     if row.get("matrix") != "none" or row.get("shape") not in ("cube", "square", "plane"):
         return True
@@ -145,9 +145,9 @@ def pebble() -> tuple[np.ndarray, np.ndarray]:
         every = np.concatenate([first, second, third, middles]).reshape(-1, 3)
         corners, indices = np.unique(every, axis=0, return_inverse=True)
         faces = indices.reshape(-1, 3)
-    unit = corners / np.linalg.norm(corners, axis=1, keepdims=True)
-    bumps = 0.04 * np.sin(5 * unit[:, 0] + 1) * np.sin(4 * unit[:, 1] + 2) * np.sin(6 * unit[:, 2])
-    return (0.5 + bumps[:, None]) * unit, faces
+    sphere = unit(corners)
+    bumps = 0.04 * np.sin(5 * sphere[:, 0] + 1) * np.sin(4 * sphere[:, 1] + 2) * np.sin(6 * sphere[:, 2])
+    return (0.5 + bumps[:, None]) * sphere, faces
 
 
 def _attitude(row: Row, azimuth: float) -> Matrix:
@@ -220,7 +220,7 @@ def scene(row: Row, azimuth: float) -> Scene:
         eye = middle + distance * axes[:, 2]
     place = compose(translation(*middle), attitude, scaling(size, size, size))
     shape = _shape(row, place)
-    # Of a plane the other shape stands before it, of any other shape it is the backdrop.
+    # If the shape is a plane, the other shape is in front of it; otherwise the other shape is the backdrop.
     ahead, width_of_other = (0.45, 0.4) if row["shape"] == "plane" else (-BEHIND, 60.0)
     turned = compose(
         translation(0, 0, ahead), rotation((0.6, 0.8, 0.1), 14), scaling(width_of_other, width_of_other, 1)

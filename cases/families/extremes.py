@@ -1,4 +1,4 @@
-"""Family `extremes`: numbers beyond those of every other family, in few and small images.
+"""Family `extremes`: numbers beyond the ranges of all other families, in few and small images.
 
 Many lights, many shapes, views along the up vector, an eye in an infinite plane, lights in closed solids, albedos of 0
 and 1, wide images, and very bright and very dim light. `docs/specification.md` has the table of the suite's ranges. The
@@ -22,7 +22,7 @@ DIM = 3e-10  # W
 
 
 def _steep_view(eye: Vector, *, upward: bool, turn: float, fovy: float, width: int, height: int) -> Camera:
-    """Return a camera that looks `STEEP` degrees beside +z, or beside -z if not `upward`, with z as its up vector.
+    """Return a camera that looks `STEEP` degrees off +z, or off -z if not `upward`, with z as its up vector.
 
     `turn` [degrees] is the azimuth of its viewing direction.
     """
@@ -74,10 +74,10 @@ def many_shapes() -> Case:
 
 
 def eye_in_a_plane() -> Case:
-    """Return a view whose middle row of rays lies, with the eye, in an infinite plane: 0 / 0 for its distance.
+    """Return a view whose eye and middle row of rays are in an infinite plane: its distance is 0 / 0.
 
-    The plane lies between two spheres and two lights, and is itself at no pixel. The lights are so near the eye that it
-    is far brighter there than anywhere behind the near plane: to take it for hit at the eye is no matter of rounding.
+    The plane is between two spheres and two lights, and is visible in no pixel. The lights are so near the eye that the
+    plane is far brighter there than behind the near plane: a hit at the eye cannot be explained by rounding.
     """
     shapes = (
         Plane(albedo=GREY, two_sided=True),

@@ -1,4 +1,4 @@
-"""Families `several_lights` (two to eight) and `simplified` (the lecture's shading by the cosine alone)."""
+"""Families `several_lights` (two to eight) and `simplified` (the lecture's shading, only by the cosine)."""
 
 from collections.abc import Iterator
 from math import cos, radians, sin, tan
@@ -82,7 +82,7 @@ SQUARE = Square(albedo=(0.8, 0.55, 0.3), to_world=compose(TILT, scaling(3.0, 2.4
 OCTAHEDRON = np.array(((0.8, 0, 0), (-0.8, 0, 0), (0, 0.8, 0), (0, -0.8, 0), (0, 0, 0.9), (0, 0, -0.9)))
 FACES = np.array(((0, 2, 4), (2, 1, 4), (1, 3, 4), (3, 0, 4), (2, 0, 5), (1, 2, 5), (3, 1, 5), (0, 3, 5)))
 RGB = ((0.9, 0.7, 0.5), (0.6, 0.8, 1.0))
-WIDTH, HEIGHT = 81, 65  # odd: a pixel centre lies on the central ray
+WIDTH, HEIGHT = 81, 65  # odd: a pixel centre is on the central ray
 EYE_DISTANCE = 5.0  # m
 ROUNDINGS = 25  # of the shadow ray vector and its length (10), cosines and their sum (15)
 PLACE = 10  # roundings of the eye's distance: how far the hit may lie from its place

@@ -189,9 +189,9 @@ def model(name: str, turn: float) -> Mesh:
 
 
 def models() -> Iterator[Case]:
-    """Yield one case per model, over a floor that takes its shadow.
+    """Yield one case per model, over a floor on which its shadow falls.
 
-    PyVista's wheel carries them; they are found beside its other files without importing it.
+    The models are files of PyVista's wheel, which is not imported for them.
     """
     for name, turn, least_interior in (("airplane", 35.0, 2500), ("ant", -50.0, 2500)):
         camera = camera_around((0.0, 0.0, -0.2), distance=5.5, azimuth=-65, elevation=40, width=96, height=72, fovy=33)

@@ -9,7 +9,7 @@ from rayproof.cases.placement import camera_around, compose, rotation, scaling, 
 from rayproof.cases.scene import Camera, Cube, Mesh, Plane, PointLight, Scene, Shape, Sphere, Square, Triangle, Vector
 from rayproof.cases.stages import Stage
 
-# Every primitive alone, untransformed: what fails here fails in the primitive's own intersection and normal.
+# Each primitive by itself, untransformed: a failure here is one of the primitive's own intersection or normal.
 ALBEDO = (0.75, 0.5, 0.3)
 LIGHT = PointLight(position=(2.1, -1.4, 3.3), flux=(310.0, 220.0, 420.0))
 # A skew tetrahedron: counter-clockwise seen from outside.
@@ -42,7 +42,7 @@ def primitives() -> Iterator[Case]:
         )
 
 
-# One body and nothing else, lit so that it stands in its own light: nothing but the body itself can be in the way.
+# A single body that blocks its own light: no other shape can be the blocker.
 ALONE_ALBEDO = (0.6, 0.45, 0.7)
 FLUX = (420.0, 510.0, 360.0)  # W
 OUTSIDE: Vector = (0.9, -2.9, 3.1)

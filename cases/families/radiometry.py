@@ -18,7 +18,7 @@ SQUARE = Square(albedo=(0.7, 0.5, 0.25), to_world=compose(TILT, scaling(3.0, 2.2
 FLUX = (400.0, 250.0, 520.0)  # W
 DISTANCES = (0.5, 1.0, 2.0, 4.0, 8.0)  # m; straight above, each step a quarter of the irradiance
 ANGLES = (30.0, 60.0, 75.0, 85.0, 95.0, 150.0)  # degrees from the normal, at 2 m; the last two below the horizon
-WIDTH, HEIGHT = 81, 65  # odd: a pixel centre lies on the central ray
+WIDTH, HEIGHT = 81, 65  # odd: a pixel centre is on the central ray
 EYE_DISTANCE = 5.0  # m
 ROUNDINGS = 25  # of the shadow ray vector and its length (10), cosine and falloff (15)
 PLACE = 10  # roundings of the eye's distance: how far the hit may lie from its place
@@ -97,7 +97,7 @@ def inverse_square() -> Iterator[Case]:
 INTENSITY = (1000.0, 500.0, 250.0)  # cd = lm/sr, stored as W/sr; the first channel is the test's
 SOURCE_HEIGHT, EYE_HEIGHT = 3.0, 5.0  # m above the plane
 PIXEL = 1 / 16  # m
-CIE_WIDTH, CIE_HEIGHT = 97, 65  # odd: a pixel centre lies under the source
+CIE_WIDTH, CIE_HEIGHT = 97, 65  # odd: a pixel centre is under the source
 POINTS = ((0.0, 0.0), (0.5, 0.0), (0.0, -0.5), (1.0, 0.5), (1.5, 1.5), (-1.5, 1.0), (-1.75, -1.75))  # m
 CIE_ROUNDINGS = 60  # of camera ray (20), hit (15), shadow ray vector and its length (10), cosine and falloff (15)
 EXTENT = 2.0  # a rounding of the hit point counts this much more: |p| / d times the exponent 3
@@ -131,7 +131,7 @@ def measured(name: str, stresses: str, frame: Matrix) -> Case:
         stresses=stresses,
         covers=covering(scene, "CAM-5", "HIT-8"),
         least_interior=3500,
-        most_explained=0.06,  # the plane's border lies on pixel centres
+        most_explained=0.06,  # the plane's border passes through pixel centres
         expectations=tuple(
             PixelValue(
                 stage=Stage.IRRADIANCE,
@@ -153,7 +153,7 @@ def cie_isotropic_source() -> Iterator[Case]:
     """Yield the test as published and the same in a generic frame.
 
     The plane is parallel to the image, and its pixels are 1/16 m wide, so the reported points are pixel centres:
-    111.111 lx under the source, 106.637 lx half a metre beside it and 60.481 lx at (1.5, 1.5) m. Lumen are stored as
+    111.111 lx under the source, 106.637 lx half a metre from there and 60.481 lx at (1.5, 1.5) m. Lumen are stored as
     watts. Source: CIE 171:2006, Test Cases to Assess the Accuracy of Lighting Computer Programs, section 5.2.
     """
     yield measured("as_published", "CIE 171:2006 test 5.2 in its own axes: E = I h / d^3 at known points.", IDENTITY)
@@ -216,11 +216,11 @@ def integrating_sphere() -> Iterator[Case]:
         )
 
 
-# Flux conservation after CIE 171:2006: what a source emits in a closed room arrives on its six faces.
+# Flux conservation after CIE 171:2006: the flux of a source in a closed room arrives on its six faces.
 ROOM_FLUX = (10_000.0, 4_000.0, 1_500.0)  # lm, stored as W; the first channel is the test's
 MIDDLE: Vector = (0.0, 0.0, 1.5)  # m
 ROOM_PIXEL = 0.05  # m
-BACK = 1.25  # m; the camera stands so far behind the source, seen from the face
+BACK = 1.25  # m; distance of the camera behind the source, seen from the face
 ROOM_ROUNDINGS = (
     80  # of camera ray (20), hit (15), shadow ray (15), cosine and falloff (15), and the slant of the hit (15)
 )
@@ -317,7 +317,7 @@ LIGHTS = (
     PointLight(position=mapped(ALONG_TILT, (1.5, -1.0, 2.6)), flux=(90.0, 350.0, 260.0)),
 )
 ALONG_DISTANCES = ((1.5, 3000), (3.0, 3000), (6.0, 2200), (12.0, 450))  # m, and least interior pixels
-ALONG_WIDTH, ALONG_HEIGHT = 73, 57  # odd: a pixel centre lies on the central ray
+ALONG_WIDTH, ALONG_HEIGHT = 73, 57  # odd: a pixel centre is on the central ray
 ALONG_ROUNDINGS = 30  # of the shadow rays and their lengths (10), cosines and falloffs (15), sum and radiance (5)
 
 

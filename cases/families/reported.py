@@ -1,7 +1,7 @@
 """Family `reported`: scenes of mistakes that users reported to other renderers; a function's docstring has the address.
 
-Scenes are made anew from what a report describes and are as small as it allows: boxes of a tree that share a middle, an
-epsilon that is a share of the way to the light, a ray in the plane of a face.
+Each scene is built from the description in a report and is as small as possible: boxes of a tree that share a middle,
+an epsilon relative to the distance of the light, a ray in the plane of a face.
 """
 
 from collections.abc import Iterator
@@ -61,7 +61,7 @@ def _inside() -> tuple[Camera, tuple[PointLight, ...]]:
 
 
 def _grey(index: int) -> Rgb:
-    """Return one of seven albedos in turn, so that no neighbours have the same."""
+    """Return one of seven albedos in turn, so that neighbours have different ones."""
     return (0.25 + 0.1 * (index % 7), 0.85 - 0.1 * (index % 7), 0.3 + 0.08 * (3 * index % 7))
 
 
@@ -229,7 +229,7 @@ def concentric_spheres(name: str) -> Case:
 
 def _sphere(name: str, radius: float, distance: float, fovy: float, least_interior: int) -> Case:
     """Return a sphere about the origin, seen from a distance from its surface."""
-    middle = radius if radius > distance else 0.0  # of what is seen
+    middle = radius if radius > distance else 0.0  # of the visible part
     camera = camera_around(
         (0.0, 0.0, middle),
         distance=distance,

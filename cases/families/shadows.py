@@ -13,7 +13,7 @@ from rayproof.cases.scene import Camera, Cube, Matrix, Plane, PointLight, Scene,
 # Shadows: outlines known in closed form, blockers that do and do not count, and every kind of shape as a blocker.
 ANTI_ACNE = ("LIT-2", "LIT-3", "LIT-4")
 FLOOR = Plane(albedo=(0.6, 0.5, 0.7))
-X, Y, H = 0.35, -0.25, 3.2  # m; the light stands at (X, Y, H)
+X, Y, H = 0.35, -0.25, 3.2  # m; the light is at (X, Y, H)
 LIGHT = PointLight(position=(X, Y, H), flux=(350.0, 240.0, 420.0))
 EXTENT = 10.0  # m; no coordinate of camera, hit or light is larger
 ROUNDINGS = 60  # of camera ray (20), hit (15), its offset (5), shadow ray (10) and the blocker's test (10)
@@ -51,7 +51,7 @@ def square_above(a: float, z: float) -> Case:
 
 
 def sphere_above(r: float, distance: float) -> Case:
-    """Return the case of a sphere of radius `r` whose centre lies `distance` below the light."""
+    """Return the case of a sphere of radius `r` whose centre is `distance` below the light."""
     blocker = Sphere(albedo=(0.3, 0.6, 0.4), center=(X, Y, H - distance), radius=r)
     size = H * r / sqrt(distance**2 - r**2)
     return outlined(f"sphere_{distance:g}m_below", "disc", blocker, size, H / (distance - r))
@@ -137,7 +137,7 @@ BEHIND = (1.1, 1.01, 1.001, 1.0001)
 
 
 def _parallel(share: float, middle: tuple[float, float]) -> Matrix:
-    """Return where a square stands, parallel to the floor, whose shadow lies there, or would behind the light."""
+    """Return the matrix of a square, parallel to the floor, whose shadow is there, or would be."""
     ground = np.array((*middle, 0.0))
     x, y, z = (ground + share * (PLACE - ground)).tolist()
     size = WIDTH * abs(1 - share)

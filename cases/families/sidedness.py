@@ -1,7 +1,7 @@
 """Family `sidedness`: one-sided and two-sided surfaces, seen and lit from the front and from behind.
 
 Back faces are hit and block light; a one-sided surface seen from behind is black; a two-sided one turns its normal
-towards the viewer, and is dark only if the light stands on its other side.
+towards the viewer, and is dark only if the light is on its other side.
 """
 
 from collections.abc import Iterator
@@ -15,7 +15,7 @@ from rayproof.cases.stages import Stage
 
 ALBEDO = (0.7, 0.5, 0.6)
 FLUX = (380.0, 260.0, 450.0)  # W
-# The frame in which the viewer looks down from +z.
+# The frame of the scenes: the viewer looks down from its +z.
 FRAME = compose(translation(0.3, 0.2, 0.5), rotation((0.5, -0.8, 0.3), 31))
 ROOF = np.array(((-0.6, -0.6, 0.0), (0.6, -0.6, 0.0), (0.6, 0.6, 0.1), (-0.6, 0.6, 0.1)))
 HALVES = np.array(((0, 1, 2), (0, 2, 3)))

@@ -1,8 +1,7 @@
 """Family `tolerances`: tiny scenes, and rays and lights that all but graze, where no tolerance may show.
 
-The audit's mutants put numbers of 1e-2 to 1e-8 into tests that need none, and the other families left them alive.
-What lies close to the origin has small coordinates and so small roundings: float32 can tell there what it could not
-elsewhere.
+The audit's mutants add tolerances of 1e-2 to 1e-8 to comparisons that need none, which the other families did not find.
+Shapes close to the origin have small coordinates and so small roundings: float32 resolves them better than elsewhere.
 """
 
 from collections.abc import Callable, Iterator
@@ -88,7 +87,7 @@ def crumbs() -> Scene:
         Plane(albedo=(0.6, 0.6, 0.5), to_world=place(0, 0, -0.65)),
         Cube(albedo=(0.8, 0.4, 0.3), to_world=compose(place(-1.5, 1.0, 0.0), turned)),
         Sphere(albedo=(0.3, 0.5, 0.8), to_world=compose(place(1.5, 1.1, 0.0), scaling(0.6, 0.6, 0.6))),
-        # Of two that all but touch the later one lies above, and the other way round.
+        # Two almost touching squares: first with the later one above, then with the earlier one above.
         Square(albedo=(0.3, 0.8, 0.6), two_sided=True, to_world=place(0, 1.2, 0.0)),
         Square(albedo=(0.9, 0.3, 0.6), two_sided=True, to_world=place(-0.5, 1.2, 2e-4)),
         Square(albedo=(0.3, 0.4, 0.9), two_sided=True, to_world=place(0.5, 1.2, -2e-4)),
@@ -96,7 +95,7 @@ def crumbs() -> Scene:
             albedo=(0.7, 0.7, 0.2),
             vertices=(_times(TINY, -0.6, -0.5, 0.0), _times(TINY, 0.7, -0.4, 0.2), _times(TINY, 0.0, 0.6, 0.1)),
         ),
-        # A sheet so large that beside it the other faces are small: it lies under the floor.
+        # A sheet that is much larger than the other faces, under the floor.
         Mesh(
             albedo=(0.5, 0.8, 0.4),
             vertices=corners,
@@ -157,7 +156,7 @@ def skimmed_square() -> Scene:
 
 
 def skimmed_mesh() -> Scene:
-    """Return the lid of a box of triangles, whose diagonal passes beside what is seen."""
+    """Return the lid of a box of triangles, whose diagonal passes outside the image."""
     box = compose(translation(0.8, 0.4, -0.6), scaling(1.2, 1.2, 1.2))
     return _skimmed(Mesh(albedo=(0.8, 0.8, 0.3), vertices=BITS, faces=BOX_SIDES, to_world=box))
 
@@ -173,7 +172,7 @@ def skimmed_plane() -> Scene:
 
 
 def hall() -> Scene:
-    """Return the inside of a cube of 1e7 m, in whose object space every direction is short."""
+    """Return the inside of a cube of 1e7 m, so that every direction in its object space is short."""
     size = 1e7  # m
     return Scene(
         camera=_camera(_times(size, 0.1, -0.3, 0.47), _times(size, 0.0, 0.45, 0.45), fovy=80.0, near=1.0, far=3 * size),
@@ -252,7 +251,7 @@ def uneven() -> Scene:
     )
 
 
-# Name -> scene, what it stresses, least interior pixels.
+# Name -> scene, description, least interior pixels.
 SCENES: dict[str, tuple[Callable[[], Scene], str, int]] = {
     "slit": (slit, "Floor and ceiling 4e-9 m apart: shadow rays that start late, lights that keep a distance.", 2000),
     "crumbs": (crumbs, "Shapes of 1e-8 m: determinants, areas, edges, planes and ties in metres.", 1200),

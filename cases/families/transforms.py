@@ -1,4 +1,4 @@
-"""Families `transforms` (every shape under every affine motion) and `normals` (what motions do to normals)."""
+"""Families `transforms` (every shape under every affine motion) and `normals` (the normals under motions)."""
 
 from collections.abc import Iterator
 
@@ -49,8 +49,8 @@ def shapes(to_world: Matrix) -> tuple[tuple[str, Shape, tuple[str, ...], int], .
 def transforms() -> Iterator[Case]:
     """Yield every primitive under every motion.
 
-    Non-uniform scale, shear and mirror separate the inverse transpose from the matrix itself, and a ray direction that
-    is renormalised in object space from one that is not.
+    Non-uniform scale, shear and mirror distinguish the inverse transpose from the matrix itself, and a direction that
+    is normalised in object space from an unnormalised one.
     """
     for motion, to_world in MOTIONS:
         target = mapped(to_world, (0.05, 0.0, 0.1))

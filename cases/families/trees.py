@@ -39,7 +39,7 @@ def color(number: int, count: int) -> tuple[float, float, float]:
 
 
 def turned(place: tuple[float, float, float], number: int, size: tuple[float, float, float]) -> Matrix:
-    """Return where a shape of that number stands: turned by an angle of its own."""
+    """Return the matrix of the shape with that number: at `place`, turned by an angle of its own."""
     return compose(translation(*place), rotation((0.4, 0.3, 1.0), 17.0 + 31.0 * number), scaling(*size))
 
 
@@ -73,10 +73,10 @@ def _triangles(count: int) -> Iterator[Shape]:
 
 
 def crowds() -> Iterator[Case]:
-    """Yield nine of each kind, spheres beside a mesh, and nine shapes of which no kind has more than five.
+    """Yield nine shapes of each kind, spheres next to a mesh, and nine shapes with at most five of a kind.
 
-    Every shape of a crowd stands by itself in the image and has an albedo of its own: one that is lost, or that takes
-    another's colour, shows.
+    The shapes of a crowd do not overlap in the image and have different albedos, so that a lost shape, or one with the
+    colour of another, is visible.
     """
     mesh = Mesh(albedo=(0.7, 0.5, 0.4), vertices=TETRAHEDRON, faces=OUTWARD, to_world=translation(1.7, 0.5, 0.0))
     mixed = (*tuple(_balls(10))[:5], *tuple(_cubes(10))[5:9])
@@ -138,16 +138,16 @@ def among(count: int) -> Corners:
 
 
 def behind(depths: Sequence[float]) -> Corners:
-    """Return faces that fill the frame at those heights, each smaller than what lies below it."""
+    """Return faces that fill the frame at those heights, each smaller than the face below it."""
     shrink = {depth: 0.9 - 0.8 * rank / len(depths) for rank, depth in enumerate(sorted(depths))}
     return np.stack([WIDE * (shrink[depth], shrink[depth], 1.0) * 0.7 + (0.0, 0.0, depth) for depth in depths])
 
 
 def faces() -> Iterator[Case]:
-    """Yield meshes of one, five, nine, 1025 and 2^16 + 9 faces; those of an odd number of pixels are 65 wide.
+    """Yield meshes of one, five, nine, 1025 and 2^16 + 9 faces; images with an odd number of pixels are 65 wide.
 
-    Among many small faces stand large ones, the mesh's first, middle and last: one that is lost leaves a hole of its
-    size.
+    The first, the middle and the last face of a mesh are large, the others small: each of the three leaves a large hole
+    if it is lost.
     """
     target: Vector = (0.0, -0.15, 0.0)
     even = camera_around(target, distance=6.0, azimuth=-95, elevation=70, width=64, height=48, fovy=38)
@@ -199,8 +199,8 @@ def _some_spheres() -> Scene:
 def benchmarked() -> Iterator[Case]:
     """Yield unrolled shapes, eight and four samples in a row; spheres and triangles in a tree, tiles of sixteen.
 
-    Half the benchmark's size has as many pixels as that takes. Of the thousand spheres as many are asked about as stand
-    in a tree, since a closed form tries each of them at every pixel, and they are larger: a pixel may be none's.
+    Half the benchmark's size is enough pixels for these plans. Of the thousand spheres only as many are used as a tree
+    needs, since a closed form tests each sphere at every pixel; they are larger, and a pixel may show none of them.
     """
     questions: tuple[tuple[str, Scene, str, int], ...] = (
         (

@@ -1,12 +1,12 @@
-"""Family `watertight`: meshes whose inner edges and vertices lie on the rays: nets, fans, slabs, canopies.
+"""Family `watertight`: meshes whose inner edges and vertices are hit exactly by rays: nets, fans, slabs, canopies.
 
-Every corner is a sum of few powers of two, so that float32 holds it exactly, and so is every ray's direction, up to
-its length: a pixel's side is 2^-6 of the depth, and the camera's axes are whole numbers over 3 or 5. In exact
-arithmetic a ray meets its vertex or edge; of a computed ray rounding decides which of the faces there it meets. One of
-them it meets.
+Every corner is a sum of few powers of two, so that float32 represents it exactly, and so is every ray's direction, up
+to its length: a pixel's side is 2^-6 of the depth, and the camera's axes are whole numbers over 3 or 5. In exact
+arithmetic a ray passes through its vertex or edge; for a computed ray, rounding decides which of the adjacent faces is
+hit, but one of them must be hit.
 
-Formulas of HIT-6 are not asked: Cramer's rule rounds an edge differently in the two triangles that share it, and is
-right where no ray comes so near an edge.
+Formulas of HIT-6 are not run on these cases: Cramer's rule rounds an edge differently in the two triangles that share
+it, and is right if no ray is so close to an edge.
 """
 
 import math
@@ -111,7 +111,7 @@ def wall(eye: Vector, depth: float) -> Square:
 
 
 def beside(eye: Vector, thirds: float, flux: float) -> PointLight:
-    """Return a light near the eye, to the right and above, that shines as [W] on what is seen at a depth of 3 m."""
+    """Return a light near the eye, to the right and above, whose `flux` [W] is that at a depth of 3 m."""
     place = np.asarray(eye) + thirds / 8 * (AXES[:, 0] + AXES[:, 1])
     return PointLight(position=place.tolist(), flux=(flux * thirds**2, 0.9 * flux * thirds**2, 0.8 * flux * thirds**2))
 
@@ -163,7 +163,7 @@ def slab(half: int) -> Mesh:
 def canopy(camera: Camera, light: Vector, half: int) -> Mesh:
     """Return a net that shades a square of 2 `half` pixels a side on z = 0, with a vertex on the way to it.
 
-    The camera looks straight down from below it. The border's vertices stand half a pixel farther out.
+    The camera is below it and looks straight down. The vertices of the border are half a pixel farther out.
     """
     pixel = STEP * camera.eye[2]
     along = np.concatenate([[-half], np.arange(-half + 0.5, half), [half]]) * pixel

@@ -1,7 +1,7 @@
 """`Ladder`, a sweep of a formula's inputs from easy to ill-conditioned: gate, predicted slope, expected failures.
 
-To add one: a `Ladder` in the list `LADDERS` of the page of its group, with a seeded draw of its inputs beside it, or a
-new page, named in PAGES. What a formula makes of the inputs is measured in `reports.studies.stability`.
+To add one: a `Ladder` in the list `LADDERS` of its group's module, together with a seeded draw of its inputs; a new
+module must be named in PAGES. `reports.studies.stability` measures the results of formulas for these inputs.
 """
 
 import importlib
@@ -11,12 +11,14 @@ from typing import Literal
 
 import numpy as np
 
+from rayproof.cases.placement import unit
+
 Inputs = dict[str, np.ndarray]  # float64 arrays of numbers that the working precision has, (rays,) or (rays, 3)
 Draw = Callable[[float, int, np.random.Generator, str], Inputs]  # parameter, rays, generator, precision
 Formulas = tuple[str, ...]  # variants, or "slot/variant" where slots share a name, or "*" for all others
 BOTH = ("float32", "float64")
 DTYPES = {"float32": np.float32, "float64": np.float64}
-# In the order in which ladders are listed.
+# The order of the list of ladders.
 PAGES = (
     "boxes",
     "camera",
@@ -46,7 +48,7 @@ class PredictedSlope:
 
 @dataclass(frozen=True, kw_only=True)
 class Gate:
-    """How far a formula must climb: the breakpoint may not lie before `reaches`, a value of the sweep."""
+    """The required range of a formula: its first failing value must not come before `reaches`, a value of the sweep."""
 
     reaches: Mapping[str, float]  # per precision
     misclassified: float = 1e-3  # largest share of rays, of false hits and false misses together
@@ -56,7 +58,7 @@ class Gate:
 
 @dataclass(frozen=True, kw_only=True)
 class Failure:
-    """Formulas that are expected to fail the gate, and why. One that passes all the same is a surprise."""
+    """Formulas that are expected to fail the gate, and the reason. A formula that passes all the same is a surprise."""
 
     formulas: Formulas
     because: str
@@ -65,17 +67,18 @@ class Failure:
 
 @dataclass(frozen=True, kw_only=True)
 class Ladder:
-    """One sweep of the catalogue. Values run from easy to hard; the inputs are drawn with a seed of the ladder's own.
+    """One sweep of the catalogue. Values run from easy to hard; the inputs are drawn with the ladder's own seed.
 
-    `question` names how truth is found and a formula is asked (`reports.studies.stability.questions`); `condition` is K
-    as the question understands it, `unit` what an error is divided by.
+    `question` names the module that computes the exact values and calls a formula
+    (`reports.studies.stability.questions`); `condition` is the condition number K as the question defines it, `unit`
+    the divisor of an error.
     """
 
     name: str
     group: str
     question: str
     slots: tuple[str, ...]
-    parameter: str  # what is swept, and its unit
+    parameter: str  # the swept quantity, and its unit
     values: tuple[float, ...]
     draw: Draw
     unit: str  # of the error, for the reader
@@ -87,10 +90,10 @@ class Ladder:
     fails: tuple[Failure, ...] = ()
     rays: int = 1000  # per value
     quick_rays: int = 200
-    saturated: float = 0.3  # median error from which on a value says nothing about the slope
+    saturated: float = 0.3  # values with at least this median error are left out of the slope
     options: Mapping[str, object] = field(default_factory=dict)  # for the question
     only: Formulas = ()  # variants that the question makes sense for; empty: all
-    measured: str = ""  # where the design predicted otherwise, what was measured and why
+    measured: str = ""  # the measured behaviour and its reason, if the design predicted another
     kind: Literal["sweep", "count", "values"] = "sweep"
 
     def __post_init__(self) -> None:
@@ -125,30 +128,23 @@ def _named(formulas: Formulas, formula: str) -> bool:
     return formula in formulas or formula.rpartition("/")[2] in formulas or "*" in formulas
 
 
-# What seeded draws of inputs share: numbers that the working precision has.
+# Common to all seeded draws of inputs: numbers of the working precision.
 
 
 def rounded(values: np.ndarray, precision: str) -> np.ndarray:
-    """Return `values` rounded to the working precision, as float64. What overflows becomes an infinity."""
+    """Return `values` rounded to the working precision, as float64. An overflow gives an infinity."""
     with np.errstate(over="ignore"):
         return np.asarray(values).astype(DTYPES[precision]).astype(np.float64)
 
 
-def unit(vectors: np.ndarray) -> np.ndarray:
-    """Return the vectors (count, 3) at length 1."""
-    return vectors / np.linalg.norm(vectors, axis=1, keepdims=True)
-
-
 def directions(count: int, generator: np.random.Generator) -> np.ndarray:
     """Return unit vectors in random directions, (count, 3). No rotation is a special one: axes hide rounding errors."""
-    vectors = generator.normal(size=(count, 3))
-    return vectors / np.linalg.norm(vectors, axis=1, keepdims=True)
+    return unit(generator.normal(size=(count, 3)))
 
 
 def across(vectors: np.ndarray, generator: np.random.Generator) -> np.ndarray:
     """Return random unit vectors at right angles to unit `vectors`."""
-    upright = np.cross(vectors, directions(len(vectors), generator))
-    return upright / np.linalg.norm(upright, axis=1, keepdims=True)
+    return unit(np.cross(vectors, directions(len(vectors), generator)))
 
 
 def rotation(generator: np.random.Generator) -> np.ndarray:

@@ -4,7 +4,8 @@ from typing import Any
 
 import numpy as np
 
-from rayproof.cases.ladders import Failure, Gate, Inputs, Ladder, directions, rounded, unit
+from rayproof.cases.ladders import Failure, Gate, Inputs, Ladder, directions, rounded
+from rayproof.cases.placement import unit
 
 
 # Draws. Rays at the cube of half-size 0.5.
@@ -126,14 +127,14 @@ RIGHT = ("slabs", "parallel_branch")
 
 
 def _ladder(**about: Any) -> Ladder:
-    given: dict[str, Any] = {
+    fields: dict[str, Any] = {
         "group": "box",
         "question": "distance",
         "slots": ("cube",),
         "condition": K_BOX,
         "unit": "u t",
     }
-    return Ladder(**(given | about), saturated=float("inf"), options={"shape": "cube"})
+    return Ladder(**(fields | about), saturated=float("inf"), options={"shape": "cube"})
 
 
 def _count(**about: Any) -> Ladder:

@@ -57,7 +57,7 @@ MULTIPLIED = ("matrix", "matrix_w_divide", "analytic_inverse")  # C3, C4, C5
 
 def _ladder(**about: Any) -> Ladder:
     options = {"natural": about.pop("natural", "degrees")}
-    given: dict[str, Any] = {
+    fields: dict[str, Any] = {
         "group": "camera",
         "question": "view_ray",
         "slots": ("ray",),
@@ -67,7 +67,7 @@ def _ladder(**about: Any) -> Ladder:
         "rays": 2000,
         "quick_rays": 400,
     }
-    return Ladder(**(given | about), options=options)
+    return Ladder(**(fields | about), options=options)
 
 
 FAILING = (

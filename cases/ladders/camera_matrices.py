@@ -23,7 +23,7 @@ def samples(width: float, count: int, generator: np.random.Generator, precision:
 
 
 def _size(width: float, count: int) -> Inputs:
-    """Return a landscape image: one that is square would not tell its sides apart."""
+    """Return a landscape image, since a square one would hide swapped sides."""
     return {"width": np.full(count, width), "height": np.full(count, np.floor(0.7 * width))}
 
 
@@ -136,7 +136,7 @@ def _value(slot: str, natural: str, slope: float | None, because: str, **about: 
     last = about["values"][-1]
     formulas = about.pop("formulas", ("*",))
     skip = about.pop("skip", 0)
-    given: dict[str, Any] = {
+    fields: dict[str, Any] = {
         "group": "camera",
         "question": "value",
         "slots": (slot,),
@@ -151,11 +151,11 @@ def _value(slot: str, natural: str, slope: float | None, because: str, **about: 
         "first_to_break": "none",
         "survivor": "all",
     }
-    return Ladder(**(given | about))
+    return Ladder(**(fields | about))
 
 
 def _decision(slot: str, **about: Any) -> Ladder:
-    given: dict[str, Any] = {
+    fields: dict[str, Any] = {
         "group": "camera",
         "question": "decision",
         "slots": (slot,),
@@ -164,7 +164,7 @@ def _decision(slot: str, **about: Any) -> Ladder:
         "kind": "count",
         "survivor": "all",
     }
-    return Ladder(**(given | about))
+    return Ladder(**(fields | about))
 
 
 LADDERS = (

@@ -4,7 +4,8 @@ from typing import Any
 
 import numpy as np
 
-from rayproof.cases.ladders import Failure, Gate, Inputs, Ladder, PredictedSlope, directions, rounded, transforms, unit
+from rayproof.cases.ladders import Failure, Gate, Inputs, Ladder, PredictedSlope, directions, rounded, transforms
+from rayproof.cases.placement import unit
 
 
 # Draws. Rays at planes and squares.
@@ -56,7 +57,7 @@ TWICE_THE_SIZE = Failure(formulas=("full_vectors",), because="erratum E7: twice 
 
 
 def _ladder(shape: str, **about: Any) -> Ladder:
-    given: dict[str, Any] = {
+    fields: dict[str, Any] = {
         "group": "triangle, square, plane",
         "question": "distance",
         "slots": (shape,),
@@ -65,7 +66,7 @@ def _ladder(shape: str, **about: Any) -> Ladder:
         "saturated": float("inf"),
         "options": {"shape": shape, "natural": "roundings"},
     }
-    return Ladder(**(given | about))
+    return Ladder(**(fields | about))
 
 
 LADDERS = (

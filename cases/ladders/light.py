@@ -6,6 +6,7 @@ import numpy as np
 
 from rayproof.cases.ladders import Draw, Failure, Gate, Inputs, Ladder, PredictedSlope, across, directions, rounded
 from rayproof.cases.ladders.transforms import edge_on
+from rayproof.cases.placement import unit
 
 
 # Draws. Ways to lights.
@@ -24,9 +25,8 @@ def ways(*, flux: float = 100.0, length: float = 1.0, swept: str = "length", nar
     def draw(value: float, count: int, generator: np.random.Generator, precision: str) -> Inputs:
         now = {"flux": flux, "length": length, "cosine": 0.0} | {swept: value}
         normal = rounded(directions(count, generator), precision)
-        unit = normal / np.linalg.norm(normal, axis=1, keepdims=True)
         cosine = np.full(count, now["cosine"]) if now["cosine"] else generator.uniform(0.1, 1, count)
-        away = slanted(unit, cosine, generator) * generator.uniform(1.0, 1.9, (count, 1))
+        away = slanted(unit(normal), cosine, generator) * generator.uniform(1.0, 1.9, (count, 1))
         with np.errstate(over="ignore"):
             away = away * now["length"]
         return {
@@ -89,7 +89,7 @@ ULPS = "1: error / ulp of the result"
 
 
 def _light(slot: str, **about: Any) -> Ladder:
-    given: dict[str, Any] = {
+    fields: dict[str, Any] = {
         "group": "light and shadow",
         "question": "light",
         "slots": (slot,),
@@ -99,7 +99,7 @@ def _light(slot: str, **about: Any) -> Ladder:
         "rays": 200,
         "quick_rays": 60,
     }
-    return Ladder(**(given | about))
+    return Ladder(**(fields | about))
 
 
 ONE_LIGHT = (
@@ -238,13 +238,13 @@ ONE_LIGHT = (
 )
 
 
-# Ladders of what follows one light: their sum, exitance and radiance, and which side of a surface is meant.
+# Ladders of the steps after one light: the sum of lights, exitance and radiance, and the visible side of a surface.
 SIZES = (1.0, 1e6, 1e12, 1e24, 1e36, 1e-6, 1e-12, 1e-24, 1e-33)
 
 
 def _ladder(slot: str, *, slope: float | None, because: str, **about: Any) -> Ladder:
     last = about["values"][-1]
-    given: dict[str, Any] = {
+    fields: dict[str, Any] = {
         "group": "light and shadow",
         "question": "value",
         "slots": (slot,),
@@ -257,7 +257,7 @@ def _ladder(slot: str, *, slope: float | None, because: str, **about: Any) -> La
         "first_to_break": "none: no input is negative",
         "survivor": "all",
     }
-    return Ladder(**(given | about))
+    return Ladder(**(fields | about))
 
 
 def _side(slot: str, **about: Any) -> Ladder:

@@ -6,11 +6,12 @@ import numpy as np
 
 from rayproof.cases.ladders import Draw, Failure, Gate, Inputs, Ladder, across, directions, rounded
 from rayproof.cases.ladders.light import slanted
+from rayproof.cases.placement import unit
 
 
 # Draws. Hit points with a light and a blocker; ways to a light; normals.
 def floors(*, scale: float = 1.0, gap: float = 1e-3, offset: float = 0.0, cosine: float = 0.0, swept: str = "") -> Draw:
-    """Return a draw of hits on randomly turned planes, seen and lit from random sides; `swept` names what the value is.
+    """Return a draw of hits on randomly turned planes, seen and lit from random sides; `swept` is the swept argument.
 
     A unit of length is `scale`; the blocker is `gap` above; everything is moved by `offset`; a `cosine` of 0 means
     random angles of view and of light, 0.2 to 1.
@@ -19,22 +20,22 @@ def floors(*, scale: float = 1.0, gap: float = 1e-3, offset: float = 0.0, cosine
     def draw(value: float, count: int, generator: np.random.Generator, precision: str) -> Inputs:
         now = {"scale": scale, "gap": gap, "offset": offset, "cosine": cosine} | ({swept: value} if swept else {})
         normal = rounded(directions(count, generator), precision)
-        unit = normal / np.linalg.norm(normal, axis=1, keepdims=True)
+        upright = unit(normal)
         anchor = directions(count, generator)
-        # The plane's own point is not the one hit: an anchor elsewhere in the plane, as in any scene. Its distance
-        # is what o + t d is off by.
-        hit = anchor + across(unit, generator) * generator.uniform(0, 4, (count, 1))
+        # The plane's point is not the hit but an anchor elsewhere in the plane, as in any scene. Its distance
+        # determines the error of o + t d.
+        hit = anchor + across(upright, generator) * generator.uniform(0, 4, (count, 1))
         slopes = [
             generator.uniform(0.2, 1, count) if now["cosine"] == 0 else np.full(count, now["cosine"]) for _ in "ab"
         ]
-        eye = hit + slanted(unit, slopes[0], generator) * generator.uniform(2, 4, (count, 1))
-        light = hit + slanted(unit, slopes[1], generator) * generator.uniform(2, 4, (count, 1))
+        eye = hit + slanted(upright, slopes[0], generator) * generator.uniform(2, 4, (count, 1))
+        light = hit + slanted(upright, slopes[1], generator) * generator.uniform(2, 4, (count, 1))
         shift = now["offset"] * directions(1, generator)
         origin = rounded((eye + shift) * now["scale"], precision)
         aimed = (hit + shift) * now["scale"] - origin
         return {
             "o": origin,
-            "d": rounded(aimed / np.linalg.norm(aimed, axis=1, keepdims=True), precision),
+            "d": rounded(unit(aimed), precision),
             "point": rounded((anchor + shift) * now["scale"], precision),
             "normal": normal,
             "gap": np.full(count, rounded(np.array(now["gap"] * now["scale"]), precision)),
@@ -47,7 +48,7 @@ def floors(*, scale: float = 1.0, gap: float = 1e-3, offset: float = 0.0, cosine
 def lids(share: float, count: int, generator: np.random.Generator, precision: str) -> Inputs:
     """Return hits on planes, and blockers parallel to them, at `share` of the way's height before or behind the light.
 
-    The blocker is anchored above the plane's own point, so that where it stands is what a formula has to find out.
+    The blocker's anchor is above the plane's own point, so that a formula has to compute its distance.
     """
     drawn = floors()(0.0, count, generator, precision)
     height = np.sum((drawn["light"] - drawn["point"]) * drawn["normal"], axis=1)
@@ -73,7 +74,7 @@ def balls(*, scale: float = 1.0, gap: float = 1e-3, offset: float = 0.0, swept: 
         aimed = hit * now["scale"] - origin
         return {
             "o": origin,
-            "d": rounded(aimed / np.linalg.norm(aimed, axis=1, keepdims=True), precision),
+            "d": rounded(unit(aimed), precision),
             "c": rounded(center * now["scale"], precision),
             "r": np.full(count, rounded(np.array(now["scale"]), precision)),
             "point": rounded(hit * now["scale"], precision),
@@ -104,7 +105,7 @@ BY_DISTANCE = Failure(
 
 
 def _reached(*others: str) -> Failure:
-    """Return the failure of what clears a hit's rounding, and of `others`, where that reaches the gap."""
+    """Return the failure of the strategies that clear a hit's rounding, and of `others`, if that exceeds the gap."""
     return Failure(
         formulas=("normal_offset", "error_bound", "minimum_t", "mitsuba", "waechter_binder", *others),
         because="the offset, or what rounding does to the hit, reaches the gap",
@@ -113,7 +114,7 @@ def _reached(*others: str) -> Failure:
 
 
 def _shadow_ray(**about: Any) -> Ladder:
-    given: dict[str, Any] = {
+    fields: dict[str, Any] = {
         "group": "light and shadow",
         "question": "shadow",
         "slots": ("shadow_ray",),
@@ -126,7 +127,7 @@ def _shadow_ray(**about: Any) -> Ladder:
     last = about["values"][-1]
     # Not one ray in 20 000 for the strategies that bound the error; of the others a handful are forgiven.
     gate: Any = Gate(reaches={"float32": last, "float64": last}, misclassified=2e-4, faultless=BOUNDED)
-    return Ladder(**({"gate": gate} | given | about))
+    return Ladder(**({"gate": gate} | fields | about))
 
 
 LADDERS = (

@@ -16,6 +16,7 @@ from rayproof.cases.ladders import (
     rounded,
     triangles,
 )
+from rayproof.cases.placement import unit
 
 
 # Draws. Rays at spheres.
@@ -99,7 +100,7 @@ def perpendicular(distance: float, count: int, generator: np.random.Generator, p
     rows = np.arange(count)
     o[rows, axis] = np.where(generator.random(count) < 0.5, -distance, distance)
     flat = generator.normal(size=(count, 2))
-    flat = rounded(flat / np.linalg.norm(flat, axis=1, keepdims=True), precision)
+    flat = rounded(unit(flat), precision)
     d[rows, (axis + 1) % 3], d[rows, (axis + 2) % 3] = flat.T
     return {"o": o, "d": d, "c": np.zeros((count, 3)), "r": np.ones(count)}
 
@@ -134,7 +135,7 @@ def points(offset: float, count: int, generator: np.random.Generator, precision:
 
 
 # Ladders of ray and sphere.
-# sphere/float64 solves the textbook's quadratic in float64: as good as any in float32, one of these in float64.
+# sphere/float64 solves the textbook's quadratic in float64: as good as any in float32, and the textbook's in float64.
 QUADRATICS = ("textbook", "half_b", "stable_quadratic", "kahan", "first_positive")
 IN_FLOAT64 = (*QUADRATICS, "float64")
 K_LOCAL = "(|n| . (|o - c| + |t d|) + r) / (|n . d| |t|): the sphere's centre is the origin"
@@ -147,14 +148,14 @@ LINEAR = "the closest point is off by u D, and nothing is squared before the sub
 
 def _ladder(**about: Any) -> Ladder:
     options = {"shape": "sphere", "natural": about.pop("natural", "roundings")}
-    given: dict[str, Any] = {
+    fields: dict[str, Any] = {
         "group": "sphere",
         "question": "distance",
         "slots": ("sphere",),
         "condition": K_LOCAL,
         "unit": "u t",
     }
-    return Ladder(**(given | about), options=options)
+    return Ladder(**(fields | about), options=options)
 
 
 DISTANCES = (

@@ -17,6 +17,7 @@ from rayproof.cases.ladders import (
     rotation,
     rounded,
 )
+from rayproof.cases.placement import unit
 
 # Draws. Model matrices, and rays and normals to go with them. Every value has a few matrices, each for a block of rays.
 MATRICES = 2  # per value
@@ -68,8 +69,8 @@ def stretched(ratio: float, generator: np.random.Generator) -> np.ndarray:
 
 
 def _blocks(make: Make, value: float, count: int, generator: np.random.Generator, precision: str) -> np.ndarray:
-    each = count // MATRICES
-    return np.repeat([rounded(make(value, generator), precision).ravel() for _ in range(MATRICES)], each, axis=0)
+    size = count // MATRICES
+    return np.repeat([rounded(make(value, generator), precision).ravel() for _ in range(MATRICES)], size, axis=0)
 
 
 def rays(make: Make, *, reach: float = 1.2, flat: bool = False) -> Draw:
@@ -83,9 +84,7 @@ def rays(make: Make, *, reach: float = 1.2, flat: bool = False) -> Draw:
         size = np.linalg.norm(linear, axis=(1, 2))[:, None]
         world = np.einsum("nij,nj->ni", linear, target) + shift
         origin = rounded(world + directions(len(matrix), generator) * 3 * size, precision)
-        direction = world - origin
-        unit = rounded(direction / np.linalg.norm(direction, axis=1, keepdims=True), precision)
-        return {"matrix": matrix, "o": origin, "d": unit}
+        return {"matrix": matrix, "o": origin, "d": rounded(unit(world - origin), precision)}
 
     return draw
 
@@ -103,14 +102,13 @@ def triangles(make: Make) -> Draw:
         weights = 0.1 + 0.7 * generator.dirichlet((1.0, 1.0, 1.0), len(matrix))
         target = sum(corner * weights[:, i : i + 1] for i, corner in enumerate(corners))
         first, second, third = (np.einsum("nij,nj->ni", linear, corner) for corner in corners)
-        normal = np.cross(second - first, third - first)
-        normal /= np.linalg.norm(normal, axis=1, keepdims=True)
+        normal = unit(np.cross(second - first, third - first))
         slope = np.sqrt(generator.uniform(0.3, 1.0, (len(matrix), 1)))
         world = np.einsum("nij,nj->ni", linear, target) + shift
         away = slope * normal + np.sqrt(1 - slope**2) * across(normal, generator)
         origin = rounded(world + 3 * away, precision)
-        unit = (world - origin) / np.linalg.norm(world - origin, axis=1, keepdims=True)
-        return {"matrix": matrix, "o": origin, "d": rounded(unit, precision), **dict(zip("abc", corners, strict=True))}
+        direction = rounded(unit(world - origin), precision)
+        return {"matrix": matrix, "o": origin, "d": direction, **dict(zip("abc", corners, strict=True))}
 
     return draw
 
@@ -129,8 +127,7 @@ def edge_on(cosine: float, count: int, generator: np.random.Generator, precision
     """Return unit normals and directions with n . d about plus or minus `cosine`."""
     normal = directions(count, generator)
     side = np.where(generator.random((count, 1)) < 0.5, -1.0, 1.0)
-    upright = np.cross(normal, directions(count, generator))
-    upright /= np.linalg.norm(upright, axis=1, keepdims=True)
+    upright = unit(np.cross(normal, directions(count, generator)))
     direction = side * cosine * normal + np.sqrt(1 - cosine**2) * upright
     return {"n": rounded(normal, precision), "d": rounded(direction, precision)}
 
@@ -141,7 +138,7 @@ K_MATRIX = "cond(M), the ratio of its largest and smallest singular value"
 
 
 def _ray(shape: str, **about: Any) -> Ladder:
-    given: dict[str, Any] = {
+    fields: dict[str, Any] = {
         "group": "transforms and normals",
         "question": "placed_distance",
         "slots": ("to_object",),
@@ -149,11 +146,11 @@ def _ray(shape: str, **about: Any) -> Ladder:
         "condition": K_OBJECT,
         "saturated": float("inf"),
     }
-    return Ladder(**(given | about), options={"shape": shape})
+    return Ladder(**(fields | about), options={"shape": shape})
 
 
 def _normal(**about: Any) -> Ladder:
-    given: dict[str, Any] = {
+    fields: dict[str, Any] = {
         "group": "transforms and normals",
         "question": "placed_normal",
         "slots": ("world_normal",),
@@ -161,7 +158,7 @@ def _normal(**about: Any) -> Ladder:
         "condition": K_MATRIX,
         "saturated": 1.0,
     }
-    return Ladder(**(given | about))
+    return Ladder(**(fields | about))
 
 
 NO_DIRECTION = Failure(

@@ -15,8 +15,8 @@ from rayproof.cases.ladders import (
     directions,
     rounded,
     transforms,
-    unit,
 )
+from rayproof.cases.placement import unit
 
 
 # Draws. Rays at triangles.
@@ -84,7 +84,7 @@ def around(margin: float, count: int, generator: np.random.Generator, precision:
     y = across(x, generator)
     first = 500 * directions(count, generator)
     corners = [first, first + long * x, first + along * x + np.sqrt(middle**2 - along**2) * y]
-    # Each ray meets the plane beside one of the three sides.
+    # Each ray hits the plane next to one of the three sides.
     side, share = generator.integers(3, size=count), generator.uniform(0, 1, (count, 1))
     start = np.choose(side[:, None], corners)
     edge = np.choose(side[:, None], corners[1:] + corners[:1]) - start
@@ -133,9 +133,10 @@ def layers(gap: float, count: int, generator: np.random.Generator, precision: st
 def tiles(*, far: bool = False, moved: bool = False, grazing: bool = False) -> Draw:
     """Return a draw of right triangles in a flat sheet of cells, each with a ray at a point near its border.
 
-    Sides and sheet lie along the axes, so that boxes have no thickness and their corners are those of the triangles.
-    Four rays in a row start from one point. The value is the distance of the eye in sheets, how far everything is moved
-    in sheets, or the cosine of incidence, at which rays go along one axis with the other component +0 or -0.
+    Sides and sheet are parallel to the axes, so that boxes have no thickness and their corners are those of the
+    triangles. Four rays in a row start from one point. The value is the distance of the eye in sheets, the offset of
+    the whole scene in sheets, or the cosine of incidence, at which rays go along one axis with the other component +0
+    or -0.
     """
 
     def draw(value: float, count: int, generator: np.random.Generator, precision: str) -> Inputs:
@@ -199,7 +200,7 @@ NO_AREA = "what has no area may be hit by rounding; the tracer leaves such trian
 
 
 def _ladder(**about: Any) -> Ladder:
-    given: dict[str, Any] = {
+    fields: dict[str, Any] = {
         "group": "triangle, square, plane",
         "question": "distance",
         "slots": ("triangle",),
@@ -208,7 +209,7 @@ def _ladder(**about: Any) -> Ladder:
         "saturated": float("inf"),
         "options": {"shape": "triangle", "natural": "roundings"},
     }
-    return Ladder(**(given | about))
+    return Ladder(**(fields | about))
 
 
 def _tree(bundle: int = 1, **about: Any) -> Ladder:

@@ -4,7 +4,8 @@ from typing import Any
 
 import numpy as np
 
-from rayproof.cases.ladders import Draw, Failure, Gate, Inputs, Ladder, across, rounded, unit
+from rayproof.cases.ladders import Draw, Failure, Gate, Inputs, Ladder, across, rounded
+from rayproof.cases.placement import unit
 
 # Draws. Rays at the inner edges and vertices of a jittered sheet.
 SHEET = 33  # vertices along a side of the jittered sheet

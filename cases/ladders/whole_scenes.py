@@ -1,8 +1,8 @@
 """`SceneLadder`: ladders of scenes for whole renderers; one number of a small scene grows.
 
-The numbers of a scene are float32 ones, so that a renderer that stores them so is asked about the very scene that the
-oracle answers. To add a ladder, add a `SceneLadder` to SCENE_LADDERS with a function from the number to the scene.
-What is measured on them is in `reports.run.renderer_limits`.
+The numbers of a scene are float32 numbers, so that a renderer that stores float32 renders exactly the oracle's scene.
+To add a ladder, add a `SceneLadder` to SCENE_LADDERS with a function from the number to the scene. The measurement is
+in `reports.run.renderer_limits`.
 """
 
 import math
@@ -37,8 +37,8 @@ from rayproof.cases.scene import (
 )
 
 WIDTH, HEIGHT = 32, 24  # px, at most 48 x 36
-LEAST_INTERIOR, MOST_EXPLAINED = 12, 0.5  # of a rung: with fewer, or with more explained by rounding, it is undecided
-MOST_RUNGS = 17  # with both ends rendered, four more renders find the last rung that passes
+LEAST_INTERIOR, MOST_EXPLAINED = 12, 0.5  # a value with fewer pixels, or with more explained by rounding, is undecided
+MOST_RUNGS = 17  # after both ends, a bisection of four more renders finds the last passing value
 ORIGIN: Vector = (0.0, 0.0, 0.0)
 GREY: Vector = (0.7, 0.5, 0.3)
 LAMP = PointLight(position=(2.0, -3.0, 4.0), flux=(300.0, 200.0, 400.0))
@@ -57,11 +57,11 @@ class SceneLadder:
     """One sweep over scenes, from easy to hard."""
 
     name: str
-    quantity: str  # what grows, for the reader
+    quantity: str  # the growing quantity, for the reader
     unit: str  # of the values; empty for a ratio or a number
     values: tuple[float, ...]
     scene: Callable[[float], Scene]
-    control: bool = False  # all its rungs are climbed always
+    control: bool = False  # all its values are rendered always
     formulas: Formulas | None = None
 
     def __post_init__(self) -> None:
@@ -69,7 +69,7 @@ class SceneLadder:
             raise ValueError(f"ladder {self.name} must have 2 to {MOST_RUNGS} rungs, got {len(self.values)}")
 
     def case(self, rung: int) -> Case:
-        """Return the case that asks about one rung."""
+        """Return the case of the value with that index."""
         scene = in_float32(self.scene(self.values[rung]))
         return Case(
             name=f"limits/{self.name}/{rung}",
@@ -94,7 +94,7 @@ def in_float32(scene: Scene) -> Scene:
         near=near,
         far=far,
     )
-    lights = [replace(one, position=_rounded(one.position), flux=_rounded(one.flux)) for one in scene.lights]
+    lights = [replace(light, position=_rounded(light.position), flux=_rounded(light.flux)) for light in scene.lights]
     return replace(scene, camera=camera, lights=tuple(lights), shapes=tuple(map(_rounded_shape, scene.shapes)))
 
 
@@ -229,7 +229,7 @@ def _squeezed(condition: float) -> Scene:
 
 
 def _unequal(ratio: float) -> Scene:
-    """Return a sphere of radius 1 m that lies on one so many times larger."""
+    """Return a sphere of radius 1 m on another that is so many times larger."""
     large = Sphere(albedo=(0.5, 0.5, 0.5), center=(0.0, 0.0, -1.0 - ratio), radius=ratio)
     return Scene(camera=_seen(6.0), shapes=(Sphere(albedo=GREY), large), lights=(LAMP,))
 
@@ -308,7 +308,9 @@ def _halves(first: int, last: int) -> tuple[float, ...]:
     """Return powers of ten and three times each, from the `first` exponent to the `last`, up or down."""
     up = last > first
     exponents = range(first, last) if up else range(first, last, -1)
-    pairs = [(f"1e{one}", f"3e{one}") if up else (f"1e{one}", f"3e{one - 1}") for one in exponents]
+    pairs = [
+        (f"1e{exponent}", f"3e{exponent}") if up else (f"1e{exponent}", f"3e{exponent - 1}") for exponent in exponents
+    ]
     return (*(float(text) for pair in pairs for text in pair), float(f"1e{last}"))
 
 

@@ -1,12 +1,12 @@
-"""Scenes drawn at random by `random/SEED/NUMBER`, which fixes a scene for good, and the cases made of them.
+"""Random scenes: the name `random/SEED/NUMBER` determines a scene for good.
 
-Nothing of a scene depends on the scenes before it: its numbers are drawn from a stream that is seeded by seed and
-number alone. Number n of any seed has the feature n mod (number of features) of a turn that the seed shuffles, so that
-each feature has its share of any long run; others join it by chance.
+A scene does not depend on the scenes before it: its numbers are drawn from a stream that is seeded only by seed and
+number. Number n of any seed has the feature n mod (number of features) of a list that the seed shuffles, so that each
+feature has its share of any long run; further features are added by chance.
 
 `wide_case` draws the fields of such a scene over their whole ranges: `up` of any length, images of any shape, and so
-on. The scene keeps its features and what it shows. What changes is how that is written down, the camera's angle and
-image, and how bright things are. A renderer that reads each field by its meaning does not care; a mutant is equivalent
+on. The scene keeps its features and its visible shapes, but the representation, the camera's angle and image, and the
+brightness change. This makes no difference to a renderer that reads each field by its meaning; a mutant is equivalent
 only if it passes these.
 """
 
@@ -24,11 +24,11 @@ from rayproof.cases.random_scenes.features import FEATURES, Step
 from rayproof.cases.scene import Camera, Matrix, Mesh, PointLight, Rgb, Scene, Shape, Sphere, Triangle, Vector
 
 FAMILY = "random"
-EDITION = 1  # of the scenes that names stand for; another one says that they changed
+EDITION = 1  # version of the scenes; it increases if any name gets another scene
 BESIDE = 0.035  # the chance of each further feature
-MOST_EXPLAINED = 0.5  # as of scene files: nobody tuned the view
+MOST_EXPLAINED = 0.5  # as for scene files, since the view is not tuned
 LARGEST = 2**31 - 1  # seed and number
-STREAM = 1  # of the wide fields, beside the one of the scene itself, which stays what it is
+STREAM = 1  # the stream of the wide fields; the scene's own stream does not change
 MOST_PIXELS = 600  # of a wide image
 LONGEST = 96  # px
 
@@ -58,10 +58,10 @@ def random_case(seed: int, number: int) -> Case:
 
 @lru_cache(maxsize=1024)
 def case_named(name: str) -> Case:
-    """Return the case that a name `random/SEED/NUMBER` stands for.
+    """Return the case with the name `random/SEED/NUMBER`.
 
     Raises:
-        LookupError: it does not read so.
+        LookupError: the name has another form.
 
     """
     seed, number = numbers(name)
@@ -102,7 +102,7 @@ def counted(names: Iterable[str]) -> dict[str, int]:
 
 
 def _chosen(seed: int, number: int, draws: Draws) -> list[str]:
-    """Return the features of a scene in the order in which they are applied: the one whose turn it is, and others."""
+    """Return the features of a scene in the order of application: the one of its number, and random others."""
     turn = _turn(seed)
     first = turn[number % len(turn)]
     chosen = [first, *(name for name in FEATURES if name != first and draws.chance(BESIDE))]
@@ -165,14 +165,14 @@ def _camera(camera: Camera, draws: Draws) -> Camera:
     height = min(int(draws.logarithmic(1, LONGEST + 1)), max(1, MOST_PIXELS // width))
     length = draws.logarithmic(1e-3, 1e3)
     up = upward(camera.eye, camera.target, draws.direction())
-    # The target may lie anywhere on the central ray, from close to the eye to far behind what is seen.
+    # The target may be anywhere on the central ray, from close to the eye to far behind the visible shapes.
     share = draws.logarithmic(0.05, 20)
     eye, ahead = np.asarray(camera.eye), np.subtract(camera.target, camera.eye)
     return replace(
         camera,
         target=vector(eye + share * ahead) if draws.chance(0.5) else camera.target,
         up=vector(length * np.asarray(up)),
-        # A telescope keeps its angle, for beside it nothing may be seen.
+        # A telescope keeps its angle, since a wider view might show nothing.
         fovy=draws.uniform(5, 170) if camera.fovy > 1 and draws.chance(0.5) else camera.fovy,
         width=width,
         height=height,

@@ -1,8 +1,8 @@
 """`Draft`, a random scene before it is finished, and `Draws`, its random numbers, the same on every machine.
 
-Its random numbers stay the same for ever: raw 64-bit words of PCG64, turned into numbers by arithmetic of our own.
-numpy promises its bit generators' words and how they are seeded from one version to the next, but not what its
-distributions make of them (NumPy Enhancement Proposal 19).
+Its random numbers never change: they are raw 64-bit words of PCG64, converted by our own arithmetic. NumPy keeps the
+words of its bit generators and their seeding from version to version, but not its distributions (NumPy Enhancement
+Proposal 19).
 """
 
 import math
@@ -59,7 +59,7 @@ class Draws:
         return self.uniform() < probability
 
     def choice(self, options: Sequence[T]) -> T:
-        """Return one of the options, each as likely as any other."""
+        """Return one of the options with equal probability."""
         return options[self.whole(0, len(options) - 1)]
 
     def vector(self, low: float, high: float) -> Vector:
@@ -151,7 +151,7 @@ class Draft:
     offset: Vector = (0.0, 0.0, 0.0)
 
     def any_of(self, *kinds: type[Shape]) -> int:
-        """Return the index of a shape of one of the kinds; one is added where there is none."""
+        """Return the index of a shape of one of the kinds; if there is none, such a shape is added."""
         indices = [index for index, shape in enumerate(self.shapes) if isinstance(shape, kinds)]
         if indices:
             return self.draws.choice(indices)

@@ -1,9 +1,9 @@
 """Hostile features of random scenes (cracked mesh, light on a surface, tight near, ...), each a function of a draft.
 
-To add one: a function of a `Draft`, on this page, under `@FEATURES.register("name", step=..., what=...)`.
-`step` says when it is its turn; `what` is the sentence that a reader gets; of several of one `group` a scene has one at
-most; `bare=True` says that it needs no shape. A scene that is already numbered must stay what it is: a new feature
-changes which scenes have which, so that it comes with a new major number of `cases.random_scenes.EDITION`.
+To add one: a function of a `Draft` in this module, under `@FEATURES.register("name", step=..., what=...)`. `step` is
+the order of application; `what` is the sentence for the reader; a scene has at most one feature of a `group`;
+`bare=True` if it needs no shape. Numbered scenes must not change: a new feature changes the assignment of features, and
+so requires a new major number of `cases.random_scenes.EDITION`.
 """
 
 from collections.abc import Callable
@@ -24,7 +24,7 @@ FEATURES: Registry[Callable[[Draft], None]] = Registry(
 
 
 class Step(IntEnum):
-    """The order in which features are applied: what is looked at or lit has to be there first."""
+    """The order of application of features: shapes come before cameras and lights that aim at them."""
 
     SHAPES = 0
     PLACES = 1
@@ -100,7 +100,7 @@ def coincident_shapes(draft: Draft) -> None:
 
 @FEATURES.register("touching_shapes", step=Step.PLACES, what="Two shapes touch in a point, an edge or a face.")
 def touching_shapes(draft: Draft) -> None:
-    """Put a sphere or a cube beside a cube or onto a square, so that they just meet."""
+    """Put a sphere or a cube next to a cube or onto a square, so that they just touch."""
     index = draft.any_of(Cube, Square, Plane)
     host = draft.shapes[index].to_world
     height = 0.5 if isinstance(draft.shapes[index], Cube) else 0.0
@@ -252,7 +252,7 @@ def simplified(draft: Draft) -> None:
 
 @FEATURES.register("light_in_plane", step=Step.LIGHTS, group="light place", what="A light lies in a surface's plane.")
 def light_in_plane(draft: Draft) -> None:
-    """Put a light into the plane of a square or a triangle, beside it."""
+    """Put a light into the plane of a square or a triangle, outside of it."""
     index = draft.any_of(Square, Triangle)
     shape = draft.shapes[index]
     if isinstance(shape, Triangle):
@@ -262,7 +262,7 @@ def light_in_plane(draft: Draft) -> None:
         _move(draft, mapped(shape.to_world, (draft.draws.uniform(0.6, 2), draft.draws.uniform(-1, 1), 0.0)))
 
 
-# Cameras: where the eye is, how wide it sees, what it clips, how large its image is; and of the whole.
+# Cameras: position of the eye, field of view, clipping, size of the image; and features of the whole scene.
 
 
 @FEATURES.register("eye_inside", step=Step.CAMERA, group="eye", what="The eye is inside a shape.")

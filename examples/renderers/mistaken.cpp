@@ -584,9 +584,9 @@ int main(int count, char** words) try {
                 if (is(offset_2cm)) start = p + 0.02 * n;
                 if (is(acne)) start = {float(p.x), float(p.y), float(p.z)};
                 const double low = is(blockers_behind) ? -INF : 0, high = is(beyond_the_light) ? INF : 1;
-                const Vec shadow ray = is(unit_shadow_rays) ? normalize(position - start) : position - start;
+                const Vec shadow_ray = is(unit_shadow_rays) ? normalize(position - start) : position - start;
                 const bool above = cosine > 0 || (any && any_side);
-                bool lit = above && (is(no_shadows) || !scene.blocked({start, shadow ray, low, high}, hit.shape));
+                bool lit = above && (is(no_shadows) || !scene.blocked({start, shadow_ray, low, high}, hit.shape));
                 if (i == 0) first = lit;
                 if (is(first_shadow_ray) && i > 0) lit = above && first;
                 if (lit && i < lights) {

@@ -1,8 +1,7 @@
 """`Analytic`: the oracle in float64 NumPy, a method per step of the light path, from which every stage follows.
 
-A renderer's mistake is a subclass in which one step is wrong. Whatever is asked of the oracle, whole images, single
-image points of nearby problems or a stage continued from a renderer's own earlier stages, is answered by the same
-steps.
+A renderer's mistake is a subclass in which one step is wrong. The same steps compute whole images, single image points
+of nearby problems, and a stage continued from a renderer's own earlier stages.
 """
 
 import math
@@ -23,16 +22,44 @@ NOWHERE = -1.0  # shape and face on a miss
 
 
 class Hits(NamedTuple):
-    """What rays (N,) meet first: (shape, face) (N, 2), -1 on a miss; t, inf on a miss; the surface's smooth piece."""
+    """First hits of rays (N,): (shape, face) (N, 2), -1 on a miss; t, inf on a miss; the surface's smooth piece."""
 
     objects: np.ndarray
     distances: np.ndarray
     pieces: np.ndarray
 
 
+class Rays(NamedTuple):
+    """Rays from the eye (3,) along directions (N, 3) of any length, that count between low and high (N,)."""
+
+    eye: np.ndarray
+    directions: np.ndarray
+    low: np.ndarray
+    high: np.ndarray
+
+
+class ShadowRays(NamedTuple):
+    """Shadow rays to a light from starts (N, 3) [m] on objects (N, 2), between shares of the way from the light."""
+
+    light: PointLight
+    objects: np.ndarray
+    starts: np.ndarray
+    between: Between = (0.0, 1.0)
+
+    @property
+    def source(self) -> np.ndarray:
+        """Return the light's place (3,) [m]."""
+        return np.asarray(self.light.position, dtype=np.float64)
+
+    @property
+    def segments(self) -> np.ndarray:
+        """Return the ways (N, 3) [m] from the light to the starts."""
+        return self.starts - self.source
+
+
 @dataclass(frozen=True, kw_only=True)
 class Freedom:
-    """What a nearby problem leaves open beside the scene's numbers, for each image point (N,); 0 leaves nothing."""
+    """The freedom of a nearby problem at each image point (N,), in addition to the scene's numbers; 0 is none."""
 
     lift: np.ndarray | float = 0.0  # m: how far above the hit, along the normal, shadow rays start
     tie: np.ndarray | float = 0.0  # m: one of the surfaces no farther than this behind the first is hit, at random,
@@ -40,20 +67,22 @@ class Freedom:
     near: float = 0.0  # m: hits nearer to the eye do not count
     blind: np.ndarray | float = 0.0  # m: blockers nearer to the start of a shadow ray do not count
     light: float = 0.0  # of a shadow ray's length: blockers nearer to the light do not count
-    slide: np.ndarray | float = 0.0  # m: how far along its ray the place lies of which the normal is taken
+    slide: np.ndarray | float = 0.0  # m: distance along the ray from the hit to the place of the normal
     plane: np.ndarray | bool = False  # a light below the plane of the face that is hit is not seen, whatever its normal
     draw: np.random.Generator = field(default_factory=lambda: np.random.default_rng(0))
 
 
 @dataclass(frozen=True, kw_only=True)
 class Samples:
-    """The oracle's answers at image points (N,), with what each light would add if it were visible."""
+    """The oracle's answers at image points (N,), with the contribution of each light if it were visible."""
 
     rows: dict[Stage, np.ndarray]  # every image stage asked for, (N, channels)
     pieces: np.ndarray  # (N,): the smooth piece of the surface that is hit
     shares: np.ndarray | None = None  # (N, lights, 3): irradiance of each light, whether visible or not
-    factors: dict[Stage, np.ndarray] = field(default_factory=dict)  # (N, 3): by which irradiance is multiplied
-    ambient: dict[Stage, np.ndarray] = field(default_factory=dict)  # (N, 3): what a stage of light is without lights
+    factors: dict[Stage, np.ndarray] = field(default_factory=dict)  # (N, 3): the factor of irradiance
+    ambient: dict[Stage, np.ndarray] = field(
+        default_factory=dict
+    )  # (N, 3): the value of a stage of light without lights
 
 
 class Analytic:
@@ -93,7 +122,7 @@ class Analytic:
         return directions / length(directions)[:, np.newaxis]
 
     def clip_interval(self, scene: Scene, directions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return the open interval (low, high) of t in which hits count, along directions (N, 3) of any length."""
+        """Return the open interval (low, high) of t for hits, along directions (N, 3) of any length."""
         camera = scene.camera
         near, far = np.full(len(directions), camera.near), np.full(len(directions), camera.far)
         if scene.clip == "shell":
@@ -105,7 +134,7 @@ class Analytic:
             return near / depth_speed, far / depth_speed
 
     def nearest(self, scene: Scene, directions: np.ndarray, freedom: Freedom | None = None) -> Hits:
-        """Return what rays from the eye meet first inside the clip interval. Equal t: the lower index."""
+        """Return the first hits of rays from the eye inside the clip interval. Equal t: the lower index."""
         eye = np.asarray(scene.camera.eye, dtype=np.float64)
         low, high = self.clip_interval(scene, directions)
         if freedom is not None and freedom.near:
@@ -114,17 +143,15 @@ class Analytic:
             np.full((len(directions), 2), NOWHERE), np.full(len(directions), np.inf), np.zeros(len(directions), int)
         )
         for index in range(len(scene.shapes)):
-            crossing = self.crossing(scene, index, eye, directions, low, high)
+            crossing = self.crossing(scene, index, Rays(eye, directions, low, high))
             _put(hits, crossing.distance < hits.distances, index, crossing)
         if freedom is not None and np.any(freedom.tie):
             self._choose_among_coinciding(scene, eye, directions, low, high, hits, freedom)
         return hits
 
-    def crossing(
-        self, scene: Scene, index: int, eye: np.ndarray, directions: np.ndarray, low: np.ndarray, high: np.ndarray
-    ) -> Crossing:
-        """Return where rays from the eye meet a shape first, between low and high (N,)."""
-        return surface_of(scene.shapes[index]).first(eye, directions, low, high)
+    def crossing(self, scene: Scene, index: int, rays: Rays) -> Crossing:
+        """Return where rays meet a shape first."""
+        return surface_of(scene.shapes[index]).first(*rays)
 
     def _choose_among_coinciding(
         self,
@@ -136,20 +163,22 @@ class Analytic:
         hits: Hits,
         freedom: Freedom,
     ) -> None:
-        """Put one of the surfaces that coincide with the first within `freedom.tie` in its place, at random."""
+        """Replace each hit by one on a random surface that coincides with the first within `freedom.tie`."""
         last = np.minimum(hits.distances + freedom.tie, np.nextafter(high, -np.inf))
-        asked = np.flatnonzero(np.isfinite(hits.distances))
-        least = np.full(len(asked), np.inf)
+        rays_that_hit = np.flatnonzero(np.isfinite(hits.distances))
+        least = np.full(len(rays_that_hit), np.inf)
         for index, shape in enumerate(scene.shapes):
             surface = surface_of(shape)
-            crossing, drawn = surface.any_of(eye, directions[asked], low[asked], last[asked], freedom.draw)
+            crossing, drawn = surface.any_of(
+                eye, directions[rays_that_hit], low[rays_that_hit], last[rays_that_hit], freedom.draw
+            )
             chosen = drawn < least
             least[chosen] = drawn[chosen]
             where = np.zeros(len(directions), dtype=bool)
-            where[asked[chosen]] = True
+            where[rays_that_hit[chosen]] = True
             whole = Crossing(*(np.zeros(len(directions), dtype=part.dtype) for part in crossing))
             for part, values in zip(whole, crossing, strict=True):
-                part[asked] = values
+                part[rays_that_hit] = values
             _put(hits, where, index, whole)
         if freedom.named is not None:
             distances = self.distances(scene, directions, freedom.named, freedom)
@@ -169,10 +198,13 @@ class Analytic:
             low = np.maximum(low, freedom.near)
         distances = np.full(len(directions), np.inf)
         for index, shape in enumerate(scene.shapes):
-            asked = np.flatnonzero(objects[:, 0] == index)
-            if len(asked):
-                surface, arguments = surface_of(shape), (eye, directions[asked], low[asked], high[asked])
-                distances[asked] = surface.first(*arguments, only=objects[asked, 1]).distance
+            rays_of_shape = np.flatnonzero(objects[:, 0] == index)
+            if len(rays_of_shape):
+                surface, arguments = (
+                    surface_of(shape),
+                    (eye, directions[rays_of_shape], low[rays_of_shape], high[rays_of_shape]),
+                )
+                distances[rays_of_shape] = surface.first(*arguments, only=objects[rays_of_shape, 1]).distance
         return distances
 
     def positions(self, scene: Scene, directions: np.ndarray, objects: np.ndarray, distances: np.ndarray) -> np.ndarray:
@@ -197,18 +229,18 @@ class Analytic:
         return surface_of(scene.shapes[index]).outward(positions, faces)
 
     def planes(self, scene: Scene, rows: Rows) -> np.ndarray:
-        """Return the normals (N, 3), of any length, of the planes of the faces that are hit, to the side of the normal.
+        """Return the normals (N, 3), of any length, of the planes of the hit faces, to the side of the normal.
 
-        A triangle's normal is that of object space and its plane that of corners rounded to float32: between the
-        horizons of the two a light is above the one and below the other.
+        A triangle's normal is computed in object space, and its plane from corners that are rounded to float32: a light
+        between the horizons of the two is above one and below the other.
         """
         objects, planes = rows[Stage.OBJECT], np.array(rows[Stage.NORMAL])
         for index, shape in enumerate(scene.shapes):
             here = objects[:, 0] == index
             if here.any():
-                found = surface_of(shape).planes(rows[Stage.POSITION][here], objects[here, 1])
-                away = dot(found, planes[here]) < 0
-                planes[here] = np.where(away[:, np.newaxis], -found, found)
+                normals = surface_of(shape).planes(rows[Stage.POSITION][here], objects[here, 1])
+                away = dot(normals, planes[here]) < 0
+                planes[here] = np.where(away[:, np.newaxis], -normals, normals)
         return planes
 
     def shadow_starts(self, scene: Scene, rows: Rows, lift: np.ndarray | float) -> np.ndarray:
@@ -225,30 +257,21 @@ class Analytic:
             above |= dot(normals, source - rows[Stage.POSITION]) > 0
         return above
 
-    def blocked(
-        self,
-        scene: Scene,
-        index: int,
-        light: PointLight,
-        objects: np.ndarray,
-        starts: np.ndarray,
-        between: Between = (0.0, 1.0),
-    ) -> np.ndarray:
-        """Return whether shape `index` lies strictly between the light and points on the given objects, (N,).
+    def blocked(self, scene: Scene, index: int, rays: ShadowRays) -> np.ndarray:
+        """Return whether shape `index` is strictly between the light and points on the given objects, (N,).
 
-        The surface that was hit is divided out by algebra, never by an epsilon: a flat face cannot block itself, an
-        ellipsoid or a cube does so exactly where the light's side says so. So there is no acne to suppress, and a point
-        that lies a rounding off its surface is treated as lying on it. A surface that coincides with the hit one is
-        another one, which holds the point as well: the open segment does not meet it there.
+        The hit surface is divided out by algebra, never by an epsilon: a flat face cannot block itself, and an
+        ellipsoid or a cube blocks itself according to the light's side. So there is no acne to suppress, and a point
+        that is a rounding error off its surface is treated as a point of it. A surface that coincides with the hit one
+        also contains the point, and so does not meet the open segment there.
         """
-        surface, source = surface_of(scene.shapes[index]), np.asarray(light.position, dtype=np.float64)
-        own = objects[:, 0] == index
-        segments, ends = starts - source, ends_of(np.asarray(scene.camera.eye), starts)
-        low, high = (np.broadcast_to(share, len(starts)) for share in between)
-        blocked = np.zeros(len(objects), dtype=bool)
+        surface, source, segments = surface_of(scene.shapes[index]), rays.source, rays.segments
+        own, ends = rays.objects[:, 0] == index, ends_of(np.asarray(scene.camera.eye), rays.starts)
+        low, high = (np.broadcast_to(share, len(own)) for share in rays.between)
+        blocked = np.zeros(len(own), dtype=bool)
         blocked[~own] = surface.blocks(source, segments[~own], ends[~own], (low[~own], high[~own]))
         if own.any():
-            blocked[own] = surface.blocks_own(source, segments[own], ends[own], objects[own, 1])
+            blocked[own] = surface.blocks_own(source, segments[own], ends[own], rays.objects[own, 1])
         return blocked
 
     def visibility(self, scene: Scene, rows: Rows, freedom: Freedom | None = None) -> np.ndarray:
@@ -262,19 +285,19 @@ class Analytic:
             if planes is not None:
                 below = dot(planes, np.asarray(light.position) - rows[Stage.POSITION]) <= 0
                 above &= ~(below & freedom.plane)
-            asked = np.flatnonzero(above)
-            free = np.ones(len(asked), dtype=bool)
+            candidates = np.flatnonzero(above)
+            free = np.ones(len(candidates), dtype=bool)
             end = 1.0
             if np.any(freedom.blind):
-                away = length(starts[asked] - np.asarray(light.position))
+                away = length(starts[candidates] - np.asarray(light.position))
                 with np.errstate(all="ignore"):
-                    end = 1 - np.broadcast_to(freedom.blind, len(objects))[asked] / away
+                    end = 1 - np.broadcast_to(freedom.blind, len(objects))[candidates] / away
             for index in range(len(scene.shapes)):
                 left = np.flatnonzero(free)
                 between = freedom.light, end if np.ndim(end) == 0 else np.asarray(end)[left]
-                arguments = (objects[asked[left]], starts[asked[left]], between)
-                free[left] = ~self.blocked(scene, index, light, *arguments)
-            answer[asked[free], column] = 1
+                rays = ShadowRays(light, objects[candidates[left]], starts[candidates[left]], between)
+                free[left] = ~self.blocked(scene, index, rays)
+            answer[candidates[free], column] = 1
         return answer
 
     def irradiance_of(self, scene: Scene, light: PointLight, positions: np.ndarray, normals: np.ndarray) -> np.ndarray:
@@ -286,7 +309,7 @@ class Analytic:
         arriving = np.zeros((len(positions), 3))
         with np.errstate(all="ignore"):
             offset = np.asarray(light.position) - positions
-            # Scaled by its greatest component: r^2 alone could overflow, or vanish.
+            # Scaled by its greatest component, since r^2 could overflow or underflow.
             size = np.abs(offset).max(axis=1)
             scaled = offset / size[:, np.newaxis]
             stretch = length(scaled)
@@ -309,9 +332,9 @@ class Analytic:
     def albedo(self, scene: Scene, objects: np.ndarray) -> np.ndarray:
         """Return the albedo (N, 3) of each object, 0 on a miss."""
         # A number that is no shape's comes from a renderer under test: nothing is lit there, as on a miss.
-        known = (objects[:, 0] >= 0) & (objects[:, 0] < len(scene.shapes))
+        is_shape = (objects[:, 0] >= 0) & (objects[:, 0] < len(scene.shapes))
         albedos = np.array([*(shape.albedo for shape in scene.shapes), (0.0, 0.0, 0.0)])
-        return albedos[np.where(known, objects[:, 0], -1).astype(int)]
+        return albedos[np.where(is_shape, objects[:, 0], -1).astype(int)]
 
     def exitance(self, scene: Scene, objects: np.ndarray, arriving: np.ndarray) -> np.ndarray:
         """Return M = albedo E [W/m^2] (N, 3)."""
@@ -333,11 +356,11 @@ class Analytic:
 
     def radiance(self, scene: Scene, rows: Rows) -> np.ndarray:
         """Return L [W/(m^2 sr)] towards the camera (N, 3)."""
-        seen = self.facing(scene, rows[Stage.RAY], rows[Stage.OBJECT], rows[Stage.NORMAL])
-        return np.where(seen[:, np.newaxis], self.leaving(scene, rows[Stage.EXITANCE]), 0)
+        visible = self.facing(scene, rows[Stage.RAY], rows[Stage.OBJECT], rows[Stage.NORMAL])
+        return np.where(visible[:, np.newaxis], self.leaving(scene, rows[Stage.EXITANCE]), 0)
 
     def image(self, scene: Scene, stage: Stage, values: np.ndarray, points: np.ndarray) -> np.ndarray:
-        """Return what is written of a stage's values (N, channels) at the image points (N, 2) [px]."""
+        """Return the written values of a stage with values (N, channels) at the image points (N, 2) [px]."""
         return values
 
     # From the steps to stages.
@@ -351,8 +374,8 @@ class Analytic:
         ray, thing, distance, position, normal, visible, arriving, leaving = IMAGE_STAGES[:-1]
 
         def shares(scene: Scene, rows: Rows) -> np.ndarray:
-            each = [self.irradiance_of(scene, light, rows[position], rows[normal]) for light in scene.lights]
-            return np.stack(each, axis=1) if each else np.zeros((len(rows[position]), 0, 3))
+            irradiances = [self.irradiance_of(scene, light, rows[position], rows[normal]) for light in scene.lights]
+            return np.stack(irradiances, axis=1) if irradiances else np.zeros((len(rows[position]), 0, 3))
 
         return {
             thing: lambda scene, rows, freedom: self.nearest(scene, rows[ray], freedom).objects,
@@ -371,12 +394,12 @@ class Analytic:
         self, scene: Scene, points: np.ndarray, last: Stage, freedom: Freedom | None = None, *, by_light: bool = False
     ) -> Samples:
         """Return every image stage up to `last` at image points (N, 2) [px]; `by_light` also each light's share."""
-        seen, asked = self.scene(scene), np.asarray(points, dtype=np.float64)
-        rows = {Stage.RAY: self.rays(seen, self.image_points(seen, asked))}
-        pieces, shares = np.zeros(len(asked), dtype=int), None
+        rendered, image_points = self.scene(scene), np.asarray(points, dtype=np.float64)
+        rows = {Stage.RAY: self.rays(rendered, self.image_points(rendered, image_points))}
+        pieces, shares = np.zeros(len(image_points), dtype=int), None
         if last is not Stage.RAY:
             # Object and distance are one search.
-            hits = self.nearest(seen, rows[Stage.RAY], freedom)
+            hits = self.nearest(rendered, rows[Stage.RAY], freedom)
             rows[Stage.OBJECT], rows[Stage.DISTANCE], pieces = hits.objects, hits.distances[:, np.newaxis], hits.pieces
             following = self._next
             order = list(following)
@@ -384,28 +407,28 @@ class Analytic:
                 if stage is Stage.NORMAL and freedom is not None and np.any(freedom.slide):
                     off = np.reshape(freedom.slide, (-1, 1)) * rows[Stage.RAY]
                     about = rows | {Stage.POSITION: rows[Stage.POSITION] + off}
-                    rows[stage], pieces = following[stage](seen, about, freedom), self.pieces_at(seen, about)
+                    rows[stage], pieces = following[stage](rendered, about, freedom), self.pieces_at(rendered, about)
                     continue
-                rows[stage] = following[stage](seen, rows, freedom)
+                rows[stage] = following[stage](rendered, rows, freedom)
         factors: dict[Stage, np.ndarray] = {}
         ambient: dict[Stage, np.ndarray] = {}
         if by_light and Stage.VISIBILITY in rows:
             position, normal = rows[Stage.POSITION], rows[Stage.NORMAL]
-            each = [self.irradiance_of(seen, light, position, normal) for light in seen.lights]
-            shares = np.stack(each, axis=1) if each else np.zeros((len(asked), 0, 3))
-            factors, ambient = self._linear(seen, rows)
-        written = {stage: self.image(seen, stage, values, asked) for stage, values in rows.items()}
+            irradiances = [self.irradiance_of(rendered, light, position, normal) for light in rendered.lights]
+            shares = np.stack(irradiances, axis=1) if irradiances else np.zeros((len(image_points), 0, 3))
+            factors, ambient = self._linear(rendered, rows)
+        written = {stage: self.image(rendered, stage, values, image_points) for stage, values in rows.items()}
         return Samples(rows=written, pieces=pieces, shares=shares, factors=factors, ambient=ambient)
 
     def _linear(self, scene: Scene, rows: Rows) -> tuple[dict[Stage, np.ndarray], dict[Stage, np.ndarray]]:
-        """Return by what each stage of light multiplies irradiance (N, 3), and what it is without any."""
+        """Return for each stage of light its factor of irradiance (N, 3), and its value without irradiance."""
         factors, ambient = {}, {}
         dark, bright = np.zeros((len(rows[Stage.OBJECT]), 3)), np.ones((len(rows[Stage.OBJECT]), 3))
         for arriving, into in ((dark, ambient), (bright, factors)):
-            given = dict(rows) | {Stage.IRRADIANCE: arriving}
-            given[Stage.EXITANCE] = self.exitance(scene, given[Stage.OBJECT], arriving)
-            into |= {stage: given[stage] for stage in (Stage.IRRADIANCE, Stage.EXITANCE)}
-            into[Stage.RADIANCE] = self.radiance(scene, given)
+            earlier = dict(rows) | {Stage.IRRADIANCE: arriving}
+            earlier[Stage.EXITANCE] = self.exitance(scene, earlier[Stage.OBJECT], arriving)
+            into |= {stage: earlier[stage] for stage in (Stage.IRRADIANCE, Stage.EXITANCE)}
+            into[Stage.RADIANCE] = self.radiance(scene, earlier)
         return {stage: bright - ambient[stage] for stage, bright in factors.items()}, ambient
 
     def render(self, scene: Scene, stages: Collection[Stage], *, samples: int = 1) -> StageImages:
@@ -450,7 +473,7 @@ class Analytic:
         rows = self.samples(scene, points, max(stages, key=IMAGE_STAGES.index)).rows
         return {stage: rows[stage] for stage in IMAGE_STAGES if stage in stages}
 
-    def continue_from(self, scene: Scene, stage: Stage, given: StageImages) -> np.ndarray:
+    def continue_from(self, scene: Scene, stage: Stage, earlier: StageImages) -> np.ndarray:
         """Return an image stage computed from the `given` earlier ones, exact mathematics on the numbers received.
 
         `given` holds (height, width, channels) arrays of the stages that this one reads:
@@ -470,20 +493,20 @@ class Analytic:
         camera = scene.camera
         if stage is Stage.CAMERA:
             raise ValueError("the camera stage continues from nothing; ask render")
-        seen, points = self.scene(scene), pixel_centers(camera)
+        rendered, points = self.scene(scene), pixel_centers(camera)
         if stage is Stage.RAY:
-            rows = self.rays(seen, self.image_points(seen, points))
+            rows = self.rays(rendered, self.image_points(rendered, points))
         else:
             flat = {
                 name: np.asarray(image, dtype=np.float64).reshape(camera.height * camera.width, np.shape(image)[-1])
-                for name, image in given.items()
+                for name, image in earlier.items()
                 if name is not Stage.CAMERA
             }
-            rows = self.continued(seen, stage, flat)
-        return self.image(seen, stage, rows, points).reshape(camera.height, camera.width, rows.shape[1])
+            rows = self.continued(rendered, stage, flat)
+        return self.image(rendered, stage, rows, points).reshape(camera.height, camera.width, rows.shape[1])
 
     def pieces_at(self, scene: Scene, rows: Rows) -> np.ndarray:
-        """Return the smooth piece (N,) of the object that each position lies on, 0 on a miss."""
+        """Return the smooth piece (N,) of the object at each position, 0 on a miss."""
         objects, pieces = rows[Stage.OBJECT], np.zeros(len(rows[Stage.OBJECT]), dtype=int)
         for index, shape in enumerate(scene.shapes):
             here = objects[:, 0] == index
@@ -503,7 +526,7 @@ class Analytic:
         return known
 
     def image_points_of(self, scene: Scene, objects: np.ndarray) -> np.ndarray:
-        """Return at which image point (N, 2) [px] the middle of each (shape, face) lies; NaN where it lies nowhere."""
+        """Return the image point (N, 2) [px] of the middle of each (shape, face); NaN if it is not before the eye."""
         places = np.full((len(objects), 3), np.nan)
         for index, shape in enumerate(scene.shapes):
             here = objects[:, 0] == index

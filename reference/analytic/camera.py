@@ -32,8 +32,8 @@ class View:
         offset = positions - self.eye
         depth = offset @ self.forward
         with np.errstate(all="ignore"):
-            seen = offset / np.where(depth > 0, depth, np.nan)[:, np.newaxis] - self.corner
-        return np.stack([seen @ axis / (axis @ axis) for axis in (self.across, self.down)], axis=1)
+            projected = offset / np.where(depth > 0, depth, np.nan)[:, np.newaxis] - self.corner
+        return np.stack([projected @ axis / (axis @ axis) for axis in (self.across, self.down)], axis=1)
 
 
 @lru_cache(maxsize=64)

@@ -1,11 +1,11 @@
-"""Surfaces in world space (`Ellipsoid`, `Flat`, `Polygons`, `Box`): where rays meet them, what they block, normals.
+"""Surfaces in world space (`Ellipsoid`, `Flat`, `Polygons`, `Box`): intersections with rays, shadows, normals.
 
-Every kind of surface answers one question by its own algebra, `meetings`: where rays from one point meet its pieces. A
-piece is smooth: a plane, one of a sphere's two crossings, a triangle, one of a cube's six faces. First hits, coinciding
-surfaces and blockers follow from the meetings in the same way for every kind.
+Every kind of surface implements `meetings` by its own algebra: the intersections of rays from one point with its
+pieces. A piece is smooth: a plane, one of a sphere's two crossings, a triangle, one of a cube's six faces. First hits,
+coinciding surfaces and blockers follow from the meetings in the same way for every kind.
 
-Sources: Euclid, Elements III.3 (the perpendicular from the centre bisects the chord) and Pythagoras. Nothing is
-squared before it is subtracted: the error of a crossing is a few roundings of (distance + size), times the condition
+Sources: Euclid, Elements III.3 (the perpendicular from the centre bisects the chord) and Pythagoras. Numbers are
+subtracted before they are squared: the error of a crossing is a few roundings of (distance + size), times the condition
 of the matrix.
 """
 
@@ -30,12 +30,12 @@ class Crossing(NamedTuple):
 
 
 Meetings = Iterator[tuple[np.ndarray, np.ndarray, np.ndarray]]
-# The open interval of shares of a shadow ray in which blockers count, one for all rays or one for each (N,).
+# The open interval of blockers as shares of a shadow ray's length, one for all rays or one for each (N,).
 Between = tuple[np.ndarray | float, np.ndarray | float]
 
 
 class Surface:
-    """What follows from the meetings of any surface with the rays of a pencil."""
+    """First hits, blockers and coinciding surfaces from the meetings of any surface with the rays of a pencil."""
 
     def meetings(self, apex: np.ndarray, directions: np.ndarray) -> Meetings:
         """Yield (rays (n,), pieces (k,), t (n, k)): t of apex + t directions on each piece, NaN where it is missed.
@@ -66,11 +66,11 @@ class Surface:
         raise NotImplementedError
 
     def pieces_at(self, points: np.ndarray, directions: np.ndarray, faces: np.ndarray) -> np.ndarray:
-        """Return which smooth piece each point (N, 3) [m] lies on where a ray along `directions` meets a face (N,)."""
+        """Return the smooth piece of each point (N, 3) [m] at which a ray along `directions` hits a face (N,)."""
         return np.asarray(faces)
 
     def holds(self, piece: np.ndarray, ends: Ends) -> np.ndarray:
-        """Return whether each end lies, within rounding, on its piece (N,)."""
+        """Return whether each end is, within rounding, on its piece (N,)."""
         raise NotImplementedError
 
     def blocks_own(self, apex: np.ndarray, segments: np.ndarray, ends: Ends, faces: np.ndarray) -> np.ndarray:
@@ -89,7 +89,7 @@ class Surface:
 
         With `only` (N,), a face's number per ray, no other face is asked.
         """
-        found = _nothing(len(directions))
+        nearest = _nothing(len(directions))
         for rays, pieces, crossing in self.meetings(apex, directions):
             inside = (crossing > low[rays, np.newaxis]) & (crossing < high[rays, np.newaxis])
             if only is not None:
@@ -97,16 +97,16 @@ class Surface:
             key = np.where(inside, crossing, np.inf)
             best = key.argmin(axis=1)
             least = key[np.arange(len(rays)), best]
-            nearer = least < found.distance[rays]
-            self._put(found, rays[nearer], least[nearer], pieces[best[nearer]])
-        return found
+            nearer = least < nearest.distance[rays]
+            self._put(nearest, rays[nearer], least[nearer], pieces[best[nearer]])
+        return nearest
 
     def any_of(
         self, apex: np.ndarray, directions: np.ndarray, low: np.ndarray, high: np.ndarray, draw: np.random.Generator
     ) -> tuple[Crossing, np.ndarray]:
         """Return one of the crossings in the half-open interval (low, high] at random, and its draw from [0, 1).
 
-        Where there is none the crossing is inf and so is the draw.
+        Without a crossing both are inf.
         """
         found, least = _nothing(len(directions)), np.full(len(directions), np.inf)
         for rays, pieces, crossing in self.meetings(apex, directions):
@@ -120,9 +120,9 @@ class Surface:
             self._put(found, rays[chosen], crossing[every, best][chosen], pieces[best[chosen]])
         return found, least
 
-    def _put(self, found: Crossing, rays: np.ndarray, distance: np.ndarray, pieces: np.ndarray) -> None:
-        found.distance[rays], found.piece[rays] = distance, pieces
-        found.face[rays] = self.number(pieces)
+    def _put(self, crossing: Crossing, rays: np.ndarray, distance: np.ndarray, pieces: np.ndarray) -> None:
+        crossing.distance[rays], crossing.piece[rays] = distance, pieces
+        crossing.face[rays] = self.number(pieces)
 
     def blocks(
         self,
@@ -143,8 +143,8 @@ class Surface:
             inside = (crossing > low[rays, np.newaxis]) & (crossing < high[rays, np.newaxis])
             if without is not None:
                 inside &= self.number(pieces) != without[rays, np.newaxis]
-            # A surface that holds the segment's end, as one that coincides with the hit one does, is met there and not
-            # before, whatever float64 makes of that crossing.
+            # A surface that contains the segment's end, such as one that coincides with the hit surface, meets the
+            # segment there and not before, even if float64 rounds the crossing to a smaller t.
             ray, place = np.nonzero(inside & (crossing > 0.5))
             if len(ray):
                 held = self.holds(pieces[place], ends[rays[ray]])
@@ -183,7 +183,7 @@ class Flat(Surface):
         return np.broadcast_to(self.point, (len(faces), 3))
 
     def holds(self, piece: np.ndarray, ends: Ends) -> np.ndarray:
-        """Return whether each end lies in the plane."""
+        """Return whether each end is in the plane."""
         return ends.lie_in(np.broadcast_to(self.normal, ends.points.shape), self.point)
 
 
@@ -210,7 +210,8 @@ class Ellipsoid(Surface):
             foot = length(start + middle[:, np.newaxis] * along)
             half_chord = np.sqrt((1 - foot) * (1 + foot))
             outer = middle + np.copysign(half_chord, middle)
-            # The power of the apex is the product of the two roots; it gives the one that would cancel.
+            # The power of the apex is the product of the two roots; it gives the root that would suffer from
+            # cancellation.
             power = (np.linalg.norm(start) - 1) * (np.linalg.norm(start) + 1)
             inner = np.where(outer == 0, outer, power / outer)
             return np.sort(np.stack([inner, outer], axis=1) / speed[:, np.newaxis], axis=1)
@@ -220,9 +221,9 @@ class Ellipsoid(Surface):
         yield np.arange(len(directions)), np.arange(2), self.crossings(apex, directions)
 
     def blocks_own(self, apex: np.ndarray, segments: np.ndarray, ends: Ends, faces: np.ndarray) -> np.ndarray:
-        """Return for points on the surface whether it lies between them and the apex as well.
+        """Return for points on the surface whether it is also between them and the apex.
 
-        The crossing at the point itself is divided out: the other one lies ahead of the point if the apex is below its
+        The crossing at the point itself is divided out: the other one is ahead of the point if the apex is below its
         tangent plane, and before the apex if the apex is outside.
         """
         source = self.to_unit @ (apex - self.center)
@@ -236,7 +237,7 @@ class Ellipsoid(Surface):
         return self.blocks_own(apex, ends.points, ends, np.zeros(len(ends.points)))
 
     def holds(self, piece: np.ndarray, ends: Ends) -> np.ndarray:
-        """Return whether each end lies on the surface."""
+        """Return whether each end is on the surface."""
         reach = (ends.sizes + np.abs(self.center)) @ np.abs(self.to_unit).T
         return np.abs(length(self.unit_points(ends.points)) - 1) <= ON_SURFACE * length(reach)
 
@@ -253,10 +254,11 @@ class Ellipsoid(Surface):
         return (dot(self.outward(points, faces), directions) > 0).astype(int)
 
 
-# Which rays of a pencil may meet which of many small pieces: rays are halved, pieces outside the halves' cones drop.
+# Culling of many small pieces for the rays of a pencil: rays are halved, and pieces outside the halves' cones are
+# dropped.
 #
-# All rays of a pencil start in one point (the eye, or a light), so a bundle of them lies between four planes through
-# that point, and a piece wholly outside one of these planes is met by none. Nothing here decides a hit.
+# All rays of a pencil start in one point (the eye, or a light), so that a bundle of them is between four planes through
+# that point, and none of them hits a piece that is wholly outside one of these planes. No hit is decided here.
 
 
 PAIRS = 1 << 16  # pairs of ray and piece handed out at once: a few megabytes of temporaries
@@ -285,7 +287,7 @@ def bundles(directions: np.ndarray, pieces: np.ndarray) -> Iterator[tuple[np.nda
 
 
 def _halves(rays: np.ndarray, directions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Split rays at the median of the coordinate in which their directions differ most."""
+    """Split rays at the median of the coordinate with the largest spread of directions."""
     bundle = directions[rays]
     bundle = bundle / length(bundle)[:, np.newaxis]
     widest = np.argmax(np.ptp(bundle, axis=0))
@@ -294,7 +296,7 @@ def _halves(rays: np.ndarray, directions: np.ndarray) -> tuple[np.ndarray, np.nd
 
 
 def _may_meet(directions: np.ndarray, pieces: np.ndarray) -> np.ndarray:
-    """Return which pieces are not wholly outside one of the planes that bound the bundle, shape (K,)."""
+    """Return the mask (K,) of pieces that are not wholly outside one of the bundle's bounding planes."""
     everything = np.ones(len(pieces), dtype=bool)
     lengths = length(directions)
     axis = (directions / lengths[:, np.newaxis]).mean(axis=0)
@@ -308,9 +310,9 @@ def _may_meet(directions: np.ndarray, pieces: np.ndarray) -> np.ndarray:
     first /= np.linalg.norm(first)
     sides = (first, cross(axis, first))
     # One product for all corners of all pieces: as a stack of small ones it takes ten times as long.
-    corner_depths, *both = (np.array([axis, *sides]) @ pieces.reshape(-1, 3).T).reshape(3, *pieces.shape[:2])
+    corner_depths, *side_depths = (np.array([axis, *sides]) @ pieces.reshape(-1, 3).T).reshape(3, *pieces.shape[:2])
     outside = _all_corners(corner_depths < 0)
-    for side, corner_offsets in zip(sides, both, strict=True):
+    for side, corner_offsets in zip(sides, side_depths, strict=True):
         slopes = directions @ side / depths
         low, high = slopes.min(), slopes.max()
         low, high = low - SLACK * (1 + abs(low)), high + SLACK * (1 + abs(high))
@@ -334,12 +336,12 @@ def _all_corners(mask: np.ndarray) -> np.ndarray:
 # of corners come first: the error is a few roundings of the distance, relative to the edge's length.
 
 
-BLOCK = 1 << 17  # faces that are looked at together: what is made of them for one apex takes 100 MB at most
+BLOCK = 1 << 17  # faces that are processed together: their arrays for one apex take at most 100 MB
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Polygons(Surface):
-    """Faces of equally many corners each, without those that have no area, each a piece."""
+    """Faces with the same number of corners, without faces of zero area; each is a piece."""
 
     corners: np.ndarray  # (pieces, corners, 3) m
     numbers: np.ndarray  # (pieces,): the faces' indices in the scene
@@ -360,7 +362,8 @@ class Polygons(Surface):
         for block in blocks(len(self.corners)):
             corners, edges, heights = _seen_from(self, apex.tobytes(), block.start, block.stop)
             for rays, faces in bundles(directions, corners):
-                # Not a matrix product: both faces of an edge must round alike, wherever they stand in memory.
+                # Not a matrix product, whose rounding may depend on the place in memory: both faces of an edge must
+                # round alike.
                 x, y, z = (directions[rays, axis, np.newaxis] for axis in range(3))
                 volumes = [x * a + y * b + z * c for a, b, c in edges[..., faces]]
                 least, greatest = reduce(np.minimum, volumes), reduce(np.maximum, volumes)
@@ -370,7 +373,7 @@ class Polygons(Surface):
                 yield rays, faces + block.start, np.where(inside, crossing, np.nan)
 
     def holds(self, piece: np.ndarray, ends: Ends) -> np.ndarray:
-        """Return whether each end lies in its face's plane."""
+        """Return whether each end is in its face's plane."""
         return ends.lie_in(self.normals[piece], self.corners[piece, 0])
 
     def blocks_own(self, apex: np.ndarray, segments: np.ndarray, ends: Ends, faces: np.ndarray) -> np.ndarray:
@@ -450,21 +453,22 @@ class Box(Polygons):
     def any_of(
         self, apex: np.ndarray, directions: np.ndarray, low: np.ndarray, high: np.ndarray, draw: np.random.Generator
     ) -> tuple[Crossing, np.ndarray]:
-        """Return one of the crossings in the half-open interval (low, high], on the face whose normal it has."""
-        found, least = super().any_of(apex, directions, low, high, draw)
-        return self._by_place(found, apex, directions), least
+        """Return one of the crossings in the half-open interval (low, high], on the face with its normal."""
+        crossing, least = super().any_of(apex, directions, low, high, draw)
+        return self._by_place(crossing, apex, directions), least
 
-    def _by_place(self, found: Crossing, apex: np.ndarray, directions: np.ndarray) -> Crossing:
+    def _by_place(self, crossing: Crossing, apex: np.ndarray, directions: np.ndarray) -> Crossing:
         # Where two faces meet, the place of a crossing on either may be nearer to the other, whose normal it then has.
-        hit = np.flatnonzero(np.isfinite(found.distance))
-        points = apex + found.distance[hit, np.newaxis] * directions[hit]
-        found.piece[hit] = self.pieces_at(points, directions[hit], found.face[hit])
-        return found
+        hit = np.flatnonzero(np.isfinite(crossing.distance))
+        points = apex + crossing.distance[hit, np.newaxis] * directions[hit]
+        crossing.piece[hit] = self.pieces_at(points, directions[hit], crossing.face[hit])
+        return crossing
 
     def blocks_own(self, apex: np.ndarray, segments: np.ndarray, ends: Ends, faces: np.ndarray) -> np.ndarray:
-        """Return whether the box lies between points on it and the apex.
+        """Return whether the box is between points on it and the apex.
 
-        Seen from a face, the rest of the box lies below it: it blocks a light that is below too, and not inside.
+        The rest of the box is below each of its faces: it blocks a light that is below the face as well, but not
+        inside.
         """
         axis, sign = self._sides(ends.points)
         source = self.object_points(apex[np.newaxis])[0]

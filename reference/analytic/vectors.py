@@ -8,23 +8,23 @@ from dataclasses import dataclass
 
 import numpy as np
 
-# Where a point was computed: its height over a surface that it lies on is lost in so many roundings of the coordinates
-# that enter it (the ray's foot 8, the crossing 8, the height itself 8, and as many again to spare).
+# The error of a computed point's height over its surface, in roundings of the coordinates from which it is computed
+# (the ray's foot 8, the crossing 8, the height itself 8, and as many again as a margin).
 ON_SURFACE = 48 * 2.0**-53
 
 
-def cross(one: np.ndarray, other: np.ndarray) -> np.ndarray:
+def cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     """Return cross products (..., 3)."""
-    found = np.empty(np.broadcast_shapes(one.shape, other.shape))
+    product = np.empty(np.broadcast_shapes(a.shape, b.shape))
     for axis, (first, second) in enumerate(((1, 2), (2, 0), (0, 1))):
-        crossed = one[..., second] * other[..., first]
-        np.subtract(one[..., first] * other[..., second], crossed, out=found[..., axis])
-    return found
+        crossed = a[..., second] * b[..., first]
+        np.subtract(a[..., first] * b[..., second], crossed, out=product[..., axis])
+    return product
 
 
-def dot(one: np.ndarray, other: np.ndarray) -> np.ndarray:
+def dot(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     """Return dot products (...) of vectors of any dimension."""
-    products = one * other
+    products = a * b
     total = products[..., 0] + 0.0  # where NumPy begins: of negative zeros the sum is none
     for component in range(1, products.shape[-1]):
         total += products[..., component]
@@ -43,10 +43,10 @@ def units(vectors: np.ndarray) -> np.ndarray:
         return scaled / length(scaled)[..., np.newaxis]
 
 
-# Where shadow rays end: points that lie on the surface that was hit, and perhaps on others that coincide with it.
+# Ends of shadow rays: points on the hit surface, and perhaps on others that coincide with it.
 #
-# The open segment from a point to a light meets no surface that holds the point (LIT-1): its root is 1, an end. Float64
-# makes that root a rounding more or less, so that such surfaces are told by the point's height over them.
+# The open segment from a point to a light meets no surface that contains the point (LIT-1): the root is 1, an end.
+# Since float64 rounds that root up or down, such surfaces are recognised by the point's height over them.
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -61,7 +61,7 @@ class Ends:
         return Ends(points=self.points[rays], sizes=self.sizes[rays])
 
     def lie_in(self, normals: np.ndarray, anchors: np.ndarray) -> np.ndarray:
-        """Return whether each point lies, within rounding, in its plane by normal (N, 3) and anchor (N or 1, 3)."""
+        """Return whether each point is, within rounding, in its plane by normal (N, 3) and anchor (N or 1, 3)."""
         heights = np.abs(dot(self.points - anchors, normals))
         return heights <= ON_SURFACE * dot(np.abs(normals), self.sizes + np.abs(anchors))
 

@@ -11,11 +11,10 @@ from rayproof.cases.scene import Scene
 from rayproof.cases.stages import IMAGE_STAGES, Stage, StageImages, exr_channels
 from rayproof.reference.certified.bundles import walked
 from rayproof.reference.certified.camera import camera_answer
-from rayproof.reference.certified.fields import START, precision
 from rayproof.reference.certified.filters import everything, surfaces_of, suspects
 from rayproof.reference.certified.light_paths import Suspects
 from rayproof.reference.certified.stages import continued
-from rayproof.reference.certified.truths import NARROW, NARROW_PAIR, Truth, enclosed, split, truths
+from rayproof.reference.certified.truths import Truth, enclosed, truths
 
 MOST_SURFACES = 200  # triangles and other shapes in a whole image; `at` and `enclose` take more
 
@@ -50,7 +49,7 @@ class Certified:
         if surfaces > MOST_SURFACES and stage is not Stage.CAMERA:
             return (
                 f"whole images of {surfaces} triangles and shapes take too long to certify; "
-                f"at most {MOST_SURFACES}, or single pixels by `rayproof probe --certified`"
+                f"at most {MOST_SURFACES}, or single pixels by `rayproof certify`"
             )
         return None
 
@@ -97,7 +96,7 @@ class Certified:
         table, certain = walked(scene, points, suspected, last, widths)
         rest = np.flatnonzero(~certain)
         asked = ((x, y) for x, y in points[rest].tolist())
-        found = truths(scene, asked, (suspected[i] for i in rest), last, NARROW, exactly=exactly)
+        found = truths(scene, asked, (suspected[i] for i in rest), last, exactly=exactly)
         for row, truth in zip(rest, found, strict=True):
             table[row] = [float(value) for balls in truth.values[: len(reached)] for value in balls]
         return {
@@ -105,23 +104,6 @@ class Certified:
             for stage, end, width in zip(reached, ends, widths, strict=True)
             if stage in stages
         }
-
-    def pairs(self, scene: Scene, stages: Collection[Stage], points: np.ndarray) -> tuple[StageImages, StageImages]:
-        """Answer image stages at image points (N, 2) [px] to 110 bits, as two float64 answers whose sum is meant.
-
-        Raises:
-            ValueError: the camera stage, which is no image, or no stage.
-
-        """
-        chosen = _image_stages(stages)
-        high, low = ({stage: [] for stage in chosen} for _ in range(2))
-        for truth in _truths(scene, chosen, points, accuracy=NARROW_PAIR):
-            for stage in chosen:
-                with precision(max(truth.bits, START)):
-                    parts = split(truth.values[IMAGE_STAGES.index(stage)])
-                high[stage].append([part[0] for part in parts])
-                low[stage].append([part[1] for part in parts])
-        return _tables(scene, high, len(points)), _tables(scene, low, len(points))
 
     def continue_from(self, scene: Scene, stage: Stage, given: StageImages) -> np.ndarray:
         """Return an image stage computed from the `given` earlier ones, exact mathematics on the numbers received.
@@ -197,11 +179,6 @@ def _image_stages(stages: Collection[Stage]) -> list[Stage]:
     return chosen
 
 
-def _tables(scene: Scene, rows: dict[Stage, list[list[float]]], count: int) -> StageImages:
-    channels = {stage: len(exr_channels(stage, lights=len(scene.lights))) for stage in rows}
-    return {stage: np.array(row, dtype=np.float64).reshape(count, channels[stage]) for stage, row in rows.items()}
-
-
 def _truths(
     scene: Scene,
     stages: Collection[Stage],
@@ -209,12 +186,11 @@ def _truths(
     *,
     filtered: bool = True,
     exactly: bool = True,
-    accuracy: int = NARROW,
 ) -> Iterator[Truth]:
     points = np.asarray(points, dtype=np.float64)
     chosen = _suspects(scene, stages, points) if filtered else iter([everything(scene)] * len(points))
     last = max(stages, key=IMAGE_STAGES.index)
-    return truths(scene, ((x, y) for x, y in points.tolist()), chosen, last, accuracy, exactly=exactly)
+    return truths(scene, ((x, y) for x, y in points.tolist()), chosen, last, exactly=exactly)
 
 
 def _suspects(scene: Scene, stages: Collection[Stage], points: np.ndarray) -> Iterator[Suspects]:

@@ -30,6 +30,7 @@ ROOT = 2.0**-98
 SAFE = 1 + 2.0**-45  # covers the roundings of a radius
 TINY = 1e-290  # covers products and their tails that underflow
 SPLIT = 134217729.0  # 2^27 + 1
+UNKNOWN = 2  # in place of a sign
 
 
 class Bundle:
@@ -94,13 +95,14 @@ class Bundle:
         return 0 if other == 0 else whole(other) / self
 
     def sqrt(self) -> "Bundle":
-        """Return the square root; of what may be zero or less nothing is known."""
+        """Return the square root, 0 of 0; of what may be zero or less no radius is finite."""
         first = np.sqrt(self.high)
+        divisor = np.where(first == 0, 1.0, first)
         product, rest = _two_product(first, first)
         remainder = ((self.high - product) - rest) + self.low
-        high, low = _fast_two_sum(first, remainder / (2 * first))
+        high, low = _fast_two_sum(first, remainder / (2 * divisor))
         # |sqrt(a + r) - sqrt(a)| <= r / sqrt(a), for r at most half of a.
-        radius = ((self.radius + TINY) / first + first * ROOT) * SAFE
+        radius = ((self.radius + TINY) / divisor + first * ROOT) * SAFE
         return Bundle(high, low, np.where(self.high > 2 * self.radius, radius, np.inf))
 
     def rsqrt(self) -> "Bundle":
@@ -109,6 +111,19 @@ class Bundle:
 
     def __getitem__(self, index: Any) -> "Bundle":
         return Bundle(self.high[index], self.low[index], self.radius[index])
+
+
+def floats(values: Any) -> Bundle:
+    """Return float64 numbers, which are exact."""
+    return Bundle(np.asarray(values, dtype=np.float64), np.float64(0), np.float64(0))
+
+
+def signs_of(value: Bundle) -> np.ndarray:
+    """Return -1, 0 or 1 per number, `UNKNOWN` where its radius does not tell."""
+    # The low part is no more than half a rounding of the high one.
+    sure = np.abs(value.high) > value.radius * SAFE
+    nought = (value.high == 0) & (value.radius == 0)
+    return np.where(sure, np.sign(value.high), np.where(nought, 0, UNKNOWN))
 
 
 def whole(value: int) -> Bundle:
@@ -155,9 +170,6 @@ def _halves(a: Any) -> tuple[Any, Any]:
 # Bundles as a field of the geometry: a sign that all pixels share is an answer, another says how they part.
 
 
-UNKNOWN = 2
-
-
 class PartedError(Exception):
     """The pixels of a bundle do not share a sign; `signs` has -1, 0 or 1 for each, or 2 where it is not known."""
 
@@ -197,10 +209,7 @@ class Bundles:
         """Return the sign that all pixels share; raise PartedError, or UndecidedError where it is one constant's."""
         if isinstance(value, int):
             return (value > 0) - (value < 0)
-        # The low part is no more than half a rounding of the high one.
-        sure = np.abs(value.high) > value.radius * SAFE
-        nought = (value.high == 0) & (value.radius == 0)
-        signs = np.where(sure, np.sign(value.high), np.where(nought, 0, UNKNOWN))
+        signs = signs_of(value)
         first = signs.flat[0]
         if first != UNKNOWN and (signs == first).all():
             return int(first)

@@ -255,6 +255,11 @@ def minus(left: Any, right: Any) -> Any:
     return (left[0] - right[0], left[1] - right[1], left[2] - right[2])
 
 
+def plus(left: Any, right: Any) -> Any:
+    """Return left + right."""
+    return (left[0] + right[0], left[1] + right[1], left[2] + right[2])
+
+
 def along(start: Any, factor: Any, direction: Any) -> Any:
     """Return start + factor direction."""
     return (
@@ -267,6 +272,12 @@ def along(start: Any, factor: Any, direction: Any) -> Any:
 def scaled(vector: Any, factor: Any) -> Any:
     """Return factor vector."""
     return (vector[0] * factor, vector[1] * factor, vector[2] * factor)
+
+
+def unit(vector: Any) -> Any:
+    """Return a vector divided by its length; of numbers that have a square root of their own."""
+    length = dot(vector, vector).sqrt()
+    return (vector[0] / length, vector[1] / length, vector[2] / length)
 
 
 def numbers(field: Field, values: Sequence[fmpq]) -> Vector:

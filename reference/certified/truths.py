@@ -16,7 +16,6 @@ from rayproof.reference.certified.worlds import Worlds
 BEFORE_EXACT = 512  # bits at which a branch that is still open is taken for a tie, and asked exactly
 INEXACT = 256  # bits at which it is left open where nobody asks for exact numbers
 NARROW = 60  # bits of relative accuracy: half an ulp of float64 and 2^-7 of it
-NARROW_PAIR = 110  # bits, for a truth in two float64 numbers
 ABOUT_ZERO = 40  # more bits, of a vector's length: what a component may be uncertain by if it is about zero
 
 POSITION, EXITANCE = IMAGE_STAGES.index(Stage.POSITION), IMAGE_STAGES.index(Stage.EXITANCE)
@@ -37,11 +36,10 @@ def truths(
     points: Iterable[tuple[float, float]],
     suspects: Iterator[Suspects],
     last: Stage,
-    accuracy: int,
     *,
     exactly: bool = True,
 ) -> Iterator[Truth]:
-    """Yield the end-to-end truth of image points [px], of the image stages up to `last`, to `accuracy` bits.
+    """Yield the end-to-end truth of image points [px], of the image stages up to `last`.
 
     Without `exactly` a tie is left undecided: exact numbers take a thousand times as long.
     """
@@ -49,15 +47,13 @@ def truths(
     for point, suspect in zip(points, suspects, strict=True):
         before = ctx.prec
         try:
-            truth = _truth(worlds, point, suspect, number, accuracy, exactly=exactly)
+            truth = _truth(worlds, point, suspect, number, exactly=exactly)
         finally:
             ctx.prec = before
         yield truth
 
 
-def _truth(
-    worlds: Worlds, point: tuple[float, float], suspects: Suspects, last: int, accuracy: int, *, exactly: bool
-) -> Truth:
+def _truth(worlds: Worlds, point: tuple[float, float], suspects: Suspects, last: int, *, exactly: bool) -> Truth:
     decisions, path, bits = _decided(worlds, point, suspects, last, exactly=exactly)
     exactly = path is None
     while True:
@@ -67,7 +63,7 @@ def _truth(
             path = Path(world, world.direction(*point), last)
             path.follow(decisions)
         values = path.values(decisions)
-        if bits == MOST or narrow(values, path.t, accuracy):
+        if bits == MOST or narrow(values, path.t):
             return Truth(values=values, bits=bits, exactly=exactly, undecided=decisions.open)
         bits, path = 2 * bits, None
 
@@ -90,19 +86,19 @@ def _decided(
     return Path(world, world.direction(*point), last).decide(suspects, leave_open=True), None, START
 
 
-def narrow(values: Values, t: Any, accuracy: int = NARROW) -> bool:
-    """Return whether every ball is narrower than 2^-accuracy of itself, or about zero beside the others of its stage.
+def narrow(values: Values, t: Any) -> bool:
+    """Return whether every ball is narrower than 2^-NARROW of itself, or about zero beside the others of its stage.
 
     A position is compared with the hit's depth too, for it may be the origin. What leaves a surface is as narrow as
     what arrives, for it is multiples of that, and is not asked.
     """
     for number, balls in enumerate(values[:EXITANCE]):
         for ball in balls:
-            if isinstance(ball, arb) and ball.rel_accuracy_bits() < accuracy:
+            if isinstance(ball, arb) and ball.rel_accuracy_bits() < NARROW:
                 largest = max(abs(float(other)) for other in balls)
                 if number == POSITION:
                     largest = max(largest, abs(float(t)))
-                if not float(ball.rad()) <= largest * 2.0 ** -(accuracy + ABOUT_ZERO):
+                if not float(ball.rad()) <= largest * 2.0 ** -(NARROW + ABOUT_ZERO):
                     return False
     return True
 
@@ -110,15 +106,6 @@ def narrow(values: Values, t: Any, accuracy: int = NARROW) -> bool:
 def rounded(values: Sequence[Any]) -> list[float]:
     """Return the float64 numbers nearest to the middles of balls."""
     return [float(value) for value in values]
-
-
-def split(values: Sequence[Any]) -> list[tuple[float, float]]:
-    """Return the middles of balls as high + low, two float64 numbers each; call it at no less than 128 bits."""
-    highs = rounded(values)
-    return [
-        (high, float(value - arb(high)) if isinstance(value, arb) else 0.0)
-        for high, value in zip(highs, values, strict=True)
-    ]
 
 
 def enclosed(value: Any) -> tuple[float, float]:

@@ -38,7 +38,7 @@ def hold_a_high_number(mi: Any) -> Any:
 
 
 class _Mitsuba:
-    """What both variants share; `variant` tells them apart."""
+    """The common base of both variants, which differ in `variant`."""
 
     precision = "float32"
     light_epsilon = SHADOW_EPSILON
@@ -54,7 +54,7 @@ class _Mitsuba:
         return program.program_version(self.variant)
 
     def unsupported(self, scene: Scene, stage: Stage) -> str | None:
-        """Return a sentence that says why it cannot answer here, or None if it can."""
+        """Return a sentence with the reason why it cannot answer here, or None if it can."""
         return refusal(scene, stage)
 
     def render(self, scene: Scene, stages: Collection[Stage], *, samples: int = 1) -> StageImages:
@@ -76,7 +76,7 @@ class _Mitsuba:
             if scene.clip != "depth":
                 near, far = program.clip_planes_beyond(camera, hits)
         if Stage.RADIANCE in stages:
-            # Never two at once: where its tables lie would be other code than for one alone.
+            # Never two scenes at once: the addresses of their tables would be literals of different code.
             if samples > 1 or (near, far) != (camera.near, camera.far):
                 world = None
             world = world or load_scene(mi, scene, near=near, far=far, samples=samples)
@@ -88,15 +88,15 @@ class _Mitsuba:
         return float(self.epsilon_per_pixel(scene).max())
 
     def epsilon_per_pixel(self, scene: Scene) -> np.ndarray:
-        """Return how far [m] above the surface the pixel's shadow rays start, (height, width), 0 on a miss.
+        """Return the height [m] over the surface at which each pixel's shadow rays start, (height, width), 0 on a miss.
 
-        It grows with the distance from the origin, so a plane's far end says nothing about its near one.
+        It grows with the distance from the origin, so that the near end of a plane has a smaller one than its far end.
         """
         return self.epsilon_at(self.render(scene, [Stage.OBJECT, Stage.POSITION]))
 
-    def epsilon_at(self, seen: StageImages) -> np.ndarray:
+    def epsilon_at(self, answers: StageImages) -> np.ndarray:
         """Return the same from answers that have object and position already."""
-        return np.where(seen[Stage.OBJECT][..., 0] >= 0, offsets(seen[Stage.POSITION]), 0.0)
+        return np.where(answers[Stage.OBJECT][..., 0] >= 0, offsets(answers[Stage.POSITION]), 0.0)
 
     def notes(self, scene: Scene) -> list[str]:
         """Return in sentences where Mitsuba's answer is to another question than the one asked."""
@@ -122,7 +122,7 @@ class MitsubaScalar(_Mitsuba):
 
 
 class MitsubaLlvm(_Mitsuba):
-    """Mitsuba through Dr.Jit and LLVM: the compiler is also the tracer's, so its word is no witness on its own."""
+    """Mitsuba through Dr.Jit and LLVM: the tracer uses the same compiler, so that it has no vote of its own."""
 
     variant = "llvm_ad_rgb"
 
@@ -175,7 +175,7 @@ def _image(scene: Scene) -> str | None:
 
 
 def _inside_shell(scene: Scene) -> bool:
-    """Return whether every shape surely lies between the two spheres, so that they clip nothing."""
+    """Return whether every shape is certainly between the two spheres, so that they clip nothing."""
     finite = finite_shapes(scene)
     bounds = [distances_from(scene.camera.eye, shape) for _, shape in finite]
     camera = scene.camera

@@ -43,7 +43,7 @@ def missing() -> str | None:
 
 
 def unavailable(variant: str) -> str | None:
-    """Return a sentence that says why the variant cannot run on this machine, or None if it can."""
+    """Return a sentence with the reason why the variant cannot run on this machine, or None if it can."""
     if (why := missing()) is not None:
         return why
     if variant.startswith("llvm"):
@@ -148,7 +148,7 @@ def radiance_image(world: MitsubaScene, scene: Scene, integrator: Any, samples: 
 
 
 def clip_planes_beyond(camera: Camera, hits: Hits) -> tuple[float, float]:
-    """Return depths [m] of a near and a far plane between which everything that was hit lies with ample room."""
+    """Return depths [m] of a near and a far plane with all hits between them and a wide margin."""
     distance = np.linalg.norm(hits.position[hits.shape >= 0] - np.asarray(camera.eye), axis=1)
     nearest, farthest = distance.min(initial=camera.near), distance.max(initial=camera.far)
     return float(nearest) * 1e-3, float(farthest) * 1e3
@@ -261,7 +261,7 @@ def trace_one_by_one(world: MitsubaScene, camera: Camera, interval: Interval | N
     )
 
 
-def feel_one_by_one(world: MitsubaScene, hits: Hits, light: PointLight, asked: np.ndarray) -> ShadowRays:
+def feel_one_by_one(world: MitsubaScene, hits: Hits, light: PointLight, wanted: np.ndarray) -> ShadowRays:
     """Return what arrives from `light` at the hits that are `asked` about, (n,) bool."""
     mi = world.mi
     world.place(light)
@@ -269,13 +269,13 @@ def feel_one_by_one(world: MitsubaScene, hits: Hits, light: PointLight, asked: n
     target, unused = mi.Point3f(*light.position), mi.Point2f(0.5, 0.5)
     frees: list[bool] = []
     colors: list[float] = []
-    for number in np.flatnonzero(asked).tolist():
+    for number in np.flatnonzero(wanted).tolist():
         hit = hits.interactions[number]
         frees.append(not blocked(hit.spawn_ray_to(target)))
         color = emitted(hit, unused)[1]
         colors += color[0], color[1], color[2]
-    free, arriving = np.zeros(len(asked), dtype=bool), np.zeros((len(asked), 3))
-    free[asked], arriving[asked] = frees, np.array(colors).reshape(-1, 3)
+    free, arriving = np.zeros(len(wanted), dtype=bool), np.zeros((len(wanted), 3))
+    free[wanted], arriving[wanted] = frees, np.array(colors).reshape(-1, 3)
     return ShadowRays(free=free, arriving=arriving)
 
 
@@ -305,9 +305,9 @@ def apart(mi: Any, integrator: Any) -> Any:
 
         def sample(self, scene: Any, sampler: Any, ray: Any, medium: Any = None, active: Any = True) -> Any:
             dr.eval(ray)
-            found = integrator.sample(scene, sampler, ray, medium, active)
-            dr.eval(found)
-            return found
+            result = integrator.sample(scene, sampler, ray, medium, active)
+            dr.eval(result)
+            return result
 
     return Apart()
 
@@ -339,18 +339,18 @@ def trace_together(world: MitsubaScene, camera: Camera, interval: Interval | Non
     )
 
 
-def feel_together(world: MitsubaScene, hits: Hits, light: PointLight, asked: np.ndarray) -> ShadowRays:
+def feel_together(world: MitsubaScene, hits: Hits, light: PointLight, wanted: np.ndarray) -> ShadowRays:
     """Return what arrives from `light` at the hits that are `asked` about, (n,) bool."""
     import drjit as dr
 
     mi = world.mi
     world.place(light)
-    active = mi.Bool(asked.tolist())
+    active = mi.Bool(wanted.tolist())
     shadow_ray = hits.interactions.spawn_ray_to(dr.opaque(mi.Point3f, light.position))
     free = ~world.loaded.ray_test(shadow_ray, active) & active
     arriving = world.emitter.sample_direction(hits.interactions, mi.Point2f(0.5, 0.5), active)[1]
     dr.eval(free, arriving)
-    return ShadowRays(free=free.numpy(), arriving=np.where(asked[:, np.newaxis], _rows(arriving), 0.0))
+    return ShadowRays(free=free.numpy(), arriving=np.where(wanted[:, np.newaxis], _rows(arriving), 0.0))
 
 
 def ends_together(world: MitsubaScene, film: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -60,7 +60,7 @@ def box(shape: Shape) -> tuple[np.ndarray, np.ndarray]:
     linear, translation = placed(shape)
     if isinstance(shape, Sphere):
         center = linear @ shape.center + translation
-        # A linear map turns the unit ball into one that reaches as far along an axis as that row is long.
+        # The extent of the transformed unit ball along an axis is the length of that row of the linear map.
         reach = shape.radius * np.linalg.norm(linear, axis=1)
         return center - reach, center + reach
     if isinstance(shape, Cube | Square):
@@ -88,7 +88,7 @@ def farthest_visible(camera: Camera) -> float:
     return camera.far * math.hypot(1.0, vertical, vertical * camera.aspect)
 
 
-# The disc reaches a thousandth beyond what it must cover, so that its rim is never in play.
+# The disc is a thousandth larger than the area that it must cover, so that no ray passes near its rim.
 MARGIN = 1.001
 # Without a far plane nothing bounds the view: the disc then reaches this many times farther than the scene's own
 # lengths, so that only rays within a millionth of a radian of the horizon pass it by.
@@ -264,7 +264,7 @@ def intensity(light: PointLight) -> list[float]:
 def load_scene(mi: Any, scene: Scene, *, near: float, far: float, samples: int = 1) -> MitsubaScene:
     """Return the scene as Mitsuba's, with near and far plane at the given depths [m] and the first light, if any.
 
-    `direct` picks one of several lights at random for each sample, so there is only ever one: see `World.place`.
+    `direct` picks one of several lights at random for each sample, so each scene has at most one: see `World.place`.
     """
     description: dict[str, Any] = {
         "type": "scene",

@@ -12,7 +12,7 @@ from rayproof.reference.radiance.scene import FTINY, box, extent, height, reach,
 # Among the images; the ray itself needs no shape.
 HIT = IMAGE_STAGES[IMAGE_STAGES.index(Stage.OBJECT) :]
 LIT = IMAGE_STAGES[IMAGE_STAGES.index(Stage.VISIBILITY) :]
-# What rtrace overlooks at a ray's start may be at most this fraction of a shape.
+# The length at a ray's start within which rtrace ignores hits may be at most this fraction of a shape.
 COARSEST = 0.01
 # Coordinates beyond lose their unit's power of two or overflow where they are squared.
 LARGEST, SMALLEST = 1e140, 1e-140
@@ -35,7 +35,7 @@ def refusal(scene: Scene, stage: Stage) -> str | None:
 
 
 def _horizon(scene: Scene) -> str | None:
-    """Return why nothing is said of light where a plane is seen so far off that a light stands too low over it."""
+    """Return the reason for no answer about light if a plane is visible so far away that a light is too low over it."""
     planes = [(index, shape) for index, shape in enumerate(scene.shapes) if isinstance(shape, Plane)]
     for index, plane in planes:
         for number, light in enumerate(scene.lights):
@@ -64,19 +64,19 @@ def _shapes(scene: Scene) -> str | None:
 # Radiance's rtrace as a reference: rays in, what they meet and the radiance along them out, in doubles.
 
 
-# Roundings to float32 on the way to a radiance (normal.c, source.c): a material's colour and a light's, the product of
-# cosine and solid angle, that with the material, and that with the light. White, by which irradiance is read off, is
-# exact, and so is a product with it.
+# Roundings to float32 in the computation of a radiance (normal.c, source.c): a material's colour and a light's, the
+# product of cosine and solid angle, its product with the material, and that with the light. White, the colour for
+# irradiance, is exact, and so is a product with it.
 PAINTED, WHITENED = 5, 2
 
 
 class Radiance:
-    """Ward's lighting simulator by its own programs: shares no code, no compiler and no camera with anyone here.
+    """Ward's lighting simulator by its own programs: it shares no code, compiler or camera with the others.
 
-    It intersects in float64 (1e-13 of the scene) and adds light in float32. The rays are built here, in float64; what
-    they meet, where and with what normal is rtrace's word; visibility and irradiance are its radiance of the whitened
-    scene under one light, seen from just above each hit; radiance is its radiance of the scene, light by light. Around
-    their edges polygons reach a millionth of the scene too far, so do their shadows.
+    It intersects in float64 (1e-13 of the scene) and adds light in float32. The rays are built here, in float64; hits,
+    positions and normals are those of rtrace; visibility and irradiance are its radiance of the whitened scene under
+    one light, seen from just above each hit; radiance is its radiance of the scene, light by light. Polygons and their
+    shadows extend a millionth of the scene beyond their edges.
     """
 
     precision = "float64"
@@ -91,11 +91,11 @@ class Radiance:
         return program.version()
 
     def unsupported(self, scene: Scene, stage: Stage) -> str | None:
-        """Return a sentence that says why it cannot answer here, or None if it can."""
+        """Return a sentence with the reason why it cannot answer here, or None if it can."""
         return refusal(scene, stage)
 
     def settings(self, scene: Scene) -> dict[str, str]:
-        """Return what its answer depends on besides the scene."""
+        """Return the settings on which its answer depends in addition to the scene."""
         from rayproof.reference.radiance.scene import LIGHT_RADIUS, scale
 
         units = scale(scene)
@@ -162,7 +162,7 @@ class Radiance:
         from rayproof.reference.radiance.program import World, image, single
 
         with World(scene) as world:
-            found = single(scene, world, stages) if samples == 1 and set(stages) - {Stage.RADIANCE} else {}
+            images = single(scene, world, stages) if samples == 1 and set(stages) - {Stage.RADIANCE} else {}
             if Stage.RADIANCE in stages:
-                found[Stage.RADIANCE] = image(scene, world, samples)
-        return found
+                images[Stage.RADIANCE] = image(scene, world, samples)
+        return images

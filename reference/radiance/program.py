@@ -22,8 +22,8 @@ from rayproof.cases.stages import Stage, StageImages
 from rayproof.reference.radiance import scene
 from rayproof.reference.radiance.scene import FTINY, centers, discs, interval, parts, radius, scale, surfaces, through
 
-# No jitter, no substructuring and no testing of only some shadows (-dt 0 -dc 1: without it rtrace guesses), no ambient
-# light, nothing left out for being faint. -w silences warnings; what is an error still ends the program.
+# No jitter, no substructuring, all shadows tested (-dt 0 -dc 1: by default rtrace estimates some), no ambient light,
+# faint contributions included. -w suppresses warnings; an error still ends the program.
 OPTIONS = (
     *("-h", "-w", "-n", "1", "-fdd", "-ab", "0", "-av", "0", "0", "0"),
     *("-dj", "0", "-dt", "0", "-dc", "1", "-ds", "0", "-dr", "0", "-lr", "0", "-lw", "0", "-st", "0"),
@@ -37,8 +37,8 @@ HIT = re.compile(rb"([^\t]+)\t(.{%d})" % (10 * NUMBER), re.DOTALL)
 @lru_cache(maxsize=1)
 def folder() -> Path | None:
     """Return where pyradiance keeps its programs and their library, or None where it is not installed."""
-    found = find_spec("pyradiance")
-    return Path(found.origin).parent if found is not None and found.origin is not None else None
+    specification = find_spec("pyradiance")
+    return Path(specification.origin).parent if specification is not None and specification.origin is not None else None
 
 
 def missing() -> str | None:
@@ -53,12 +53,12 @@ def missing() -> str | None:
 @lru_cache(maxsize=1)
 def version() -> str:
     """Return program, its version and the package that carries it."""
-    said = _run("rtrace", "-version").decode().strip().removeprefix("RADIANCE ")
-    return f"Radiance rtrace {said} (pyradiance {installed_version('pyradiance')})"
+    version_text = _run("rtrace", "-version").decode().strip().removeprefix("RADIANCE ")
+    return f"Radiance rtrace {version_text} (pyradiance {installed_version('pyradiance')})"
 
 
 def octree(place: Path, name: str, text: str) -> None:
-    """Write a scene's `text` as `name`.rad into the folder `place`, and its octree beside it.
+    """Write a scene's `text` as `name`.rad, and its octree, into the folder `place`.
 
     The octree names the scene's file and rtrace reads both: a frozen octree would keep 31 bits of each number.
     """
@@ -83,11 +83,11 @@ def first_hits(place: Path, name: str, rays: np.ndarray, limited: bool) -> tuple
     These are the ray's unit direction, the distance to the hit (1e10 for none), its position and its normal.
     """
     data = _trace(place, name, rays, "-osdLpN", limited=limited)
-    found = HIT.findall(data)
-    names, numbers = [name for name, _ in found], b"".join([ten for _, ten in found])
-    # Whatever lies between two records is missing in the sum.
-    if len(found) != len(rays) or len(found) + len(b"".join(names)) + len(numbers) != len(data):
-        raise RuntimeError(f"rtrace's answer to {len(rays)} rays holds {len(found)} hits in {len(data)} bytes")
+    records = HIT.findall(data)
+    names, numbers = [name for name, _ in records], b"".join([ten for _, ten in records])
+    # Bytes between two records make the sum too small.
+    if len(records) != len(rays) or len(records) + len(b"".join(names)) + len(numbers) != len(data):
+        raise RuntimeError(f"rtrace's answer to {len(rays)} rays holds {len(records)} hits in {len(data)} bytes")
     return names, np.frombuffer(numbers, dtype="<f8").reshape(-1, 10)
 
 
@@ -98,7 +98,7 @@ def _trace(place: Path, name: str, rays: np.ndarray, output: str, *, limited: bo
 
 
 def _run(program: str, *arguments: str, place: Path | None = None, data: bytes = b"") -> bytes:
-    """Return what a program writes; raise RuntimeError with its own words if it fails."""
+    """Return the output of a program; raise RuntimeError with its message if it fails."""
     home = folder()
     if home is None:
         raise RuntimeError(missing())
@@ -109,8 +109,8 @@ def _run(program: str, *arguments: str, place: Path | None = None, data: bytes =
     command = [str(_program(home, program)), *arguments]
     done = subprocess.run(command, input=data, capture_output=True, env=environment, cwd=place, check=False)
     if done.returncode != 0:
-        said = done.stderr.decode(errors="replace").strip().splitlines()
-        raise RuntimeError(f"{program} ended with {done.returncode}: {said[-1] if said else 'it said nothing'}")
+        message = done.stderr.decode(errors="replace").strip().splitlines()
+        raise RuntimeError(f"{program} ended with {done.returncode}: {message[-1] if message else 'it said nothing'}")
     return done.stdout
 
 
@@ -118,13 +118,13 @@ def _program(home: Path, name: str) -> Path:
     return home / "bin" / (f"{name}.exe" if sys.platform == "win32" else name)
 
 
-# What rtrace finds along rays: first hits in a scene without light, radiances in a scene with one light.
+# Results of rtrace along rays: first hits in a scene without light, radiances in a scene with one light.
 
 
 # How far above a surface, in rtrace's units, its irradiance is read: more than it overlooks at a ray's start.
 LIFT = 8 * FTINY
-# What the folder's scenes are called: the finite shapes, all shapes, all shapes and a light. A plane's disc is so much
-# larger than everything else that it must not be sorted into the same octree.
+# Names of the folder's scenes: the finite shapes, all shapes, all shapes and a light. A plane's disc is so much larger
+# than everything else that it must not be sorted into the same octree.
 FINITE, ALL, LIT = "finite", "all", "lit"
 
 
@@ -152,7 +152,7 @@ class Hits:
 class World:
     """A scene in rtrace's units and language, in a temporary folder, as a context.
 
-    Its finite shapes are sorted into one octree, of which the other scenes hold an instance.
+    Its finite shapes are sorted into one octree; the other scenes contain an instance of it.
     """
 
     def __init__(self, scene: Scene) -> None:
@@ -172,7 +172,7 @@ class World:
         self._folder.cleanup()
 
     def hits(self, rays: Rays) -> Hits:
-        """Return what the rays meet first."""
+        """Return the first hits of the rays."""
         hits = self._met(rays)
         # rtrace solves a sphere's quadratic from the ray's origin and loses the square of its distance over the radius
         # in roundings; so a sphere that was met is asked about again, from as far off as its radius.
@@ -182,7 +182,7 @@ class World:
         if len(again):
             near = hits.distance[again] - lead[again]
             closer = self._met(Rays(direction=rays.direction[again], start=near, end=near + 2 * lead[again]))
-            # At its limb one may miss what the other meets.
+            # At the outline of a shape one may miss it and the other hit it.
             same = closer.shape == hits.shape[again]
             for name in ("distance", "position", "normal"):
                 getattr(hits, name)[again[same]] = getattr(closer, name)[same]
@@ -212,19 +212,19 @@ class World:
         return radiances(self._place, LIT, rows, True)[:, 0] * (np.pi * self.per_watt)
 
     def radiance(self, light: PointLight, portions: Iterable[Rays]) -> Iterator[np.ndarray]:
-        """Yield the radiance [W/(m^2 sr)] that `light` alone gives along rays, (n, 3) for each portion of them."""
+        """Yield the radiance [W/(m^2 sr)] of only `light` along rays, (n, 3) for each portion of them."""
         if not any(light.flux):
             return
         # Fractions and powers of two, because any flux is right and float32 does not hold every one.
         fractions, exponents = np.frexp(light.flux)
         self._illuminate(light, fractions.tolist(), paint="void")
         for rays in portions:
-            found = radiances(self._place, LIT, *self._rows(rays))
-            yield np.ldexp(found * self.per_watt, exponents)
+            values = radiances(self._place, LIT, *self._rows(rays))
+            yield np.ldexp(values * self.per_watt, exponents)
 
     @property
     def per_watt(self) -> float:
-        """Return the intensity [1/sr] of one watt over that of the light in the scene, per squared metre."""
+        """Return the intensity [1/sr] of one watt over the intensity of the scene's light, per squared metre."""
         return self.scale**2 / (4 * np.pi) / scene.INTENSITY
 
     @property
@@ -270,7 +270,7 @@ def single(scene: Scene, world: World, stages: Collection[Stage]) -> StageImages
     """Return the stages from ray to exitance that are among `stages`, (height, width, channels), float64."""
     hits = world.hits(_rays(scene, *centers(scene.camera)))
     normal = _shading_normals(scene, hits)
-    found: dict[Stage, np.ndarray] = {
+    images: dict[Stage, np.ndarray] = {
         Stage.RAY: hits.direction,
         Stage.OBJECT: np.column_stack([hits.shape, hits.face]).astype(np.float64),
         Stage.DISTANCE: hits.distance[:, np.newaxis],
@@ -278,9 +278,9 @@ def single(scene: Scene, world: World, stages: Collection[Stage]) -> StageImages
         Stage.NORMAL: normal,
     }
     if set(LIT_STAGES) & set(stages):
-        found |= _lit(scene, world, hits, normal)
+        images |= _lit(scene, world, hits, normal)
     size = (scene.camera.height, scene.camera.width)
-    return {stage: rows.reshape(*size, rows.shape[1]) for stage, rows in found.items() if stage in stages}
+    return {stage: rows.reshape(*size, rows.shape[1]) for stage, rows in images.items() if stage in stages}
 
 
 def image(scene: Scene, world: World, samples: int) -> np.ndarray:
@@ -288,8 +288,8 @@ def image(scene: Scene, world: World, samples: int) -> np.ndarray:
     pixels = scene.camera.height * scene.camera.width
     total = np.zeros((pixels, 3))
     for light in scene.lights:
-        for found in world.radiance(light, _portions(scene, samples)):
-            total += found.reshape(-1, pixels, 3).sum(axis=0)
+        for values in world.radiance(light, _portions(scene, samples)):
+            total += values.reshape(-1, pixels, 3).sum(axis=0)
     return (total / samples**2).reshape(scene.camera.height, scene.camera.width, 3)
 
 

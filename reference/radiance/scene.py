@@ -57,10 +57,10 @@ def parts(camera: Camera, samples: int) -> Iterator[tuple[np.ndarray, np.ndarray
     moves = [(right, down) for down in offsets for right in offsets]
     rounds = max(1, AT_ONCE // len(x))
     for first in range(0, len(moves), rounds):
-        some = moves[first : first + rounds]
+        chosen = moves[first : first + rounds]
         yield (
-            np.concatenate([x + right for right, _ in some]),
-            np.concatenate([y + down for _, down in some]),
+            np.concatenate([x + right for right, _ in chosen]),
+            np.concatenate([y + down for _, down in chosen]),
         )
 
 
@@ -74,18 +74,18 @@ def interval(scene: Scene, cosine: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return np.zeros_like(cosine), np.full_like(cosine, np.inf)
 
 
-# How large a scene is, and the unit of length in which rtrace gets it.
+# The size of a scene, and rtrace's unit of length for it.
 #
-# rtrace has one absolute length, FTINY = 1e-6 (fvect.h): hits nearer than that are not seen, smaller spheres are
-# refused, surfaces nearer to each other than that coincide. So a scene is handed over in units in which its largest
-# coordinate lies between 512 and 1024; a power of two, so that no number is rounded on the way.
+# rtrace has one absolute length, FTINY = 1e-6 (fvect.h): it ignores nearer hits, refuses smaller spheres, and merges
+# surfaces that are closer to each other. So a scene is written in units in which its largest coordinate is between 512
+# and 1024; the factor is a power of two, so that no number is rounded.
 
 
 FTINY = 1e-6  # in rtrace's units
 LARGEST_EXPONENT = 10
 # A plane's disc reaches at most this many times as far as everything else: rtrace knows nothing beyond 1e10 units.
 HORIZON = 1e6
-# It reaches a thousandth beyond what it must cover, so that its rim is never in play.
+# The disc is a thousandth larger than the area that it must cover, so that no ray passes near its rim.
 MARGIN = 1.001
 CUBE_CORNERS = np.array(list(itertools.product((-0.5, 0.5), repeat=3)))
 SQUARE_CORNERS = np.array([(-0.5, -0.5, 0.0), (0.5, -0.5, 0.0), (0.5, 0.5, 0.0), (-0.5, 0.5, 0.0)])
@@ -146,10 +146,10 @@ def height(plane: Plane, point: tuple[float, float, float]) -> tuple[float, np.n
 
 
 def reach(scene: Scene) -> float:
-    """Return the radius [m] of the discs that stand in for planes, each about the foot of the eye.
+    """Return the radius [m] of the discs that replace planes, each about the foot of the eye.
 
-    Shadow rays run between what the camera sees and the lights, so a ball about the eye that holds both holds every
-    crossing of a shadow ray with the plane too.
+    Shadow rays run between visible points and lights, so that a ball about the eye that contains both also contains
+    every crossing of a shadow ray with the plane.
     """
     camera = scene.camera
     vertical = np.tan(camera.alpha)
@@ -158,7 +158,7 @@ def reach(scene: Scene) -> float:
     return min(MARGIN * max(farthest, *lights) if lights else MARGIN * farthest, HORIZON * extent(scene))
 
 
-# Materials and lights in Radiance's scene language (refman, "Materials"), and what their radiances mean in watts.
+# Materials and lights in Radiance's scene language (refman, "Materials"), and the conversion of radiances to watts.
 #
 # A point light is a sphere of radius r and radiance C: it sends the intensity pi r^2 C into every direction, and rtrace
 # aims one ray at its centre. It is an `illum` with the alternate material `void`, which a camera's ray passes through.
@@ -173,8 +173,8 @@ LIGHT_RADIANCE = 2.0**34
 INTENSITY = pi * LIGHT_RADIUS**2 * LIGHT_RADIANCE
 WHITE: Rgb = (1.0, 1.0, 1.0)
 WHITE_PAINT = "void plastic white 0 0 5 1 1 1 0 0"
-# Two-sided is how Radiance's plastic is made (-bv+). This pattern blackens what is seen from behind: Rdot, the cosine
-# between the ray turned around and the normal, is negative there.
+# Radiance's plastic is two-sided (-bv+). This pattern blackens surfaces seen from behind: Rdot, the cosine between the
+# reversed ray and the normal, is negative there.
 ONE_SIDED = 'void brightfunc one_sided 2 "if(Rdot,1,0)" . 0 0'
 
 
@@ -218,7 +218,7 @@ def surfaces(scene: Scene, scale: float) -> Iterator[str]:
 
 
 def discs(scene: Scene, scale: float) -> Iterator[tuple[int, str]]:
-    """Yield each plane's index and the disc about the foot of the eye that stands in for it, without a modifier."""
+    """Yield each plane's index and the disc about the foot of the eye that replaces it, without a modifier."""
     eye = np.asarray(scene.camera.eye)
     for index, shape in enumerate(scene.shapes):
         if isinstance(shape, Plane):
@@ -233,7 +233,7 @@ def _surfaces(shape: Shape, name: str, scale: float) -> Iterator[str]:
         first, second = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
         # Degenerate triangles are never hit; Radiance would warn of each.
         kept = np.flatnonzero(np.any(np.cross(first, second) != 0, axis=1))
-        # Each vertex is put into words once, whoever shares it.
+        # Each vertex is formatted once, however many faces share it.
         vertices, uses = np.unique((corners[kept] * scale).reshape(-1, 3), axis=0, return_inverse=True)
         words = [" ".join(map(repr, vertex)) for vertex in vertices.tolist()]
         faces = uses.reshape(-1, 3)

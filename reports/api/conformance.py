@@ -13,12 +13,11 @@ from rayproof.cases.scene import Scene
 from rayproof.cases.stages import Stage, StageImages
 from rayproof.reports.judge.answers import Answers
 from rayproof.reports.judge.box_filter import box_mean, finer
-from rayproof.reports.judge.case import judge_case
 from rayproof.reports.judge.oracle import ORACLE, stages_of
-from rayproof.reports.judge.verdict import Judged, of_what_is_supported
+from rayproof.reports.judge.verdict import Judged
 from rayproof.reports.results.outcomes import Outcome
-from rayproof.reports.run.messages import ReferenceTask
-from rayproof.reports.run.worker_tasks import ask_reference
+from rayproof.reports.run.case_answers import CaseAnswers
+from rayproof.reports.run.worker_tasks import render_reference
 from rayproof.tracer.kernel.compiler import choose_packaged_llvm
 
 if TYPE_CHECKING:
@@ -103,40 +102,18 @@ class Conformance:
             AssertionError: a stage that was asked for is not in the answer.
 
         """
-        from rayproof.reference.analytic import Analytic
+        from rayproof.reports.run.judge_task import verdict
 
-        candidate = self._traced() if answer is None else self._given(answer)
-        witnesses, versions = self._heard()
-        judged = judge_case(self.case, [candidate], witnesses, Analytic(), versions)
-        return of_what_is_supported(judged, [candidate])
-
-    def _heard(self) -> tuple[list[Answers], dict[str, str]]:
-        from rayproof.reference import REFERENCES
-
-        task = ReferenceTask(scene=self.scene, samples=self.case.samples)
-        witnesses, versions = [], {}
-        for name in self._witnesses:
-            reference = REFERENCES[name]()
-            independent = bool(REFERENCES.about(name).get("independent", False))
-            witnesses.append(ask_reference(name, reference, task, independent=independent))
-            if witnesses[-1].error is None:
-                versions[name] = reference.version()
-        return witnesses, versions
+        subject = self._traced() if answer is None else self._given(answer)
+        renders = [render_reference(name, self.scene, self.case.samples) for name in self._witnesses]
+        references = tuple(render.answers for render in renders)
+        versions = {name: version for render in renders for name, version in render.versions.items()}
+        return verdict(self.case, CaseAnswers(subjects=(subject,), references=references, versions=versions))
 
     def _traced(self) -> Answers:
-        from rayproof.reports.run.tracer_task import shadow_epsilons
-        from rayproof.tracer.render import render
+        from rayproof.reports.run.tracer_task import trace
 
-        scene, chosen, samples = self.scene, self._configuration, self.case.samples
-        answers = render(scene, stages_of(scene), chosen)
-        return Answers(
-            name=chosen.name,
-            precision=chosen.precision,
-            items=chosen.items,
-            shadow_epsilon=shadow_epsilons(scene, answers, chosen),
-            answers=answers,
-            fine=render(finer(scene, samples), stages_of(scene), chosen) if samples > 1 else None,
-        )
+        return trace(self.scene, self._configuration.name, samples=self.case.samples).answers
 
     def _given(self, answer: Renderer | Mapping[str, Any]) -> Answers:
         found = answer(self.scene, self.stages) if callable(answer) else answer

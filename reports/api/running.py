@@ -1,32 +1,28 @@
-"""`run`: the command's own run in a child process, whose questions to a Python function are answered here.
+"""`run`: the command `run`, called in this process.
 
-A Python function under test is called in this process, in the thread that asked for the run.
+A Python function under test is called in the thread that called `run`: its pool of workers takes the calls.
 """
 
 import contextlib
 import json
 import os
-import selectors
 import shlex
 import shutil
-import signal
 import socket
-import subprocess
 import sys
 import tempfile
 import weakref
 from collections.abc import Sequence
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import IO
 
-from rayproof import HOLDER
 from rayproof.cases.case import Case
 from rayproof.cases.scene import Scene
 from rayproof.cases.scene_json import save_scene
 from rayproof.reports.api.asking import image_stages
 from rayproof.reports.api.function import Renderer, answered
 from rayproof.reports.api.outcome import Run, loaded
+from rayproof.reports.processes.pool import taking_calls
 from rayproof.reports.results.document import has_results
 from rayproof.reports.subjects import SERVED
 
@@ -86,9 +82,7 @@ def _line(end: socket.socket) -> bytes:
     return line
 
 
-START = "import sys; sys.path.insert(0, sys.argv.pop(1)); from rayproof.reports.cli import main; sys.exit(main())"
-BAD_USAGE, INTERRUPTED = 2, 130
-GLANCE = 0.2  # s
+INTERRUPTED = 130
 
 
 def run(
@@ -147,19 +141,17 @@ def run(
         with TemporaryDirectory(prefix="rayproof-call-") as place:
             words += _selectors(cases, Path(place))
             with contextlib.ExitStack() as stack:
-                served = None
                 if function is not None:
                     served = stack.enter_context(Served(function, Path(place), stages=stages))
+                    stack.enter_context(taking_calls(served.listener.fileno(), served.answer_one))
                     words += [f"--subject={served.command}"]
                 elif subject is not None:
                     words += [f"--subject={subject}"]
-                code, said = _waited_for(words, served, quiet=quiet)
-        if code == BAD_USAGE:
-            raise ValueError(said.removeprefix("rayproof: ") or "the request was refused")
+                code = _run(words, quiet=quiet)
         if code == INTERRUPTED:
             raise KeyboardInterrupt
         if not has_results(folder):
-            raise RuntimeError(f"the run ended with {code} and left no results: {said}")
+            raise RuntimeError(f"the run ended with {code} and left no results")
         found = loaded(folder, code)
     except BaseException:
         if out is None:
@@ -187,57 +179,26 @@ def _selectors(cases: Sequence[str | Path | Case | Scene] | str | None, place: P
     return words
 
 
-def _waited_for(words: Sequence[str], served: Served | None, *, quiet: bool) -> tuple[int, str]:
-    """Run the command to its end, answering its calls of our function; return its exit code and its last complaint."""
-    child = subprocess.Popen(
-        [sys.executable, "-c", START, str(HOLDER), "run", *words],
-        stdin=subprocess.DEVNULL,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        start_new_session=True,  # Ctrl-C is ours to hand on: once
-    )
-    assert child.stdout is not None
-    assert child.stderr is not None
-    printed, complaints = _Lines(child.stdout, quiet=quiet), _Lines(child.stderr, quiet=True)
-    interrupted = False
-    with child, selectors.DefaultSelector() as selector:
-        for lines in (printed, complaints):
-            selector.register(lines.pipe, selectors.EVENT_READ, lines.take)
-        if served is not None:
-            selector.register(served.listener, selectors.EVENT_READ, served.answer_one)
-        while child.poll() is None:
-            try:
-                for key, _ in selector.select(GLANCE):
-                    if not key.data() and key.fileobj in (printed.pipe, complaints.pipe):
-                        selector.unregister(key.fileobj)
-            except KeyboardInterrupt:
-                if interrupted:  # told twice: do not wait for it any longer
-                    child.kill()
-                interrupted = True
-                child.send_signal(signal.SIGINT)
-            except BaseException:
-                child.terminate()
-                raise
-        printed.take()
-        complaints.take()
-    return INTERRUPTED if interrupted else child.returncode, complaints.last
+def _run(words: Sequence[str], *, quiet: bool) -> int:
+    """Run the command in this process and return its exit code; raise ValueError for a wrong request."""
+    from cyclopts import CycloptsError
 
+    from rayproof.reports.cli import application
+    from rayproof.reports.commands.usage import UsageError, disown, one_line
+    from rayproof.reports.program_name import remember
+    from rayproof.tracer.formulas.own_file import forget
 
-class _Lines:
-    """What the run prints, handed on to this process's own output line by line unless it is to be quiet."""
-
-    def __init__(self, pipe: IO[bytes], *, quiet: bool) -> None:
-        self.pipe, self._quiet, self._rest = pipe, quiet, b""
-        self.last = ""  # line that is not empty
-        os.set_blocking(pipe.fileno(), False)
-
-    def take(self) -> bool:
-        """Take what there is; return whether there may be more."""
-        while piece := self.pipe.read(65536):
-            *lines, self._rest = (self._rest + piece).split(b"\n")
-            for line in lines:
-                text = line.decode(errors="replace")
-                self.last = text if text.strip() else self.last
-                if not self._quiet:
-                    sys.stdout.write(f"{text}\n")
-        return piece is None
+    forget()  # a file of the user's may have changed since an earlier call
+    remember(["run", *words])
+    about = {"exit_on_error": False, "print_error": False, "result_action": "return_value"}
+    with contextlib.ExitStack() as stack:
+        stack.callback(remember)
+        stack.callback(disown)
+        if quiet:
+            nowhere = stack.enter_context(open(os.devnull, "w", encoding="utf-8"))  # noqa: PTH123
+            stack.enter_context(contextlib.redirect_stdout(nowhere))
+            stack.enter_context(contextlib.redirect_stderr(nowhere))
+        try:
+            return application()(["run", *words], **about)
+        except (UsageError, CycloptsError) as error:
+            raise ValueError(one_line(error)) from error

@@ -2,7 +2,7 @@
 
 from datetime import datetime
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal, TypedDict
+from typing import TYPE_CHECKING, Literal
 
 from rayproof.reports.commands.output import say, show_table, write_json
 from rayproof.reports.commands.usage import UsageError, told_in_one_line
@@ -14,18 +14,8 @@ DAMAGED = 1  # exit code of `verify` where an entry was not what was written
 COLUMNS = ("used", "kind", "renderer", "version", "scene", "stages", "seconds", "bytes", "key")
 
 
-class Row(TypedDict):
-    """One line of a listing."""
-
-    key: str
-    used: str
-    kind: str
-    renderer: str
-    version: str
-    scene: str
-    stages: int
-    seconds: float | str
-    bytes: int
+# A line of a listing: a cell for each of COLUMNS.
+Row = dict[str, str | float]
 
 
 def cache(

@@ -3,6 +3,7 @@
 import sys
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -11,10 +12,9 @@ from rayproof.reports.program_name import installing
 from rayproof.reports.results.files import legible
 
 if TYPE_CHECKING:
-    from rayproof.reports.run.case_pipeline import Source
     from rayproof.reports.run.engine.cluster import Place
     from rayproof.reports.run.engine.dispatch import Dispatch
-    from rayproof.reports.run.options import RunOptions
+    from rayproof.reports.run.options import RunOptions, Source
 
 
 def scheduler_at(address: str | None, tls: Path | None) -> "Place | None":
@@ -48,30 +48,23 @@ def engaged(
         UsageError: the cluster cannot be used, or has no worker.
 
     """
-    from rayproof.reports.run.case_pipeline import Instructions
     from rayproof.reports.run.engine.cluster import reached
     from rayproof.reports.run.engine.dispatch import Dispatch
     from rayproof.reports.run.engine.machine import Batch
-    from rayproof.reports.run.options import demands
+    from rayproof.reports.run.options import case_options
 
     with ExitStack() as stack:
         with told_in_one_line():
-            instructions = Instructions(
-                demands=demands(request, references),
-                subject=request.subject,
-                cached=request.cached,
-                patient=request.patient,
-                sources=_sources(request.configurations),
-            )
-            batch = Batch(instructions=instructions, timeout=request.timeout, jobs=jobs, memory=request.worker_memory)
-            workers = Dispatch(stack.enter_context(reached(place)), batch, tell=_tell)
+            options = replace(case_options(request, references), sources=_sources(request.configurations))
+            batch = Batch(options=options, timeout=request.timeout, jobs=jobs, memory=request.worker_memory)
+            workers = Dispatch(stack.enter_context(reached(place)), batch, request.out, tell=_tell)
             stack.callback(workers.close)
         yield workers
 
 
 def _sources(configurations: tuple[str, ...]) -> tuple["Source", ...]:
     """Return the user's own formulas of configurations; raise ValueError for one that cannot be loaded."""
-    from rayproof.reports.run.case_pipeline import Source
+    from rayproof.reports.run.options import Source
     from rayproof.tracer.configuration import Configuration
     from rayproof.tracer.formulas.own_file import is_own, sources
 

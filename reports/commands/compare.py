@@ -14,7 +14,7 @@ from rayproof.reports.studies.publication import Paper
 if TYPE_CHECKING:  # it would load what only this command needs
     from rayproof.reports.studies.compare.records import Compared, FormulaComparisonRecord, SweepRecord, SweptRecord
 
-REPETITIONS = 31
+REPETITIONS = 31  # odd, so that the median is one of the times
 
 
 def compare(

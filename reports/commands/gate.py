@@ -4,9 +4,9 @@ from collections.abc import Sequence
 from datetime import date
 from fnmatch import fnmatchcase
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated
 
-from cyclopts import Parameter
+from cyclopts import App, Parameter
 from msgspec import structs
 
 from rayproof.reports.commands.lookup import Repeated
@@ -15,102 +15,67 @@ from rayproof.reports.commands.usage import UsageError, told_in_one_line
 from rayproof.reports.results.files import legible, several
 
 if TYPE_CHECKING:
+    from rayproof.reports.history.expectations import Known
     from rayproof.reports.results.records import RunRecord
 
+FILE = Path("known.json")
 SHUT = 1  # exit code of `check` where the gate is red
 MOST = 8  # lines that are printed of a list: ten with those that count the rest and sum up
 
 
-def gate(
-    what: Literal["accept", "prune", "check"],
+app = App(name="gate", help="Keep a file of known failures for `rayproof run --expect`, and check a run against it.")
+# Options that the three commands share.
+Patterns = Annotated[bool, Parameter(name="--any")]
+
+
+@app.command
+def accept(
     folder: Path,
     *selectors: str,
-    file: Path = Path("known.json"),
-    patterns: Annotated[bool, Parameter(name="--any")] = False,
+    file: Path = FILE,
+    patterns: Patterns = False,
     reason: str | None = None,
     cause: str | None = None,
     expires: str | None = None,
     issue: str | None = None,
     when: Repeated = (),
-    against: Path | None = None,
-    least_coverage: float | None = None,
     json: Path | None = None,
 ) -> int:
-    """Keep a file of known failures for `rayproof run --expect FILE`, which is green only while exactly these occur.
+    """Add the failing checks of a run that have no entry in the file, and write how many checks are answered.
+
+    For example: rayproof gate accept report --reason "Mitsuba draws sheared spheres wrong."
 
     Parameters
     ----------
-    what
-        accept: add the failing checks that no entry is about, which needs --reason, and write how many checks are
-        answered. prune: remove checks that pass, and narrow the others; nothing is added or widened. check: check the
-        run against the file, as `rayproof run --expect` does, and exit with 1 if the gate is red.
     folder
         A folder that `rayproof run --out` filled.
     selectors
-        With accept: families, cases or patterns such as `shadows/*`, whose failing checks are accepted. Default: all.
+        Families, cases or patterns such as `shadows/*`, whose failing checks are accepted. Default: all.
     file
         The file of known failures.
     patterns
         Let entries of the file name cases and checks by patterns, such as shadows/*, or leave out where pixels are
         wrong. Without it such a file is refused.
     reason
-        With accept: why these checks fail. With --cause the sentence about the cause, unless another is given.
+        Why these checks fail. With --cause the sentence about the cause, unless another is given.
     cause
-        With accept: the name of a mistake that the run's diagnosis names; the failing checks of all cases that it
-        explains are accepted.
+        The name of a mistake that the run's diagnosis names; the failing checks of all cases that it explains are
+        accepted.
     expires
-        With accept: the last day on which the new entries hold, such as 2027-01-31.
+        The last day on which the new entries hold, such as 2027-01-31.
     issue
-        With accept: a link to the issue.
+        A link to the issue.
     when
-        With accept: a condition of the new entries, KEY=PATTERN, where KEY is `subject` or a key of the run's
-        environment such as `backend`. Repeatable.
-    against
-        With check: an earlier run's folder, or a history file; what became worse is red too.
-    least_coverage
-        With check: the least share [%] of the cases that must be answered.
+        A condition of the new entries, KEY=PATTERN, where KEY is `subject` or a key of the run's environment such as
+        `backend`. Repeatable.
     json
         Also write the result to this file.
 
     """
-    from rayproof.reports.history.expectations import Known, load_known, save_known
-    from rayproof.reports.results.document import load_results
-
-    if what != "accept" and (any((reason, cause, expires, issue)) or when or selectors):
-        raise UsageError("selectors, --reason, --cause, --expires, --issue and --when apply to accept only")
-    if what != "check" and (against is not None or least_coverage is not None):
-        raise UsageError("--against and --least-coverage apply to check only")
-    with told_in_one_line():
-        results = load_results(folder)
-        known = Known() if what == "accept" and not file.exists() else load_known(file, patterns=patterns)
-    known = structs.replace(known, suite=f"rayproof {results.get('rayproof', '')}".strip())
-    if what == "check":
-        from rayproof.reports.history.gating import Demanded, held, load_base
-        from rayproof.reports.results.records import SHUTTING
-
-        with told_in_one_line():
-            base = None if against is None else load_base(against)
-        demanded = Demanded(expected=(str(file), known), against=base, least_coverage=least_coverage)
-        found = held(results, demanded)
-        _listed([f"{key}: {sentence}" for key in SHUTTING for sentence in getattr(found, key)])
-        say(found.sentence)
-        write_json(json, found.record())
-        return SHUT if found.red else 0
-    if what == "prune":
-        from rayproof.reports.history.expectations import entries
-        from rayproof.reports.history.gating import pruned
-
-        left, done = pruned(results, known)
-        with told_in_one_line():
-            save_known(file, left)
-        _listed(done)
-        count = len(entries(left))
-        say(f"{len(left.expected)} of {several(len(known.expected), 'case')} in {file} stay, in {count} entries")
-        write_json(json, {"file": str(file), "entries": count, "done": done})
-        return 0
-    from rayproof.reports.history.expectations import entries
+    from rayproof.reports.history.expectations import Known, entries, save_known
     from rayproof.reports.history.gating import Acceptance, accepted
 
+    results, known = _run_and_file(folder, file, patterns=patterns, absent=Known())
     with told_in_one_line():
         if expires is not None:
             date.fromisoformat(expires)
@@ -130,6 +95,91 @@ def gate(
     say(f"{several(new, 'failing check')} accepted; {count} {'entry' if count == 1 else 'entries'} in {file}")
     write_json(json, {"file": str(file), "entries": count, "accepted": new, "refused": refused})
     return 0
+
+
+@app.command
+def prune(folder: Path, *, file: Path = FILE, patterns: Patterns = False, json: Path | None = None) -> int:
+    """Remove checks that pass from the file, and narrow the others; nothing is added or widened.
+
+    Parameters
+    ----------
+    folder
+        A folder that `rayproof run --out` filled.
+    file
+        The file of known failures.
+    patterns
+        Let entries of the file name cases and checks by patterns. Without it such a file is refused.
+    json
+        Also write the result to this file.
+
+    """
+    from rayproof.reports.history.expectations import entries, save_known
+    from rayproof.reports.history.gating import pruned
+
+    results, known = _run_and_file(folder, file, patterns=patterns)
+    left, done = pruned(results, known)
+    with told_in_one_line():
+        save_known(file, left)
+    _listed(done)
+    count = len(entries(left))
+    say(f"{len(left.expected)} of {several(len(known.expected), 'case')} in {file} stay, in {count} entries")
+    write_json(json, {"file": str(file), "entries": count, "done": done})
+    return 0
+
+
+@app.command
+def check(
+    folder: Path,
+    *,
+    file: Path = FILE,
+    patterns: Patterns = False,
+    against: Path | None = None,
+    least_coverage: float | None = None,
+    json: Path | None = None,
+) -> int:
+    """Check a run against the file, as `rayproof run --expect` does, and exit with 1 if the gate is red.
+
+    Parameters
+    ----------
+    folder
+        A folder that `rayproof run --out` filled.
+    file
+        The file of known failures.
+    patterns
+        Let entries of the file name cases and checks by patterns. Without it such a file is refused.
+    against
+        An earlier run's folder, or a history file; what became worse is red too.
+    least_coverage
+        The least share [%] of the cases that must be answered.
+    json
+        Also write the result to this file.
+
+    """
+    from rayproof.reports.history.gating import Demanded, held, load_base
+    from rayproof.reports.results.records import SHUTTING
+
+    results, known = _run_and_file(folder, file, patterns=patterns)
+    with told_in_one_line():
+        base = None if against is None else load_base(against)
+    demanded = Demanded(expected=(str(file), known), against=base, least_coverage=least_coverage)
+    found = held(results, demanded)
+    _listed([f"{key}: {sentence}" for key in SHUTTING for sentence in getattr(found, key)])
+    say(found.sentence)
+    write_json(json, found.record())
+    return SHUT if found.red else 0
+
+
+def _run_and_file(
+    folder: Path, file: Path, *, patterns: bool, absent: "Known | None" = None
+) -> "tuple[RunRecord, Known]":
+    """Return a run's results and its file of known failures, or `absent` in place of a file that does not exist."""
+    from rayproof.reports.history.expectations import load_known
+    from rayproof.reports.results.document import load_results
+
+    with told_in_one_line():
+        results = load_results(folder)
+        known = load_known(file, patterns=patterns) if absent is None or file.exists() else absent
+    return results, structs.replace(known, suite=f"rayproof {results.get('rayproof', '')}".strip())
 
 
 def _failing(results: "RunRecord", selectors: Sequence[str]) -> tuple[str, ...]:

@@ -42,9 +42,11 @@ def catalogue(
     if pages is not None:
         if kind != "mistakes":
             raise UsageError(f"--pages goes with mistakes, not {kind}")
+        from rayproof.reports.diagnosis.pages import write
+
         with told_in_one_line():
             writable_folder(pages)
-            say(f"{_write_pages(pages)} pictures and mistakes.md are in {pages}")
+            say(f"{write(pages)} pictures and mistakes.md are in {pages}")
         return 0
     if kind == "terms":
         return show_terms(" ".join(names).strip(), json)
@@ -61,12 +63,6 @@ def catalogue(
     columns = list(rows[0]) if rows else []
     show_table(f"{len(rows)} {kind}", columns, [[text(value) for value in row.values()] for row in rows])
     return 0
-
-
-def _write_pages(folder: Path) -> int:
-    from rayproof.reports.diagnosis.pages import write
-
-    return write(folder)
 
 
 def text(value: Cell) -> str:

@@ -2,6 +2,7 @@
 
 import re
 from collections.abc import Sequence
+from fnmatch import fnmatchcase
 from functools import partial
 from math import inf
 from pathlib import Path
@@ -18,6 +19,7 @@ if TYPE_CHECKING:
     from rayproof.reports.processes.pool import Pool
     from rayproof.reports.subjects import Subject
     from rayproof.tracer.configuration import Configuration
+    from rayproof.tracer.formulas import Formula
 
 TRACER = "tracer"
 USUAL_LIMIT = 120.0  # s, for one render or one judgement
@@ -78,8 +80,41 @@ def scene_files(selectors: Sequence[str]) -> tuple[tuple[str, ...], "tuple[Case,
     return tuple(name for name in selectors if not name.endswith(".json")), cases
 
 
+def formulas_among(selectors: Sequence[str]) -> "tuple[list[Formula], tuple[str, ...]]":
+    """Return the formulas without planted faults that selectors name, and the selectors that name something else.
+
+    A selector names formulas if its first part is a slot, and not a family of cases as well: nearest is the family, and
+    nearest/smaller the formula.
+
+    Raises:
+        LookupError: a selector names no formula of its slot.
+
+    """
+    from rayproof.cases.families import CASE_FAMILIES
+    from rayproof.tracer.formulas import FORMULAS
+    from rayproof.tracer.formulas.own_file import is_own
+
+    formulas: dict[str, Formula] = {}
+    others = []
+    for selector in selectors:
+        slot = selector.partition("/")[0]
+        if is_own(selector) or selector in FORMULAS:
+            matches = [FORMULAS.named(selector)]
+        elif slot in FORMULAS.slots and slot not in CASE_FAMILIES:
+            variants = [one for one in FORMULAS.variants(slot) if one.kind != "fault"]
+            matches = [one for one in variants if selector == slot or fnmatchcase(one.name, selector)]
+            if not matches:
+                known = ", ".join(one.name for one in variants)
+                raise LookupError(f"no formula is called {selector!r}; known: {known}")
+        else:
+            others.append(selector)
+            continue
+        formulas |= {one.name: one for one in matches}
+    return [*formulas.values()], tuple(others)
+
+
 SWEEP = re.compile(r"(?P<name>\w+)=(?P<first>[^:]+?)\.\.(?P<last>[^:]+?):(?P<number>\d+)")
-MOST_VALUES = 100
+MOST_VALUES = 100  # of a sweep, each of which is measured as a formula is, for seconds
 
 
 def sweep_of(text: str) -> tuple[str, list[float]]:

@@ -1,43 +1,51 @@
-"""`rayproof run --merge`: several machines' parts of a run become one run."""
+"""`rayproof merge`: several machines' parts of a run become one run."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import Annotated
 
 from rayproof.reports.commands.output import say
+from rayproof.reports.commands.run import FLAT, NO_GATE, OUTPUT, GateOptions
 from rayproof.reports.commands.usage import UsageError, own, told_in_one_line, writable_folder
-
-if TYPE_CHECKING:
-    from rayproof.reports.history.gating import Demanded
 
 
 def merge(
-    folders: tuple[Path, ...],
-    *,
-    out: Path,
-    demanded: "Demanded | None",
-    least_coverage: float | None,
-    history: Path | None,
-    json: Path | None,
+    *folders: Path,
+    out: Annotated[Path, OUTPUT] = Path("report"),
+    json: Annotated[Path | None, OUTPUT] = None,
+    gate: Annotated[GateOptions, FLAT] = NO_GATE,
 ) -> int:
-    """Put the parts of a run together that `rayproof run --shard` made, and publish them as one run.
+    """Merge the parts of a run that `rayproof run --shard` made, and publish them as one run.
 
-    They must be of the same code, plan, subject and demands. The cases of a part that is not there are missing, and the
-    run counts as not finished. `out` is none of the parts' folders.
+    All parts must have the same code, plan, subject and options. The cases of an absent part are missing, and the run
+    counts as not finished.
+
+    For example: rayproof merge part1 part2 part3 --out whole
+
+    Parameters
+    ----------
+    folders
+        The folders of the parts, none of which is OUT.
+    out
+        Folder for results and report.
+    json
+        Also write results.json to this file.
+
     """
     if not folders:
-        raise UsageError("name the folders of the parts: rayproof run --merge DIR... --out ALL")
+        raise UsageError("name the folders of the parts: rayproof merge DIR... --out ALL")
     from rayproof.reports.results.headline import THE_USUAL
     from rayproof.reports.results.provenance import keep_whole
+    from rayproof.reports.run import shards as parts
     from rayproof.reports.run import suite
     from rayproof.reports.run.options import RunOptions, images_to_keep
-    from rayproof.reports.run.shards import load_shards, merge
     from rayproof.reports.terminal import console as terminal
 
     with told_in_one_line():
         if out.resolve() in {folder.resolve() for folder in folders}:
             raise ValueError(f"--out {out} is the folder of one of the parts; name another folder")
-        shards = load_shards(folders)
-        for file in filter(None, (history, json)):
+        demanded = gate.demanded()
+        shards = parts.load_shards(folders)
+        for file in filter(None, (gate.history, json)):
             writable_folder(file.parent)
         own(out)
     about, subject = shards[0].about, str(shards[0].document.get("subject", THE_USUAL))
@@ -51,9 +59,9 @@ def merge(
         timeout=0.0,
         configurations=(),
         json=json,
-        history=history,
+        history=gate.history,
         demanded=demanded,
-        least_coverage=least_coverage,
+        least_coverage=gate.least_coverage,
         diagnose=about["diagnose"],
         images=images_to_keep(about.get("keep_images"), cases=about["planned"]),
     )
@@ -61,7 +69,7 @@ def merge(
         say(sentence)
     suite.clear(out)
     with told_in_one_line():
-        results, found = merge(shards, out, tracer=tracer)
+        results, found = parts.merge(shards, out, tracer=tracer)
         keep_whole(folders[0], out)
     there = {shard.about["number"] for shard in shards}
     for number in sorted({*range(1, about["of"] + 1)} - there):
@@ -70,4 +78,8 @@ def merge(
     suite.find_out(request, results, console, tracer=tracer, whole=True)
     pictures = str(results["environment"]["pictures"])
     suite.conclude(request, results, None if pictures == "drawn" else pictures, console)
-    return suite.code_of(request, results, found, console, tracer=tracer)
+    code = suite.code_of(request, results, found, console, tracer=tracer)
+    from rayproof.reports.commands.report import write_one_file
+
+    write_one_file(out, asked=False)
+    return code

@@ -5,6 +5,7 @@ import inspect
 import re
 import shlex
 import sys
+from dataclasses import fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
@@ -33,7 +34,7 @@ SERVICES = {
 REPORT = "rayproof-report"
 LINE = re.compile(r"[\x00-\x1f\x7f']")  # what would end the line or the string that a word stands in
 
-app = App(name="new")
+app = App(name="new", help="Write a starter: a formula, an adapter of a renderer, or a workflow for CI.")
 
 
 def free(*files: Path, hint: str = "") -> None:
@@ -100,7 +101,7 @@ def starter(default: "Formula") -> tuple[str, str]:
     name = default.function.__name__
     source = inspect.getsource(sys.modules[default.function.__module__])
     tree, lines = ast.parse(source), source.splitlines()
-    bound = {word: node for node in tree.body if not _imports(node) for word in _bound(node)}
+    bound = {word: node for node in tree.body for word in _bound(node)}
     # What the function needs of its page: itself, its helpers and constants, and what these need.
     needed, waiting = {bound[name]}, [bound[name]]
     while waiting:
@@ -109,6 +110,7 @@ def starter(default: "Formula") -> tuple[str, str]:
         waiting += found
     words = {word for node in needed for word in _words(node)}
     head = [f"A formula of your own for the slot `{default.slot}`.", "", *_contract(default.slot), ""]
+    head += _members(default)
     written = "\n".join([*head, f"It begins as {default.name}."]).replace("\\", "\\\\").replace('"""', "'''")
     imports = [ast.unparse(kept) for node in tree.body if (kept := _only(node, words)) is not None]
     # By lines, which have the comments beside them.
@@ -126,8 +128,26 @@ def _contract(slot: str) -> list[str]:
     return [*blocks[2].splitlines(), "", *blocks[place - 1].splitlines(), "", *own.splitlines()]
 
 
-def _imports(node: ast.stmt) -> bool:
-    return isinstance(node, ast.Import | ast.ImportFrom)
+def _members(default: "Formula") -> list[str]:
+    """Return the fields and methods of a formula's arguments, a line each; of a vector or a number there are none."""
+    from rayproof.tracer.rays import Hit, Interval, Ray
+
+    lines: list[str] = []
+    for name in inspect.signature(default.function).parameters:
+        kind = {"ray": Ray, "interval": Interval, "hit": Hit}.get(name)
+        if kind is None:
+            continue
+        summary = (kind.__doc__ or "").partition("\n")[0]
+        attributes = [f"{name}.{field.name}" for field in fields(kind) if field.repr]
+        methods = [
+            (word, method) for word, method in vars(kind).items() if inspect.isfunction(method) and word[0] != "_"
+        ]
+        lines += [f"`{name}`: {summary}", "", f"    {', '.join(attributes)}"]
+        for word, method in methods:
+            words = [*inspect.signature(method).parameters][1:]
+            lines += [f"    {name}.{word}({', '.join(words)}): {(method.__doc__ or '').partition(chr(10))[0]}"]
+        lines += [""]
+    return lines
 
 
 def _bound(node: ast.stmt) -> list[str]:
@@ -235,7 +255,7 @@ def workflow(
     from rayproof.cases.families import select
 
     with told_in_one_line():
-        if known := [word for word in selectors if not word.endswith(".json")]:
+        if known := [word for word in selectors if not word.endswith((".json", ".jsonl", "/"))]:
             select(known)
     name, usual = SERVICES[service]
     file = out or usual

@@ -30,8 +30,6 @@ def report(
     case: str | None = None,
     figures: bool = False,
     json: Path | None = None,
-    reproduce: bool = False,
-    trust: bool = False,
 ) -> int:
     """Publish a results folder again, without rendering, or show what changed between two.
 
@@ -43,7 +41,7 @@ def report(
         A folder that `rayproof run --out` filled.
     other
         The folder of a later run: show what changed between the two, with the images of both. With two
-        folders or files of renderers' limits (`rayproof stability --subject`): up to where each is right.
+        folders or files of renderers' limits (`rayproof limits`): up to where each is right.
     out
         With two runs: the folder for the report of what changed. Default: only a table is printed.
     single_file
@@ -62,19 +60,8 @@ def report(
         takes to open; needs Chromium and Playwright.
     json
         With two runs: also write what changed to this file.
-    reproduce
-        Print by which command, code and inputs the results in the folder were made, and publish nothing.
-    trust
-        With --reproduce: run the command again, with the inputs that the folder holds, and say what differs. This
-        executes the formulas in that folder.
 
     """
-    if trust and not reproduce:
-        raise UsageError("--trust needs --reproduce")
-    if reproduce:
-        if other is not None or out is not None or pictures is not None or json is not None or single_file:
-            raise UsageError("--reproduce takes a folder and --trust only")
-        return reproduced(folder, trust=trust)
     if other is not None:
         if pictures is not None or figures or draw is not None:
             raise UsageError("--draw, --pictures and --figures need one folder, got two")
@@ -104,8 +91,19 @@ def report(
     return 0
 
 
-def reproduced(folder: Path, *, trust: bool) -> int:
-    """Print how the results in a folder were made; make them again if the folder is trusted."""
+@app.command
+def reproduce(folder: Path, *, trust: bool = False) -> int:
+    """Print by which command, code and inputs the results in a folder were made.
+
+    Parameters
+    ----------
+    folder
+        A folder that a command filled.
+    trust
+        Run the command again, with the inputs that the folder holds, and print what differs; the exit code is 1 if
+        something does. This executes the formulas in that folder.
+
+    """
     from rayproof.reports.results import provenance
 
     with told_in_one_line():
@@ -244,7 +242,7 @@ def report_between(before: Path, after: Path, out: Path | None, *, single_file: 
 
 
 def limits_between(before: Path, after: Path, json: Path | None) -> int:
-    """Say how far two renderers are right, as `rayproof stability --subject` left it in two folders or files."""
+    """Say how far two renderers are right, as `rayproof limits` left it in two folders or files."""
     with told_in_one_line():
         changed = changes(load_limits(before), load_limits(after))
         if json is not None:

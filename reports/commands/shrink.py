@@ -109,13 +109,7 @@ def shrink(
     if smallest.interrupted:
         say(f"interrupted: {out} has the smallest scene so far, which all references together have not judged")
         return INTERRUPTED
-    confirmed, sentence = judged_by_all(
-        out / "scene.json",
-        subject=None if tested.is_tracer else subject,
-        declare=declare,
-        configuration=configuration,
-        formulas=formula,
-    )
+    confirmed, sentence = judged_by_all(out / "scene.json", tested, chosen.name)
     replace(report, panel=sentence).write_issue(out)
     for line in (out / "issue.md").read_text(encoding="utf-8").splitlines():
         say(line)

@@ -1,15 +1,15 @@
-"""`rayproof stability`: how far up its ladders a formula or a whole renderer climbs; a formula's worst inputs."""
+"""`rayproof stability`, `worst`, `limits`: formulas on ladders, their worst inputs, and renderers on ladders."""
 
 import os
 import sys
 from collections.abc import Sequence
-from dataclasses import dataclass
+from fnmatch import fnmatchcase
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
-from cyclopts import Group, Parameter
+from cyclopts import Parameter
 
-from rayproof.reports.commands.lookup import Repeated, sweep_of
+from rayproof.reports.commands.lookup import sweep_of
 from rayproof.reports.commands.output import console, say, show_table, write_json
 from rayproof.reports.commands.usage import UsageError, own, told_in_one_line, writable_folder
 from rayproof.reports.results.files import SCHEMA, several
@@ -30,101 +30,53 @@ COLUMNS = (
     "ladder", "formula", "precision", "slope", "predicted", "breakpoint", "error / K u", "false hits", "false misses",
     "per million", "verdict", "expected",
 )  # fmt: skip
-OF_WORST = Parameter(group=Group("The worst inputs", sort_key=1))
 FITS = ("ladder", "formula", "precision", "slope", "breakpoint", "error / K u", "verdict")  # of an article's text
 WORST_COLUMNS = ("formula", "inputs of", "what", "limits", "inputs")
-SECONDS, NAMED = 60.0, 5  # of a search, by default; worst inputs that are printed
+NAMED = 5  # worst inputs that are printed
 SHOWN = 40  # rows of the table, unless formulas or ladders were named
 Precisions = Annotated[tuple[Literal["float32", "float64"], ...], Parameter(negative="", show_default=False)]
 
 
 def stability(
-    *formulas: str,
+    *selectors: str,
     quick: bool = False,
-    ladder: Repeated = (),
     precision: Precisions = (),
-    subject: str | None = None,
-    against: Path | None = None,
     json: Path | None = None,
     out: Path | None = None,
     sweep: str | None = None,
-    worst: Annotated[bool, OF_WORST] = False,
-    seconds: Annotated[float | None, OF_WORST] = None,
-    seed: Annotated[int | None, OF_WORST] = None,
-    keep_rays: Annotated[Path | None, OF_WORST, Parameter(name="--keep")] = None,
     paper: Annotated[Paper, Parameter(name="*")] = Paper(),  # noqa: B008  frozen
 ) -> int:
-    """Measure formulas on ladders of ill-conditioned inputs, or a whole renderer on ladders of scenes.
+    """Measure formulas on ladders of ill-conditioned inputs.
+
+    For example: rayproof stability sphere "SPH-*" --precision float32
 
     Parameters
     ----------
-    formulas
-        A slot such as sphere, a formula such as sphere/haines, a pattern, or a function of your own, such as
-        sphere=./mine.py:nearest_hit. Default: all.
+    selectors
+        Formulas: a slot such as sphere, a formula such as sphere/haines, a pattern, or a function of your own, such as
+        sphere=./mine.py:nearest_hit. Ladders: SPH-FAR, or a pattern such as "SPH-*". Default: all formulas on all
+        ladders.
     quick
-        Draw fewer rays; with --subject leave out the other renderers' limits.
-    ladder
-        A ladder, such as SPH-FAR, or a pattern; with --subject a ladder of scenes, such as offset. Repeatable.
-        Default: all.
+        Draw fewer rays.
     precision
         float32 or float64. Repeatable. Default: both.
-    subject
-        A whole renderer instead of formulas: tracer, a reference, or "exec:COMMAND {scene} {output}".
-    against
-        With --subject: the file or folder of earlier limits. The exit code is 1 if one of them is lower now.
     json
         Also write the results to this file.
     out
-        Also write JSON, CSV and SVG of every ladder, or the limits of renderers, to OUT/stability, with what is needed
-        to compute them again.
+        Also write JSON, CSV and SVG of every ladder to OUT/stability, with what is needed to compute them again.
     sweep
         Measure your own function for many values of one of its parameters: eps=1e-6..1e-2:9 are nine values in equal
         ratios.
-    worst
-        Search for the inputs that a formula answers worst, in float32 or the precision named, instead of climbing
-        ladders.
-    seconds
-        How long each formula is searched. Default: 60.
-    seed
-        The seed of the search. Default: 1.
-    keep_rays
-        Write the worst inputs into this CSV file, as test vectors.
 
     """
-    if not worst and not all(one is None for one in (seconds, seed, keep_rays)):
-        raise UsageError("--seconds, --seed and --keep need --worst")
-    if worst:
-        taken = (subject, sweep, paper.figure) == (None, None, None) and not (ladder or quick) and len(precision) < 2
-        if not taken:
-            raise UsageError(
-                "--worst takes formulas, a precision, --seconds, --seed, --keep, --json, --out and --table"
-            )
-        spent = SECONDS if seconds is None else seconds
-        if not spent > 0:
-            raise UsageError(f"--seconds must be positive, got {spent}")
-        about = Searched(seconds=spent, seed=1 if seed is None else seed, precision=(*precision, "float32")[0])
-        return search_worst(formulas, about, keep_rays, json, out, paper)
-    if subject is not None and (formulas or precision):
-        raise UsageError("--subject measures a whole renderer, without formulas and --precision")
-    if against is not None and subject is None:
-        raise UsageError("--against holds the limits of a renderer: name it with --subject")
-    if subject is not None and (sweep is not None or paper.figure is not None):
-        raise UsageError("--sweep and --figure are for formulas, and --subject measures a whole renderer")
-    with told_in_one_line():
-        paper.check()
-        if out is not None:
-            own(out / "stability")
-        if json is not None:
-            writable_folder(json.parent)
+    from rayproof.cases.ladders import all_ladders
+
+    ladder = [word for word in selectors if any(fnmatchcase(one.name, word) for one in all_ladders())]
+    formulas = [word for word in selectors if word not in ladder]
+    writable(out, json, paper)
     from rayproof.tracer.kernel.compiler import choose_packaged_llvm
 
     choose_packaged_llvm()
-    if subject is not None:
-        from rayproof.reports.studies.stability.limit_records import load_limits
-
-        with told_in_one_line():
-            earlier = None if against is None else load_limits(against)  # read now, since it may lie in OUT
-        return limits_shown(whole_renderer(subject, ladder, json, out, alone=quick), earlier, paper)
     from rayproof.reports.studies.stability.beside_default import (
         beside_columns,
         beside_rows,
@@ -173,54 +125,85 @@ def stability(
     return 1 if surprises else 0
 
 
-@dataclass(frozen=True, kw_only=True)
-class Searched:
-    """How the worst inputs are searched for."""
+def writable(out: Path | None, json: Path | None, paper: Paper) -> None:
+    """Raise UsageError if the files and folders of a study cannot be written, before anything is measured."""
+    with told_in_one_line():
+        paper.check()
+        if out is not None:
+            own(out / "stability")
+        if json is not None:
+            writable_folder(json.parent)
 
-    seconds: float  # for each formula
-    seed: int
-    precision: str
 
-
-def search_worst(
-    names: Sequence[str],
-    about: Searched,
-    keep_rays: Path | None,
-    json: Path | None,
-    out: Path | None,
-    paper: Paper,
+def worst_inputs(
+    *formulas: str,
+    precision: Literal["float32", "float64"] = "float32",
+    seconds: float = 60.0,
+    seed: int = 1,
+    keep_rays: Annotated[Path | None, Parameter(name="--keep")] = None,
+    json: Path | None = None,
+    out: Path | None = None,
+    table: Path | None = None,
+    columns: str | None = None,
 ) -> int:
-    """Search for the inputs that each formula answers worst; return 1 if one is answered beyond its limit."""
-    if not names:
-        raise UsageError("--worst needs formulas: sphere/haines, or a function of your own, sphere=./mine.py:hit")
+    """Search for the inputs that each formula answers worst; exit with 1 if one is answered beyond its limit.
+
+    For example: rayproof worst sphere=./mine.py:nearest_hit --keep worst.csv
+
+    Parameters
+    ----------
+    formulas
+        Formulas such as sphere/haines, or functions of your own, such as sphere=./mine.py:nearest_hit.
+    precision
+        float32 or float64.
+    seconds
+        The time [s] for which each formula is searched.
+    seed
+        The seed of the search.
+    keep_rays
+        Write the worst inputs into this CSV file, as test vectors.
+    json
+        Also write the results to this file.
+    out
+        Also write the results to OUT/stability, which the report shows.
+    table
+        Also write the table into this file, ending in .tex, .csv or .md.
+    columns
+        Columns of the table by their headings, separated by commas, in this order. Default: all.
+
+    """
+    if not formulas:
+        raise UsageError("name formulas: sphere/haines, or a function of your own, sphere=./mine.py:hit")
+    if not seconds > 0:
+        raise UsageError(f"--seconds must be positive, got {seconds}")
+    paper = Paper(table=table, columns=columns)
     from rayproof.tracer.kernel.compiler import choose_packaged_llvm
 
     choose_packaged_llvm()
     from rayproof.reports.studies.stability.worst import breeds_of, common, search
-    from rayproof.reports.vectors.files import ORDER, as_csv, columns
+    from rayproof.reports.vectors.files import ORDER, as_csv
+    from rayproof.reports.vectors.files import columns as vector_columns
     from rayproof.reports.vectors.rows import LADDERS
     from rayproof.tracer.formulas import FORMULAS
 
     with told_in_one_line():
         chosen(paper, WORST_COLUMNS)
-        for one in (keep_rays, json, paper.table):
-            if one is not None:
-                writable_folder(one.parent)
-        if out is not None:
-            own(out / "stability")
-        searched = [FORMULAS.named(name) for name in names]
-        bred = [(formula, breeds_of(formula, about.precision, about.seed)) for formula in searched]
+        if keep_rays is not None:
+            writable_folder(keep_rays.parent)
+        searched = [FORMULAS.named(name) for name in formulas]
+        bred = [(formula, breeds_of(formula, precision, seed)) for formula in searched]
+    writable(out, json, paper)
     if keep_rays is not None:
         if len({formula.slot for formula in searched}) > 1:
             raise UsageError("--keep writes the vectors of one slot: name formulas of one slot")
-        if about.precision != "float32" or any(breed.ladder not in LADDERS for _, breeds in bred for breed in breeds):
+        if precision != "float32" or any(breed.ladder not in LADDERS for _, breeds in bred for breed in breeds):
             raise UsageError("--keep writes vectors, which are float32 rays and lights: this search finds none")
     kept = Vectors()
     found: list[WorstRecord] = []
     for formula, breeds in bred:
         for breed in breeds:
             with console().status("searching") as status:
-                worst = search(breed, seconds=about.seconds / len(breeds), seed=about.seed, tell=status.update)
+                worst = search(breed, seconds=seconds / len(breeds), seed=seed, tell=status.update)
             beyond = int((worst.scores > 1).sum())
             of = "" if len(breeds) == 1 else f" of {breed.ladder.name}"
             alike, most, tried = common(worst), len(worst.scores), several(worst.tried, "input")
@@ -242,14 +225,14 @@ def search_worst(
     shown = sorted((row for one in found for row in one["worst"]), key=lambda row: -float(row[3]))
     show_table("The worst inputs", WORST_COLUMNS, shown[: NAMED * len(searched)])
     if keep_rays is not None:
-        keep_rays.write_text(as_csv(columns(kept.cells, ORDER), kept.cells), encoding="utf-8")
+        keep_rays.write_text(as_csv(vector_columns(kept.cells, ORDER), kept.cells), encoding="utf-8")
         say(f"{several(len(kept.cells), 'vector')} in {keep_rays}")
-    made = origin(about.seed)
+    made = origin(seed)
     content = {
         "schema": SCHEMA,
         "origin": made,
-        "seconds": about.seconds,
-        "precision": about.precision,
+        "seconds": seconds,
+        "precision": precision,
         "formulas": found,
     }
     write_json(json, content)
@@ -307,6 +290,51 @@ def swept(formulas: Sequence[str], sweep: str | None) -> tuple[str, list[str], d
         each = {with_number(one, name, value): value for one in own for value in values}
         known = {FORMULAS.named(text).name: value for text, value in each.items()}
     return name, [*(one for one in formulas if one not in own), *each], known
+
+
+def limits(
+    *ladders: str,
+    subject: str = "tracer",
+    quick: bool = False,
+    against: Path | None = None,
+    json: Path | None = None,
+    out: Path | None = None,
+    table: Path | None = None,
+    columns: str | None = None,
+) -> int:
+    """Measure up to where a whole renderer is right, on ladders of ever harder scenes.
+
+    For example: rayproof limits offset tall --subject "exec:./mine {scene} {output}"
+
+    Parameters
+    ----------
+    ladders
+        Ladders of scenes, such as offset, or patterns. Default: all.
+    subject
+        The renderer: tracer, a reference, or "exec:COMMAND {scene} {output}".
+    quick
+        Leave out the other renderers' limits.
+    against
+        The file or folder of earlier limits. The exit code is 1 if one of them is lower now.
+    json
+        Also write the limits to this file.
+    out
+        Also write the limits to OUT/stability, which the report shows.
+    table
+        Also write the table into this file, ending in .tex, .csv or .md.
+    columns
+        Columns of the table by their headings, separated by commas, in this order. Default: all.
+
+    """
+    paper = Paper(table=table, columns=columns)
+    writable(out, json, paper)
+    from rayproof.reports.studies.stability.limit_records import load_limits
+    from rayproof.tracer.kernel.compiler import choose_packaged_llvm
+
+    choose_packaged_llvm()
+    with told_in_one_line():
+        earlier = None if against is None else load_limits(against)  # read now, since it may lie in OUT
+    return limits_shown(whole_renderer(subject, ladders, json, out, alone=quick), earlier, paper)
 
 
 def whole_renderer(

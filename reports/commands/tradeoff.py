@@ -5,7 +5,7 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from rayproof.reports.commands.lookup import Repeated, scene_files
+from rayproof.reports.commands.lookup import formulas_among, scene_files
 from rayproof.reports.commands.output import console, say, show_table, write_json
 from rayproof.reports.commands.usage import own, told_in_one_line, writable_folder
 from rayproof.reports.results.files import several
@@ -14,7 +14,7 @@ from rayproof.reports.studies.publication import MOST_PANELS, Paper, chosen, dra
 
 COLUMNS = ("diagram", "point", "time [ns]", "time interval", "error", "error interval", "wrong", "on the front")
 FITS = ("diagram", "point", "time [ns]", "error", "wrong")  # of an article's text
-REPETITIONS, QUICK_REPETITIONS = 13, 9
+REPETITIONS, QUICK_REPETITIONS = 13, 9  # a median of fewer than 9 has no interval but the range
 
 
 def tradeoff(
@@ -22,25 +22,25 @@ def tradeoff(
     out: Path = Path("report"),
     json: Path | None = None,
     quick: bool = False,
-    formula: Repeated = (),
     paper: Annotated[Paper, Parameter(name="*")] = Paper(),  # noqa: B008  frozen
 ) -> int:
     """Measure error against run time and draw work-precision diagrams.
 
+    For example: rayproof tradeoff sphere SPH-FAR
+
     Parameters
     ----------
     selectors
-        Families, cases, stresses or scene files, as for compare; ladders, or `ladders` for all. Default: those on
-        which formulas differ, and some ordinary ones.
+        Formulas, as for stability: a slot such as sphere, a formula such as sphere/textbook, a pattern such as
+        "sphere/*", or a function of your own, such as sphere=./mine.py:nearest_hit; only these are drawn, beside the
+        defaults of their slots. Scenes, as for compare: families, cases, stresses or scene files. Ladders, or `ladders`
+        for all. Default: scenes and ladders on which formulas differ, and some ordinary ones.
     out
         Folder for OUT/tradeoff. `rayproof report OUT` adds the diagrams to a run's report.
     json
         Also write tradeoff.json to this file.
     quick
-        Repeat less often, and draw one diagram of each kind unless selectors are given.
-    formula
-        Draw only these beside the defaults of their slots: sphere/textbook, or a function of your own, such as
-        sphere=./mine.py:nearest_hit. Repeatable.
+        Repeat less often, and draw one diagram of each kind unless scenes or ladders are named.
 
     """
     from rayproof.tracer.kernel.compiler import choose_packaged_llvm
@@ -49,11 +49,11 @@ def tradeoff(
     from rayproof.reports.studies.tradeoff.diagrams import DEFAULT, QUICK, measure, tasks
     from rayproof.reports.studies.tradeoff.drawing import cells, paper_rows, write
     from rayproof.reports.studies.tradeoff.points import without_error
-    from rayproof.tracer.formulas import FORMULAS
 
-    patterns, files = scene_files(selectors or (QUICK if quick else DEFAULT))
     with told_in_one_line():
-        named = [FORMULAS.named(one) for one in formula]
+        named, others = formulas_among(selectors)
+    patterns, files = scene_files(others or (QUICK if quick else DEFAULT))
+    with told_in_one_line():
         found = tasks(patterns, named, files)
         paper.check()
         chosen(paper, COLUMNS)

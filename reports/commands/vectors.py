@@ -3,6 +3,8 @@
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
+from cyclopts import App
+
 from rayproof.reports.commands.output import say, show_table
 from rayproof.reports.commands.usage import UsageError, own, told_in_one_line
 
@@ -12,39 +14,26 @@ if TYPE_CHECKING:
 WORST = 5  # failing rows shown of a file
 
 
-def vectors(
-    *slots: str,
-    out: Path | None = None,
-    judge: Path | None = None,
-    precision: Literal["float32", "float64"] = "float32",
-) -> int:
-    """Write test vectors of ray formulas as CSV and JSON, with a checker beside them; or judge a file of answers.
+app = App(name="vectors", help="Write test vectors of ray formulas for any language, or judge answers to them.")
+
+
+@app.command
+def write(*slots: str, out: Path) -> int:
+    """Write test vectors of ray formulas as CSV and JSON, with a checker beside them.
 
     Parameters
     ----------
     slots
         Slots such as sphere or falloff, or files such as box. Default: all.
     out
-        Write the vectors into this folder; with --judge: junit.xml and vectors.md.
-    judge
-        Judge the answers in this CSV file, whose columns, such as id,hit,t, docs/vectors.md describes.
-    precision
-        With --judge: whose limits hold, float32's or float64's.
+        The folder for the vectors.
 
     """
-    if judge is None and out is None:
-        raise UsageError("--out DIR writes the vectors, --judge ANSWERS.csv judges answers: one of them is needed")
-    if slots and judge is not None:
-        raise UsageError(f"--judge takes no slots, got {slots[0]}: the ids in the file say which vectors are answered")
-    if out is not None:
-        with told_in_one_line():
-            own(out)
-    if judge is not None:
-        return _judged(judge, precision, out)
-    from rayproof.reports.vectors.files import write
+    with told_in_one_line():
+        own(out)
+    from rayproof.reports.vectors import files as vector_files
 
-    files = _files(slots)
-    texts = write(out or Path(), files)
+    texts = vector_files.write(out, _files(slots))
     say(f"{sum(text.count(chr(10)) - 1 for name, text in texts.items() if name.endswith('.csv'))} rows in {out}")
     return 0
 
@@ -64,24 +53,40 @@ def _files(slots: tuple[str, ...]) -> list[str]:
     return list(wanted or SLOTS_OF)
 
 
-def _judged(path: Path, precision: str, out: Path | None) -> int:
+@app.command
+def judge(answers: Path, *, precision: Literal["float32", "float64"] = "float32", out: Path | None = None) -> int:
+    """Judge a file of answers to test vectors.
+
+    Parameters
+    ----------
+    answers
+        The CSV file of the answers, whose columns, such as id,hit,t, docs/vectors.md describes.
+    precision
+        Whose limits hold, float32's or float64's.
+    out
+        Write junit.xml and vectors.md into this folder.
+
+    """
+    if out is not None:
+        with told_in_one_line():
+            own(out)
     from rayproof.reports.vectors.check import WrongFileError, read_answers
     from rayproof.reports.vectors.rows import everything
 
     try:
-        answers = read_answers(path, everything()[0])
+        read = read_answers(answers, everything()[0])
     except WrongFileError as error:
         raise UsageError(str(error)) from error
     from rayproof.reports.results.files import write_text
-    from rayproof.reports.vectors.judging import judge, junit, markdown
+    from rayproof.reports.vectors import judging
     from rayproof.tracer.kernel.compiler import choose_packaged_llvm
 
     choose_packaged_llvm()
-    judgement = judge(answers, precision)
+    judgement = judging.judge(read, precision)
     if out is not None:
         with told_in_one_line():
-            write_text(out / "junit.xml", junit(judgement))
-            write_text(out / "vectors.md", markdown(judgement))
+            write_text(out / "junit.xml", judging.junit(judgement))
+            write_text(out / "vectors.md", judging.markdown(judgement))
     _show(judgement)
     return judgement.exit_code
 

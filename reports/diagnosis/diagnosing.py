@@ -13,7 +13,7 @@ from rayproof.cases.stages import IMAGE_STAGES, Stage
 from rayproof.reference.analytic import Analytic
 from rayproof.reports.diagnosis.blaming import Blamed, guilty, narrowed, put
 from rayproof.reports.diagnosis.evidence import Evidence
-from rayproof.reports.diagnosis.findings import Finding, acne, blank, coarse, noise, not_drawn
+from rayproof.reports.diagnosis.findings import Finding, acne, blank, coarse, noise, not_drawn, swapped
 from rayproof.reports.diagnosis.search import Cause, Searched, search, spread
 from rayproof.reports.mistakes import MISTAKES, Mistake
 from rayproof.reports.mistakes.storing import Coded
@@ -23,6 +23,7 @@ from rayproof.reports.results.images import inside, kept_images
 from rayproof.reports.results.outcomes import TITLES, Outcome
 from rayproof.reports.results.records import AlternativeRecord, CauseRecord, RunRecord
 
+FAILURE = "failing case"
 FEW = 4  # items that are told by name
 CHANGING = "changes_from_call_to_call"  # no mistake: its pixels cannot be foretold
 LARGEST = 2000  # faces: a larger mesh is asked too slowly
@@ -44,6 +45,9 @@ def causes_of(cases: Sequence[Evidence]) -> tuple[list[Finding], Searched]:
         return found, Searched()
     if (finding := blank([*failing, *passing], failing)) is not None:
         return [finding], Searched(left=[case for case in failing if case not in finding.cases], tried=1)
+    if (finding := swapped([*failing, *passing], failing)) is not None:
+        found.append(finding)
+        failing = [case for case in failing if case not in finding.cases]
     coded = [MISTAKES[name] for name in MISTAKES if issubclass(MISTAKES[name], Coded)]
     stored = any(all(case.explains(way) for case in failing[:2]) for one in coded for way in (one, *one.variants))
     if not stored and (finding := coarse([*failing, *passing], failing)) is not None:
@@ -62,18 +66,22 @@ def causes_of(cases: Sequence[Evidence]) -> tuple[list[Finding], Searched]:
 
 
 def entries(
-    found: Sequence[Finding], searched: Searched, *, of: int, others: Sequence[Evidence] = ()
+    found: Sequence[Finding], searched: Searched, *, of: int, others: Sequence[Evidence] = (), failures: str = FAILURE
 ) -> list[CauseRecord]:
     """Return one entry for each cause; where nothing fits, one that says so. `of` cases failed.
 
-    `others` are cases beyond the run, that may tell apart what the run does not.
+    `others` are cases beyond the run, that may tell apart what the run does not; `failures` is what sentences call one
+    of the failing cases.
     """
     records = [_of_finding(finding, of=of, tried=searched.tried) for finding in found]
     for cause in searched.causes:
         records += _of_cause(cause, of=of, tried=searched.tried, others=others)
     if not records and searched.tried:
-        said = f"None of {searched.tried} known mistakes explains the {several(of, 'failing case')}."
+        said = f"None of {searched.tried} known mistakes explains the {several(of, failures)}."
         records.append(_record(None, (), said, (), of=of, tried=searched.tried))
+    for record in records:
+        if record["mistake"] is not None:
+            record["sentence"] = record["sentence"].replace(several(of, FAILURE), several(of, failures), 1)
     return records
 
 
@@ -208,10 +216,7 @@ def _records(
     others: Sequence[Evidence] = ()
     if any(cause.alternatives for cause in searched.causes):
         others = _others({str(case["name"]) for case in results["cases"]}, cases[0].stages)
-    records = entries(found, searched, of=failed, others=others)
-    for record in records if known else ():
-        record["sentence"] = f"Accepted before: {record['sentence'][0].lower()}{record['sentence'][1:]}"
-    return records
+    return entries(found, searched, of=failed, others=others, failures="accepted failure" if known else FAILURE)
 
 
 def _changing(results: RunRecord, configuration: str) -> tuple[RepeatedRecord, str] | None:

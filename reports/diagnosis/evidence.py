@@ -19,7 +19,7 @@ from rayproof.reports.judge.measurement import error, ratios
 from rayproof.reports.judge.nearby.clouds import LIGHT
 from rayproof.reports.judge.oracle import stages_of
 from rayproof.reports.judge.scene_truth import SceneTruth, scene_truth
-from rayproof.reports.mistakes import Mistake
+from rayproof.reports.mistakes import Family, Mistake, lights_only
 
 PRECISION = "float32"  # what results keep, whatever a renderer computes in
 MOST_OVER = 0.05  # of the pixels: more over their limits are no matter of rounding
@@ -27,6 +27,7 @@ LEFT = 0.1  # of the pixels that are wrong by the right oracle: so many may stay
 MOST_LEFT = 0.002  # of the image
 TELLS = 0.5  # limits of the right oracle: an oracle within so little of it tells nothing
 SHOWS = 0.01  # of the image: a mistake that changes more pixels shows
+LOOKED_AT = 400  # pixels, in which 1 % of an image is met with 98 % probability
 MORE = gamma(16, precision=PRECISION)  # relative: roundings that a mistake adds to those counted
 WIDEST = 0.01  # relative: no mistake widens a limit to more
 # Of a sample of pixels: so many are drawn among wrong ones, and among all; of these so many may be off.
@@ -82,6 +83,7 @@ class Evidence:
     world_normals: bool = False
     resolutions: dict[Stage, Resolution] = field(default_factory=dict)  # of coarse output that was found
     kept: dict[type, dict[Stage, np.ndarray]] = field(default_factory=dict)  # samples of mistakes without numbers
+    kept_hits: dict[tuple[type, ...], dict[Stage, np.ndarray]] = field(default_factory=dict)  # without light
     explains_known: dict[object, bool] = field(default_factory=dict)
 
     @cached_property
@@ -111,9 +113,17 @@ class Evidence:
     def judge_by(self, resolutions: Mapping[Stage, Resolution]) -> None:
         """Judge the images by the steps in which they are stored."""
         self.resolutions = dict(resolutions)
-        self.explains_known.clear()
-        self.kept.clear()
-        for name in ("right", "wrong", "drawn", "own"):
+        self._judge_anew()
+
+    def judge_instead(self, images: StageImages) -> None:
+        """Judge other images, as the renderer's are decoded."""
+        self.load = lambda: images
+        self._judge_anew()
+
+    def _judge_anew(self) -> None:
+        for known in (self.explains_known, self.kept, self.kept_hits):
+            known.clear()
+        for name in ("images", "stages", "right", "wrong", "drawn", "own", "looked_at", "blank"):
             vars(self).pop(name, None)
 
     def held(self, oracle: Analytic) -> AgainstOracle:
@@ -185,12 +195,30 @@ class Evidence:
         kind = type(oracle)
         if kind in self.kept:
             return self.kept[kind]
-        points = pixel_centers(self.scene.camera)[self.drawn[0]]
         with np.errstate(all="ignore"):
-            rows = oracle.samples(self.scene, points, self.stages[-1]).rows
+            rows = self._lit(oracle) if self.stages[-1] in LIGHT else self._asked(oracle)
         if isinstance(oracle, Mistake) and not oracle.parts and not oracle.parameters:  # asked again in later rounds
             self.kept[kind] = rows
         return rows
+
+    def _asked(self, oracle: Analytic, last: Stage | None = None) -> dict[Stage, np.ndarray]:
+        points = pixel_centers(self.scene.camera)[self.drawn[0]]
+        return oracle.samples(self.scene, points, last or self.stages[-1]).rows
+
+    def _lit(self, oracle: Analytic) -> dict[Stage, np.ndarray]:
+        """Return the sample; what is hit and visible is asked once of all mistakes that have it in common."""
+        kinds = oracle.parts if isinstance(oracle, Mistake) and oracle.parts else (type(oracle),)
+        before = tuple(kind for kind in kinds if not lights_only(kind))
+        if before == kinds or any(issubclass(kind, Family) for kind in before):
+            return self._asked(oracle)
+        if before not in self.kept_hits:
+            made = type("Hits", (*before, Analytic), {"image": Analytic.image})
+            self.kept_hits[before] = self._asked(made(), Stage.VISIBILITY)
+        rows, seen = dict(self.kept_hits[before]), oracle.scene(self.scene)
+        for stage in LIGHT[: LIGHT.index(self.stages[-1]) + 1]:
+            rows[stage] = oracle.continued(seen, stage, rows)
+        points = pixel_centers(self.scene.camera)[self.drawn[0]]
+        return {stage: oracle.image(seen, stage, values, points) for stage, values in rows.items()}
 
     def off(self, values: Mapping[Stage, np.ndarray], stages: tuple[Stage, ...] | None = None) -> np.ndarray:
         """Return which pixels of the sample (n,) are off by more than any rounding, at some stage."""
@@ -216,16 +244,27 @@ class Evidence:
         return bool(found[wrong].mean() <= OFF_OF_WRONG and found.mean() <= OFF_OF_ALL)
 
     def shows(self, mistake: type[Mistake]) -> bool:
-        """Return whether a mistake changes more than 1 % of what the renderer answers here."""
-        stages = self.stages
-        if not stages:
+        """Return whether a mistake changes more than 1 % of what the renderer answers here, by a sample."""
+        if not self.stages:
             return False
+        points, last = pixel_centers(self.scene.camera)[self.looked_at], self.stages[-1]
         with np.errstate(all="ignore"):
-            values = mistake().render(self.scene, stages)
-            changed = np.zeros(self.right.base.conditioning.hit.shape, dtype=bool)
-            for stage in stages:
-                changed |= off(stage, values[stage], self.right.base.truth[stage])
+            values = mistake().samples(self.scene, points, last).rows
+            changed = np.zeros(len(points), dtype=bool)
+            for stage in self.stages:
+                right = self.right.base.truth[stage].reshape(self.wrong.size, -1)[self.looked_at]
+                changed |= off(stage, values[stage], right)
         return bool(changed.mean() > SHOWS)
+
+    @cached_property
+    def looked_at(self) -> np.ndarray:
+        """Return a sample of pixels (n,), by their numbers, whether wrong or not."""
+        return np.random.default_rng(1).permutation(self.wrong.size)[:LOOKED_AT]
+
+    @cached_property
+    def blank(self) -> bool:
+        """Return whether each image holds one value: it tells nothing of which mistake took all away."""
+        return all(np.all(image == image[:1, :1]) for image in self.images.values())
 
 
 def off(stage: Stage, ours: np.ndarray, theirs: np.ndarray, step: Resolution | None = None) -> np.ndarray:

@@ -8,10 +8,10 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from rayproof.cases.stages import IMAGE_STAGES, Resolution, Stage
+from rayproof.cases.stages import IMAGE_STAGES, Resolution, Stage, StageImages
 from rayproof.reports.diagnosis.evidence import LEFT, MOST_LEFT, Evidence
 from rayproof.reports.judge.nearby.clouds import LIGHT
-from rayproof.reports.mistakes import Mistake
+from rayproof.reports.mistakes import MISTAKES, Mistake
 from rayproof.reports.mistakes.light import linear_of_srgb
 from rayproof.reports.mistakes.storing import undrawn
 
@@ -48,6 +48,48 @@ def blank(cases: Sequence[Evidence], failing: Sequence[Evidence]) -> Finding | N
     return Finding(
         name="black" if what == "a black image" else "blank", sentence=f"writes {what}", items=STORING, cases=told
     )
+
+
+# Bytes of numbers.
+
+WILD = 1e12  # magnitudes beyond it, and below its reciprocal, are no scene's
+LEAST_WILD, MOST_WILD = 0.3, 0.01  # of the numbers that are not 0: of any bytes two thirds are wild
+
+
+def swapped(cases: Sequence[Evidence], failing: Sequence[Evidence]) -> Finding | None:
+    """Return that the bytes of numbers are written in the other order, and in which failing cases that is all.
+
+    From then on the cases are judged by what was meant. As a mistake this would tell nothing: the last bit of a number,
+    which is a matter of rounding, is its greatest one. What reads as no number may have lost a bit.
+    """
+    meant = [{stage: _swapped(image) for stage, image in case.images.items()} for case in failing]
+    if not all(
+        _wild(case.images) > LEAST_WILD and _wild(images) <= MOST_WILD
+        for case, images in zip(failing, meant, strict=True)
+    ):
+        return None
+    told = []
+    for case in cases:
+        lost = np.zeros(case.wrong.shape, dtype=bool)
+        for image in case.images.values():
+            lost |= np.isnan(image).any(axis=-1)
+        case.judge_instead({stage: _swapped(image) for stage, image in case.images.items()})
+        if case in failing and not np.any(case.wrong & ~lost):
+            told.append(case)
+    mistake = MISTAKES["bytes_swapped"]
+    return Finding(name=mistake.name, sentence=mistake.sentence, items=STORING, cases=tuple(told))
+
+
+def _swapped(image: np.ndarray) -> np.ndarray:
+    with np.errstate(invalid="ignore"):  # swapped bytes may be no number
+        return np.asarray(image, dtype=np.float32).byteswap().astype(np.float64)
+
+
+def _wild(images: StageImages) -> float:
+    """Return the share of numbers, of those that are not 0, that are of a size that no scene has."""
+    values = np.concatenate([np.abs(image[image != 0]) for image in images.values()] or [np.zeros(0)])
+    tame = (values > 1 / WILD) & (values < WILD) | np.isinf(values)
+    return 1 - float(np.mean(tame)) if len(values) else 0.0
 
 
 # Steps of storage.

@@ -13,20 +13,22 @@ from itertools import islice
 import numpy as np
 
 from rayproof.cases.stages import Stage
-from rayproof.reports.diagnosis.evidence import COARSE_LIGHT, OFF_OF_ALL, OFF_OF_WRONG, Evidence
+from rayproof.reports.diagnosis.evidence import COARSE_LIGHT, OFF_OF_ALL, OFF_OF_WRONG, Evidence, off
 from rayproof.reports.judge.nearby.clouds import LIGHT
-from rayproof.reports.mistakes import FAMILIES, MISTAKES, Family, Mistake, for_kinds, together
+from rayproof.reports.mistakes import FAMILIES, MISTAKES, Family, Mistake, for_kinds, lights_only, together
 
 SCREENING = 3  # failing cases that every mistake meets
-LEAST_TELLING = 16  # wrong pixels that a cause explains, of all cases together
+LEAST_TELLING = 16  # wrong pixels that a cause explains, of all cases together whose images are not blank
 MOST_CAUSES = 4
 MOST_PASSING = 60  # passing cases that are asked whether they contradict a mistake
 CONTRADICTED = 2  # passing cases, of which the first might be an accident of a sample
-STEPS_OF_LIGHT = ("irradiance_of", "irradiance", "albedo", "exitance", "leaving", "radiance", "coded")
 MOST_FIRST = 12  # mistakes of geometry that are composed with every mistake of light
-MOST_FITTED = 2  # of these, that are composed with mistakes that have numbers
+MOST_FITTED = 2  # of these, that are composed with mistakes that have numbers; and cases to which numbers are fitted
+AMONG = 12  # cases, of which those of most wrong pixels are the two
 MOST_COMPOSED = 24  # compositions whose first pixels agree, and that are judged
 NEWTON = 8  # steps of a fit
+SLOW = 0.8  # of a score that remains after a later step: near a solution a step leaves far less
+FINER = 13  # numbers that are tried between two, where pixels jump
 TRIMMED = 0.7  # of the pixels, those of the smallest residuals, are fitted
 
 
@@ -96,7 +98,7 @@ def _next(
     singles = [mistake for mistake in catalogue if any(case.explains(mistake) for case in screen)]
     made: tuple[Callable[[], list[type[Mistake]]], ...] = (
         lambda: singles,
-        lambda: fits(screen[:MOST_FITTED]),
+        lambda: fits(sorted(left[:AMONG], key=lambda case: -np.count_nonzero(case.wrong))[:MOST_FITTED]),
         lambda: for_some_kinds(screen, catalogue),
         lambda: composed(screen, catalogue, [cause.mistake for cause in known]),
     )
@@ -119,9 +121,11 @@ class _Judge:
         """Return the cause that explains most of the cases that are left, with those that explain the same."""
         explained: dict[type[Mistake], tuple[Evidence, ...]] = {}
         for mistake in mistakes:
+            if self.shows_where_all_is_right(mistake):
+                continue
             cases = tuple(case for case in left if case.explains(mistake))
-            telling = sum(int(np.count_nonzero(case.wrong)) for case in cases)
-            if cases and telling >= LEAST_TELLING:
+            telling = sum(int(np.count_nonzero(case.wrong)) for case in cases if not case.blank)
+            if telling >= LEAST_TELLING:
                 explained[mistake] = cases
         order = sorted(explained, key=lambda one: (-len(explained[one]), len(one.parts), len(one.parameters)))
         for mistake in order:
@@ -143,13 +147,15 @@ class _Judge:
             return Cause(mistake=mistake, cases=cases, alternatives=others, fitted=fitted)
         return None
 
-    def contradicted(self, mistake: type[Mistake], cases: Sequence[Evidence], left: Sequence[Evidence]) -> bool:
-        """Return whether a mistake would show in passing cases, or in more failing ones than it explains."""
+    def shows_where_all_is_right(self, mistake: type[Mistake]) -> bool:
+        """Return whether a mistake would show in passing cases."""
         if mistake not in self.refuted:
             shown = islice((case for case in self.passing if case.shows(mistake)), CONTRADICTED)
             self.refuted[mistake] = len([*shown]) >= min(CONTRADICTED, max(1, len(self.passing)))
-        if self.refuted[mistake]:
-            return True
+        return self.refuted[mistake]
+
+    def contradicted(self, mistake: type[Mistake], cases: Sequence[Evidence], left: Sequence[Evidence]) -> bool:
+        """Return whether a mistake would show in more failing cases than it explains."""
         explained = {case.case for case in cases}
         rest = [case for case in left if case.case not in explained]
         # What fails with another mistake's marks does not speak against this one; what fails otherwise does.
@@ -161,15 +167,16 @@ class _Judge:
 
 
 def fits(cases: Sequence[Evidence], onto: type[Mistake] | None = None) -> list[type[Mistake]]:
-    """Return mistakes with numbers that explain one of some cases, by which the numbers are fitted."""
+    """Return mistakes with numbers that explain one of some cases, by which the numbers are fitted.
+
+    Put `onto` another mistake, those of light alone.
+    """
     found: list[type[Mistake]] = []
-    for name in FAMILIES:
-        for case in cases:
-            numbers = _fitted(case, FAMILIES[name], onto)
-            if numbers is None:
-                continue
-            made = _made(FAMILIES[name].of(numbers), onto)
-            if case.explains(made):
+    for family in (FAMILIES[name] for name in FAMILIES):
+        for case in cases if onto is None or lights_only(family) else ():
+            numbers = _fitted(case, family, onto)
+            made = None if numbers is None else _made(family.of(numbers), onto)
+            if made is not None and case.explains(made):
                 made.fitted_to = case.case
                 found.append(made)
                 break
@@ -181,30 +188,49 @@ def _made(mistake: type[Mistake], onto: type[Mistake] | None) -> type[Mistake]:
 
 
 def _fitted(case: Evidence, family: type[Family], onto: type[Mistake] | None) -> tuple[float, ...] | None:
-    """Return the numbers of a family that come nearest to a case's images, by Gauss and Newton from the best starts."""
+    """Return the numbers of a family that come nearest to a case's images, from the best starts."""
 
     def residuals(numbers: np.ndarray) -> np.ndarray:
         return _residuals(case, _made(family.of(numbers.tolist()), onto)())
 
+    if family.jumps:
+        return _between(residuals, family.starts[0])
     grids = np.meshgrid(*family.starts, indexing="ij")
     starts = np.stack([grid.ravel() for grid in grids], axis=1)
     apart = [_apart(residuals(start)) for start in starts]
     best, least, nearest = None, np.inf, np.inf
     for place in np.argsort(apart, kind="stable")[:2]:
-        numbers, score = _newton(residuals, starts[place], _score(residuals(starts[place])))
+        numbers, score = _newton(residuals, starts[place])
         off = _apart(residuals(numbers))
         if off < nearest:
             best, least, nearest = numbers, score, off
     if best is None or not least < 1e-2:
         return None
-    rounded = np.array([_rounded(number) for number in best])
+    rounded = np.array([_rounded(number, 1e-5) for number in best])
     return tuple((rounded if _score(residuals(rounded)) <= 2 * least + 1e-7 else best).tolist())
 
 
-def _newton(residuals: Callable[[np.ndarray], np.ndarray], start: np.ndarray, score: float) -> tuple[np.ndarray, float]:
+def _between(residuals: Callable[[np.ndarray], np.ndarray], numbers: Sequence[float]) -> tuple[float, ...]:
+    """Return the number of a family whose pixels jump: the best of some, then of some between its neighbours."""
+    for last in (False, True):
+        apart = [_apart(residuals(np.array([number]))) for number in numbers]
+        # Of equally good ones the middle one is farthest from where a pixel jumps.
+        best = np.flatnonzero(np.isclose(apart, min(apart)))
+        middle = float(numbers[int(best[len(best) // 2])])
+        rounded = _rounded(middle, 0.05)
+        if last and _apart(residuals(np.array([rounded]))) <= min(apart):
+            middle = rounded
+        low, high = (numbers[int(np.clip(place, 0, len(numbers) - 1))] for place in (best[0] - 1, best[-1] + 1))
+        numbers = [*np.geomspace(low, high, FINER)]
+    return (middle,)
+
+
+def _newton(residuals: Callable[[np.ndarray], np.ndarray], start: np.ndarray) -> tuple[np.ndarray, float]:
+    """Return the numbers that Gauss and Newton come to, and their score."""
     numbers = start.astype(np.float64)
     now = residuals(numbers)
-    for _ in range(NEWTON):
+    score = _score(now)
+    for number in range(NEWTON):
         steps = 1e-4 * np.maximum(np.abs(numbers), 0.01)
         slopes = np.stack(
             [
@@ -226,7 +252,7 @@ def _newton(residuals: Callable[[np.ndarray], np.ndarray], start: np.ndarray, sc
                 break
         else:
             break
-        done = np.all(np.abs(tried - numbers) <= 1e-12 * np.abs(tried))
+        done = np.all(np.abs(tried - numbers) <= 1e-12 * np.abs(tried)) or (number > 1 and _score(after) > SLOW * score)
         numbers, now, score = tried, after, _score(after)
         if done:
             break
@@ -258,13 +284,10 @@ def _apart(residuals: np.ndarray) -> float:
     return float(np.minimum(np.abs(np.nan_to_num(residuals, nan=1.0)), 1.0).mean())
 
 
-def _rounded(number: float) -> float:
-    """Return the number of the fewest digits within 1e-5 of a number."""
-    for digits in range(1, 8):
-        near = float(f"{number:.{digits}g}")
-        if abs(near - number) <= 1e-5 * abs(number):
-            return near
-    return number
+def _rounded(number: float, within: float) -> float:
+    """Return the number of the fewest digits so near to a number, relatively."""
+    near = (float(f"{number:.{digits}g}") for digits in range(1, 8))
+    return next((one for one in near if abs(one - number) <= within * abs(number)), number)
 
 
 # For some kinds of shapes.
@@ -303,23 +326,20 @@ def _concerned(case: Evidence, mistake: type[Mistake]) -> tuple[type, ...]:
 # Two at once.
 
 
-def of_light(mistake: type[Mistake]) -> bool:
-    """Return whether a mistake changes light alone, not what is seen or lit."""
-    return any(step in vars(part) for part in mistake.__mro__[:-3] for step in STEPS_OF_LIGHT)
-
-
 def composed(
     cases: Sequence[Evidence], catalogue: Sequence[type[Mistake]], known: Sequence[type[Mistake]]
 ) -> list[type[Mistake]]:
     """Return pairs of mistakes that explain one of some cases: one of what is seen and lit, and one of light."""
-    light = [mistake for mistake in catalogue if of_light(mistake)]
-    geometry = [*known, *(mistake for mistake in catalogue if not of_light(mistake))]
+    light = [
+        mistake for mistake in catalogue if mistake.irradiance_of is not Mistake.irradiance_of or lights_only(mistake)
+    ]
+    geometry = [*known, *(mistake for mistake in catalogue if not lights_only(mistake))]
     for case in cases:
         first = _of_geometry(case, geometry)
         made: list[type[Mistake]] = []
         if case.stages[-1] in LIGHT:
-            made = [together(one, other) for one in first for other in light]
-            made = [both for both in made if case.agrees(both())]
+            pairs = (together(one, other) for one in first for other in light if other not in (one, *one.parts))
+            made = [both for both in pairs if case.agrees(both())]
             made = made or [both for one in first[:MOST_FITTED] for both in fits([case], onto=one)]
         made = made or [both for both in _products(case, light) if case.agrees(both())]
         made = made or _by_stages(case, geometry)
@@ -330,19 +350,28 @@ def composed(
 
 
 def _of_geometry(case: Evidence, mistakes: Sequence[type[Mistake]]) -> list[type[Mistake]]:
-    """Return the mistakes whose geometry, or whose dark pixels, are those of a case, the most alike first."""
-    asked = tuple(stage for stage in case.stages if stage not in LIGHT)
+    """Return the mistakes that show in a case and whose geometry is the case's, the most alike first.
 
-    def distance(mistake: type[Mistake]) -> float:
+    Where light alone is written, geometry shows in which pixels are dark, and in how smoothly light is off elsewhere.
+    """
+    asked, last = tuple(stage for stage in case.stages if stage not in LIGHT), case.stages[-1]
+
+    def distance(mistake: type[Mistake]) -> tuple[float, float]:
         values = case.sampled(mistake())
+        if not case.off_each_other(mistake(), Mistake()).any():
+            return np.inf, np.inf
         if asked:
-            return float(case.off(values, asked).mean())
-        own, theirs = case.own[case.stages[-1]], values[case.stages[-1]]
-        return float(((own > 0).any(axis=1) != (theirs > 0).any(axis=1)).mean())
+            return float(case.off(values, asked).mean()), 0.0
+        own, theirs = case.own[last], values[last]
+        with np.errstate(all="ignore"):
+            ratio = np.log(own / theirs)
+        ratio = ratio[np.isfinite(ratio)]
+        spread = float(np.abs(ratio - np.median(ratio)).mean()) if len(ratio) else 0.0
+        return round(float(((own > 0).any(axis=1) != (theirs > 0).any(axis=1)).mean()), 2), spread
 
     apart = [distance(mistake) for mistake in mistakes]
     order = sorted(range(len(apart)), key=apart.__getitem__)
-    return [mistakes[place] for place in order[:MOST_FIRST] if apart[place] <= OFF_OF_ALL]
+    return [mistakes[place] for place in order[:MOST_FIRST] if apart[place][0] <= OFF_OF_ALL]
 
 
 def _products(case: Evidence, mistakes: Sequence[type[Mistake]]) -> Iterator[type[Mistake]]:
@@ -374,5 +403,13 @@ def _by_stages(case: Evidence, mistakes: Sequence[type[Mistake]]) -> list[type[M
         return []
     before = case.stages[: case.stages.index(wrong[0]) + 1]
     first = [one for one in mistakes if case.off(case.sampled(one()), before).mean() <= OFF_OF_ALL][:MOST_FIRST]
-    pairs = (together(one, other) for one in first for other in mistakes if other is not one)
-    return [both for both in pairs if case.agrees(both())]
+    found = []
+    for one in first:
+        # The other one shows at the stage at which this one is wrong.
+        values = case.sampled(one())
+        open_stages = [stage for stage in case.stages if case.off(values, (stage,)).mean() > OFF_OF_ALL]
+        for other in mistakes if open_stages else ():
+            shown = off(open_stages[0], case.sampled(other())[open_stages[0]], right[open_stages[0]]).any()
+            if shown and other not in (one, *one.parts) and case.agrees(together(one, other)()):
+                found.append(together(one, other))
+    return found

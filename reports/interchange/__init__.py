@@ -2,9 +2,9 @@
 
 To add a format: a function `(path, options) -> Imported` under `@IMPORTERS.register(".suffix")`, a function `(scene,
 path) -> dropped` under `@EXPORTERS.register(".suffix", says=SceneFormat(...))`, in a new file or folder here. A reader
-has a sentence for each thing that it left out or changed; nothing is dropped in silence. Files are distrusted: an error
-ends in a SceneError of one line that names the file and the place, and nothing gets in from outside of the scene's own
-folder and of the folders that the options allow. A writer gets shapes only of the types that its format says it has.
+returns a sentence for each part that it left out or changed; it drops nothing silently. Files are untrusted: an error
+is a SceneError of one line with the file and the place in it, and only files in the scene's own folder and in the
+folders that the options allow are read. A writer gets only shapes of the types in its format's `SceneFormat`.
 """
 
 import hashlib
@@ -30,14 +30,14 @@ class ImportOptions:
     """The user's options for a file that is imported."""
 
     size: Size = None  # width and height [px], in place of the file's
-    allowed: tuple[Path, ...] = ()  # folders outside of the file's own from which it may name files
-    up: Literal["y", "z"] | None = None  # the axis that points up, where the file does not say
+    allowed: tuple[Path, ...] = ()  # folders, in addition to the file's own, whose files it may name
+    up: Literal["y", "z"] | None = None  # the axis that points up, if the file does not contain it
     parameters: Mapping[str, str] = field(default_factory=dict)  # of a Mitsuba scene, by name
 
 
 @dataclass(frozen=True, kw_only=True)
 class Imported:
-    """A scene read from another program's file, and what of that file it does not hold."""
+    """A scene read from another program's file, and sentences about the parts that were left out."""
 
     scene: Scene  # a mesh as its file has it names that file by its whole path
     dropped: tuple[str, ...]
@@ -45,10 +45,10 @@ class Imported:
 
 @dataclass(frozen=True, kw_only=True)
 class SceneFormat:
-    """What the files of a format can say of a scene; the rest is replaced by what is equal, or refused."""
+    """The features of a scene that a format has; others are replaced by equivalent ones, or refused."""
 
     title: str
-    # What the format has no word for -> what becomes of it in a run.
+    # A feature that the format lacks -> its treatment in a run.
     cannot_say: Mapping[str, str]
     shapes: tuple[str, ...] = tuple(SHAPES)
     shading: tuple[Shading, ...] = SHADINGS
@@ -56,7 +56,7 @@ class SceneFormat:
     two_sided: bool | Literal["always"] = True  # "always": a program sees and shades both sides of all surfaces
     greatest_albedo: float = float("inf")
     world_normals: bool = False  # meshes are written with corners rounded to float32 in world space
-    lights: int = 0  # 1: programs take one of several lights at random, so that each is rendered by itself
+    lights: int = 0  # 1: programs sample one of several lights at random, so that each light is rendered separately
 
 
 IMPORTERS: Registry[Callable[[Path, ImportOptions], Imported]] = Registry(
@@ -68,10 +68,10 @@ EXPORTERS: Registry[Callable[[Scene, Path], tuple[str, ...]]] = Registry(
 
 
 def import_scene(path: Path, options: ImportOptions | None = None) -> Imported:
-    """Return the scene in another program's file; its suffix says which.
+    """Return the scene in another program's file, whose suffix determines the format.
 
     Raises:
-        SceneError: the file is missing, of no known kind, cannot be understood, or nothing of it can be seen.
+        SceneError: the file is missing, of no known kind, malformed, or nothing in it is visible.
 
     """
     suffix = path.suffix.lower()
@@ -81,7 +81,7 @@ def import_scene(path: Path, options: ImportOptions | None = None) -> Imported:
         raise SceneError(f"{path}: there is no such file")
     if not path.is_file():
         raise SceneError(f"{path}: is no regular file")
-    # A file's numbers may leave the floats on the way; a scene refuses what comes of it, and says which.
+    # Numbers of a file may overflow in computations; the scene then refuses the result by name.
     with np.errstate(all="ignore"):
         imported = IMPORTERS[suffix](path, options or ImportOptions())
     if not imported.scene.shapes:
@@ -91,10 +91,10 @@ def import_scene(path: Path, options: ImportOptions | None = None) -> Imported:
 
 
 def save_imported(imported: Imported, target: Path) -> tuple[str, ...]:
-    """Write a scene file that names the mesh files, and return the names of those that were copied beside it.
+    """Write a scene file that names the mesh files, and return the names of the files that were copied into its folder.
 
-    A mesh file must lie in the scene file's folder, so one that lies elsewhere is copied there. Meshes without a file
-    of their own, or whose file is read differently here (turned around), are packed into the scene file.
+    A mesh file must be in the scene file's folder, so a file from elsewhere is copied there. Meshes without a file of
+    their own, or whose file would be read differently here (turned around), are packed into the scene file.
 
     Raises:
         OSError: a file cannot be read or written.
@@ -125,7 +125,7 @@ def save_imported(imported: Imported, target: Path) -> tuple[str, ...]:
 
 
 def _copied(source: Path, folder: Path) -> str:
-    """Copy a file into a folder and return its name there: one that no other file has."""
+    """Copy a file into a folder and return its name there, which no other file has."""
     content = source.read_bytes()
     names = (source.name, f"{source.stem}-{hashlib.sha256(content).hexdigest()[:12]}{source.suffix}")
     free = (name for name in names if not (folder / name).exists() or (folder / name).read_bytes() == content)
@@ -136,12 +136,12 @@ def _copied(source: Path, folder: Path) -> str:
 
 
 def export_scene(scene: Scene, path: Path) -> tuple[str, ...]:
-    """Write `scene` as another program's file and return what could not be said there.
+    """Write `scene` as another program's file and return sentences about features that the format lacks.
 
-    Shapes that the format has no word for are written as meshes: a cube, a square or a triangle as an equal one.
+    Shapes that the format lacks are written as meshes: a cube, a square or a triangle as an equal mesh.
 
     Raises:
-        SceneError: the suffix is of no known kind, or no mesh can stand for a shape.
+        SceneError: the suffix is unknown, or no mesh can replace a shape.
         OSError: the file cannot be written.
 
     """

@@ -6,7 +6,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from rayproof.cases.placement import placed, world_triangles
+from rayproof.cases.placement import frame, placed, world_triangles
 from rayproof.cases.scene import (
     Camera,
     Cube,
@@ -32,7 +32,10 @@ SIZE = (320, 240)  # px
 DIRECTIONS = {"z": (0.6, -0.7, 0.4), "y": (0.6, 0.4, 0.7)}
 UP = {"z": (0.0, 0.0, 1.0), "y": (0.0, 1.0, 0.0)}
 MARGIN = 1.1  # of the bounding sphere
-PIXELS, RAY_TRIANGLES = (35.0, 800.0), 2e7  # of the images that show what is in view, and rays times triangles of each
+PIXELS, RAY_TRIANGLES = (
+    (35.0, 800.0),
+    2e7,
+)  # of the images that determine the visible part, and rays times triangles of each
 
 DARK = "no pixel of it is lit: every surface in view is in shadow, or turned away from camera or lights"
 
@@ -67,18 +70,16 @@ def camera_for(shapes: tuple[Shape, ...], size: Size = None, *, up: Literal["y",
 
 
 def light_for(camera: Camera, shapes: tuple[Shape, ...]) -> tuple[PointLight, str | None]:
-    """Return a white light for what is in view, and a sentence if nothing that is seen can be lit by it.
+    """Return a white light for the visible part, and a sentence if it cannot light any visible surface.
 
-    It stands above the eye's right shoulder, as far away as the surface nearest to the image's centre asks,
-    or closer to the eye where that point would be dark, and gives 1 W/m^2 there.
+    It is above and to the right of the eye, at a distance that depends on the visible surface nearest to the image's
+    centre, or closer to the eye if that point would be dark, and its irradiance there is 1 W/m^2.
     """
     scene = Scene(camera=replace(camera, **_grid(camera, shapes)), shapes=shapes, lights=())
     positions = Analytic().render(scene, [Stage.POSITION])[Stage.POSITION]
     surfaces = np.argwhere(np.isfinite(positions).all(axis=-1))
     eye, forward, up = (np.asarray(value) for value in (camera.eye, np.subtract(camera.target, camera.eye), camera.up))
-    right = np.cross(forward, up)
-    right = right / np.linalg.norm(right)
-    above = np.cross(right, forward / np.linalg.norm(forward))
+    right, above, _ = frame(eye, camera.target, up)
     middle = (np.array(positions.shape[:2]) - 1) / 2
     row, column = min(surfaces.tolist(), key=lambda pixel: float(np.sum((pixel - middle) ** 2)), default=(0, 0))
     distance = float(np.linalg.norm(positions[row, column] - eye)) if len(surfaces) else float(np.linalg.norm(forward))

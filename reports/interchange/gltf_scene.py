@@ -1,6 +1,6 @@
-"""A glTF scene becomes ours: triangles, perspective cameras, point lights, base colours.
+"""Import of glTF scenes: triangles, perspective cameras, point lights, base colours.
 
-Of extensions it has KHR_lights_punctual (Khronos 2018), of which point lights, and KHR_mesh_quantization.
+The supported extensions are KHR_lights_punctual (Khronos 2018; only point lights) and KHR_mesh_quantization.
 """
 
 from collections.abc import Callable, Iterator
@@ -37,7 +37,7 @@ def import_gltf(path: Path, options: ImportOptions) -> Imported:
     """Return the default scene of a glTF file.
 
     Raises:
-        SceneError: the file cannot be understood, or holds what the specification refuses.
+        SceneError: the file is malformed, or has a value that the specification refuses.
 
     """
     dropped: dict[str, None] = {}
@@ -71,8 +71,8 @@ def _scene(document: Document, size: Size, drop: Callable[[str], None]) -> Scene
         elif "mesh" in node:
             meshes += meshes_of(document, node["mesh"], to_world, drop)
         if "camera" in node:
-            found = camera_of(document.one(CameraEntry, node["camera"]), to_world, size, drop)
-            cameras += [found] if found else []
+            view = camera_of(document.one(CameraEntry, node["camera"]), to_world, size, drop)
+            cameras += [view] if view else []
         light = node.get("extensions", {}).get(LIGHTS)
         if light is not None:
             lights += _light(document, light, to_world, drop)
@@ -98,11 +98,11 @@ def _light(
     document: Document, reference: LightOfNode, to_world: np.ndarray, drop: Callable[[str], None]
 ) -> list[PointLight]:
     """Return a point light: `intensity` is in candela, taken as W/sr, so the flux is 4 pi times it."""
-    known = document.json.get("extensions", {}).get(LIGHTS, {}).get("lights", [])
+    lights = document.json.get("extensions", {}).get(LIGHTS, {}).get("lights", [])
     index = reference.get("light")
-    if not isinstance(index, int) or not 0 <= index < len(known):
-        raise SceneError(f"{LIGHTS} has {len(known)} lights, none at {shown(index)}")
-    light = known[index]
+    if not isinstance(index, int) or not 0 <= index < len(lights):
+        raise SceneError(f"{LIGHTS} has {len(lights)} lights, none at {shown(index)}")
+    light = lights[index]
     if light.get("type") != "point":
         drop(f"the {light.get('type')} light {shown(light.get('name', index))}")
         return []
@@ -116,7 +116,7 @@ def _light(
 
 
 MODES = ("points", "lines", "a line loop", "a line strip", "triangles", "a triangle strip", "a triangle fan")
-# What an attribute is, by how its name begins (section 3.7.2.1); one that begins otherwise is an application's own.
+# Names of attributes by their prefix (section 3.7.2.1); an attribute with another prefix is specific to an application.
 ATTRIBUTES = {
     "NORMAL": "vertex normals; it is shaded by faces",
     "TANGENT": "vertex tangents",
@@ -130,10 +130,10 @@ Drop = Callable[[str], None]
 
 
 def meshes_of(document: Document, index: Any, to_world: np.ndarray, drop: Drop) -> Iterator[Mesh]:
-    """Yield the primitives of a mesh, placed.
+    """Yield the primitives of a mesh, transformed to world space.
 
     Raises:
-        SceneError: an array or a value is not what glTF or the specification allows.
+        SceneError: glTF or the specification does not allow an array or a value.
 
     """
     mesh = document.one(MeshEntry, index)
@@ -195,10 +195,10 @@ NO_END = 1e5  # an infinite projection's far plane, in units of its near plane
 
 
 def camera_of(camera: CameraEntry, to_world: np.ndarray, size: Size, drop: Callable[[str], None]) -> Camera | None:
-    """Return a perspective camera, placed; None for an orthographic one, and say so.
+    """Return a perspective camera in world space; None, after a call of `drop`, for an orthographic camera.
 
     Raises:
-        SceneError: a value is missing, or one that the specification refuses.
+        SceneError: a value is missing, or the specification refuses it.
 
     """
     if camera.get("type") != "perspective":

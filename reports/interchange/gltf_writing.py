@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from rayproof.cases.placement import world_triangles
+from rayproof.cases.placement import frame, world_triangles
 from rayproof.cases.scene import IDENTITY, Camera, Matrix, Mesh, Scene, SceneError, Shape
 from rayproof.reports.interchange import EXPORTERS, SceneFormat
 from rayproof.reports.interchange.gltf_scene import LIGHTS
@@ -47,7 +47,7 @@ SAYS = SceneFormat(
 
 @EXPORTERS.register(".gltf", says=SAYS)
 def export_gltf(scene: Scene, path: Path) -> tuple[str, ...]:
-    """Write `scene`, whose shapes are meshes, to `path`; return what glTF cannot say.
+    """Write `scene`, whose shapes are meshes, to `path`; return sentences about features that glTF lacks.
 
     Raises:
         SceneError: a shape is no mesh.
@@ -160,13 +160,9 @@ class _Document:
             "znear": camera.near,
             "zfar": camera.far,
         }
-        eye = np.asarray(camera.eye)
-        back = np.subtract(camera.eye, camera.target)
-        back = back / np.linalg.norm(back)
-        right = np.cross(camera.up, back)
-        right /= np.linalg.norm(right)
+        right, up, forward = frame(camera.eye, camera.target, camera.up)
         placed = np.eye(4)
-        placed[:3] = np.column_stack([right, np.cross(back, right), back, eye])
+        placed[:3] = np.column_stack([right, up, -forward, camera.eye])
         index = self._add("cameras", {"type": "perspective", "perspective": lens})
         self._node({"name": "camera", "camera": index}, placed.tolist())
 

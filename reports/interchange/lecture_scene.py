@@ -1,8 +1,8 @@
-"""Scene files of the lecture's course (CIS 561, University of Pennsylvania), in JSON, become ours.
+"""Import of scene files of the lecture's course (CIS 561, University of Pennsylvania), in JSON.
 
-A file has frames, of which the first is read: a camera; primitives of the shapes SquarePlane, Cube (both of side 1,
-around the origin), Sphere (radius 1) and Mesh, placed by T Rx Ry Rz S; materials, of which MatteMaterial has a
-counterpart; and lights, of which PointLight has. The course's integrators light and see a surface from both sides, so
+A file has frames; only the first is read. It has a camera; primitives of the shapes SquarePlane, Cube (both of side 1,
+around the origin), Sphere (radius 1) and Mesh, placed by T Rx Ry Rz S; materials, of which only MatteMaterial has a
+counterpart; and lights, of which only PointLight has one. The course's integrators treat surfaces as two-sided, and so
 every shape is two-sided.
 """
 
@@ -23,9 +23,9 @@ from rayproof.reports.interchange.framing import camera_for, light_for, matrix, 
 LARGEST = 64 * 2**20  # bytes of a file
 GREY: Rgb = (0.5, 0.5, 0.5)
 SHAPES: dict[str, type[Shape]] = {"Sphere": Sphere, "Cube": Cube, "SquarePlane": Square}
-# What the course's loader takes where a file does not say.
+# Defaults of the course's loader.
 FOVY, NEAR, FAR, PIXELS = 45.0, 0.1, 1000.0, 512
-COLOURS = ("Kd", "Kr", "Kt")  # of a material, the first of which is taken as the albedo
+COLOURS = ("Kd", "Kr", "Kt")  # of a material; the first is used as the albedo
 LENS = "thinlenscamera"
 Drop = Callable[[str], None]
 
@@ -35,7 +35,7 @@ def import_lecture_scene(path: Path, options: ImportOptions) -> Imported:
     """Return the first frame of a file of the course.
 
     Raises:
-        SceneError: the file is no such scene, or holds what the specification refuses.
+        SceneError: the file is no such scene, or has a value that the specification refuses.
 
     """
     where, budget = str(path), Budget()
@@ -48,10 +48,10 @@ def import_lecture_scene(path: Path, options: ImportOptions) -> Imported:
     budget.count_file(path.resolve(), len(content))
     document = document_from_bytes(content, where=where)
     if not is_lecture_scene(document):
-        known = isinstance(document, dict) and "shapes" in document
+        is_scene = isinstance(document, dict) and "shapes" in document
         raise SceneError(
             f"{where}: is a scene file already; `rayproof run` takes it"
-            if known
+            if is_scene
             else f"{where}: is no scene of the lecture (CIS 561), which is an object with frames"
         )
     dropped: dict[str, None] = {}
@@ -85,7 +85,7 @@ def import_lecture_scene(path: Path, options: ImportOptions) -> Imported:
 
 
 def _members(field: Field, read: Sequence[str], drop: Drop, *, of: str = "") -> dict[str, Field]:
-    """Return the members of an object that are read; report those that are not and say something."""
+    """Return the supported members of an object; report unsupported members that are not empty."""
     if not isinstance(field.value, dict):
         field.expected("an object")
     if isinstance(field.value, Repeated):
@@ -102,7 +102,7 @@ def _members(field: Field, read: Sequence[str], drop: Drop, *, of: str = "") -> 
 
 
 def _named(field: Field, kind: str) -> str:
-    """Return what a message calls an object: by its name if it has one."""
+    """Return an object's designation in messages: its name if it has one."""
     name = field.value.get("name") if isinstance(field.value, dict) else None
     return f"the {kind} {shown(name)}" if isinstance(name, str) and name else f"the {kind} {field.path}"
 
@@ -199,7 +199,7 @@ def _lights(scene: dict[str, Field], drop: Drop) -> Iterator[PointLight]:
 
 
 def _camera(scene: dict[str, Field], size: Size, drop: Drop) -> Camera | None:
-    """Return the camera; None where there is none, and say so."""
+    """Return the camera; None, after a call of `drop`, if there is none."""
     field = scene.get("camera") or scene.get(LENS)
     if field is None:
         drop("it has no camera; one was made that shows every shape")

@@ -25,7 +25,7 @@ OBJ = {
     "l": "lines",
     "p": "points",
 }
-KNOWN = {*OBJ, "v", "f", "o", "g"}  # the names of objects and groups have nowhere to go, and no say
+KNOWN = {*OBJ, "v", "f", "o", "g"}  # the names of objects and groups have no counterpart and no effect
 PLY = {"x", "y", "z", *CORNERS}
 
 
@@ -63,15 +63,15 @@ def has_normals(path: Path) -> bool:
 
 
 def _left_out(path: Path) -> list[str]:
-    """Return a sentence for each kind of thing that a mesh file holds beside its triangles, in its order."""
+    """Return a sentence for each kind of content of a mesh file other than triangles, in its order."""
     content = path.read_bytes()
     if path.suffix.lower() == ".obj":
         content = content.replace(b"\r", b"\n")
         statements = Counter(word.decode() for word in STATEMENT.findall(content))
         coloured = COLOURED.search(content) is not None
-        found = [f"{OBJ[word]} ({count} lines)" for word, count in statements.items() if word in OBJ]
-        found += [f"statements {word!r} ({count} lines)" for word, count in statements.items() if word not in KNOWN]
-        return [*found, *(["vertex colours"] if coloured else [])]
+        sentences = [f"{OBJ[word]} ({count} lines)" for word, count in statements.items() if word in OBJ]
+        sentences += [f"statements {word!r} ({count} lines)" for word, count in statements.items() if word not in KNOWN]
+        return [*sentences, *(["vertex colours"] if coloured else [])]
     if path.suffix.lower() == ".ply":
         return list(_of_ply(content))
     return []

@@ -1,7 +1,7 @@
 """Mitsuba XML read by Mitsuba's parser in a worker process, as a tree of plain elements; size checked before.
 
-Before Mitsuba reads it, what the file asks for is counted: elements, nesting, includes, unfolded parameters. Only
-`include`, `path` and `default` are followed, which decide how much is read. The rest is Mitsuba's to understand.
+Before Mitsuba reads it, the file's elements, nesting, includes and expanded parameters are counted. Only `include`,
+`path` and `default`, which determine the amount of input, are interpreted here; Mitsuba interprets the rest.
 """
 
 import atexit
@@ -35,13 +35,13 @@ NORI = ("camera", "mesh")
 def scan(
     path: Path, budget: Budget, allowed: tuple[Path, ...] = (), parameters: Mapping[str, str] | None = None
 ) -> tuple[Path, ...]:
-    """Spend what reading a file and all that it includes takes; return the folders in which it looks for files.
+    """Spend the budget for reading a file and its includes; return the folders in which it searches for files.
 
-    They lie in its own folder, or in those `allowed`. `parameters` are set before the file's own `default`.
+    They are inside its own folder or inside those `allowed`. `parameters` are set before the file's own `default`.
 
     Raises:
-        SceneError: it takes too much, is no XML, is another renderer's, or includes what does not lie there; without
-            the file's name.
+        SceneError: it exceeds the budget, is no XML, is another renderer's file, or includes a file outside of these
+            folders; the message does not contain the file's name.
 
     """
     reading = _Scan(path.parent, budget, allowed, parameters or {})
@@ -54,7 +54,7 @@ class _Scan:
         self._folder, self._budget, self._allowed = folder, budget, allowed
         self._values = dict(parameters)  # so far; the first value counts
         self._versioned = False
-        self.searched: list[Path] = []  # where `path` elements say that files lie
+        self.searched: list[Path] = []  # folders of `path` elements
 
     def file(self, path: Path, name: str, level: int) -> None:
         """Scan one file; `level` includes lie around it."""
@@ -102,7 +102,9 @@ class _Scan:
             self._budget.spend("includes", 1, by=place)
             name = self._filled(attributes.get("filename", ""))
             self.file(self._found(name, place, [beside, *self.searched, self._folder]), name, level + 1)
-        elif tag == "spectrum" and "filename" in attributes:  # which Mitsuba's parser opens in one of these
+        elif (
+            tag == "spectrum" and "filename" in attributes
+        ):  # a file that Mitsuba's parser opens in one of these folders
             name = self._filled(attributes["filename"])
             having = [where for where in (*self.searched, self._folder) if is_plain(name) and (where / name).is_file()]
             for folder in having or [self._folder]:
@@ -117,12 +119,14 @@ class _Scan:
         """Return the path of a file that is opened now: in the first of the folders that has it."""
         what = f"{place}: filename"
         beside, name = located(name, folders, (self._folder, *self._allowed), what)
-        within = next(one for one in (*self._allowed, self._folder) if _lies_in(beside, one) or one is self._folder)
+        within = next(
+            folder for folder in (*self._allowed, self._folder) if _lies_in(beside, folder) or folder is self._folder
+        )
         return path_within(name, within, what=what, largest=LARGEST, beside=beside)
 
     def _inside(self, name: str, place: str) -> Path:
         where = (self._folder / name).resolve() if is_plain(name) else Path("/")
-        if not any(_lies_in(where, one) for one in (self._folder, *self._allowed)):
+        if not any(_lies_in(where, folder) for folder in (self._folder, *self._allowed)):
             raise SceneError(f"{place}: value must be a folder inside the scene's own, got {shown(name)}; {LET_IN}")
         return where
 
@@ -213,7 +217,7 @@ def serve_parser(kind: str, connection: Channel) -> None:
 
 
 def _parser(kind: str) -> Callable[[ParsingTask], StoredFile | str]:
-    """Return what parses a file, once Mitsuba is imported."""
+    """Import Mitsuba and return the function that parses a file."""
     import mitsuba as mi
 
     mi.set_variant(kind)
@@ -276,7 +280,7 @@ def _element(node: Any, place: str) -> StoredElement:
 
 
 def _value(value: Any) -> Stored:
-    """Return a property as JSON holds it; what is no number, text or list of numbers is an object with its kind."""
+    """Return a property as JSON; anything but a number, a text or a list of numbers is an object with its kind."""
     kind = type(value).__name__
     if kind == "ResolvedReference":
         return {"element": value.index()}
@@ -301,7 +305,7 @@ def _colours(spectrum: Any) -> StoredSpectrum:
 
 
 def _of_plugin(plugin: str, properties: dict[str, Stored]) -> StoredSpectrum:
-    """Return the colours of one of `SAMPLED`: samples at wavelengths [nm], or Planck's law [W/(m^2 sr nm)]."""
+    """Return the colours of a `SAMPLED` plug-in: samples at wavelengths [nm], or Planck's law [W/(m^2 sr nm)]."""
     if plugin == "blackbody":
         waves = np.arange(360.0, 831.0, 5.0)
         hotness = 1.438776877e7 / (waves * float(properties["temperature"]))  # type: ignore[arg-type]  hc / (lambda k T)
@@ -324,7 +328,7 @@ def _integrated(waves: list[float], levels: list[float]) -> StoredSpectrum:
     return {"spectrum": None, "reflectance": [*map(float, reflectance)], "emission": [*map(float, emission)]}
 
 
-# What the worker may take: the time of its start and of Mitsuba's import, and memory with Mitsuba's own code.
+# Limits of the worker: time, with its start and Mitsuba's import, and memory, with Mitsuba's own code.
 SECONDS, BYTES_A_SECOND = 60.0, 2**20
 MEMORY, MEMORY_A_BYTE = 2**30, 64  # bytes
 
@@ -366,12 +370,12 @@ class Element:
     properties: dict[str, Property]
     budget: Budget  # the scene's: an element may be met again and again
     folders: tuple[Path, ...]  # where the files lie that it may name, the scene's own first
-    allowed: tuple[Path, ...]  # folders into which names may lead beside the scene's own
+    allowed: tuple[Path, ...]  # folders, in addition to the scene's own, whose files may be named
     _all: list["Element"]
-    _read: set[str] = field(default_factory=set)  # names of properties that somebody asked for
+    _read: set[str] = field(default_factory=set)  # names of properties that were read
 
     def get(self, name: str, default: Any) -> Any:
-        """Return a property, or `default` where the file does not say."""
+        """Return a property, or `default` if the file lacks it."""
         self._read.add(name)
         return self.properties.get(name, default)
 
@@ -415,12 +419,12 @@ class Element:
         return SceneError(f"{self.place}: {name} must be {what}, got {kinds.get(type(value), shown(value))}")
 
     def has(self, name: str) -> bool:
-        """Return whether the file says something of a property."""
+        """Return whether the file contains a property."""
         self._read.add(name)
         return name in self.properties
 
     def unread(self) -> list[str]:
-        """Return the names of plain properties that nobody asked for, if anybody asked for anything of this element."""
+        """Return the names of plain properties that were not read, if any property of this element was read."""
         plain = [name for name, value in self.properties.items() if not isinstance(value, Reference)]
         return [name for name in plain if name not in self._read] if self._read else []
 
@@ -438,7 +442,7 @@ class Element:
         return self._all
 
     def matrix(self) -> np.ndarray:
-        """Return `to_world`, float64 (4, 4); the identity where the file does not say."""
+        """Return `to_world`, float64 (4, 4); the identity if the file lacks it."""
         value = self.get("to_world", None)
         if value is None:
             return np.eye(4)
@@ -499,17 +503,14 @@ def _pool() -> Pool:
 
 def _reply(task: ParsingTask, *, seconds: float, memory: float) -> Reply:
     """Return the worker's reply within the limits of time [s] and memory [bytes]."""
-    pool, replies = _pool(), list[Reply]()
+    pool = _pool()
     pool.memory = memory
     try:
-        pool.submit(VARIANT, task, replies.append, seconds=seconds)
-        while not replies:
-            pool.step()
+        return pool.reply(VARIANT, task, seconds=seconds)
     except BaseException:  # the worker would answer this file when the next one is asked for
         pool.close()
         _pool.cache_clear()
         raise
-    return replies[0]
 
 
 def _property(value: Stored) -> Property:

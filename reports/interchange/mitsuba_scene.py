@@ -1,8 +1,8 @@
-"""A tree of Mitsuba elements becomes our scene: sensors, shapes, materials, point lights (Mitsuba 3 XML).
+"""Conversion of a tree of Mitsuba elements to a scene: sensors, shapes, materials, point lights (Mitsuba 3 XML).
 
-Perspective sensors; spheres, cubes, rectangles, disks, OBJ and PLY meshes, instances of groups of them; diffuse and
-two-sided materials and what wraps them; point lights. A disk whose id begins with "infinite-plane" stands for a plane.
-Whatever else a file holds is left out or replaced, and reported.
+Supported are perspective sensors; spheres, cubes, rectangles, disks, OBJ and PLY meshes, instances of groups of them;
+diffuse and two-sided materials and their wrappers; point lights. A disk whose id begins with "infinite-plane"
+represents a plane. Everything else in a file is left out or replaced, and reported.
 """
 
 from collections.abc import Callable, Iterator
@@ -21,21 +21,21 @@ from rayproof.reports.interchange.framing import camera_for, light_for, matrix, 
 from rayproof.reports.interchange.meshes import has_normals
 from rayproof.reports.interchange.mitsuba_document import COLOURS, Element, Spectrum, read_tree
 
-PLANE = "infinite-plane"  # how the id of a disk begins that stands for a plane
+PLANE = "infinite-plane"  # prefix of the id of a disk that represents a plane
 
 
 PINHOLES = ("perspective", "thinlens")
-# What renders a scene and is no part of it; a film is the sensor's.
+# Elements of the renderer, which are not part of the scene; a film belongs to the sensor.
 OF_THE_RENDERER = ("Integrator", "Sampler", "ReconstructionFilter")
 
 
 def lights_of(scene: Element, drop: Callable[[str], None]) -> Iterator[PointLight]:
-    """Yield the point lights of a scene; every other emitter is dropped, with a line that says so.
+    """Yield the point lights of a scene; every other emitter is dropped with a sentence.
 
     Mitsuba gives intensity I [W/sr] per channel; the flux is 4 pi I [W].
 
     Raises:
-        SceneError: a light is one that the specification refuses.
+        SceneError: the specification refuses a light.
 
     """
     for _, emitter in scene.children("Emitter"):
@@ -58,7 +58,7 @@ def import_mitsuba(path: Path, options: ImportOptions) -> Imported:
     """Return the scene in a Mitsuba XML file; direct light only, whatever its integrator would add.
 
     Raises:
-        SceneError: the file cannot be understood, or holds what the specification refuses.
+        SceneError: the file is malformed, or has a value that the specification refuses.
 
     """
     try:
@@ -66,7 +66,7 @@ def import_mitsuba(path: Path, options: ImportOptions) -> Imported:
     except SceneError:
         raise
     except (TypeError, AttributeError, KeyError, ValueError, OverflowError):
-        # Mitsuba's parser leaves the types of properties to the plug-ins. Those that are read are checked by `Element`.
+        # Mitsuba's parser leaves the types of properties to the plug-ins. `Element` checks those that are read.
         raise SceneError(
             f"{path}: is no scene for Mitsuba: a property is of another type than its plug-in reads"
         ) from None
@@ -128,7 +128,7 @@ TURNED = np.diag([1.0, 1.0, -1.0, 1.0])  # under the inverse transpose a square'
 
 
 class Surface(TypedDict):
-    """The properties of a shape of any kind beside its geometry."""
+    """The properties of a shape of any kind other than its geometry."""
 
     albedo: Rgb
     two_sided: bool
@@ -157,16 +157,16 @@ def count_shapes(element: Element, counts: dict[int, int] | None = None, depth: 
 
 
 def shapes_of(element: Element, folder: Path, drop: Drop, outer: np.ndarray | None = None) -> Iterator[Shape]:
-    """Yield the shapes of a scene or group, the members of its groups placed wherever they are instanced.
+    """Yield the shapes of a scene or group; the members of a group once for each of its instances.
 
     Raises:
-        SceneError: a shape is one that the specification refuses, or its mesh file cannot be read.
+        SceneError: the specification refuses a shape, or its mesh file cannot be read.
 
     """
     outer = np.eye(4) if outer is None else outer
     for _, child in element.children("Shape"):
         if child.plugin == "shapegroup":
-            continue  # seen only where an instance says so
+            continue  # visible only through an instance
         if child.plugin == "merge":
             yield from shapes_of(child, folder, drop, outer)
         elif child.plugin == "instance" and element.plugin == "shapegroup":
@@ -179,7 +179,7 @@ def shapes_of(element: Element, folder: Path, drop: Drop, outer: np.ndarray | No
 
 
 def _shape(element: Element, folder: Path, drop: Drop, to_world: np.ndarray) -> Shape | None:
-    known = {
+    surface = {
         "disk": _plane if element.id.startswith(PLANE) else _disk,
         "sphere": _sphere,
         "cube": _cube,
@@ -188,23 +188,23 @@ def _shape(element: Element, folder: Path, drop: Drop, to_world: np.ndarray) -> 
         "ply": _mesh,
         "stl": _mesh,
     }
-    if element.plugin not in known:
+    if element.plugin not in surface:
         drop(f"{element.place}: the shape {element.plugin}")
         return None
     for _, emitter in element.children("Emitter"):
         drop(f"{emitter.place}: the {emitter.plugin} light of the shape; it neither lights nor shines")
     albedo, two_sided = material_of(element, drop)
     try:
-        return known[element.plugin](element, folder, drop, to_world, {"albedo": albedo, "two_sided": two_sided})
+        return surface[element.plugin](element, folder, drop, to_world, {"albedo": albedo, "two_sided": two_sided})
     except SceneError as error:
         if str(error).startswith(element.place):
             raise
         raise SceneError(f"{element.place}: {error}") from None
 
 
-# Which side of a one-sided shape is seen, as Mitsuba 3.9 draws it. `flip_normals` turns all. A mirroring `to_world` of
-# the shape's own turns spheres, and meshes whose normals follow from the winding in the world; that of an instance
-# turns nothing, nor does it turn cubes, rectangles, disks and meshes with vertex normals. Ours turns nothing either.
+# The visible side of a one-sided shape in Mitsuba 3.9. `flip_normals` turns all shapes. A mirroring `to_world` of the
+# shape itself turns spheres, and meshes whose normals follow from the winding in the world, but not cubes, rectangles,
+# disks and meshes with vertex normals; that of an instance turns nothing. The specification's mirrors turn nothing.
 
 
 def _flipped(element: Element, surface: Surface, *, mirrors: bool = False) -> bool:
@@ -288,7 +288,7 @@ def _mesh(element: Element, folder: Path, drop: Drop, to_world: np.ndarray, surf
 
 
 GREY: Rgb = (0.5, 0.5, 0.5)  # Mitsuba's own default
-# Materials around another one, and what is left out of each.
+# Materials that wrap another one, and the effect of each that is left out.
 WRAPPERS = {
     "twosided": "",
     "mask": "the opacity of the mask; the surface is opaque",
@@ -339,14 +339,14 @@ def _reflectance(material: Element, name: str, drop: Callable[[str], None]) -> R
         return GREY
     albedo = colour(material, name)
     if albedo is None:
-        texture = next(child for known, child in material.children() if known == name)
+        texture = next(child for label, child in material.children() if label == name)
         drop(f"{texture.place}: the texture; the albedo is 0.5")
     return albedo or GREY
 
 
 def colour(element: Element, name: str, *, light: bool = False) -> Rgb | None:
     """Return a colour as linear sRGB, as Mitsuba's modes for RGB do; 1 where none is given, None of a texture."""
-    child = next((child for known, child in element.children() if known == name), None)
+    child = next((child for label, child in element.children() if label == name), None)
     if child is None:
         return _rgb(element, name, light=light)
     if child.plugin in ("d65", "uniform"):  # which these modes take for a level of grey
@@ -355,8 +355,8 @@ def colour(element: Element, name: str, *, light: bool = False) -> Rgb | None:
         return vector(child.three("color", (1.0, 1.0, 1.0)))
     if not child.has(COLOURS):
         return None
-    for known in child.properties:
-        child.has(known)
+    for label in child.properties:
+        child.has(label)
     return _rgb(child, COLOURS, light=light)
 
 
@@ -381,10 +381,10 @@ ORTHOGONAL = 1e-9  # cosine; matrices are written with more digits than this
 
 
 def camera_of(sensor: Element, size: Size, drop: Callable[[str], None]) -> Camera:
-    """Return the camera of a perspective (or, its aperture dropped, thin-lens) sensor.
+    """Return the camera of a perspective sensor, or of a thin-lens sensor without its aperture.
 
     Raises:
-        SceneError: its `to_world` shears, or a value is one that the specification refuses.
+        SceneError: its `to_world` shears, or the specification refuses a value.
 
     """
     if sensor.plugin == "thinlens":

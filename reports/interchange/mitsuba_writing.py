@@ -1,7 +1,7 @@
-"""Our scene written as Mitsuba 3 XML, with meshes as PLY beside it.
+"""Export of a scene as Mitsuba 3 XML, with meshes as PLY files in the same folder.
 
-Mitsuba draws a stretched or sheared sphere wrong and turns the normals of mirrored shapes; as instances of a group both
-come out right. An infinite plane becomes a disc that reaches beyond everything the camera can see.
+Mitsuba renders a stretched or sheared sphere wrongly and turns the normals of mirrored shapes; as instances of a group
+both are right. An infinite plane becomes a disc that extends beyond everything the camera can see.
 """
 
 from collections.abc import Callable, Sequence
@@ -43,7 +43,7 @@ SAYS = SceneFormat(
 
 @EXPORTERS.register(".xml", says=SAYS)
 def export_mitsuba(scene: Scene, path: Path) -> tuple[str, ...]:
-    """Write `scene` to `path`, and its meshes beside it; return what Mitsuba's format cannot say.
+    """Write `scene` to `path`, and its meshes to the same folder; return sentences about features that Mitsuba lacks.
 
     Raises:
         OSError: a file cannot be written.

@@ -1,6 +1,6 @@
-"""Our scene written for pbrt, version 3: Pharr, Jakob, Humphreys, Physically Based Rendering, third edition, 2016.
+"""Export of a scene for pbrt, version 3: Pharr, Jakob, Humphreys, Physically Based Rendering, third edition, 2016.
 
-The format is described in "pbrt-v3 Input File Format". Its `matte` material is Lambert's on both sides of a surface,
+The format is described in "pbrt-v3 Input File Format". Its `matte` material is Lambertian on both sides of a surface,
 its world is left-handed, so that the camera mirrors, and the angle `fov` is that of the image's shorter side.
 """
 
@@ -35,7 +35,7 @@ SAYS = SceneFormat(
 
 @EXPORTERS.register(".pbrt", says=SAYS)
 def export_pbrt(scene: Scene, path: Path) -> tuple[str, ...]:
-    """Write `scene`, of spheres and meshes, to `path`; return what pbrt's format cannot say.
+    """Write `scene`, of spheres and meshes, to `path`; return sentences about features that pbrt lacks.
 
     Raises:
         SceneError: a shape is neither sphere nor mesh.

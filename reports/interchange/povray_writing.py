@@ -1,7 +1,7 @@
-"""Our scene written in POV-Ray's scene description language (SDL), with every digit of float64.
+"""Export of a scene in POV-Ray's scene description language (SDL), with every digit of float64.
 
-POV-Ray takes any affine matrix on any primitive and turns normals by the inverse transpose, also under mirrors. Its
-meshes store float32 normals, so triangles are written one by one, in nested unions with bounding boxes. POV-Ray's
+POV-Ray applies any affine matrix to any primitive and transforms normals by the inverse transpose, also under mirrors.
+Its meshes store float32 normals, so triangles are written separately, in nested unions with bounding boxes. POV-Ray's
 tolerances are lengths, so a lit scene is written 1024 times as large, object space included: the factor is a power of
 two, and M' = S M S^-1 keeps the linear part of M, so that no digit is lost. Facts about POV-Ray are those of version
 3.7: render/trace.cpp for the shadow tolerance, configbackend.h for the largest distance.
@@ -17,7 +17,7 @@ from rayproof.reports.interchange import EXPORTERS, SceneFormat
 from rayproof.reports.results.files import write_text
 
 LIT_SCALE = 1024.0  # POV-Ray's units per metre in a scene with lights; 1 in a scene without
-SHADOW_TOLERANCE = 1e-3  # units at either end of a shadow ray in which POV-Ray ignores a blocker
+SHADOW_TOLERANCE = 1e-3  # units; POV-Ray ignores blockers nearer to either end of a shadow ray
 FARTHEST = 1e7  # units beyond which POV-Ray finds no hit
 # 2 / (1 + (d / FADE)^2) is 2 FADE^2 / d^2 to (FADE / d)^2: to 1e-12 at a metre from the light, at 1024 units per metre.
 FADE = 2.0**-10  # units
@@ -43,7 +43,7 @@ SAYS = SceneFormat(
 
 @EXPORTERS.register(".pov", says=SAYS)
 def export_povray(scene: Scene, path: Path) -> tuple[str, ...]:
-    """Write `scene` to `path`, whose first line says how to render it; return what POV-Ray computes differently.
+    """Write `scene` to `path`, whose first line is the command for rendering it; return POV-Ray's differences.
 
     Raises:
         OSError: the file cannot be written.
@@ -63,7 +63,7 @@ def export_povray(scene: Scene, path: Path) -> tuple[str, ...]:
 
 
 def _within_reach(scene: Scene, distance: float) -> bool:
-    """Return whether every shape lies closer to the eye than `distance` [m]; an infinite plane does not."""
+    """Return whether every shape is closer to the eye than `distance` [m]; an infinite plane is not."""
     eye = np.asarray(scene.camera.eye)
     return all(
         not isinstance(shape, Plane) and np.linalg.norm(_corners(shape) - eye, axis=1).max(initial=0) < distance
@@ -99,17 +99,17 @@ camera {{ perspective location Eye direction Forward right 2 * Across up 2 * Alo
 
 
 def _objects(scene: Scene, scale: float) -> list[str]:
-    """Return the shapes; where the scene clips, once clipped without shadow and once whole without image.
+    """Return the shapes; if the scene clips, once clipped without shadows and once whole but invisible.
 
-    Clipping concerns camera rays only, so that what is clipped away still blocks light.
+    Clipping concerns only camera rays, so that a clipped part still blocks light.
     """
     solids = [text for shape in scene.shapes if (text := _solid(shape, scale)) is not None]
     declared = [f"#declare Solid{number} = {text}" for number, text in enumerate(solids)]
     clip = _clip(scene, scale)
     if not clip:
         return [*declared, *(f"object {{ Solid{number} }}" for number in range(len(solids)))]
-    seen = [f"object {{ Solid{number} {clip} no_shadow }}" for number in range(len(solids))]
-    return [*declared, *seen, *(f"object {{ Solid{number} no_image }}" for number in range(len(solids)))]
+    visible = [f"object {{ Solid{number} {clip} no_shadow }}" for number in range(len(solids))]
+    return [*declared, *visible, *(f"object {{ Solid{number} no_image }}" for number in range(len(solids)))]
 
 
 def _clip(scene: Scene, scale: float) -> str:

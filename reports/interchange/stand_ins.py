@@ -1,8 +1,8 @@
-"""What a program is handed in place of what it does not have: meshes for shapes, other clip modes, other sides.
+"""Replacements for features that a program lacks: meshes for shapes, other clip modes, other sides.
 
-Cubes, squares, triangles and meshes are handed over as triangles that equal them. Spheres and planes are handed over as
-meshes that do not, so that a case is judged as the scene with those meshes. Where near and far plane touch nothing, or
-no back of a surface is seen, scenes of different clip modes or sides have the same image.
+Cubes, squares, triangles and meshes are replaced by equal triangles. Spheres and planes are replaced by meshes that
+only approximate them, so that a case is judged as the scene with those meshes. If near and far plane touch nothing, or
+no back of a surface is visible, scenes of different clip modes or sides have the same image.
 """
 
 from collections.abc import Collection, Iterator, Mapping, Sequence
@@ -11,14 +11,14 @@ from functools import lru_cache
 
 import numpy as np
 
-from rayproof.cases.placement import matrix
+from rayproof.cases.placement import matrix, unit
 from rayproof.cases.scene import Clip, Cube, Mesh, Plane, Scene, Shape, Sphere, Square, Triangle
 from rayproof.cases.scene_json import NAMES
 from rayproof.cases.stages import IMAGE_STAGES, Stage, StageImages
 from rayproof.reference.analytic import Analytic
 from rayproof.reports.interchange.framing import box
 
-FLAT = ("cube", "square", "triangle", "mesh")  # types of shapes that triangles can stand for
+FLAT = ("cube", "square", "triangle", "mesh")  # types of shapes that triangles can replace exactly
 # Halves are exact in float32, so that the mesh is the shape itself. Counter-clockwise seen from outside.
 _CORNERS = np.array([(x, y, z) for x in (-0.5, 0.5) for y in (-0.5, 0.5) for z in (-0.5, 0.5)], dtype=np.float32)
 _SIDES = ((0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3))
@@ -29,7 +29,7 @@ _SQUARE_FACES = np.array([(0, 1, 2), (0, 2, 3)], dtype=np.int32)
 
 @dataclass(frozen=True, kw_only=True)
 class Rebuilt:
-    """A scene with meshes or triangles in place of other shapes, which they equal, and what each of its shapes is."""
+    """A scene with meshes or triangles in place of equal shapes, and the original of each of its shapes."""
 
     scene: Scene
     shapes: np.ndarray  # (shapes of `scene`,): the shape of the original
@@ -41,10 +41,10 @@ class Rebuilt:
             return dict(images)
         objects = images[Stage.OBJECT].copy()
         written = objects[..., 0]
-        known = (written >= 0) & (written < len(self.shapes)) & (written == np.floor(written))
-        pieces = written[known].astype(int)
+        is_shape = (written >= 0) & (written < len(self.shapes)) & (written == np.floor(written))
+        pieces = written[is_shape].astype(int)
         faces = self.faces[pieces]
-        objects[known] = np.stack([self.shapes[pieces], np.where(faces < 0, objects[known, 1], faces)], axis=-1)
+        objects[is_shape] = np.stack([self.shapes[pieces], np.where(faces < 0, objects[is_shape, 1], faces)], axis=-1)
         return dict(images) | {Stage.OBJECT: objects}
 
 
@@ -82,20 +82,20 @@ def _as_mesh(shape: Shape) -> Shape:
     return Mesh(albedo=shape.albedo, to_world=shape.to_world, two_sided=shape.two_sided, vertices=vertices, faces=faces)
 
 
-# Spheres and planes as what is like them: a sphere as a mesh of flat triangles, a plane as a square that ends beyond
-# everything that is seen, lit or in the way of light.
+# Approximations of spheres and planes: a sphere as a mesh of flat triangles, a plane as a square that extends beyond
+# everything that is visible, lit or a blocker.
 
 DIVISIONS = 5  # of an icosahedron's 20 faces, each into 4
 SPHERE_TRIANGLES = 20 * 4**DIVISIONS
 MOST_TRIANGLES = 200_000  # of a scene
 BEYOND = 1.01  # times the distance that a square must reach
 STEEPEST = (
-    100.0  # times the eye's height, beyond which a view of a plane without far plane counts as one of its horizon
+    100.0  # in heights of the eye: a view of a plane beyond this, without far plane, counts as a view of its horizon
 )
 
 
 class NoStandInError(ValueError):
-    """A shape for which no mesh can stand; the message is one sentence."""
+    """A shape that no mesh can replace; the message is one sentence."""
 
 
 def tessellated(scene: Scene, kinds: Collection[str], *, squares: bool) -> Scene:
@@ -156,7 +156,7 @@ def _unit_sphere() -> tuple[np.ndarray, np.ndarray]:
             for part in ((a, ab, ca), (ab, b, bc), (ca, bc, c), (ab, bc, ca))
         ]
     sphere = np.array(vertices)
-    return sphere / np.linalg.norm(sphere, axis=1, keepdims=True), np.array(faces, dtype=np.int32)
+    return unit(sphere), np.array(faces, dtype=np.int32)
 
 
 @lru_cache(maxsize=64)
@@ -218,9 +218,9 @@ def _image_corners(scene: Scene) -> np.ndarray:
     return np.array([(x, y) for x in (0.0, width) for y in (0.0, height)], dtype=np.float64)
 
 
-# What does not matter: clip planes that touch nothing, backs that nobody sees.
+# Features without effect: clip planes that touch nothing, invisible backs of surfaces.
 
-ASIDE = 1e-3  # share of their distance by which near and far plane are moved towards each other
+ASIDE = 1e-3  # near and far plane are moved towards each other by this share of their distance
 FINER = 3  # points a side of each pixel that are looked at, if the scene has few triangles
 RAY_TRIANGLES = 2e7  # rays times triangles of such an image
 CLIPPING = (Stage.OBJECT, Stage.DISTANCE)
@@ -245,7 +245,7 @@ def is_untouched(scene: Scene, clip: Clip) -> bool:
 
 
 def _within_depths(scene: Scene, shape: Shape, near: float, far: float) -> bool:
-    """Return whether a shape lies between two depths [m], or behind the eye."""
+    """Return whether a shape is between two depths [m], or behind the eye."""
     if isinstance(shape, Plane):
         return False
     low, high = box(shape)
@@ -259,14 +259,14 @@ def _within_depths(scene: Scene, shape: Shape, near: float, far: float) -> bool:
 def is_alike_with_sides(scene: Scene, two_sided: bool, stages: tuple[Stage, ...]) -> bool:
     """Return whether some stages of a scene are the same if all of its surfaces are two-sided, or if none is.
 
-    Sides matter where the back of a surface is seen; what is hit, and what blocks light, does not depend on them.
+    Sides matter only for a visible back of a surface; hits and blockers do not depend on them.
     """
     changing = np.array([shape.two_sided != two_sided for shape in scene.shapes])
     looked_at = (Stage.RAY, Stage.OBJECT, Stage.NORMAL)
     for images in _images(with_sides(scene, two_sided=False), looked_at):
         ray, objects, normal = (images[stage] for stage in looked_at)
-        seen = objects[..., 0].astype(int)
-        if bool(((seen >= 0) & changing[seen] & ((ray * normal).sum(axis=-1) >= 0)).any()):
+        shape_of_pixel = objects[..., 0].astype(int)
+        if bool(((shape_of_pixel >= 0) & changing[shape_of_pixel] & ((ray * normal).sum(axis=-1) >= 0)).any()):
             return Stage.NORMAL not in stages and _same_images(scene, with_sides(scene, two_sided=two_sided), stages)
     return True
 
@@ -278,9 +278,9 @@ def with_sides(scene: Scene, *, two_sided: bool) -> Scene:
 
 def _same_images(scene: Scene, another: Scene, stages: Collection[Stage]) -> bool:
     """Return whether the oracle answers alike to two scenes of one size and as many triangles."""
-    asked = [stage for stage in IMAGE_STAGES if stage in stages]
-    for first, second in zip(_images(scene, asked), _images(another, asked), strict=True):
-        if not all(np.array_equal(first[stage], second[stage], equal_nan=True) for stage in asked):
+    wanted = [stage for stage in IMAGE_STAGES if stage in stages]
+    for first, second in zip(_images(scene, wanted), _images(another, wanted), strict=True):
+        if not all(np.array_equal(first[stage], second[stage], equal_nan=True) for stage in wanted):
             return False
     return True
 

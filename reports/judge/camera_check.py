@@ -1,8 +1,8 @@
 """The camera stage judged: matrices, inverses, frustum corners, pixel <-> NDC (CAM-1 to CAM-3), and their limits.
 
-Besides comparing with a reference, each side's camera is held against what any camera must satisfy (an inverse
-inverts, the eye goes to 0, corners go to the clip cube's corners with depth 0 and 1). That needs no reference, and
-so it is the third reference when two cameras disagree.
+Besides the comparison with a reference, both cameras are tested for the properties of any camera (an inverse inverts,
+the eye is mapped to 0, corners to the clip cube's corners with depth 0 and 1). This test needs no reference, and so it
+decides if two cameras disagree.
 """
 
 import math
@@ -38,7 +38,7 @@ def scales(camera: Camera) -> dict[str, np.ndarray | float]:
     depth = (camera.far + camera.near) / (camera.far - camera.near)
     tangent = np.tan(camera.alpha)
     wide = tangent * max(1.0, camera.aspect)
-    # tan's condition; a camera may be told either angle, and the wider of the two has the worse one.
+    # The condition of tan; a renderer may read either angle of the camera, and the wider one is worse conditioned.
     angle = np.arctan(wide)
     slope = 1 + angle / (np.sin(angle) * np.cos(angle))
     view = np.full((4, 4), basis)
@@ -62,7 +62,7 @@ OF_PIXELS = ("ndc", "pixel")
 
 
 def _shapes(camera: Camera) -> dict[str, tuple[int, ...]]:
-    """Return the shape of each part, as cases/stages.py says."""
+    """Return the shape of each part, as defined in cases/stages.py."""
     matrices = dict.fromkeys(("view", "view_inverse", "projection", "projection_inverse"), (4, 4))
     pixels = dict.fromkeys(OF_PIXELS, (camera.height, camera.width, 2))
     return matrices | {"frustum_corners": (8, 3)} | pixels
@@ -79,13 +79,13 @@ class Compared:
     examined: Examined
 
 
-def compared(ours: dict, theirs: dict, camera: Camera, g: Roundoff) -> Compared:
+def compared(parts: dict, expected: dict, camera: Camera, g: Roundoff) -> Compared:
     """Compare two cameras entry by entry; a missing or misshapen part is infinitely wrong."""
     ratio, part, error, limit = -1.0, "", 0.0, 0.0
     examined = Examined(pixels=0)
     shapes = _shapes(camera)
     for name, scale in scales(camera).items():
-        mine, other = (np.asarray(answer.get(name, np.nan), dtype=np.float64) for answer in (ours, theirs))
+        mine, other = (np.asarray(answer.get(name, np.nan), dtype=np.float64) for answer in (parts, expected))
         if not mine.shape == other.shape == shapes[name]:
             wrong = math.prod(shapes[name])
             examined += Examined(pixels=wrong, wrong=wrong)
@@ -107,7 +107,7 @@ def compared(ours: dict, theirs: dict, camera: Camera, g: Roundoff) -> Compared:
 
 
 def inconsistency(answer: dict, camera: Camera, g: Roundoff) -> float:
-    """Return how badly a camera breaks what every camera satisfies, in units of the rounding that excuses it."""
+    """Return the largest violation of the properties of any camera, in units of their rounding error."""
     parts = {name: np.asarray(value, dtype=np.float64) for name, value in answer.items()}
     if any(name not in parts or parts[name].shape != shape for name, shape in _shapes(camera).items()):
         return np.inf
@@ -118,11 +118,11 @@ def inconsistency(answer: dict, camera: Camera, g: Roundoff) -> float:
     forward = np.linalg.norm(target - eye)
     size = float(np.linalg.norm(camera.eye)) + forward
     unit = g(4 * COUNT) * basis_condition(camera) * (1 + size)
-    seen = view @ target
+    target_in_view = view @ target
     residuals = [
         np.abs(view @ parts["view_inverse"] - np.eye(4)).max() / unit,
         np.abs(view @ eye - np.array([0, 0, 0, 1.0])).max() / unit,
-        np.abs(seen - np.array([0, 0, forward, 1.0])).max() / unit,
+        np.abs(target_in_view - np.array([0, 0, forward, 1.0])).max() / unit,
         # A camera with right, up and forward axes of a right-handed world mirrors: x right, y up, z forward.
         abs(np.linalg.det(view[:3, :3]) + 1) / unit,
     ]

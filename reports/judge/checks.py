@@ -153,7 +153,7 @@ def _inform(ours: np.ndarray, theirs: np.ndarray) -> dict[str, Any]:
     unit = int(np.frexp(max(map(abs, value_range)))[1])
     ours, theirs = np.ldexp(ours, -unit), np.ldexp(theirs, -unit)
     scaled = (float(np.ldexp(value_range[0], -unit)), float(np.ldexp(value_range[1], -unit)))
-    return {name: METRICS[name](ours, theirs, scaled) for name in METRICS} | {"range": value_range}
+    return {"metrics": {name: METRICS[name](ours, theirs, scaled) for name in METRICS}, "range": value_range}
 
 
 def accounted(checks: Sequence[Check], scene: Scene) -> list[Check]:

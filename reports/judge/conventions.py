@@ -1,8 +1,8 @@
-"""Which other convention (clip, side, pixel point, one light at random) would explain a renderer that stands alone.
+"""Test of other conventions (clip, side, pixel point, one light at random) as explanations of an outlier.
 
-A convention is a question other than the one asked: another clip, another side lit, another point of the pixel, one
-light picked at random. The oracle answers that question instead, with its own limits, and the renderer is
-judged against it as strictly as against the right one. Only who passes there is explained.
+A convention is another meaning of the scene: another clip mode, another lit side, another point of the pixel, or a
+randomly chosen light. The oracle computes the answers under this convention, with their own limits, and the renderer is
+judged against them as strictly as against the right ones. A convention explains a renderer only if the renderer passes.
 """
 
 import math
@@ -40,7 +40,7 @@ LIT = (Stage.IRRADIANCE, Stage.EXITANCE, Stage.RADIANCE)
 
 @dataclass(frozen=True, kw_only=True)
 class Tested:
-    """One convention and what became of it."""
+    """One convention and the result of its test."""
 
     what: str  # a verb phrase of which the renderer is the subject
     ratio: float  # worst error over limit under it
@@ -49,7 +49,7 @@ class Tested:
 
     @property
     def explains(self) -> bool:
-        """Say whether the renderer's answer is exactly that of this convention."""
+        """Return whether the renderer's answer is exactly that of this convention."""
         return self.ratio <= 1 and self.interior > 0
 
     def as_json(self) -> ConventionRecord:
@@ -68,25 +68,32 @@ def tested(scene: Scene, judged: AgainstOracle, stage: Stage, oracle: Analytic) 
     renderer = judged.renderer
     if stage not in IMAGE_STAGES or renderer.error is not None or stage not in renderer.answers:
         return []
-    truth = cache(lambda other: scene_truth(other, stages_of(other), oracle, known={}))
+    truth = cache(lambda other_scene: scene_truth(other_scene, stages_of(other_scene), oracle, known={}))
     wrong = judged.over(stage) if judged.answers(stage) else np.zeros_like(judged.base.conditioning.hit)
-    found = [_under(what, truth(other), renderer, stage, moved, wrong) for what, other, moved in _questions(scene)]
+    results = [
+        _under(what, truth(other_scene), renderer, stage, moved, wrong)
+        for what, other_scene, moved in _questions(scene)
+    ]
     if stage in LIT and len(scene.lights) > 1:
-        found.append(_one_light(scene, renderer, stage, oracle))
-    return found
+        results.append(_one_light(scene, renderer, stage, oracle))
+    return results
 
 
 Moved = Callable[[StageImages, StageImages], StageImages]
 
 
 def _questions(scene: Scene) -> Iterator[tuple[str, Scene, Moved | None]]:
-    """Yield conventions as other scenes; of corners also how the renderer's image lies in the other scene's."""
+    """Yield conventions as other scenes; for pixel corners also the renderer's image within that of the other scene."""
     for clip, what in CLIPS.items():
         if clip != scene.clip:
             yield what, replace(scene, clip=clip), None
-    for both, what in ((True, "lights and turns both sides of every surface"), (False, "lights outer sides only")):
-        if any(shape.two_sided != both for shape in scene.shapes):
-            yield what, replace(scene, shapes=tuple(replace(shape, two_sided=both) for shape in scene.shapes)), None
+    for two_sided, what in ((True, "lights and turns both sides of every surface"), (False, "lights outer sides only")):
+        if any(shape.two_sided != two_sided for shape in scene.shapes):
+            yield (
+                what,
+                replace(scene, shapes=tuple(replace(shape, two_sided=two_sided) for shape in scene.shapes)),
+                None,
+            )
     camera = scene.camera
     # A pixel more each way and as large as before: its centres are the corners of the image asked for.
     fovy = math.degrees(2 * math.atan(math.tan(camera.alpha) * (camera.height + 1) / camera.height))
@@ -99,9 +106,9 @@ def _questions(scene: Scene) -> Iterator[tuple[str, Scene, Moved | None]]:
 def _placed(down: int, right: int) -> Moved:
     """Return the function that lays a smaller image's answers into a larger one's, the rest as that one has it."""
 
-    def moved(ours: StageImages, whole: StageImages) -> StageImages:
+    def moved(images: StageImages, whole: StageImages) -> StageImages:
         laid: StageImages = {}
-        for stage, image in ours.items():
+        for stage, image in images.items():
             if stage in IMAGE_STAGES and stage in whole:
                 laid[stage] = np.array(whole[stage], dtype=np.float64)
                 height, width = np.shape(image)[:2]
@@ -115,10 +122,10 @@ def _under(
     what: str, base: SceneTruth, renderer: Answers, stage: Stage, moved: Moved | None, wrong: np.ndarray
 ) -> Tested:
     """Judge the renderer against the oracle's answer to another question."""
-    ours = renderer
+    subject = renderer
     if moved is not None:
-        ours = replace(renderer, answers=moved(renderer.answers, base.truth), shadow_epsilon=_most(renderer))
-    against = AgainstOracle(base, replace(ours, answers={stage: ours.answers[stage]}))
+        subject = replace(renderer, answers=moved(renderer.answers, base.truth), shadow_epsilon=_most(renderer))
+    against = AgainstOracle(base, replace(subject, answers={stage: subject.answers[stage]}))
     if not against.answers(stage):
         return Tested(what=what, ratio=math.inf, differing=0, interior=0)
     over = against.over(stage)
@@ -132,15 +139,15 @@ def _under(
 
 
 def _one_light(scene: Scene, renderer: Answers, stage: Stage, oracle: Analytic) -> Tested:
-    """Judge the renderer pixel by pixel against each light alone, as strong as all of them together would make it."""
-    each = []
+    """Judge each pixel of the renderer against each single light, multiplied by the number of lights."""
+    single = []
     for light in scene.lights:
         red, green, blue = (len(scene.lights) * flux for flux in light.flux)
         alone = replace(scene, lights=(replace(light, flux=(red, green, blue)),))
         base = scene_truth(alone, stages_of(alone), oracle, known={})
         seeing = replace(renderer, answers={stage: renderer.answers[stage]}, shadow_epsilon=_most(renderer))
-        each.append(np.where(base.beside_changes, 0.0, AgainstOracle(base, seeing).ratio(stage)))
-    best = np.min(each, axis=0)
+        single.append(np.where(base.beside_changes, 0.0, AgainstOracle(base, seeing).ratio(stage)))
+    best = np.min(single, axis=0)
     return Tested(
         what="picks one light at random in each pixel",
         ratio=float(best.max()),
@@ -155,10 +162,10 @@ def _most(renderer: Answers) -> float:
 
 
 def in_words(results: Sequence[Tested]) -> str:
-    """Return what the tests came to, as the end of a sentence about the renderer."""
+    """Return the results of the tests as the end of a sentence about the renderer."""
     if not results:
         return ""
-    explaining = [one.what for one in results if one.explains]
+    explaining = [result.what for result in results if result.explains]
     if explaining:
         return f" Explained: its answers are those of a renderer that {', or '.join(explaining)}."
     return f" Not explained by any of {len(results)} conventions tested."

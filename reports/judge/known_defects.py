@@ -1,7 +1,7 @@
 """Known defects of references (findings.json): they turn `reference_suspect` into `warn`.
 
-A finding names the renderer's version, the circumstances under which its defect shows, the smallest scene that shows it
-and a third reference; it is data, in findings.json beside this file, so that a reviewer sees it in the diff.
+A finding consists of the renderer's version, the circumstances of its defect, the smallest scene with the defect and a
+third reference; findings are data in findings.json in this folder, so that a reviewer sees them in a diff.
 """
 
 import json
@@ -50,7 +50,7 @@ class KnownFinding:
         }
 
     def covers(self, scene: Scene, truth: StageImages, pixels: np.ndarray) -> bool:
-        """Say whether every one of the pixels (height, width), of which there are some, is under its circumstances."""
+        """Return whether its circumstances hold in each of the pixels (height, width), at least one of which is set."""
         if not self.where or not pixels.any():
             return False
         return bool(np.all(CIRCUMSTANCES[self.where](scene, truth, pixels) >= self.at_least))
@@ -60,13 +60,13 @@ class KnownFinding:
 def known_findings() -> tuple[KnownFinding, ...]:
     """Return the checked-in findings, one a stage; raise TypeError if one lacks a field."""
     entries = json.loads(Path(__file__).with_name("findings.json").read_text(encoding="utf-8"))
-    found = []
+    findings = []
     for entry in entries:
         stages = entry.pop("stages")
         for stage in stages:
             name = entry["name"] if len(stages) == 1 else f"{entry['name']}_{stage}"
-            found.append(KnownFinding(**entry | {"name": name, "stage": Stage(stage)}))
-    return tuple(found)
+            findings.append(KnownFinding(**entry | {"name": name, "stage": Stage(stage)}))
+    return tuple(findings)
 
 
 def explained(
@@ -87,17 +87,17 @@ def explained(
 
 
 def light_nearness(scene: Scene, truth: StageImages, pixels: np.ndarray) -> np.ndarray:
-    """Return the size of its coordinates over the distance of what is seen from the nearest light, 0 on a miss.
+    """Return the size of the hit's coordinates over its distance from the nearest light, 0 on a miss.
 
-    From 2^22 on the distance is lost in float32's rounding of the coordinates, and may come out as 0.
+    From 2^22 on the distance is smaller than float32's rounding error of the coordinates, and may be computed as 0.
     """
-    position, found = truth[Stage.POSITION][pixels], np.zeros(np.count_nonzero(pixels))
+    position, nearness = truth[Stage.POSITION][pixels], np.zeros(np.count_nonzero(pixels))
     for light in scene.lights:
         place = np.asarray(light.position, dtype=np.float64)
         with np.errstate(divide="ignore", invalid="ignore"):
             near = (np.linalg.norm(place) + length(position)) / length(place - position)
-        found = np.maximum(found, np.nan_to_num(near, nan=0.0))
-    return np.where(truth[Stage.OBJECT][pixels, 0] >= 0, found, 0.0)
+        nearness = np.maximum(nearness, np.nan_to_num(near, nan=0.0))
+    return np.where(truth[Stage.OBJECT][pixels, 0] >= 0, nearness, 0.0)
 
 
 def center_over_hit(scene: Scene, truth: StageImages, pixels: np.ndarray) -> np.ndarray:
@@ -107,20 +107,20 @@ def center_over_hit(scene: Scene, truth: StageImages, pixels: np.ndarray) -> np.
     latter above it, the largest coordinate standing for the distance: from 1500 / 16 on the sphere may block its own
     light.
     """
-    objects, found = truth[Stage.OBJECT][pixels, 0], np.zeros(np.count_nonzero(pixels))
+    objects, ratio = truth[Stage.OBJECT][pixels, 0], np.zeros(np.count_nonzero(pixels))
     for index, shape in enumerate(scene.shapes):
         if isinstance(shape, Sphere):
             linear, shift = placed(shape)
             size = np.linalg.norm(linear @ shape.center + shift) + shape.radius * np.linalg.norm(linear, 2)
-            found = np.where(objects == index, size / (1 + np.abs(truth[Stage.POSITION][pixels]).max(axis=-1)), found)
-    return found
+            ratio = np.where(objects == index, size / (1 + np.abs(truth[Stage.POSITION][pixels]).max(axis=-1)), ratio)
+    return ratio
 
 
 def edge_nearness(scene: Scene, truth: StageImages, pixels: np.ndarray) -> np.ndarray:
-    """Return by what part of its length, inverted, a pixel's ray or one of its shadow rays passes an edge of a mesh.
+    """Return the length of a pixel's ray, or of one of its shadow rays, over its distance from the nearest mesh edge.
 
-    A program that does not round a shared edge alike for the two faces beside it has a hole there: whoever asks whether
-    a point is inside a polygon, and no more than a few roundings of the ray's length decide, may say no of both.
+    A program that rounds a shared edge differently for its two faces has a hole there: if only a few roundings of the
+    ray's length decide whether a point is inside a polygon, it may be outside of both.
     """
     corners = [world_triangles(shape).astype(np.float64) for shape in scene.shapes if isinstance(shape, Mesh)]
     nearness = np.zeros(np.count_nonzero(pixels))

@@ -1,7 +1,7 @@
-"""Metrics of images that inform a reader: PSNR, relative MSE, NRMSE, SSIM. The limits decide.
+"""Metrics of images for the reader: PSNR, relative MSE, NRMSE, SSIM. They do not affect verdicts.
 
-To add one: a function `(ours, theirs, value_range) -> float | None` on float64 images of shape (height, width,
-channels), finite everywhere, under `@METRICS.register("name")`. None: it is not defined here.
+To add one: a function `(image, truth, value_range) -> float | None` on float64 images of shape (height, width,
+channels), finite everywhere, under `@METRICS.register("name")`. It returns None if the metric is not defined.
 PSNR and NRMSE are scikit-image's to the last bit; scikit-image imports SciPy's statistics for each, most of a second.
 """
 
@@ -20,17 +20,17 @@ SIGMA = 1.5  # px of its Gaussian: the article's own, and the page's (`metrics.j
 
 
 @METRICS.register("psnr")
-def peak_signal_to_noise(ours: np.ndarray, theirs: np.ndarray, value_range: tuple[float, float]) -> float | None:
+def peak_signal_to_noise(image: np.ndarray, truth: np.ndarray, value_range: tuple[float, float]) -> float | None:
     """Return the PSNR [dB] over the stated range; None without contrast or between equal images."""
     low, high = value_range
-    if not high > low or np.array_equal(ours, theirs):
+    if not high > low or np.array_equal(image, truth):
         return None
-    return float(10 * np.log10(float(high - low) ** 2 / np.mean(np.square(theirs - ours), dtype=np.float64)))
+    return float(10 * np.log10(float(high - low) ** 2 / np.mean(np.square(truth - image), dtype=np.float64)))
 
 
 @METRICS.register("relative_mse")
-def relative_mean_square(ours: np.ndarray, theirs: np.ndarray, value_range: tuple[float, float]) -> float | None:
-    """Return the mean of (ours - theirs)^2 / (theirs^2 + softening); None without contrast.
+def relative_mean_square(image: np.ndarray, truth: np.ndarray, value_range: tuple[float, float]) -> float | None:
+    """Return the mean of (image - truth)^2 / (truth^2 + softening); None without contrast.
 
     Source: Rousselle, Knaus and Zwicker, Adaptive sampling and reconstruction using greedy error minimization, ACM
     Transactions on Graphics 30(6), 2011; with their 0.01 against division by zero.
@@ -39,20 +39,20 @@ def relative_mean_square(ours: np.ndarray, theirs: np.ndarray, value_range: tupl
     scale = max(abs(low), abs(high))
     if not scale > 0:
         return None
-    return float(np.mean((ours - theirs) ** 2 / (theirs**2 + SOFTENING * scale**2)))
+    return float(np.mean((image - truth) ** 2 / (truth**2 + SOFTENING * scale**2)))
 
 
 @METRICS.register("nrmse")
-def root_mean_square(ours: np.ndarray, theirs: np.ndarray, value_range: tuple[float, float]) -> float | None:
+def root_mean_square(image: np.ndarray, truth: np.ndarray, value_range: tuple[float, float]) -> float | None:
     """Return the root mean square error over the reference's Euclidean norm; None where that is zero everywhere."""
-    if not np.any(theirs):
+    if not np.any(truth):
         return None
-    norm = np.sqrt(np.mean(np.square(theirs), dtype=np.float64))
-    return float(np.sqrt(np.mean(np.square(theirs - ours), dtype=np.float64)) / norm)
+    norm = np.sqrt(np.mean(np.square(truth), dtype=np.float64))
+    return float(np.sqrt(np.mean(np.square(truth - image), dtype=np.float64)) / norm)
 
 
 @METRICS.register("ssim")
-def structural_similarity(ours: np.ndarray, theirs: np.ndarray, value_range: tuple[float, float]) -> float | None:
+def structural_similarity(image: np.ndarray, truth: np.ndarray, value_range: tuple[float, float]) -> float | None:
     """Return the mean over pixels of each one's worst channel, over the stated range; None without contrast.
 
     Source: Wang, Bovik, Sheikh and Simoncelli, Image quality assessment: from error visibility to structural
@@ -60,12 +60,12 @@ def structural_similarity(ours: np.ndarray, theirs: np.ndarray, value_range: tup
     The page's map of 1 - SSIM has the same values, pixel by pixel.
     """
     low, high = value_range
-    if min(ours.shape[:2]) < 2 * REACH + 1 or not high > low:
+    if min(image.shape[:2]) < 2 * REACH + 1 or not high > low:
         return None
     from skimage.metrics import structural_similarity as ssim  # 0.3 s to import, and only wanted here
 
-    found: Any = ssim(
-        ours, theirs, channel_axis=-1, data_range=high - low, full=True, gaussian_weights=True, sigma=SIGMA,
+    similarity: Any = ssim(
+        image, truth, channel_axis=-1, data_range=high - low, full=True, gaussian_weights=True, sigma=SIGMA,
         use_sample_covariance=False, truncate=REACH / SIGMA,
     )  # fmt: skip
-    return float(found[1].min(axis=-1).mean())
+    return float(similarity[1].min(axis=-1).mean())

@@ -1,8 +1,8 @@
-"""What a case promises: how many pixels are decided by their limits, how few by rounding or a declared epsilon.
+"""Promises of a case: the least number of pixels within limits, and the most explained by rounding or an epsilon.
 
-Where much of an image is explained, the limits say too little of it. A case fixes in advance how much that may be. The
-tracer's own answers hold the promise, and a case of the suite in which they do not is an error of ours; any other
-subject beyond it is undecided, for nobody fails by what could not be told.
+If much of an image is explained by nearby problems, the limits decide too little of it, so each case fixes the largest
+share in advance. The tracer's answers must keep the promise; otherwise the case is in error. Any other subject beyond
+it is undecided, since it must not fail by pixels that could not be decided.
 """
 
 from collections.abc import Mapping, Sequence
@@ -22,13 +22,13 @@ from rayproof.reports.results.case_records import Check
 from rayproof.reports.results.outcomes import Outcome
 
 ALWAYS = (Stage.CAMERA, Stage.RAY)  # decided whatever the scene
-# How many times what rounding needs an epsilon may be: a bound is a few times what it bounds, taken for a whole scene
-# it is a few times more, and a strategy may double it at either end.
+# The largest allowed epsilon as a multiple of the length that rounding requires: a bound is a few times the error, the
+# bound of a whole scene a few times more, and a strategy may double it at either end.
 ALLOWED = 16
 
 
 def held_to_promise(case: Case, check: Check, base: SceneTruth, *, own: bool) -> Check:
-    """Return the check; one that passed is undecided, or an error of ours (`own`), where the promise is not held."""
+    """Return the check; if the promise is broken, a pass becomes undecided, or an error for the tracer (`own`)."""
     if check.outcome is not Outcome.PASS or check.stage in ALWAYS or check.end_to_end is None:
         return check
     measured, hit = check.end_to_end, base.conditioning.hit
@@ -48,18 +48,18 @@ def held_to_promise(case: Case, check: Check, base: SceneTruth, *, own: bool) ->
     return structs.replace(check, outcome=Outcome.ERROR if own else Outcome.UNDECIDED, reason=reason)
 
 
-# Epsilons that a renderer declares, against what rounding needs.
+# Declared epsilons of a renderer, compared with the length that rounding requires.
 #
-# A computed hit lies off its surface, along the normal, by the surface's own error and by the rounding of eye + t d;
-# the shadow ray that starts there finds that surface off by as much again as its data are. So much a strategy against
-# acne must leave unseen. An epsilon that is larger than a few times that is a choice, which costs pixels that nobody
-# can judge.
+# The distance of a computed hit from its surface, along the normal, is the surface's own error and the rounding error
+# of eye + t d; for the shadow ray that starts there, the error of the surface's data is added once more. A strategy
+# against acne must ignore blockers within this length. A larger epsilon, by more than a small factor, is a choice that
+# makes pixels undecidable.
 
 
 def held_to_epsilons(
     checks: Sequence[Check], renderers: Mapping[str, AgainstOracle], most_explained: float
 ) -> list[Check]:
-    """Return the checks: what passed is a warning, and what has too many pixels explained so is a failure."""
+    """Return the checks: passes become warnings, and checks with too many pixels explained so become failures."""
     return [_held(check, renderers.get(check.configuration), most_explained) for check in checks]
 
 
@@ -82,7 +82,7 @@ def _held(check: Check, subject: AgainstOracle | None, most_explained: float) ->
 
 
 def beyond_need(subject: AgainstOracle, pixels: StagePixels) -> np.ndarray:
-    """Return the pixels (height, width) that only an epsilon of more than `ALLOWED` times what is needed explains."""
+    """Return the pixels (height, width) that only an epsilon of more than `ALLOWED` times the required one explains."""
     explained = pixels.kinds == Kind.EPSILON
     if not explained.any():
         return explained

@@ -1,7 +1,8 @@
 """`SceneTruth`: the oracle's answers to a scene and their conditioning, which all judging of the scene shares."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cache, cached_property, partial
 
 import numpy as np
 
@@ -10,7 +11,7 @@ from rayproof.cases.stages import Stage, StageImages
 from rayproof.reference.analytic import Analytic
 from rayproof.reports.judge.answers import dot, widest_near
 from rayproof.reports.judge.forward.conditioning import Conditioning, condition
-from rayproof.reports.judge.forward.limits import Limits, Roundoff, limits
+from rayproof.reports.judge.forward.limits import Limits, limits
 
 SMOOTH = 0.9  # cosine of the angle between neighbours' normals; at a cube's edge it is less
 
@@ -55,15 +56,9 @@ class SceneTruth:
         return beside
 
     @cached_property
-    def _limits(self) -> dict[tuple[Roundoff, bool], Limits]:
-        return {}
-
-    def limits(self, g: Roundoff, *, by_matrices: bool) -> Limits:
-        """Return the limits of one kind of rounding."""
-        if (g, by_matrices) not in self._limits:
-            found = limits(self.scene, self.truth, self.conditioning, g, by_matrices=by_matrices)
-            self._limits[g, by_matrices] = found
-        return self._limits[g, by_matrices]
+    def limits(self) -> Callable[..., Limits]:
+        """Return a function of a roundoff and `by_matrices`: the limits of each kind of rounding, computed once."""
+        return cache(partial(limits, self.scene, self.truth, self.conditioning))
 
 
 def _cut(image: np.ndarray, axis: int, part: slice) -> np.ndarray:

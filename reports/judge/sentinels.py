@@ -112,7 +112,7 @@ def edge_sentinels(oracle: Analytic) -> Iterator[Sentinel]:
 # Sentinels before several references: who is wrong is known, and must be found out by the word of the others.
 
 
-BLUNDER = 1.01
+BLUNDER = 1.01  # a factor that is beyond every limit: they are some roundings wide
 
 
 def witness_sentinels(truth: StageImages) -> Iterator[Sentinel]:

@@ -17,8 +17,8 @@ import numpy as np
 from rayproof.cases.registry import Registry
 from rayproof.cases.scene import PointLight, Scene, Shape
 from rayproof.cases.stages import Stage
-from rayproof.reference.analytic import Analytic, Rows
-from rayproof.reference.analytic.surfaces import Between, Crossing
+from rayproof.reference.analytic import Analytic, Rays, Rows, ShadowRays
+from rayproof.reference.analytic.surfaces import Crossing
 
 
 class Mistake(Analytic):
@@ -71,6 +71,7 @@ class Family(Mistake):
 
     numbers: ClassVar[tuple[float, ...]] = ()
     starts: ClassVar[tuple[tuple[float, ...], ...]] = ()  # of each number: values to begin with, ascending
+    jumps: ClassVar[bool] = False  # whether pixels jump, so that nothing is differentiable
     named: ClassVar[Mapping[float, str]] = {}  # numbers that have a name of their own
 
     @classmethod
@@ -108,6 +109,18 @@ def family(
         return FAMILIES.register(name)(mistake)
 
     return register
+
+
+# The steps up to what is hit and visible, without the writing of images.
+BEFORE_LIGHT = (
+    "scene", "image_points", "rays", "clip_interval", "nearest", "crossing", "distances", "positions", "normals",
+    "outward_normals", "planes", "shadow_starts", "above_horizon", "blocked", "visibility", "samples",
+)  # fmt: skip
+
+
+def lights_only(mistake: type[Analytic]) -> bool:
+    """Return whether an oracle hits and sees what the right one does."""
+    return all(getattr(mistake, step) is getattr(Analytic, step) for step in BEFORE_LIGHT)
 
 
 def together(first: type[Mistake], second: type[Mistake]) -> type[Mistake]:
@@ -153,23 +166,13 @@ class _Some(Mistake):
         pairs = zip(changed.shapes, scene.shapes, strict=True)
         return replace(changed, shapes=tuple(new if isinstance(old, self.kinds) else old for new, old in pairs))
 
-    def crossing(
-        self, scene: Scene, index: int, eye: np.ndarray, directions: np.ndarray, low: np.ndarray, high: np.ndarray
-    ) -> Crossing:
+    def crossing(self, scene: Scene, index: int, rays: Rays) -> Crossing:
         asked = super() if isinstance(scene.shapes[index], self.kinds) else Analytic()
-        return asked.crossing(scene, index, eye, directions, low, high)
+        return asked.crossing(scene, index, rays)
 
-    def blocked(
-        self,
-        scene: Scene,
-        index: int,
-        light: PointLight,
-        objects: np.ndarray,
-        starts: np.ndarray,
-        between: Between = (0.0, 1.0),
-    ) -> np.ndarray:
+    def blocked(self, scene: Scene, index: int, rays: ShadowRays) -> np.ndarray:
         asked = super() if isinstance(scene.shapes[index], self.kinds) else Analytic()
-        return asked.blocked(scene, index, light, objects, starts, between)
+        return asked.blocked(scene, index, rays)
 
     def outward_normals(self, scene: Scene, index: int, positions: np.ndarray, faces: np.ndarray) -> np.ndarray:
         asked = super() if isinstance(scene.shapes[index], self.kinds) else Analytic()

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from rayproof.cases.scene import PointLight, Scene
+from rayproof.cases.scene import PointLight, Scene, Shading
 from rayproof.cases.stages import Stage
 from rayproof.reference.analytic import Analytic
 from rayproof.reference.analytic.vectors import dot, length
@@ -202,23 +202,30 @@ class LightsClamped(Mistake):
 
 # Models of light.
 
-for _name, _model, _sentence, _items in (
-    (
-        "simplified_for_physical",
-        "simplified",
-        "uses the lecture's simplified light where the physical one is asked for (no falloff, no 1/pi)",
-        ("RAD-3", "RAD-1"),
-    ),
-    (
-        "physical_for_simplified",
-        "inverse_square",
-        "uses the physical light where the lecture's simplified one is asked for",
-        ("RAD-3",),
-    ),
-):
-    known(_name, _sentence, *_items)(
-        type(_name, (Mistake,), {"scene": lambda _, scene, model=_model: replace(scene, shading=model)})
-    )
+
+class Model(Mistake):
+    """Light is that of another model."""
+
+    model: Shading = "simplified"
+
+    def irradiance_of(self, scene: Scene, light: PointLight, positions: np.ndarray, normals: np.ndarray) -> np.ndarray:
+        """Return the share by that model."""
+        return super().irradiance_of(replace(scene, shading=self.model), light, positions, normals)
+
+    def leaving(self, scene: Scene, exitance: np.ndarray) -> np.ndarray:
+        """Return radiance by that model."""
+        return super().leaving(replace(scene, shading=self.model), exitance)
+
+
+known(
+    "simplified_for_physical",
+    "uses the lecture's simplified light where the physical one is asked for (no falloff, no 1/pi)",
+    "RAD-3",
+    "RAD-1",
+)(Model)
+known("physical_for_simplified", "uses the physical light where the lecture's simplified one is asked for", "RAD-3")(
+    type("Physical", (Model,), {"model": "inverse_square"})
+)
 
 
 # Surfaces.

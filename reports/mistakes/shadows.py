@@ -6,7 +6,7 @@ import numpy as np
 
 from rayproof.cases.scene import PointLight, Scene
 from rayproof.cases.stages import Stage
-from rayproof.reference.analytic import Analytic, Freedom, Rows
+from rayproof.reference.analytic import Analytic, Freedom, Rows, ShadowRays
 from rayproof.reference.analytic.surfaces import Between, surface_of
 from rayproof.reference.analytic.vectors import dot, length
 from rayproof.reports.mistakes import Family, Mistake, family, known, variant
@@ -21,24 +21,15 @@ class AlongShadowRays(Mistake):
         """Return the open interval of s in which blockers count."""
         return 0.0, 1.0
 
-    def blocked(
-        self,
-        scene: Scene,
-        index: int,
-        light: PointLight,
-        objects: np.ndarray,
-        starts: np.ndarray,
-        between: Between = (0.0, 1.0),
-    ) -> np.ndarray:
+    def blocked(self, scene: Scene, index: int, rays: ShadowRays) -> np.ndarray:
         """Return which shadow rays meet the shape in that interval."""
-        surface, source = surface_of(scene.shapes[index]), np.asarray(light.position, dtype=np.float64)
-        low, high = (np.broadcast_to(end, len(starts)) for end in self.interval(light, starts))
-        own, blocked = objects[:, 0] == index, np.zeros(len(starts), dtype=bool)
-        for rays, _, crossing in surface.meetings(source, starts - source):
+        low, high = (np.broadcast_to(end, len(rays.starts)) for end in self.interval(rays.light, rays.starts))
+        own, blocked = rays.objects[:, 0] == index, np.zeros(len(rays.starts), dtype=bool)
+        for some, _, crossing in surface_of(scene.shapes[index]).meetings(rays.source, rays.segments):
             s = 1 - crossing
-            inside = (s > low[rays, np.newaxis]) & (s < high[rays, np.newaxis])
-            inside &= ~own[rays, np.newaxis] | (np.abs(s) > OWN)
-            blocked[rays] |= inside.any(axis=1)
+            inside = (s > low[some, np.newaxis]) & (s < high[some, np.newaxis])
+            inside &= ~own[some, np.newaxis] | (np.abs(s) > OWN)
+            blocked[some] |= inside.any(axis=1)
         return blocked
 
 
@@ -89,6 +80,8 @@ _along(
 class ShadowRayLength(Family, AlongShadowRays):
     """The interval ends elsewhere than at the light."""
 
+    jumps = True
+
     def interval(self, light: PointLight, starts: np.ndarray) -> Between:
         """Return the interval up to the number."""
         return 0.0, self.numbers[0]
@@ -107,6 +100,8 @@ OFFSETS = (1e-3, 2e-3, 5e-3, 0.01, 0.02, 0.05, 0.1, 0.2)
 class ShadowRayOffset(Family):
     """Shadow rays start off the surface; the light's side is asked at the surface."""
 
+    jumps = True
+
     def visibility(self, scene: Scene, rows: Rows, freedom: Freedom | None = None) -> np.ndarray:
         """Return visibility from there, where whatever is met blocks."""
         objects, points = rows[Stage.OBJECT], rows[Stage.POSITION]
@@ -116,7 +111,7 @@ class ShadowRayOffset(Family):
         for column, light in enumerate(scene.lights):
             free = (objects[:, 0] >= 0) & self.above_horizon(scene, light, points, rows)
             for index in range(len(scene.shapes)):
-                free &= ~self.blocked(scene, index, light, nobody, starts)
+                free &= ~self.blocked(scene, index, ShadowRays(light, nobody, starts))
             answer[:, column] = free
         return answer
 
@@ -128,8 +123,10 @@ class ShadowRayOffset(Family):
     "LIT-2",
     starts=[OFFSETS],
 )
-class ShadowRayskip(Family, AlongShadowRays):
+class ShadowRaySkip(Family, AlongShadowRays):
     """Shadow rays begin to be blocked some way from the surface."""
+
+    jumps = True
 
     def interval(self, light: PointLight, starts: np.ndarray) -> Between:
         """Return the interval from there."""
@@ -140,34 +137,18 @@ class ShadowRayskip(Family, AlongShadowRays):
 class NoShadows(Mistake):
     """Nothing blocks."""
 
-    def blocked(
-        self,
-        scene: Scene,
-        index: int,
-        light: PointLight,
-        objects: np.ndarray,
-        starts: np.ndarray,
-        between: Between = (0.0, 1.0),
-    ) -> np.ndarray:
+    def blocked(self, scene: Scene, index: int, rays: ShadowRays) -> np.ndarray:
         """Return False."""
-        return np.zeros(len(objects), dtype=bool)
+        return np.zeros(len(rays.starts), dtype=bool)
 
 
 @known("own_shape_passes", "lets no shape cast a shadow on itself", "LIT-1", "LIT-5")
 class OwnShapePasses(Mistake):
     """A shape does not block the light of its own points."""
 
-    def blocked(
-        self,
-        scene: Scene,
-        index: int,
-        light: PointLight,
-        objects: np.ndarray,
-        starts: np.ndarray,
-        between: Between = (0.0, 1.0),
-    ) -> np.ndarray:
+    def blocked(self, scene: Scene, index: int, rays: ShadowRays) -> np.ndarray:
         """Return what other shapes block."""
-        return super().blocked(scene, index, light, objects, starts, between) & (objects[:, 0] != index)
+        return super().blocked(scene, index, rays) & (rays.objects[:, 0] != index)
 
 
 @known("shadows_inverted", "takes what is blocked for visible", "LIT-1")

@@ -6,21 +6,9 @@ from functools import lru_cache
 
 import numpy as np
 
-from rayproof.cases.scene import (
-    Cube,
-    Matrix,
-    Mesh,
-    Plane,
-    PointLight,
-    Scene,
-    SceneError,
-    Shape,
-    Sphere,
-    Square,
-    Triangle,
-)
-from rayproof.reference.analytic import Analytic, Freedom, Hits
-from rayproof.reference.analytic.surfaces import Between, Crossing, Meetings, Polygons, Surface, bundles, surface_of
+from rayproof.cases.scene import Cube, Matrix, Mesh, Plane, Scene, SceneError, Shape, Sphere, Square, Triangle
+from rayproof.reference.analytic import Analytic, Freedom, Hits, Rays, ShadowRays
+from rayproof.reference.analytic.surfaces import Crossing, Meetings, Polygons, Surface, bundles, surface_of
 from rayproof.reference.analytic.vectors import dot, ends_of, length, units
 from rayproof.reports.mistakes import Family, Mistake, family, known, variant
 
@@ -162,6 +150,8 @@ class BehindWhereUnclipped(Mistake):
 class Within(Family):
     """Hits count up to a distance."""
 
+    jumps = True
+
     def clip_interval(self, scene: Scene, directions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return an interval that ends there."""
         low, high = super().clip_interval(scene, directions)
@@ -179,7 +169,7 @@ class AnotherOrder(Mistake):
         low, high = self.clip_interval(scene, directions)
         hits = Hits(np.full((count, 2), -1.0), np.full(count, np.inf), np.zeros(count, dtype=int))
         for index in range(len(scene.shapes)):
-            crossing = self.crossing(scene, index, eye, directions, low, high)
+            crossing = self.crossing(scene, index, Rays(eye, directions, low, high))
             there, before = np.isfinite(crossing.distance), np.isfinite(hits.distances)
             nearer = crossing.distance < hits.distances
             rules = {"first": ~before, "last": there, "farthest": ~before | ~nearer, "nearest": nearer}
@@ -188,30 +178,28 @@ class AnotherOrder(Mistake):
             hits.objects[where, 0], hits.objects[where, 1] = index, crossing.face[where]
         return hits
 
-    def crossing(
-        self, scene: Scene, index: int, eye: np.ndarray, directions: np.ndarray, low: np.ndarray, high: np.ndarray
-    ) -> Crossing:
+    def crossing(self, scene: Scene, index: int, rays: Rays) -> Crossing:
         """Return the crossing that counts with one shape."""
-        surface = surface_of(scene.shapes[index])
+        surface, (eye, directions, low, high) = surface_of(scene.shapes[index]), rays
         if self.faces == "nearest" or not isinstance(scene.shapes[index], Mesh):
-            return surface.first(eye, directions, low, high)
+            return surface.first(*rays)
         found = Crossing(
             np.full(len(directions), np.inf), np.zeros(len(directions)), np.zeros(len(directions), dtype=int)
         )
         best = np.full(len(directions), -np.inf)
-        for rays, pieces, crossing in surface.meetings(eye, directions):
-            inside = (crossing > low[rays, np.newaxis]) & (crossing < high[rays, np.newaxis])
+        for some, pieces, crossing in surface.meetings(eye, directions):
+            inside = (crossing > low[some, np.newaxis]) & (crossing < high[some, np.newaxis])
             order = {"first": -pieces[np.newaxis], "last": pieces[np.newaxis]}.get(self.faces, crossing)
             key = np.where(inside, order, -np.inf)
             place = key.argmax(axis=1)
-            every = np.arange(len(rays))
-            better = key[every, place] > best[rays]
-            best[rays[better]] = key[every, place][better]
-            found.distance[rays[better]], found.piece[rays[better]] = (
+            every = np.arange(len(some))
+            better = key[every, place] > best[some]
+            best[some[better]] = key[every, place][better]
+            found.distance[some[better]], found.piece[some[better]] = (
                 crossing[every, place][better],
                 pieces[place[better]],
             )
-            found.face[rays[better]] = surface.number(pieces[place[better]])
+            found.face[some[better]] = surface.number(pieces[place[better]])
         return found
 
 
@@ -234,14 +222,13 @@ class BehindTheEye(Mistake):
         low, high = super().clip_interval(scene, directions)
         return np.full_like(low, -np.inf), high
 
-    def crossing(
-        self, scene: Scene, index: int, eye: np.ndarray, directions: np.ndarray, low: np.ndarray, high: np.ndarray
-    ) -> Crossing:
+    def crossing(self, scene: Scene, index: int, rays: Rays) -> Crossing:
         """Return the first crossing of the whole line; of a mesh, rays alone are asked, so it is asked both ways."""
-        ahead = super().crossing(scene, index, eye, directions, low, high)
+        ahead = super().crossing(scene, index, rays)
         if not isinstance(scene.shapes[index], Mesh):
             return ahead
-        back = _Farthest().crossing(scene, index, eye, -directions, np.zeros_like(low), np.full_like(low, np.inf))
+        ends = np.zeros_like(rays.low), np.full_like(rays.low, np.inf)
+        back = _Farthest().crossing(scene, index, Rays(rays.eye, -rays.directions, *ends))
         there = np.isfinite(back.distance)
         pairs = zip((-back.distance, back.face, back.piece), ahead, strict=True)
         return Crossing(*(np.where(there, behind, before) for behind, before in pairs))
@@ -260,31 +247,20 @@ class OtherSurfaces(Mistake):
         """Return the surface that is met."""
         raise NotImplementedError
 
-    def crossing(
-        self, scene: Scene, index: int, eye: np.ndarray, directions: np.ndarray, low: np.ndarray, high: np.ndarray
-    ) -> Crossing:
+    def crossing(self, scene: Scene, index: int, rays: Rays) -> Crossing:
         """Return where rays meet it first."""
-        return self.surface(scene.shapes[index]).first(eye, directions, low, high)
+        return self.surface(scene.shapes[index]).first(*rays)
 
-    def blocked(
-        self,
-        scene: Scene,
-        index: int,
-        light: PointLight,
-        objects: np.ndarray,
-        starts: np.ndarray,
-        between: Between = (0.0, 1.0),
-    ) -> np.ndarray:
+    def blocked(self, scene: Scene, index: int, rays: ShadowRays) -> np.ndarray:
         """Return which shadow rays it blocks."""
         surface = self.surface(scene.shapes[index])
         if not self.shadow_rays or surface is surface_of(scene.shapes[index]):
-            return super().blocked(scene, index, light, objects, starts, between)
-        source = np.asarray(light.position, dtype=np.float64)
-        own, ends = objects[:, 0] == index, ends_of(np.asarray(scene.camera.eye), starts)
-        blocked = np.zeros(len(objects), dtype=bool)
-        blocked[~own] = surface.blocks(source, (starts - source)[~own], ends[~own], (0.0, 1.0))
+            return super().blocked(scene, index, rays)
+        own, ends = rays.objects[:, 0] == index, ends_of(np.asarray(scene.camera.eye), rays.starts)
+        blocked = np.zeros(len(own), dtype=bool)
+        blocked[~own] = surface.blocks(rays.source, rays.segments[~own], ends[~own], (0.0, 1.0))
         if own.any():
-            blocked[own] = surface.blocks_own(source, (starts - source)[own], ends[own], objects[own, 1])
+            blocked[own] = surface.blocks_own(rays.source, rays.segments[own], ends[own], rays.objects[own, 1])
         return blocked
 
 
@@ -367,26 +343,17 @@ for _number, _least in enumerate((1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8)):
 class BackFacesPass(Mistake):
     """Shadow rays pass through surfaces that face away from where they start."""
 
-    def blocked(
-        self,
-        scene: Scene,
-        index: int,
-        light: PointLight,
-        objects: np.ndarray,
-        starts: np.ndarray,
-        between: Between = (0.0, 1.0),
-    ) -> np.ndarray:
+    def blocked(self, scene: Scene, index: int, rays: ShadowRays) -> np.ndarray:
         """Return which shadow rays meet a triangle's front."""
         if not isinstance(scene.shapes[index], TRIANGLES):
-            return super().blocked(scene, index, light, objects, starts, between)
-        surface, source = _wrong_triangles(scene.shapes[index], (("culled", True),)), np.asarray(light.position)
-        blocked = np.zeros(len(objects), dtype=bool)
+            return super().blocked(scene, index, rays)
+        surface, blocked = _wrong_triangles(scene.shapes[index], (("culled", True),)), np.zeros(len(rays.starts), bool)
         # From the light a triangle is seen from the other side: what faces the start faces away from the light.
         mirrored = replace(surface, corners=surface.corners[:, ::-1])  # type: ignore[type-var]
-        own = np.where(objects[:, 0] == index, objects[:, 1], -1)
-        for rays, pieces, crossing in mirrored.meetings(source, starts - source):
-            inside = (crossing > 0) & (crossing < 1 - OWN) & (surface.number(pieces) != own[rays, np.newaxis])
-            blocked[rays] |= inside.any(axis=1)
+        own = np.where(rays.objects[:, 0] == index, rays.objects[:, 1], -1)
+        for some, pieces, crossing in mirrored.meetings(rays.source, rays.segments):
+            inside = (crossing > 0) & (crossing < 1 - OWN) & (surface.number(pieces) != own[some, np.newaxis])
+            blocked[some] |= inside.any(axis=1)
         return blocked
 
 
@@ -436,33 +403,23 @@ class InObjectSpace(Mistake):
                 return self.sphere(shape, o, d, low)
             return self.cube(o, d, low) if isinstance(shape, Cube) else self.flat(shape, o, d)
 
-    def crossing(
-        self, scene: Scene, index: int, eye: np.ndarray, directions: np.ndarray, low: np.ndarray, high: np.ndarray
-    ) -> Crossing:
+    def crossing(self, scene: Scene, index: int, rays: Rays) -> Crossing:
         """Return the smallest crossing that counts."""
         shape = scene.shapes[index]
         if isinstance(shape, TRIANGLES):
-            return super().crossing(scene, index, eye, directions, low, high)
-        found = self._all(shape, eye, directions, low)
-        inside = (found > low[:, np.newaxis]) & (found < high[:, np.newaxis])
+            return super().crossing(scene, index, rays)
+        found = self._all(shape, rays.eye, rays.directions, rays.low)
+        inside = (found > rays.low[:, np.newaxis]) & (found < rays.high[:, np.newaxis])
         key = np.where(inside, found, np.inf)
         return Crossing(key.min(axis=1), np.zeros(len(found)), key.argmin(axis=1))
 
-    def blocked(
-        self,
-        scene: Scene,
-        index: int,
-        light: PointLight,
-        objects: np.ndarray,
-        starts: np.ndarray,
-        between: Between = (0.0, 1.0),
-    ) -> np.ndarray:
+    def blocked(self, scene: Scene, index: int, rays: ShadowRays) -> np.ndarray:
         """Return which shadow rays meet it between their start and the light."""
         shape = scene.shapes[index]
         if isinstance(shape, TRIANGLES):
-            return super().blocked(scene, index, light, objects, starts, between)
-        found = self._all(shape, starts, np.asarray(light.position) - starts, np.zeros(len(starts)))
-        least = np.where(objects[:, 0] == index, OWN, 0.0)[:, np.newaxis]
+            return super().blocked(scene, index, rays)
+        found = self._all(shape, rays.starts, -rays.segments, np.zeros(len(rays.starts)))
+        least = np.where(rays.objects[:, 0] == index, OWN, 0.0)[:, np.newaxis]
         return np.asarray(((found > least) & (found < 1)).any(axis=1))
 
     def normals(self, scene: Scene, directions: np.ndarray, objects: np.ndarray, positions: np.ndarray) -> np.ndarray:

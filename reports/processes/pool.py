@@ -1,5 +1,7 @@
 """`Pool`: starts worker processes by kind, hands out tasks with deadlines, lets sleeping kinds run beside `jobs`.
 
+`Pool.submit` returns a `Future`, which coroutines await; `Coroutines` continues those whose futures are done.
+
 A worker is a new interpreter that imports `rayproof` and nothing of the script that called it: `multiprocessing` would
 run an unguarded script a second time, and refuses to start anything below a process of its own. It ends with its
 parent, however that ends, and is shown as `rayproof-` and its kind in listings of processes. What libraries print in it
@@ -15,6 +17,7 @@ a kind have been at their tasks for long and a processor is idle, the kind gets 
 of the machine's memory, so that one of them runs at a time, and its worker ends with it.
 """
 
+import concurrent.futures
 import contextlib
 import importlib
 import os
@@ -25,10 +28,10 @@ import sys
 import tempfile
 import time
 from collections import deque
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Collection, Coroutine, Generator, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import IO, Any
+from typing import IO, Any, TypeVar
 
 from rayproof import HOLDER
 from rayproof.reports.processes.scratch import Scratch
@@ -172,6 +175,51 @@ def begin(descriptor: int, parent: int) -> None:
     getattr(importlib.import_module(beginning.module), beginning.function)(beginning.kind, connection)
 
 
+Result = TypeVar("Result")
+
+
+class Future(concurrent.futures.Future[Result]):
+    """A result that comes later; a coroutine of `Coroutines` can await it."""
+
+    def __await__(self) -> Generator["Future[Result]", None, Result]:
+        """Wait until the result is there, and return it."""
+        if not self.done():
+            yield self
+        return self.result()
+
+
+class Coroutines:
+    """Coroutines that await futures, without an event loop: whoever waits for their results calls `step`.
+
+    An exception in a coroutine is raised by `start` or `step`.
+    """
+
+    def __init__(self) -> None:
+        # Each with the future that it awaits and the future of its own result.
+        self._suspended: list[tuple[Coroutine[Future[Any], None, Any], Future[Any], Future[Any]]] = []
+
+    def start(self, coroutine: Coroutine[Future[Any], None, Result]) -> Future[Result]:
+        """Run a coroutine until it awaits a future, and return the future of its result."""
+        result = Future[Result]()
+        self._continue(coroutine, result)
+        return result
+
+    def step(self) -> None:
+        """Continue the coroutines whose awaited futures are done."""
+        suspended, self._suspended = self._suspended, []
+        for coroutine, awaited, result in suspended:
+            if awaited.done():
+                self._continue(coroutine, result)
+            else:
+                self._suspended.append((coroutine, awaited, result))
+
+    def _continue(self, coroutine: Coroutine[Future[Any], None, Result], result: Future[Result]) -> None:
+        try:
+            self._suspended.append((coroutine, coroutine.send(None), result))
+        except StopIteration as end:
+            result.set_result(end.value)
+
+
 GLANCE = 1.0  # s, the longest wait at a time
 # A kind is found to sleep if its last tasks, so many and of so many seconds together, computed for no more than this
 # part of them. It is small, so that who computes is no sleeper on a machine where eight others want each processor.
@@ -180,13 +228,13 @@ SLEEPERS = 6  # workers of a kind that sleeps; each costs memory, and its import
 # A worker is replaced after so many tasks, or once it has grown by so many bytes since its first ones, which is seen
 # each time that it has done a few.
 MOST_TASKS, GROWTH, LOOKED_AT = 2000, 2**31, 20
-ASLEEP = 1.0  # s beyond it after which this process was itself stopped, or its machine asleep: no worker is to blame
+ASLEEP = 1.0  # s beyond it: this process was stopped, took calls, or its machine slept, and no worker is to blame
 
 
 @dataclass(kw_only=True)
 class _Worker:
     process: WorkerProcess
-    done: Callable[[Reply], None] | None = None
+    future: Future[Reply] | None = None  # of the reply to its task
     limit: float = 0.0  # s that its task may take
     deadline: float = 0.0
     started: float = 0.0
@@ -201,13 +249,26 @@ class _Waiting:
 
     kind: str
     task: Any
-    done: Callable[[Reply], None]  # who gets the reply
+    future: Future[Reply]  # of its reply
     seconds: float | None
     large: bool
 
 
+_CALLS: dict[int, Callable[[], None]] = {}  # by descriptor
+
+
+@contextlib.contextmanager
+def taking_calls(descriptor: int, take: Callable[[], None]) -> Iterator[None]:
+    """Have each pool of this process call `take`, while it waits, when there is something to read at a descriptor."""
+    _CALLS[descriptor] = take
+    try:
+        yield
+    finally:
+        del _CALLS[descriptor]
+
+
 class Pool:
-    """Run tasks in workers by kind; `step` waits for something to happen and calls back.
+    """Run tasks in workers by kind; `step` waits for something to happen and sets the results of futures.
 
     A kind has one worker, or as many as `copies` says; a renderer with a compiler of its own wants only one. Its tasks
     have `timeout` seconds each, or as many as `timeouts` says. The kinds in `may_sleep` sleep where they are found to.
@@ -243,18 +304,25 @@ class Pool:
         self,
         kind: str,
         task: Any,
-        done: Callable[[Reply], None],
         *,
         first: bool = False,
         seconds: float | None = None,
         large: bool = False,
-    ) -> None:
-        """Queue a task for a worker of `kind`; `done` gets its reply. All `first` ones go, in turn, before others.
+    ) -> Future[Reply]:
+        """Queue a task for a worker of `kind`; return the future of its reply. All `first` ones go before others.
 
         It may take `seconds`, if that is more than the pool's limit. A `large` one waits until no other large one runs.
         """
-        queue = self._urgent if first else self._waiting
-        queue.append(_Waiting(kind=kind, task=task, done=done, seconds=seconds, large=large))
+        queue, future = self._urgent if first else self._waiting, Future[Reply]()
+        queue.append(_Waiting(kind=kind, task=task, future=future, seconds=seconds, large=large))
+        return future
+
+    def reply(self, kind: str, task: Any, *, seconds: float | None = None) -> Reply:
+        """Submit a task and wait for its reply."""
+        future = self.submit(kind, task, seconds=seconds)
+        while not future.done():
+            self.step()
+        return future.result()
 
     @property
     def busy(self) -> dict[str, float]:
@@ -273,7 +341,7 @@ class Pool:
         with contextlib.suppress(OSError):  # it died; its first task will tell
             self._spawn(place).process.connection.post(PREPARE)
         if task is not None:
-            self.submit(kind, task, lambda _: None, first=True)
+            self.submit(kind, task, first=True)
 
     def spare(self) -> int:
         """Start what can start, and return how many more tasks could compute."""
@@ -295,21 +363,28 @@ class Pool:
         for place, worker in busy.items():
             if worker.process.connection.fileno() in ready:
                 self._exchange(place, worker)
-            if worker.done is not None and time.monotonic() >= worker.deadline:
+            if worker.future is not None and time.monotonic() >= worker.deadline:
                 self._lose(place, worker, f"no answer within {worker.limit:g} s; stopped", stopped=True)
-            elif worker.done is not None and self.memory < float("inf") and worker.process.memory > self.memory:
+            elif worker.future is not None and self.memory < float("inf") and worker.process.memory > self.memory:
                 self._lose(place, worker, f"it took more than {self.memory / 2**30:g} GiB of memory; stopped")
 
     @staticmethod
     def _ready(busy: Mapping[tuple[str, int], _Worker]) -> set[int]:
-        """Return the descriptors of workers that give or take something, once there is one or a deadline is near."""
+        """Return the descriptors of workers that give or take something, once there is one or a deadline is near.
+
+        Calls are taken, too; the time that this takes is no worker's.
+        """
         poll = select.poll()
+        for descriptor in _CALLS:
+            poll.register(descriptor, select.POLLIN)
         for worker in busy.values():
             channel = worker.process.connection
             poll.register(channel, select.POLLIN | (select.POLLOUT if channel.unsent else 0))
         start = time.monotonic()
         rest = min(GLANCE, max(0.0, min(worker.deadline for worker in busy.values()) - start))
         ready = {descriptor for descriptor, _ in poll.poll(1000 * rest)}
+        for descriptor in ready.intersection(_CALLS):
+            _CALLS[descriptor]()
         asleep = time.monotonic() - start - rest
         if asleep > ASLEEP:
             for worker in busy.values():
@@ -328,11 +403,11 @@ class Pool:
         return self._timeouts.get(kind, self._timeout)
 
     def _busy(self) -> dict[tuple[str, int], _Worker]:
-        return {place: worker for place, worker in self._workers.items() if worker.done is not None}
+        return {place: worker for place, worker in self._workers.items() if worker.future is not None}
 
     def _computing(self, sleeping: Collection[str]) -> int:
         """Return how many workers have a task and do not sleep over it."""
-        return sum(worker.done is not None and kind not in sleeping for (kind, _), worker in self._workers.items())
+        return sum(worker.future is not None and kind not in sleeping for (kind, _), worker in self._workers.items())
 
     def start(self) -> None:
         """Give waiting tasks, in order, to idle workers of their kind, without waiting."""
@@ -359,7 +434,7 @@ class Pool:
                 continue
             self._bury(place)
             worker = self._workers.get(place) or self._spawn(place)
-            worker.done = task.done
+            worker.future = task.future
             worker.large = task.large
             worker.limit = max(self._limit(task.kind), task.seconds or 0.0)
             worker.started = time.monotonic()
@@ -378,7 +453,7 @@ class Pool:
         begun = [worker.started for place, worker in self._busy().items() if place in places]
         if len(begun) == count and time.monotonic() - max(begun) >= self.relief:
             places.append((kind, count))
-        free = [place for place in places if place not in self._workers or self._workers[place].done is None]
+        free = [place for place in places if place not in self._workers or self._workers[place].future is None]
         return min(free, key=lambda place: place not in self._workers, default=None)
 
     @property
@@ -404,15 +479,15 @@ class Pool:
         except (EOFError, OSError):
             self._lose(place, worker, f"the worker died ({worker.process.how_it_ended()})")
             return
-        if whole and worker.done is not None:
-            done, worker.done = worker.done, None
+        if whole and worker.future is not None:
+            future, worker.future = worker.future, None
             if place[0] in self._last and reply.computed is not None:
                 self._last[place[0]].append((reply.seconds, reply.computed))
             worker.tasks += 1
             # What a large one has learnt and freed is of no use to anybody, and stays in its memory.
             if worker.large or self._worn(worker):
                 self._forget(place, worker)
-            done(reply)
+            future.set_result(reply)
 
     @staticmethod
     def _worn(worker: _Worker) -> bool:
@@ -432,10 +507,10 @@ class Pool:
     def _lose(self, place: tuple[str, int], worker: _Worker, why: str, *, stopped: bool = False) -> None:
         """Answer a lost worker's task with an error and forget the worker; `stopped` says that its time was over."""
         self._forget(place, worker)
-        done, worker.done = worker.done, None
-        if done is not None:
+        future, worker.future = worker.future, None
+        if future is not None:
             seconds = time.monotonic() - worker.started
-            done(Reply(value=None, error=why, trace=None, seconds=seconds, stopped=stopped))
+            future.set_result(Reply(value=None, error=why, trace=None, seconds=seconds, stopped=stopped))
 
     def _forget(self, place: tuple[str, int], worker: _Worker) -> None:
         del self._workers[place]

@@ -163,8 +163,8 @@ def _in_3d(tab: Any, page: Path, case: CaseRecord) -> float:
 
 SIZE = {"width": 1280, "height": 940}  # CSS px
 NARROW = {"width": 1080, "height": 940}  # of the scene, which needs no room beside it
-PALETTES = (256, 128, 64, 32)
-MOST_BYTES = 150_000
+PALETTES = (256, 128, 64, 32)  # colours of a picture, tried in this order
+MOST_BYTES = 150_000  # of a picture, which is kept in the repository
 SETTLE = 600  # ms for images that are painted in the frame after they are there
 
 
@@ -178,14 +178,17 @@ def take_pictures(folder: Path, results: RunRecord, out: Path, *, case: str | No
 
     """
     chosen = _case(folder, results, case)
-    pages: list[tuple[str, dict[str, str], Callable[[Any], Any]]] = [("front", {}, _front)]
+    pages: list[tuple[str, dict[str, str], Callable[[Any], Any]]] = [
+        ("front", {}, lambda page: page.wait_for_selector(".cases tbody"))
+    ]
     if chosen is not None:
         shown = {"case": chosen["name"], "stage": chosen.get("stage") or "radiance"}
         pages.append(("case", shown, lambda page: page.wait_for_selector(".pane .frame > canvas")))
         if has_view(folder, chosen):
             pages.append(("scene", shown, _scene))
     if plotted := [name for name in ("history", "stability", "tradeoff") if _has(folder, results, name)]:
-        pages.append((plotted[0], {"page": plotted[0]}, _plots))
+        drawn = ".plot[data-drawn], .series, .kills"
+        pages.append((plotted[0], {"page": plotted[0]}, lambda page: page.wait_for_selector(drawn)))
     written = []
     with chromium() as browser:
         for name, parts, ready in pages:
@@ -216,20 +219,12 @@ def _has(folder: Path, results: RunRecord, name: str) -> bool:
     return name in results if name == "history" else any((folder / place).exists() for place in (name, f"{name}.json"))
 
 
-def _front(page: Any) -> None:
-    page.wait_for_selector(".cases tbody")
-
-
 def _scene(page: Any) -> Any:
     page.locator(".open3d").click()
     page.wait_for_selector("iframe[data-drawn]")
     figure = page.locator("figure.scene")
     figure.scroll_into_view_if_needed()
     return figure
-
-
-def _plots(page: Any) -> None:
-    page.wait_for_selector(".plot[data-drawn], .series, .kills")
 
 
 def _small(shot: bytes, path: Path) -> Path:

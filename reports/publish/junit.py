@@ -34,7 +34,7 @@ _ELEMENTS = {
 
 
 def legal(text: object) -> str:
-    """Return `text` without the characters that XML 1.0 cannot carry, or that turn or colour what a reader sees."""
+    """Return `text` without characters that XML 1.0 forbids, or that reverse or colour the displayed text."""
     return _ILLEGAL.sub("", legible_lines(text))
 
 
@@ -45,7 +45,7 @@ def publish_junit(folder: Path, results: RunRecord) -> list[Path]:
     few = len(cases) <= MOST_LISTED
     gate = results.get("gate")
     counts = _counts(briefs(cases), expected, gate) | {"time": f"{float(results.get('seconds') or 0):.3f}"}
-    del counts["skipped"]  # which Jenkins' schema knows of suites alone
+    del counts["skipped"]  # in Jenkins' schema only suites have it
     root = ElementTree.Element("testsuites", {"name": legal(" ".join([*shouts(results), "rayproof"])), **counts})
     about = {"verdict": headline(results), **results.get("environment", {})}
     if words := answered_in_words(results):
@@ -99,7 +99,7 @@ def _gate_test(gate: GateRecord) -> ElementTree.Element:
 
 
 def left_out(passed: int) -> str:
-    """Return in a sentence what a list of a long run's cases has not."""
+    """Return a sentence on the cases that the list of a long run leaves out."""
     return (
         f"{passed} cases that passed or warned are counted and not listed, since the run has more than {MOST_LISTED}."
     )
@@ -116,7 +116,7 @@ def _write(file: TextIO, element: ElementTree.Element, *, level: int) -> None:
 
 
 def _kind(case: CaseRecord, expected: frozenset[str]) -> str | None:
-    """Return a case's element; one that a gate let through is told as skipped, as expected failures are."""
+    """Return a case's element; a failure that a gate accepted is reported as skipped, like an expected failure."""
     return "skipped" if case["name"] in expected else _ELEMENTS.get(Outcome(case["verdict"]))
 
 
@@ -147,10 +147,12 @@ def _testcase(
         time=f"{float(case.get('seconds') or 0):.3f}",
     )
     if kind:
-        known = "expected" if case["name"] in expected else None
-        message = ": ".join(filter(None, [known, case["verdict"], cause or blame_in_words(case), stated_reason(case)]))
+        kind_of_case = "expected" if case["name"] in expected else None
+        message = ": ".join(
+            filter(None, [kind_of_case, case["verdict"], cause or blame_in_words(case), stated_reason(case)])
+        )
         element = ElementTree.SubElement(test, kind, message=legal(legible(message)))
-        if kind != "skipped":  # of which Surefire's schema knows no type; the message begins with the verdict
+        if kind != "skipped":  # which has no type in Surefire's schema; the message begins with the verdict
             element.set("type", case["verdict"])
         element.text = legal("\n".join(_details(case)))
     lines = [str(case.get("stresses") or ""), f"covers {', '.join(map(str, case.get('covers', [])))}"]

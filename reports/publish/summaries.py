@@ -39,7 +39,7 @@ from rayproof.reports.results.outcomes import LEDGER, TITLES, Outcome
 from rayproof.reports.results.records import RunRecord
 from rayproof.reports.results.wrong_pixels import MOST_TIMES, display_name, stated_reason, wrong_pixels
 
-MOST = 10
+MOST = 10  # errors that GitHub shows of one step
 _LONGEST = 1000  # characters of one message
 _ESCAPES = {"%": "%25", "\r": "%0D", "\n": "%0A"}
 _IN_PROPERTIES = {":": "%3A", ",": "%2C"}
@@ -145,7 +145,7 @@ def publish_badge(folder: Path, results: RunRecord) -> list[Path]:
     return [write_text(folder / "badge.svg", svg)]
 
 
-MOST_BYTES = 900_000
+MOST_BYTES = 900_000  # of summary.md: GitHub refuses a step's summary of more than 1 MiB
 MOST_OF_A_GATE = 10  # lines of a kind
 _LONGEST_TEXT = 240  # characters of any one text; a hostile name must not push the rest out
 LONGEST_CAUSE = 1200  # characters of a cause with all that fits as well

@@ -76,10 +76,7 @@ class Measurement(Struct, frozen=True, kw_only=True, omit_defaults=True):
     inf: int = 0
     ulp: Real = 0.0  # the worst pixel's error in units in the last place of the reference, in the subject's precision
     mean_wrong: Real = 0.0  # the mean error of the wrong pixels that are off by a finite one
-    nrmse: Real | UnsetType | None = UNSET  # this and the next inform, and never decide
-    psnr: Real | UnsetType | None = UNSET
-    relative_mse: Real | UnsetType | None = UNSET
-    ssim: Real | UnsetType | None = UNSET
+    metrics: dict[str, Real | None] = field(default_factory=dict)  # by name; they inform, and never decide
     range: tuple[Real, Real] | UnsetType = UNSET  # to which they are relative
     kinds: Any = None  # while it is judged: uint8 (height, width), each pixel's `judge.measurement.Kind`
 

@@ -17,6 +17,7 @@ from typing import Any, Required, TypedDict
 
 import numpy as np
 
+from rayproof.cases.placement import frame
 from rayproof.cases.stages import Stage
 from rayproof.reports.results.files import as_json, legible_json
 
@@ -160,11 +161,9 @@ def pinhole(camera: Any) -> list[list[float]] | None:
     except (KeyError, TypeError, ValueError):
         return None
     with np.errstate(all="ignore"):
-        forward = (target - eye) / np.linalg.norm(target - eye)
-        right = np.cross(forward, up)
-        right /= np.linalg.norm(right)
+        right, above, forward = frame(eye, target, up)
         step = 2 * np.tan(np.radians(fovy) / 2) / height
-        across, down = step * right, -step * np.cross(right, forward)
+        across, down = step * right, -step * above
         corner = forward - width / 2 * across - height / 2 * down
     found = np.stack([corner, across, down])
     return found.tolist() if found.shape == (3, 3) and np.isfinite(found).all() else None

@@ -164,8 +164,8 @@ def _named(words: Sequence[str]) -> Iterator[tuple[str, Path, dict[str, Path]]]:
     named: set[str] = set()
     for before, word in zip(["", *words], words, strict=False):
         value = word.partition("=")[2] if word.startswith("--") else word
-        if before == "--subject" or word.startswith("--subject="):
-            continue  # who is under test is not kept
+        if not {before, word.partition("=")[0]}.isdisjoint(("--subject", "--tls")):
+            continue  # neither the renderer under test nor a key is kept
         for part in filter(is_own, parts_of(value)):
             written = parsed(part.partition("=")[2])[0]
             if written not in named:
@@ -177,8 +177,7 @@ def _named(words: Sequence[str]) -> Iterator[tuple[str, Path, dict[str, Path]]]:
                     files = {}
                 yield written, Path(written), {name: folder / name for name in files if (folder / name).is_file()}
         path = Path(value)
-        scenes = before == "--scenes" or word.startswith("--scenes=")
-        if value in named or not (scenes or path.suffix == ".json") or not path.exists():
+        if value in named or not value.endswith(("/", ".json", ".jsonl")) or not path.exists():
             continue
         if before in OUTPUTS or word.partition("=")[0] in OUTPUTS:
             continue
@@ -205,7 +204,7 @@ OUTPUTS = (
     "--out", "--json", "--figure", "--table", "--width", "--font-size", "--history", "--expect", "--against",
     "--least-coverage", "--keep",
 )  # fmt: skip
-SWITCHES = ("--resume", "--single-file", "--no-resume", "--no-single-file")
+SWITCHES = ("--resume", "--no-resume")
 
 
 def again(folder: Path, kind: str, out: Path) -> tuple[list[str], dict[str, str]]:
@@ -221,7 +220,8 @@ def again(folder: Path, kind: str, out: Path) -> tuple[list[str], dict[str, str]
     for name, digest in record["files"].items():
         if _digest(place / name) != digest:
             raise ValueError(f"{place / name} is not what it was when the result was made")
-    paths = {old: str(place / new) for old, new in record["paths"].items()}
+    # A folder of scenes ends in /, which a path drops.
+    paths = {old: f"{place / new}{'/' * old.endswith('/')}" for old, new in record["paths"].items()}
     words: list[str] = []
     skip = False
     for word in record["command"][1:]:
@@ -296,7 +296,7 @@ def renamed(found: Reproducible, paths: Mapping[str, str]) -> Reproducible:
 
     def name(text: str) -> str:
         for old, new in paths.items():
-            text = text.replace(new, str(PurePath(old)))
+            text = text.replace(str(PurePath(new)), str(PurePath(old)))
         return text
 
     return {name(key): value for key, value in found.items()}

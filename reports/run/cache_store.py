@@ -1,15 +1,15 @@
 """The cache's files: entries by key with SHA-256, checked on every read; the least recently used go first.
 
-An entry is what it is in JSON, its arrays as they lie in memory, and a SHA-256 over its key and every byte. There is no
-pickle: reading an entry runs nothing. The folder is the user's own (mode 0700); a store whose folder others may write
-keeps nothing and returns nothing, and `unused` gives the reason.
+An entry consists of a description in JSON, the bytes of its arrays, and a SHA-256 over its key and all bytes. There is
+no pickle, so that reading an entry executes no code. The folder belongs to the user (mode 0700); a store whose folder
+others may write stores and returns nothing, and `unused` is the reason.
 
-Entries that this run or the one before it used do not go: a suite that is a little larger than the store would
-otherwise find nothing at all, since each entry would go just before it is asked for again. Where there is no room
-without that, a new entry is left out, and its bytes are counted beside the entries, so that a run can report them.
+Entries that this run or the previous one used are not evicted: otherwise a suite slightly larger than the store would
+have no cache hit at all, since each entry would be evicted just before its next use. If there is no space without such
+an eviction, the new entry is not stored, and its bytes are counted in a separate file, so that a run can report them.
 
-Many processes may use it at once: an entry is written beside its place and renamed into it, a reader sees all of one or
-nothing, and a file that another process removed meanwhile is simply not there.
+Many processes may use the store at once: an entry is written to a draft and renamed, so that a reader sees a whole
+entry or none, and a file that another process has removed is a cache miss.
 """
 
 import hashlib
@@ -32,12 +32,12 @@ import platformdirs
 MAGIC = b"rayproof entry 3\n"
 DIGEST = hashlib.sha256().digest_size
 START = len(MAGIC) + DIGEST
-COUNT = 8  # bytes that tell how long the JSON part is
+COUNT = 8  # bytes of the JSON part's length
 GLANCE = 4096  # numbers of an array that are looked at before all are
 
 
 class About(TypedDict, total=False):
-    """What an entry says it is: its question's digest, and what a listing tells of it."""
+    """The description of an entry: the digest of its question, and facts for a listing."""
 
     key: str
     kind: str  # "render", "judgement" or "guard"
@@ -60,7 +60,7 @@ class Header(TypedDict):
 
 
 class DamagedEntryError(ValueError):
-    """An entry is not what was written: cut short, altered, forged or under another's name."""
+    """An entry differs from the written one: it is truncated, altered, forged or renamed."""
 
 
 def encode(about: About, arrays: Mapping[str, np.ndarray], *, question: str) -> bytes:
@@ -75,7 +75,7 @@ def encode(about: About, arrays: Mapping[str, np.ndarray], *, question: str) -> 
 
 
 def decode(data: bytes, *, question: str) -> tuple[About, dict[str, np.ndarray]]:
-    """Return what an entry is and its arrays; raise DamagedEntryError unless it was written as this question's."""
+    """Return the description and the arrays of an entry; raise DamagedEntryError unless it belongs to this question."""
     _check(data, question)
     header, offset = _header(data)
     arrays: dict[str, np.ndarray] = {}
@@ -91,7 +91,7 @@ def decode(data: bytes, *, question: str) -> tuple[About, dict[str, np.ndarray]]
 
 
 def about(data: bytes) -> About:
-    """Return what an entry says it is, its signature not looked at: for listings, which believe nothing."""
+    """Return the description of an entry without a check of its digest, for listings."""
     _begins(data)
     return _header(data)[0]["about"]
 
@@ -130,7 +130,7 @@ def _header(data: bytes) -> tuple[Header, int]:
 
 
 def _narrowed(array: np.ndarray) -> np.ndarray:
-    # Nearly all that float32 does not hold says so in its first numbers.
+    # Of nearly all arrays that float32 cannot represent, it cannot represent one of the first numbers.
     if array.dtype != np.float64 or not _holds(_narrow(array.ravel()[:GLANCE]), array.ravel()[:GLANCE]):
         return array
     narrow = _narrow(array)
@@ -143,7 +143,7 @@ def _narrow(array: np.ndarray) -> np.ndarray:
 
 
 def _holds(narrow: np.ndarray, array: np.ndarray) -> bool:
-    """Say whether float32 numbers are the float64 ones to the last bit, the signs of zeros and NaNs included."""
+    """Return whether float32 numbers equal the float64 ones bit by bit, including the signs of zeros and NaNs."""
     return np.array_equal(narrow.astype(np.float64).view(np.uint64), array.view(np.uint64))
 
 
@@ -178,13 +178,13 @@ def usual_limit() -> int:
 
 VARIABLE = "RAYPROOF_CACHE"  # the environment variable that names another folder
 LEAVE = 0.9  # of the limit, after the least recently used entries went
-UNSEEN = 1 / 64  # of the limit: what a process may write until it looks again at what others wrote
+UNSEEN = 1 / 64  # share of the limit: bytes that a process may write before it counts the store again
 SUFFIX, DRAFT = ".entry", ".draft"
 HEAD = 2**16  # bytes of an entry that a listing reads
 RUNS, LEFT_OUT = "runs", "left_out"  # files: when the last two runs began [s]; bytes of entries without room
-FORGOTTEN = 3600.0  # s after which a draft is one of a process that was killed
+FORGOTTEN = 3600.0  # s; an older draft belongs to a process that was killed
 
-Entry = tuple[About, dict[str, np.ndarray]]  # what it says, and its arrays
+Entry = tuple[About, dict[str, np.ndarray]]  # description and arrays
 Read = TypeVar("Read")
 
 
@@ -215,35 +215,36 @@ def _store(folder: Path, limit: int) -> "Store":
 
 
 class Store:
-    """Entries by key below a folder that need not exist yet; `unused` says why nothing is kept, if nothing is."""
+    """Entries by key in a folder that need not exist yet; `unused` is the reason if the store is not used."""
 
     def __init__(self, folder: Path, *, limit: int = LIMIT) -> None:
         self.folder = folder
         self._limit = limit
         self._size: int | None = None  # bytes, when they were counted last
         self._written = 0  # bytes since then
-        self._full = False  # nothing of what was there could go
+        self._full = False  # no entry could be evicted
         self.unused = _anybodys(folder)
 
     def path(self, key: str) -> Path:
-        """Return where a key's entry lies."""
+        """Return the path of a key's entry."""
         return self.folder / key[:2] / f"{key}{SUFFIX}"
 
     def get(self, key: str) -> Entry | None:
-        """Return what a key's entry says and holds, None without one.
+        """Return the description and the arrays of a key's entry, None without one.
 
         Raises:
-            DamagedEntryError: it is not what was written under this key; it has been removed, if that is ours to do.
+            DamagedEntryError: it differs from the entry that was written under this key; it has been removed if
+            possible.
 
         """
         return self.read(key, lambda entry: entry)
 
     def read(self, key: str, reader: Callable[[Entry], Read]) -> Read | None:
-        """Return what `reader` makes of a key's entry, None without one.
+        """Return the result of `reader` for a key's entry, None without one.
 
         Raises:
-            DamagedEntryError: it is not what was written under this key, or the reader raised, whatever it was; the
-                entry has been removed, if that is ours to do.
+            DamagedEntryError: it differs from the entry that was written under this key, or the reader raised an
+                exception; the entry has been removed if possible.
 
         """
         path = self.path(key)
@@ -266,11 +267,11 @@ class Store:
     def _decoded(self, key: str, data: bytes) -> Entry:
         return decode(data, question=key)
 
-    def put(self, key: str, told: About, arrays: Mapping[str, np.ndarray]) -> None:
+    def put(self, key: str, description: About, arrays: Mapping[str, np.ndarray]) -> None:
         """Write an entry, and let others go or leave it out if that is too much; raise OSError if it cannot."""
         if self.unused is not None:
             return
-        data = encode({**told, "key": key}, arrays, question=key)
+        data = encode({**description, "key": key}, arrays, question=key)
         if self._has_room(len(data)):
             self._write(self.path(key), data)
             self._written += len(data)
@@ -278,7 +279,7 @@ class Store:
             self._note_left_out(len(data))
 
     def _has_room(self, more: int) -> bool:
-        """Say whether so many more bytes fit, after others went if they must."""
+        """Return whether so many more bytes fit, after the eviction of other entries if necessary."""
         if more > self._limit or self._full:
             return False
         if self._size is None or self._written > UNSEEN * self._limit:
@@ -290,7 +291,7 @@ class Store:
         return not self._full
 
     def begin(self) -> None:
-        """Note that a run begins, and forget what runs before it left out; a store that cannot be written does not."""
+        """Record the start of a run, and reset the count of bytes that were not stored, if the store can be written."""
         if self.unused is not None:
             return
         with suppress(OSError):
@@ -327,7 +328,7 @@ class Store:
 
     @staticmethod
     def _write(path: Path, data: bytes) -> None:
-        """Write a whole entry or none; a draft's name is nobody else's, be it another thread of this process."""
+        """Write a whole entry or none; the name of the draft is unique, also among threads of this process."""
         path.parents[1].mkdir(parents=True, exist_ok=True, mode=0o700)
         path.parent.mkdir(exist_ok=True, mode=0o700)
         draft = path.with_name(f"{path.stem}.{uuid.uuid4().hex}{DRAFT}")
@@ -342,7 +343,7 @@ class Store:
         return [Item(path=path, size=size, used=used, about=_told(path)) for path, size, used in self._by_use()]
 
     def verify(self) -> tuple[int, list[tuple[Path, str]]]:
-        """Read every entry; return how many are good, and those that are not, with the reason; these are removed."""
+        """Read every entry; return the number of good entries, and the damaged ones, now removed, with reasons."""
         good, bad = 0, []
         for path, _, _ in self._by_use():
             try:
@@ -367,20 +368,20 @@ class Store:
         return count, size
 
     def _remove_old_drafts(self, age: float = FORGOTTEN) -> None:
-        """Remove what processes that were killed had begun to write, at least `age` seconds ago."""
+        """Remove drafts of killed processes that are at least `age` seconds old."""
         for draft in list(self.folder.glob(f"??/*{DRAFT}")):
             with suppress(OSError):
                 if time.time() - draft.stat().st_mtime >= age:
                     draft.unlink()
 
     def _files(self) -> Iterator[tuple[Path, int, float]]:
-        """Yield every entry's path, size [bytes] and time of last use [s]; what vanishes meanwhile is left out."""
+        """Yield the path, size [bytes] and time of last use [s] of each entry, except entries that vanish meanwhile."""
         for path in self.folder.glob(f"??/*{SUFFIX}"):
             try:
-                found = path.stat()
+                status = path.stat()
             except OSError:
                 continue
-            yield path, found.st_size, found.st_mtime
+            yield path, status.st_size, status.st_mtime
 
     def _by_use(self) -> list[tuple[Path, int, float]]:
         return sorted(self._files(), key=lambda file: (file[2], file[0]))
@@ -398,7 +399,7 @@ class Store:
 
     @staticmethod
     def _remove(path: Path) -> bool:
-        """Remove an entry; say whether it is gone: it may be another user's, or the folder one that is only read."""
+        """Return whether the entry was removed; it cannot be if another user owns it or the folder is read-only."""
         try:
             path.unlink(missing_ok=True)
         except OSError:
@@ -412,11 +413,11 @@ class Store:
         try:
             os.utime(path, (now, now))
         except OSError:
-            return  # gone meanwhile, or a folder that is only read: its order of use is not ours to keep
+            return  # removed meanwhile, or in a read-only folder, where the time of use cannot be updated
 
 
 def _anybodys(folder: Path) -> str | None:
-    """Say in a sentence that a folder is others' to write, None where it is not, or is not there yet."""
+    """Return a sentence if other users may write the folder, None if they may not or it does not exist yet."""
     try:
         about = folder.stat()
     except OSError:

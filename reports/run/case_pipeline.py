@@ -1,4 +1,4 @@
-"""`CasesUnderWay`: cases on their way through the pool, from rendering by subject and references to the judge.
+"""The way of a case: rendered by subject and references, judged, recorded; and the cases that are on it at once.
 
 A few are on their way at once: so many that a stretch of cases that keep the subject busy leaves enough to ask and to
 judge for the other processors, so few pixels that their answers, up to 2 KB a pixel, are small in memory. Where a
@@ -7,320 +7,330 @@ processor is idle, because all cases wait for a slow or sleeping renderer, as ma
 
 import pickle
 import tempfile
-from collections.abc import Callable, Collection, Generator, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
-from functools import partial
+from functools import cached_property, partial
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol
 
 from rayproof.cases.case import Case
 from rayproof.reports.judge.answers import Answers
 from rayproof.reports.judge.repeated import repeated
-from rayproof.reports.processes.pool import Pool
+from rayproof.reports.processes.pool import Coroutines, Future, Pool
 from rayproof.reports.processes.worker import Reply
 from rayproof.reports.results.case_records import CaseRecord, RepeatedRecord
 from rayproof.reports.results.outcomes import Outcome
+from rayproof.reports.results.records import EngineRecord
 from rayproof.reports.run.cache_store import Store
+from rayproof.reports.run.case_answers import CaseAnswers, Render
 from rayproof.reports.run.case_record import unjudged
-from rayproof.reports.run.messages import (
-    JUDGE,
-    RECALLING,
-    GuardTask,
-    JudgeTask,
-    RecallTask,
-    ReferenceTask,
-    RepeatTask,
-    SubjectTask,
-    TracerTask,
-    kind_of,
-)
-from rayproof.reports.run.options import EVERY_CASE, Demands, KeptImages
+from rayproof.reports.run.options import CaseOptions
 from rayproof.reports.run.plan import DEFAULTS, PlannedCase
 from rayproof.reports.run.scenes import deadline, is_large
 from rayproof.reports.run.verdict_memory import Memory
-from rayproof.reports.subjects import THE_TRACER, TRACER, Subject
+from rayproof.reports.run.worker_tasks import (
+    CACHE,
+    JUDGE,
+    REFERENCE,
+    cached_references,
+    check_judge,
+    compare_repeated,
+    judge,
+    kind_of,
+    render_reference,
+    render_subject,
+    render_tracer,
+)
 
 LAUNCHES = 3  # of a kernel, the median of which is its time
-AGAIN = ", again"  # after a subject's name: its second answer
-
-
-@dataclass(frozen=True, kw_only=True)
-class Request:
-    """A task for a worker of a kind; `first` puts it before everything else that waits for that kind."""
-
-    kind: str
-    task: Any
-    first: bool = False
-
-
-Replies = Mapping[str, Reply]  # by the name of who was asked
-Steps = Generator[Mapping[str, Request], Replies, CaseRecord]
 
 
 @dataclass(kw_only=True)
-class Renders:
-    """The answers of the renderers of a case, by their names."""
+class CaseWay:
+    """The way of one case: `record` renders, judges and returns its record, whose files are in `folder`."""
 
-    subjects: dict[str, Answers]
-    versions: dict[str, str]
-    seconds: dict[str, float]  # by renderer, as the report names it
-    notes: tuple[str, ...] = ()  # what the subject says of its answers
-    growth: float = 0.0  # bytes of memory a scene, of a program that stays alive
+    planned: PlannedCase
+    options: CaseOptions
+    pool: Pool
+    folder: Path
+    memory: Memory | None  # of earlier verdicts
+    seconds: dict[str, float] = field(default_factory=dict)  # of each render, by renderer as the report names it
     launches: dict[str, tuple[float, int]] = field(default_factory=dict)  # of the tracer: median time [s], how many
+    growth: float = 0.0  # bytes of memory a scene, of a program that stays alive
+    lost: list[str] = field(default_factory=list)  # the program that stays alive, if it died or exceeded a limit
+    repeated: list[RepeatedRecord] = field(default_factory=list)  # of a case that is rendered twice
+    first: Answers | None = None  # of a program that stays alive, which renders the case again when all are finished
 
+    async def record(self) -> CaseRecord:
+        """Render with the subject; reuse the verdict if nothing changed; render with the references; judge; record."""
+        answers = await self.render_subject()
+        key, record = self.earlier_verdict(answers)
+        if record is not None:
+            return self.recorded(record)
+        answers = await self.render_references(answers)
+        record = await self.judge(answers)
+        if self.memory is not None and key is not None and flawless(record, answers.references):
+            self.memory.keep(key, self.folder, record)
+        return self.recorded(record)
 
-class CaseRun:
-    """Collect a case's renders and have them judged; `finished` gets the record.
+    async def render_subject(self) -> CaseAnswers:
+        """Render with the subject by each configuration; twice, if that is planned and the subject is not kept alive.
 
-    Each render, and the judgement, may take `seconds`, where that is more than the pool's own limit.
-    """
-
-    def __init__(
-        self,
-        planned: PlannedCase,
-        references: tuple[str, ...],
-        pool: Pool,
-        *,
-        folder: Path,
-        require: tuple[str, ...],
-        subject: Subject = THE_TRACER,
-        memory: Memory | None = None,
-        own: tuple[str, ...] = (),
-        copies: tuple[tuple[str, str], ...] = (),
-        images: KeptImages = EVERY_CASE,
-        seconds: float | None = None,
-        finished: Callable[["CaseRun", CaseRecord], None],
-    ) -> None:
-        self.planned = planned
-        self._references = references
-        self._pool = pool
-        self._folder = folder
-        self._require = require
-        self._subject = subject
-        self._memory = memory
-        self._copies = copies  # of the user's own formulas: their paths, and where they lie here
-        self._own = own  # the user's own formulas, each with the SHA-256 of its file
-        self._images = images
-        self._limit, self._large = seconds, is_large(planned.case.scene)
-        # Name of an answer -> who renders it: what is under test.
-        self._asked = dict.fromkeys(planned.configurations, subject)
-        self._finished = finished
-        self._repeated: list[RepeatedRecord] = []
-        self.first: Answers | None = None  # the answer of one that is asked again once all are answered
-
-    def start(self) -> None:
-        """Submit the renders of the one under test; what else is needed, what they are tells."""
-        self._advance(self._steps(), None)
-
-    def _advance(self, steps: Steps, replies: Replies | None) -> None:
-        """Submit what the next step asks for; once everybody has replied the step after it gets the replies."""
-        try:
-            requests = next(steps) if replies is None else steps.send(replies)
-        except StopIteration as end:
-            self._finished(self, end.value)
-            return
-        found: dict[str, Reply] = {}
-
-        def take(name: str, reply: Reply) -> None:
-            found[name] = reply
-            if len(found) == len(requests):
-                self._advance(steps, found)
-
-        for name, request in requests.items():
-            seconds = self._limit
-            if seconds is not None and self._subject.is_program and request.kind == kind_of(self._subject):
-                seconds = 4 * seconds  # its own limit ends it, with a reason; it may start, and be called twice
-            about = {"first": request.first, "seconds": seconds, "large": self._large}
-            self._pool.submit(request.kind, request.task, partial(take, name), **about)
-        if not requests:
-            self._advance(steps, found)
-
-    def _steps(self) -> Steps:
-        """Ask who is under test, look for an earlier verdict on these very answers, ask the references, have it judged.
-
-        Each `yield` hands out requests, and gets the replies under their names. The end is the case's record.
+        Its renders are first: all else waits for the subject, which has one worker.
         """
-        # Before what others are asked: all else waits for the one under test, which has one worker.
-        requests = {name: self._render(name) for name in self._asked}
-        twice = self.planned.twice and not self._subject.stays
-        if twice:
-            requests |= {f"{name}{AGAIN}": self._render(name, again=True) for name in self.planned.configurations}
-        replies = yield requests
-        renders = self._rendered(replies)
-        if self.planned.twice and not twice:
-            self.first = renders.subjects[self.planned.configurations[0]]
-        again = tuple(self._second(name, replies) for name in self.planned.configurations if twice)
-        self._repeated = [self._held_together(one, renders) for one in again]
-        varied = any(one["verdict"] == Outcome.FAIL for one in self._repeated)
-        key = None
-        memory = None if varied else self._memory  # how far answers vary is judged afresh
-        if memory is not None and all(one.error is None for one in renders.subjects.values()):
-            key = memory.key(self.planned.case, list(renders.subjects.values()), renders.notes)
-            record = memory.recall(key, self._folder)
-            if record is not None:
-                return self._recorded(self._recognised(record, renders), renders)
-        # While the references render: a second judge then finds the sentinels judged.
-        self._pool.prepare(JUDGE, GuardTask(cached=self._memory is not None))
-        answers, damaged = {}, {}
-        if self._memory is not None:
-            recall = Request(kind=RECALLING, task=RecallTask(names=self._references, task=self._reference_task))
-            reply = (yield {RECALLING: recall})[RECALLING]
-            if reply.error is None:  # a cache that broke knows nothing
-                known, damaged = reply.value
-                answers = {
-                    name: Reply(value=(reference, {name: version}), error=None, trace=None, seconds=0.0)
-                    for name, (reference, version) in known.items()
-                }
-        answers |= yield {
-            name: Request(kind=f"reference:{name}", task=self._reference_task)
-            for name in self._references
-            if name not in answers
-        }
-        references = self._witnesses(answers, damaged, renders)
-        subjects = tuple(renders.subjects[name] for name in self.planned.configurations)
-        task = JudgeTask(
-            case=self.planned.case,
-            subjects=subjects,
-            references=references,
-            versions=renders.versions,
-            folder=self._folder,
-            require=self._require,
-            panel=self._references,
-            subject=self._subject,
-            notes=renders.notes,
-            images=self._images,
-            cached=self._memory is not None,
-            again=again if varied else (),
+        configurations = self.planned.configurations
+        first = {name: self._submit_subject(name) for name in configurations}
+        twice = self.planned.twice and not self.options.subject.stays
+        second = {name: self._submit_subject(name, again=True) for name in configurations if twice}
+        renders = {name: self._render(name, await reply) for name, reply in first.items()}
+        again = {name: second_answers(name, await reply) for name, reply in second.items()}
+        subjects = {name: render.answers for name, render in renders.items()}
+        case = self.planned.case.name
+        self.repeated = [repeated(case, subjects[name], again[name], None, varies=False) for name in again]
+        self.first = subjects[configurations[0]] if self.planned.twice and not twice else None
+        return CaseAnswers(
+            subjects=tuple(subjects.values()),
+            again=tuple(again.values()) if self._varied else (),
+            versions={program: version for render in renders.values() for program, version in render.versions.items()},
+            notes=renders[configurations[-1]].notes,
         )
+
+    def earlier_verdict(self, answers: CaseAnswers) -> tuple[str | None, CaseRecord | None]:
+        """Return the key of the verdict on the subject's answers, and the record that was kept under it, if any.
+
+        There is no key without a cache, for an error, and where the subject's answers vary: how far is judged afresh.
+        """
+        if self.memory is None or self._varied or any(each.error is not None for each in answers.subjects):
+            return None, None
+        key = self.memory.key(self.planned.case, answers.subjects, answers.notes)
+        record = self.memory.recall(key, self.folder)
+        if record is not None:
+            # Only what this run did itself is this run's.
+            record["judge_seconds"] = 0.0
+            record["remembered"] = True
+            record["versions"] |= answers.versions
+            for render in record["renders"]:
+                render["cached"] = render["renderer"] not in self.seconds
+        return key, record
+
+    async def render_references(self, answers: CaseAnswers) -> CaseAnswers:
+        """Add the answers of the panel, from the cache as far as it has them."""
+        # While the references render: a second judge then finds the sentinels judged.
+        self.pool.prepare(JUDGE, partial(check_judge, cached=self.options.cached))
+        case, cached, damaged = self.planned.case, dict[str, Render](), dict[str, str]()
+        if self.options.cached:
+            reply = await self._submit(CACHE, partial(cached_references, case, self.options))
+            if reply.error is None:  # a cache that broke has nothing
+                cached, damaged = reply.value
+        rendering = {
+            name: self._submit(
+                f"{REFERENCE}{name}",
+                partial(render_reference, name, case.scene, case.samples, cached=self.options.cached),
+            )
+            for name in self.options.references
+            if name not in cached
+        }
+        references, versions = [], dict(answers.versions)
+        for name in self.options.references:
+            if name in cached:
+                render, self.seconds[name] = cached[name], 0.0
+            else:
+                reply = await rendering[name]
+                render = self._render(name, reply)
+                if name in damaged and reply.error is None:
+                    mishaps = (damaged[name], *render.answers.mishaps)
+                    render = replace(render, answers=replace(render.answers, mishaps=mishaps))
+            references.append(render.answers)
+            versions |= render.versions
+        return replace(answers, references=tuple(references), versions=versions)
+
+    async def judge(self, answers: CaseAnswers) -> CaseRecord:
+        """Judge the answers; the record of a case that cannot be judged is an error."""
+        case, options = self.planned.case, self.options
         # Judged before anything else is rendered: finished cases leave memory.
-        reply = (yield {JUDGE: Request(kind=JUDGE, task=task, first=True)})[JUDGE]
+        reply = await self._submit(JUDGE, partial(judge, case, options, answers, self.folder), first=True)
         record = reply.value
         if reply.error is not None:
-            about = (self.planned.case, subjects, references, reply)
-            record = unjudged(*about, folder=self._folder, subject=self._subject)
+            about = {"folder": self.folder, "subject": options.subject}
+            record = unjudged(case, answers.subjects, answers.references, reply, **about)
         # Where nobody could judge how far answers vary, those that are declared to vary say nothing.
-        unknown = [] if varied and not self._subject.capabilities.deterministic else self._repeated
-        self._repeated = record.pop("repeated", unknown)
+        unknown = [] if self._varied and not options.subject.capabilities.deterministic else self.repeated
+        self.repeated = record.pop("repeated", unknown)
         record["judge_seconds"] = round(reply.seconds, 4)
         record["remembered"] = False
-        record["versions"] = renders.versions
-        if self._memory is not None and key is not None and flawless(record, references):
-            self._memory.keep(key, self._folder, record)
-        return self._recorded(record, renders)
-
-    @property
-    def _reference_task(self) -> ReferenceTask:
-        case = self.planned.case
-        return ReferenceTask(scene=case.scene, samples=case.samples, cached=self._memory is not None)
-
-    def _render(self, configuration: str, *, again: bool = False) -> Request:
-        """Return the request for the answers of one configuration, or of one who is only tried."""
-        case, subject = self.planned.case, self._asked[configuration]
-        if subject.is_tracer:
-            # The suite's further configurations are launched once: to repeat all took 5 % of the suite's time.
-            often = not again and (
-                configuration in DEFAULTS or self.planned.configurations[: len(DEFAULTS)] != DEFAULTS
-            )
-            about = {"scene": case.scene, "configuration": configuration, "samples": case.samples}
-            about["launches"] = LAUNCHES if often else 1
-            return Request(kind=TRACER, task=TracerTask(**about, own=self._own, copies=self._copies), first=True)
-        if self._limit is not None:
-            subject = replace(subject, seconds=max(subject.seconds, self._limit))
-        task = SubjectTask(scene=case.scene, samples=case.samples, subject=subject)
-        return Request(kind=kind_of(subject), task=task, first=True)
-
-    def _rendered(self, replies: Replies) -> Renders:
-        """Return what those under test answered, in the plan's order."""
-        found = Renders(subjects={}, versions={}, seconds={})
-        for name, subject in self._asked.items():
-            reply = replies[name]
-            found.seconds[subject.renderer(name)] = reply.seconds
-            if reply.error is not None:
-                found.subjects[name] = Answers(
-                    name=name,
-                    precision=name.split("/")[0] if subject.is_tracer else "float32",
-                    error=reply.error,
-                    stopped=reply.stopped,
-                    lost=subject.stays,
-                )
-                continue
-            found.subjects[name], versions, *more = reply.value
-            found.versions |= versions
-            if subject == self._subject and more:
-                found.notes = more[0]
-            if subject.is_tracer:
-                found.launches[subject.renderer(name)] = more[1]
-            if subject.stays:
-                found.seconds[name] -= more[1].start
-                found.growth = more[1].growth
-        return found
-
-    def ask_again(self, done: Callable[[Reply], None]) -> None:
-        """Ask the one under test once more; `done` gets its reply."""
-        request = self._render(self.planned.configurations[0], again=True)
-        seconds = None if self._limit is None else 4 * self._limit
-        self._pool.submit(request.kind, request.task, done, seconds=seconds, large=self._large)
-
-    def _second(self, name: str, replies: Replies) -> Answers:
-        """Return what one configuration answered when it was asked again."""
-        return second_answer(name, replies[f"{name}{AGAIN}"])
-
-    def _held_together(self, again: Answers, renders: Renders) -> RepeatedRecord:
-        """Return whether a second answer is the first to the last bit."""
-        return repeated(self.planned.case.name, renders.subjects[again.name], again, None, varies=False)
-
-    def _witnesses(self, answers: Replies, damaged: Mapping[str, str], renders: Renders) -> tuple[Answers, ...]:
-        """Return the references in the plan's order; `damaged` says of whom a kept render could not be read, and why.
-
-        Their versions and times are added to what `renders` knows.
-        """
-        references = []
-        for name in self._references:
-            reply = answers[name]
-            renders.seconds[name] = reply.seconds
-            if reply.error is not None:
-                references.append(Answers(name=name, precision="float32", error=reply.error, stopped=reply.stopped))
-                continue
-            reference, versions = reply.value
-            if name in damaged:
-                reference = replace(reference, mishaps=(damaged[name], *reference.mishaps))
-            references.append(reference)
-            renders.versions |= versions
-        return tuple(references)
-
-    def _recognised(self, record: CaseRecord, renders: Renders) -> CaseRecord:
-        """Return the record of an earlier verdict; only what this run did itself is this run's."""
-        record["judge_seconds"] = 0.0
-        record["remembered"] = True
-        record["versions"] |= renders.versions
-        for render in record["renders"]:
-            render["cached"] = render["renderer"] not in renders.seconds
+        record["versions"] = answers.versions
         return record
 
-    def _recorded(self, record: CaseRecord, renders: Renders) -> CaseRecord:
+    def recorded(self, record: CaseRecord) -> CaseRecord:
         """Return the record with the times of this run's renders."""
         for render in record["renders"]:
-            render["seconds"] = round(renders.seconds.get(render["renderer"], 0.0), 4)
-            if (timed := renders.launches.get(render["renderer"])) is not None:
+            render["seconds"] = round(self.seconds.get(render["renderer"], 0.0), 4)
+            if (timed := self.launches.get(render["renderer"])) is not None:
                 render["kernels"], render["launches"] = float(f"{timed[0]:.4g}"), timed[1]
         if self.planned.twice:
-            record["repeated"] = self._repeated
-        if lost := [one.name for one in renders.subjects.values() if one.lost]:
-            record["lost"] = lost
-        if renders.growth:
-            record["growth"] = round(renders.growth)
-        record["seconds"] = round(sum(renders.seconds.values()) + record["judge_seconds"], 4)
+            record["repeated"] = self.repeated
+        if self.lost:
+            record["lost"] = self.lost
+        if self.growth:
+            record["growth"] = round(self.growth)
+        record["seconds"] = round(sum(self.seconds.values()) + record["judge_seconds"], 4)
         return record
 
+    async def compare_again(self, record: CaseRecord, kept: Path) -> CaseRecord:
+        """Render with the subject once more; add to the record how the answers differ from those in the file `kept`."""
+        case, name = self.planned.case, self.planned.configurations[0]
+        again = second_answers(name, await self._submit_subject(name, again=True))
+        first: Answers = pickle.loads(kept.read_bytes())
+        kept.unlink()
+        comparison = repeated(case.name, first, again, None, varies=False)
+        if comparison["verdict"] == Outcome.FAIL and again.error is None:  # by how much they differ
+            varies = not self.options.subject.capabilities.deterministic
+            reply = await self._submit(JUDGE, partial(compare_repeated, case, first, again, varies=varies))
+            comparison = comparison if reply.error is not None else reply.value
+        record["repeated"] = [comparison]
+        record["lost"] = [again.name] if again.lost else []
+        return record
 
-def second_answer(name: str, reply: Reply) -> Answers:
-    """Return what the one under test answered when it was asked again."""
-    return reply.value[0] if reply.error is None else Answers(name=name, precision="float32", error=reply.error)
+    @property
+    def _varied(self) -> bool:
+        """Return whether the subject's second answers differ from its first ones."""
+        return any(each["verdict"] == Outcome.FAIL for each in self.repeated)
+
+    @cached_property
+    def _limit(self) -> float | None:
+        """Return how long each task of the case may take [s], or None where the user set a limit."""
+        if not self.options.patient:
+            return None
+        about = {"configurations": len(self.planned.configurations), "references": len(self.options.references)}
+        return deadline(self.planned.case, **about)
+
+    @cached_property
+    def _is_large(self) -> bool:
+        """Return whether the scene takes much of the machine's memory."""
+        return is_large(self.planned.case.scene)
+
+    def _submit(
+        self, kind: str, task: partial[Any], *, first: bool = False, seconds: float | None = None
+    ) -> Future[Reply]:
+        """Submit a task of the case; it may take `seconds`, by default the case's limit."""
+        limit = self._limit if seconds is None else seconds
+        return self.pool.submit(kind, task, first=first, seconds=limit, large=self._is_large)
+
+    def _submit_subject(self, configuration: str, *, again: bool = False) -> Future[Reply]:
+        """Submit a render of the subject; `again` says that it is a second one, which is not timed."""
+        case, subject, limit = self.planned.case, self.options.subject, self._limit
+        if subject.is_tracer:
+            # The suite's further configurations are launched once: to repeat all took 5 % of the suite's time.
+            usual = self.planned.configurations[: len(DEFAULTS)] == DEFAULTS
+            launches = 1 if again or (usual and configuration not in DEFAULTS) else LAUNCHES
+            task = partial(render_tracer, case, self.options, configuration, launches)
+            return self._submit(kind_of(subject), task, first=True)
+        if limit is not None:
+            subject = replace(subject, seconds=max(subject.seconds, limit))
+            # A program's own limit ends it, with a reason; it may start, and be called twice.
+            limit = 4 * limit if subject.is_program else limit
+        task = partial(render_subject, case.scene, case.samples, subject)
+        return self._submit(kind_of(subject), task, first=True, seconds=limit)
+
+    def _render(self, name: str, reply: Reply) -> Render:
+        """Return the render of a configuration or reference, and note its time; that of a failed one has an error."""
+        subject = self.options.subject
+        is_subject = name in self.planned.configurations
+        renderer = subject.renderer(name) if is_subject else name
+        self.seconds[renderer] = reply.seconds
+        if reply.error is not None:
+            answers = Answers(
+                name=name,
+                precision=name.split("/")[0] if is_subject and subject.is_tracer else "float32",
+                error=reply.error,
+                stopped=reply.stopped,
+                lost=is_subject and subject.stays,
+            )
+            render = Render(answers=answers, versions={})
+        else:
+            render = reply.value
+        if render.launches is not None:
+            self.launches[renderer] = render.launches
+        if render.standing is not None:
+            self.seconds[renderer] -= render.standing.start
+            self.growth = render.standing.growth
+        if render.answers.lost:
+            self.lost.append(render.answers.name)
+        return render
+
+
+def second_answers(name: str, reply: Reply) -> Answers:
+    """Return the answers of a second render."""
+    return reply.value.answers if reply.error is None else Answers(name=name, precision="float32", error=reply.error)
 
 
 def flawless(record: CaseRecord, references: tuple[Answers, ...]) -> bool:
     """Say whether nothing happened to a case that would not happen again."""
     return record["verdict"] != Outcome.ERROR and not any(one.error or one.mishaps for one in references)
+
+
+class Engine(Protocol):
+    """Whatever renders and judges cases: the pool of this machine (`LocalCases`), or a Dask cluster (`Dispatch`)."""
+
+    @property
+    def gone(self) -> str | None:
+        """Return why no more work can be done, None while it can."""
+        ...
+
+    @property
+    def has_room(self) -> bool:
+        """Say whether another case may be submitted."""
+        ...
+
+    @property
+    def doing(self) -> Collection[str]:
+        """Return the names of the cases on their way, as far as they are known."""
+        ...
+
+    @property
+    def busy(self) -> Mapping[str, float]:
+        """Return what works, and for how long [s] it has worked."""
+        ...
+
+    def submit(self, planned: PlannedCase) -> Future[CaseRecord]:
+        """Send a case on its way, and return the future of its record."""
+        ...
+
+    def submit_again(self) -> dict[Future[CaseRecord], PlannedCase]:
+        """Submit the finished cases about which the subject is to be asked again, and return their futures."""
+        ...
+
+    def step(self) -> None:
+        """Wait a little for something to happen, and take it up."""
+        ...
+
+    def close(self) -> None:
+        """End whatever is under way."""
+        ...
+
+    def record(self) -> EngineRecord | None:
+        """Return what the results say of the engine; None for this machine."""
+        ...
+
+
+def finished(engine: Engine, cases: Iterable[PlannedCase]) -> Iterator[tuple[PlannedCase, CaseRecord] | None]:
+    """Yield each case with its record when it is finished, and None before each step of the engine.
+
+    Cases about which the subject is asked again come once more in the end. It ends early if the engine is gone.
+    """
+    unread, under_way = iter(cases), dict[Future[CaseRecord], PlannedCase]()
+    following = next(unread, None)
+    while engine.gone is None:
+        while following is not None and engine.has_room:
+            under_way[engine.submit(following)] = following
+            following = next(unread, None)
+        under_way = under_way or engine.submit_again()
+        if not under_way:
+            return
+        yield None
+        engine.step()
+        for future in [future for future in under_way if future.done()]:
+            yield under_way.pop(future), future.result()
 
 
 # Cases on their way at once: so many that a stretch of cases that take the one under test long leaves enough to ask and
@@ -330,48 +340,20 @@ AT_LEAST = 3
 PIXELS = 2**17
 
 
-@dataclass(frozen=True, kw_only=True)
-class Source:
-    """A user's own file with what it imports from beside it: the path that he wrote, and the contents by name."""
+class LocalCases:
+    """Cases on their way through the workers of this machine's pool; their files are written to `folder`.
 
-    path: str
-    files: Mapping[str, bytes]
-
-
-@dataclass(frozen=True, kw_only=True)
-class Instructions:
-    """How each case of a run is put to the test, wherever that is done: plain data that travels between machines."""
-
-    demands: Demands
-    subject: Subject
-    cached: bool  # what was answered and found before may be taken from the cache
-    sources: tuple[Source, ...] = ()  # the user's own formulas, for machines that have not got them
-    copies: tuple[tuple[str, str], ...] = ()  # there: the path of each, and where it lies
-    patient: bool  # a case whose size is estimated to take longer than the pool's limit has longer
-
-
-class CasesUnderWay:
-    """Start cases and step the pool; `finished` gets each planned case and its record, whose files are in `folder`.
-
-    Of a program that stays alive some are asked again at the end: `amended` gets their records once more.
+    Of a program that stays alive some are asked again at the end.
     """
 
-    def __init__(
-        self,
-        instructions: Instructions,
-        pool: Pool,
-        *,
-        folder: Path,
-        store: Store | None,
-        finished: Callable[[PlannedCase, CaseRecord], None],
-        amended: Callable[[PlannedCase, CaseRecord], None],
-    ) -> None:
-        self._instructions, self._pool, self._folder = instructions, pool, folder
-        self._finished, self._amended = finished, amended
-        self._first: list[tuple[CaseRun, CaseRecord, Path]] = []  # answered, and to be asked again
-        self.asked_again: set[str] = set()  # names of cases under way for the second time
-        self._memory = None if store is None else Memory(store, instructions.demands)
+    gone = None  # this machine stays
+
+    def __init__(self, options: CaseOptions, pool: Pool, *, folder: Path, store: Store | None) -> None:
+        self._options, self._pool, self._folder = options, pool, folder
+        self._memory = None if store is None else Memory(store, options)
+        self._coroutines = Coroutines()
         self._pixels: dict[str, int] = {}  # by name
+        self._again: list[tuple[CaseWay, CaseRecord, Path]] = []  # to be asked again, with the file of the answers
 
     @property
     def has_room(self) -> bool:
@@ -384,10 +366,37 @@ class CasesUnderWay:
         """Return the names of the cases."""
         return list(self._pixels)
 
-    def start(self, one: PlannedCase) -> None:
-        """Send a case on its way."""
-        self._pixels[one.case.name] = _pixels(one.case)
-        self._run(one, seconds=self._patience(one)).start()
+    @property
+    def busy(self) -> dict[str, float]:
+        """Return the kinds of the workers that have a task, and for how long [s] they have had it."""
+        return self._pool.busy
+
+    def submit(self, planned: PlannedCase) -> Future[CaseRecord]:
+        """Send a case on its way, and return the future of its record."""
+        self._pixels[planned.case.name] = _pixels(planned.case)
+        return self._coroutines.start(self._finish(planned))
+
+    async def _finish(self, planned: PlannedCase) -> CaseRecord:
+        way = CaseWay(planned=planned, options=self._options, pool=self._pool, folder=self._folder, memory=self._memory)
+        record = await way.record()
+        del self._pixels[planned.case.name]
+        if way.first is not None and way.first.error is None:
+            with tempfile.NamedTemporaryFile(delete=False) as kept:  # until it was asked again; too large to hold
+                pickle.dump(way.first, kept)
+            self._again.append((way, record, Path(kept.name)))
+        way.first = None
+        return record
+
+    def submit_again(self) -> dict[Future[CaseRecord], PlannedCase]:
+        """Ask about the cases that are kept for it once more, in another order."""
+        again, self._again = self._again, []
+        return {self._coroutines.start(self._finish_again(*each)): each[0].planned for each in reversed(again)}
+
+    async def _finish_again(self, way: CaseWay, record: CaseRecord, kept: Path) -> CaseRecord:
+        self._pixels[way.planned.case.name] = 0
+        record = await way.compare_again(record, kept)
+        del self._pixels[way.planned.case.name]
+        return record
 
     def step(self) -> None:
         """Wait a little for something to happen, and take it up."""
@@ -395,65 +404,14 @@ class CasesUnderWay:
         if self._memory is not None:
             self._memory.prepare()
         self._pool.step()
+        self._coroutines.step()
 
-    def _run(self, planned: PlannedCase, *, seconds: float | None) -> CaseRun:
-        demands = self._instructions.demands
-        return CaseRun(
-            planned,
-            demands.references,
-            self._pool,
-            folder=self._folder,
-            require=demands.require,
-            subject=self._instructions.subject,
-            memory=self._memory,
-            own=demands.own,
-            copies=self._instructions.copies,
-            images=demands.images,
-            seconds=seconds,
-            finished=self._done,
-        )
+    def close(self) -> None:
+        """End the workers."""
+        self._pool.close()
 
-    def _done(self, run: CaseRun, record: CaseRecord) -> None:
-        del self._pixels[run.planned.case.name]
-        if run.first is not None and run.first.error is None:
-            with tempfile.NamedTemporaryFile(delete=False) as kept:  # until it was asked again; too large to hold
-                pickle.dump(run.first, kept)
-            self._first.append((run, record, Path(kept.name)))
-        run.first = None
-        self._finished(run.planned, record)
-
-    def ask_again(self) -> None:
-        """Ask about the cases that are kept for it once more, in another order."""
-        while self._first:
-            run, record, kept = self._first.pop()
-            self.asked_again.add(run.planned.case.name)
-            run.ask_again(partial(self._hold, run.planned, record, kept))
-
-    def _hold(self, planned: PlannedCase, record: CaseRecord, kept: Path, reply: Reply) -> None:
-        """Hold a second answer against the first; where they differ the judge says by how much."""
-        first: Answers = pickle.loads(kept.read_bytes())
-        kept.unlink()
-        again, varies = second_answer(first.name, reply), not self._instructions.subject.capabilities.deterministic
-        found = repeated(planned.case.name, first, again, None, varies=False)
-
-        def amend(reply: Reply) -> None:
-            record["repeated"] = [found if reply.error is not None else reply.value]
-            record["lost"] = [again.name] if again.lost or reply.error is not None else []
-            self.asked_again.discard(planned.case.name)
-            self._amended(planned, record)
-
-        if found["verdict"] == Outcome.FAIL and again.error is None:
-            task = RepeatTask(case=planned.case, first=first, again=again, varies=varies)
-            self._pool.submit(JUDGE, task, amend, seconds=self._patience(planned))
-        else:
-            amend(replace(reply, value=found, error=None))
-
-    def _patience(self, planned: PlannedCase) -> float | None:
-        """Return how long each task of a case may take, or None where the user said."""
-        if not self._instructions.patient:
-            return None
-        references = len(self._instructions.demands.references)
-        return deadline(planned.case, configurations=len(planned.configurations), references=references)
+    def record(self) -> None:
+        """Return nothing: results say of no engine where this machine did the work."""
 
 
 def has_room(pixels: Collection[int], *, waiting: bool = False) -> bool:

@@ -5,11 +5,12 @@ from dataclasses import asdict
 from functools import cache
 from pathlib import Path
 
+from rayproof.cases.case import Case
 from rayproof.cases.stages import IMAGE_STAGES, Stage, StageImages
 from rayproof.reference import REFERENCES
 from rayproof.reference.analytic import Analytic
 from rayproof.reports.interchange.framing import DARK
-from rayproof.reports.judge.answers import well_shaped
+from rayproof.reports.judge.answers import Answers, well_shaped
 from rayproof.reports.judge.case import adjudication, judge_case
 from rayproof.reports.judge.oracle import ORACLE, stages_of
 from rayproof.reports.judge.repeated import repeated
@@ -21,54 +22,57 @@ from rayproof.reports.results.float_codec import pack
 from rayproof.reports.results.images import write_answers, write_pixels
 from rayproof.reports.results.outcomes import Outcome
 from rayproof.reports.run.cache_store import usual_store
+from rayproof.reports.run.case_answers import CaseAnswers
 from rayproof.reports.run.case_record import kinds_of, said, write_scene
-from rayproof.reports.run.messages import GuardTask, JudgeTask, RepeatTask
+from rayproof.reports.run.options import CaseOptions
 from rayproof.reports.run.pooled_factors import camera_and_lights
 from rayproof.reports.run.scenes import FAMILY, place_of
 from rayproof.reports.run.verdict_memory import ask_once
 from rayproof.reports.subjects import TRACER, Subject
 
 
-def keep_images(task: JudgeTask, outcome: Outcome) -> tuple[dict[str, str], str | None]:
+def keep_images(
+    case: Case, options: CaseOptions, answers: CaseAnswers, folder: Path, outcome: Outcome
+) -> tuple[dict[str, str], str | None]:
     """Write renderers' stages; return renderer -> EXR file, and the one file of all where there are no EXR files.
 
     Of a case that passed the first configuration and the oracle are enough to look at, in one file; the independent
     references where the oracle has no answer. Of a case that the run does not keep, none. Of any other every renderer
     may be the one to look at, and where it did not merely warn with whatever reads EXR.
     """
-    if not task.images.keeps(task.case.name, outcome):
+    if not options.images.keeps(case.name, outcome):
         return {}, None
-    everyone = task.images.full or outcome is not Outcome.PASS
-    scene, subjects = task.case.scene, task.subjects if everyone else task.subjects[:1]
-    oracle = any(reference.name == ORACLE and reference.answers for reference in task.references)
+    everyone = options.images.full or outcome is not Outcome.PASS
+    scene, subjects = case.scene, answers.subjects if everyone else answers.subjects[:1]
+    oracle = any(reference.name == ORACLE and reference.answers for reference in answers.references)
     references = [
         reference
-        for reference in task.references
+        for reference in answers.references
         if everyone or (reference.name == ORACLE if oracle else reference.independent)
     ]
-    renderers = [(task.subject.renderer(one.name), well_shaped(scene, one).answers) for one in subjects]
+    renderers = [(options.subject.renderer(one.name), well_shaped(scene, one).answers) for one in subjects]
     renderers += [(one.name, well_shaped(scene, one).answers) for one in references]
     renders = {
         name: images
-        for name, answers in renderers
-        if (images := {stage: image for stage, image in (answers or {}).items() if stage in IMAGE_STAGES})
+        for name, all_images in renderers
+        if (images := {stage: image for stage, image in all_images.items() if stage in IMAGE_STAGES})
     }
-    if task.images.full or outcome not in (Outcome.PASS, Outcome.WARN):
-        return _write_files(task, renders), None
+    if options.images.full or outcome not in (Outcome.PASS, Outcome.WARN):
+        return _write_files(case, options.subject, folder, renders), None
     if not renders:
         return {}, None
-    path = Path("images", f"{place_of(task.case.name)}.js")
+    path = Path("images", f"{place_of(case.name)}.js")
     known = {"camera": asdict(scene.camera), "lights": [*map(asdict, scene.lights)], "shading": scene.shading}
-    write_pixels(task.folder / path, path.as_posix(), renders, known)
+    write_pixels(folder / path, path.as_posix(), renders, known)
     return {}, path.as_posix()
 
 
-def masks(task: JudgeTask, judged: Judged) -> MasksRecord | None:
+def masks(answers: CaseAnswers, judged: Judged) -> MasksRecord | None:
     """Return which pixels of the first configuration nearby problems explain, as plain JSON data.
 
     None where the oracle had no answer.
     """
-    subject = next((one for one in task.subjects if one.error is None), None)
+    subject = next((one for one in answers.subjects if one.error is None), None)
     if subject is None or subject.name not in judged.against:
         return None
     mask = judged.against[subject.name].mask
@@ -80,14 +84,14 @@ def masks(task: JudgeTask, judged: Judged) -> MasksRecord | None:
     }
 
 
-def _write_files(task: JudgeTask, renders: Mapping[str, StageImages]) -> dict[str, str]:
+def _write_files(case: Case, subject: Subject, folder: Path, renders: Mapping[str, StageImages]) -> dict[str, str]:
     """Write one EXR per renderer; return renderer -> relative path."""
     written: dict[str, str] = {}
-    lights = len(task.case.scene.lights)
+    lights = len(case.scene.lights)
     for name, images in renders.items():
-        path = Path("images", place_of(task.case.name), f"{name.replace('/', '+')}.exr")
-        (task.folder / path).parent.mkdir(parents=True, exist_ok=True)
-        write_answers(task.folder / path, images, lights=lights, comments=_comments(name, task.subject))
+        path = Path("images", place_of(case.name), f"{name.replace('/', '+')}.exr")
+        (folder / path).parent.mkdir(parents=True, exist_ok=True)
+        write_answers(folder / path, images, lights=lights, comments=_comments(name, subject))
         written[name] = path.as_posix()
     return written
 
@@ -107,7 +111,7 @@ _ORACLE = Analytic()
 
 
 @cache
-def _guarded(*, cached: bool) -> None:
+def check_judge(*, cached: bool) -> None:
     """Judge the sentinels before the first case; raise BrokenJudgeError if the judge gets one wrong."""
     if cached:
         ask_once("judge", lambda: stand_guard(_ORACLE), usual_store())
@@ -115,47 +119,52 @@ def _guarded(*, cached: bool) -> None:
         stand_guard(_ORACLE)
 
 
-def do(task: JudgeTask | GuardTask | RepeatTask) -> CaseRecord | RepeatedRecord | None:
-    """Do a task of the judge's worker."""
-    if not isinstance(task, RepeatTask):
-        return judge(task)
-    base = scene_truth(task.case.scene, stages_of(task.case.scene), _ORACLE)
-    return repeated(task.case.name, task.first, task.again, base, varies=task.varies)
+def compare_repeated(case: Case, first: Answers, again: Answers, *, varies: bool) -> RepeatedRecord:
+    """Compare a second answer to a case with the first; `varies` says that the subject declares to vary."""
+    base = scene_truth(case.scene, stages_of(case.scene), _ORACLE)
+    return repeated(case.name, first, again, base, varies=varies)
 
 
-def judge(task: JudgeTask | GuardTask) -> CaseRecord | None:
-    """Judge one case and return its record; of sentinels there is none."""
-    _guarded(cached=task.cached)
-    if isinstance(task, GuardTask):
-        return None
-    judged = judge_case(task.case, task.subjects, task.references, _ORACLE, task.versions, panel=task.panel)
-    judged = of_what_is_supported(judged, task.subjects)
-    for reference in task.references:
-        if reference.name in task.require and not reference.answers:
+def verdict(case: Case, answers: CaseAnswers, panel: tuple[str, ...] = ()) -> Judged:
+    """Judge the answers to a case; a reference of the panel without an answer counts as missing."""
+    judged = judge_case(case, answers.subjects, answers.references, _ORACLE, answers.versions, panel=panel)
+    return of_what_is_supported(judged, answers.subjects)
+
+
+def judge(case: Case, options: CaseOptions, answers: CaseAnswers, folder: Path) -> CaseRecord:
+    """Judge a case, write its images and scene below `folder`, and return its record."""
+    check_judge(cached=options.cached)
+    judged = verdict(case, answers, options.references)
+    for reference in answers.references:
+        if reference.name in options.require and not reference.answers:
             why = reference.error or next(iter(reference.unsupported.values()), "it answered nothing")
             judged = judged.worsened(Outcome.FAIL, f"{reference.name} is required and could not answer: {why}")
-    panel = adjudication(judged, task.subjects, _ORACLE)
-    scene = write_scene(task.folder, task.case)
-    images, pixels = keep_images(task, judged.outcome)
-    record = _record(task, judged, scene, images)
-    marked = masks(task, judged) if images or pixels is not None else None  # they lie over images
+    panel = adjudication(judged, answers.subjects, _ORACLE)
+    scene = write_scene(folder, case)
+    images, pixels = keep_images(case, options, answers, folder, judged.outcome)
+    record = _record(case, options, answers, judged, scene, images)
+    marked = masks(answers, judged) if images or pixels is not None else None  # they lie over images
     record.update({"adjudication": panel, "pixels": pixels, "masks": marked})
-    if task.again:
-        about = {"base": judged.base, "varies": not task.subject.capabilities.deterministic}
-        each = zip(task.subjects, task.again, strict=True)
-        record["repeated"] = [repeated(task.case.name, first, again, **about) for first, again in each]
+    if answers.again:
+        about = {"base": judged.base, "varies": not options.subject.capabilities.deterministic}
+        each = zip(answers.subjects, answers.again, strict=True)
+        record["repeated"] = [repeated(case.name, first, again, **about) for first, again in each]
     return record
 
 
-def _record(task: JudgeTask, judged: Judged, scene: str, images: dict[str, str]) -> CaseRecord:
+def _record(
+    case: Case, options: CaseOptions, answers: CaseAnswers, judged: Judged, scene: str, images: dict[str, str]
+) -> CaseRecord:
     """Return the case's record, as docs/results.md describes it."""
-    case = task.case
-    name_of = {task.subject.renderer(c.name): c for c in task.subjects}
-    errors = {name: c.error for name, c in name_of.items()} | {w.name: w.error for w in task.references}
-    unable = [(name, c.unsupported) for name, c in name_of.items()] + [(w.name, w.unsupported) for w in task.references]
-    kept = {reference.name for reference in task.references if reference.cached}
-    notes = [(task.subject.name, note) for note in task.notes] + [
-        (w.name, note) for w in task.references for note in (*w.notes, *w.mishaps)
+    subject = options.subject
+    name_of = {subject.renderer(c.name): c for c in answers.subjects}
+    errors = {name: c.error for name, c in name_of.items()} | {w.name: w.error for w in answers.references}
+    unable = [(name, c.unsupported) for name, c in name_of.items()] + [
+        (w.name, w.unsupported) for w in answers.references
+    ]
+    kept = {reference.name for reference in answers.references if reference.cached}
+    notes = [(subject.name, note) for note in answers.notes] + [
+        (w.name, note) for w in answers.references for note in (*w.notes, *w.mishaps)
     ]
     truth = {} if judged.base is None else judged.base.truth
     # Of a user's scene: those of the suite are dark on purpose.
@@ -178,7 +187,7 @@ def _record(task: JudgeTask, judged: Judged, scene: str, images: dict[str, str])
         "lights": len(case.scene.lights),
         "camera_and_lights": camera_and_lights(case.scene),
         "shapes": [type(shape).__name__ for shape in case.scene.shapes],
-        "settings": {w.name: told for w in task.references if (told := said(w))},
+        "settings": {w.name: told for w in answers.references if (told := said(w))},
         "renders": [
             {
                 "renderer": name,
@@ -189,21 +198,23 @@ def _record(task: JudgeTask, judged: Judged, scene: str, images: dict[str, str])
             }
             for name, error in errors.items()
         ],
-        "ran": {subject.name: sorted(subject.items) for subject in task.subjects if subject.answers},
+        "ran": {each.name: sorted(each.items) for each in answers.subjects if each.answers},
         "unsupported": [
             {"reference": name, "stage": stage.value, "why": why}
             for name, stages in unable
             for stage, why in stages.items()
         ],
-        "abstained": {reference.name: reference.error for reference in task.references if reference.error is not None},
-        "stopped": [one.name for one in (*task.subjects, *task.references) if one.stopped],
+        "abstained": {
+            reference.name: reference.error for reference in answers.references if reference.error is not None
+        },
+        "stopped": [one.name for one in (*answers.subjects, *answers.references) if one.stopped],
         "notes": [{"reference": name, "note": note} for name, note in notes],
         "checks": [check.recorded() for check in judged.checks],
         "expectations": judged.expectations,
     }
     if dark:
         record["dark"] = True
-    if not task.subject.is_tracer and task.subject.name not in REFERENCES:  # whose limits are known
+    if not subject.is_tracer and subject.name not in REFERENCES:  # whose limits are known
         record["kinds"] = kinds_of(case.scene, truth)
-        record["refused"] = task.subject.capabilities.refusal(case.scene) is not None
+        record["refused"] = subject.capabilities.refusal(case.scene) is not None
     return record

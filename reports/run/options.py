@@ -1,4 +1,4 @@
-"""`RunOptions` of `rayproof run`, which images are kept, and what resumed cases must match.
+"""`RunOptions` of `rayproof run`, the `CaseOptions` that each case needs of them, and which images are kept.
 
 A case that did not pass keeps every renderer's images. Of a case that passed they are there to look at, and the command
 in its record makes them again, so that a run of very many cases need not keep them.
@@ -6,9 +6,10 @@ in its record makes them again, so that a run of very many cases need not keep t
 
 import hashlib
 import re
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from rayproof.reports.results.outcomes import Outcome
 from rayproof.reports.subjects import THE_TRACER, Subject
@@ -93,26 +94,52 @@ class RunOptions:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Demands:
-    """Whom a run puts to the test before whom, and what it keeps."""
+class Source:
+    """A user's own file with what it imports from beside it: the path that he wrote, and the contents by name."""
 
-    subject: str  # as the user named it
-    identity: tuple[str, ...]  # of a program: its files, and what it says that it can
+    path: str
+    files: Mapping[str, bytes]
+
+
+@dataclass(frozen=True, kw_only=True)
+class CaseOptions:
+    """The options of a run that concern each case: plain data that travels to workers and other machines."""
+
+    subject: Subject = THE_TRACER
     references: tuple[str, ...]  # the panel, in its order
-    require: tuple[str, ...]  # those that must answer
-    images: KeptImages  # of which cases they are kept
-    own: tuple[str, ...]  # the user's own formulas in use, each with the SHA-256 of its file
+    require: tuple[str, ...] = ()  # references that must answer
+    images: KeptImages = EVERY_CASE  # of which cases they are kept
+    own: tuple[str, ...] = ()  # the user's own formulas in use, each with the SHA-256 of its file
+    cached: bool = False  # references' answers and verdicts may be taken from the cache
+    patient: bool = False  # a case whose size is estimated to take longer than the pool's limit has longer
+    sources: tuple[Source, ...] = ()  # the user's own formulas, for machines that have not got them
+    copies: tuple[tuple[str, str], ...] = ()  # there: the path of each, and where it lies
+
+    @property
+    def of_records(self) -> dict[str, Any]:
+        """Return the options on which a case's record depends; processes, time limits and the cache are not among them.
+
+        The title of a subject is how the user named it; its identity is a program's files and capabilities.
+        """
+        return {
+            "subject": (self.subject.title, self.subject.identity),
+            "references": self.references,
+            "require": self.require,
+            "images": self.images,
+            "own": self.own,
+        }
 
 
-def demands(request: RunOptions, references: tuple[str, ...]) -> Demands:
-    """Return what a run with this panel asks; how it goes about it (processes, time limits, folders) is none of it."""
-    return Demands(
-        subject=request.subject.title,
-        identity=request.subject.identity,
+def case_options(request: RunOptions, references: tuple[str, ...]) -> CaseOptions:
+    """Return the options of each case of a run with this panel."""
+    return CaseOptions(
+        subject=request.subject,
         references=references,
         require=tuple(sorted(set(request.require))),
         images=request.images,
         own=_own(request.configurations),
+        cached=request.cached,
+        patient=request.patient,
     )
 
 

@@ -4,18 +4,18 @@ The default suite runs the default configuration in float32 and in float64 on ev
 formula, in float32, on the cases that cover its specification item.
 """
 
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cache, lru_cache
 from itertools import islice, pairwise
-from typing import overload
+from typing import Any, overload
 
 from rayproof.cases.case import ITEMS, Case, Expectation, ShadowOutline, covering
 from rayproof.cases.scene_json import NAMES
 from rayproof.cases.stages import IMAGE_STAGES, Stage
 from rayproof.reports.interchange.stand_ins import rebuilt
 from rayproof.reports.judge.oracle import ORACLE
-from rayproof.reports.run.options import Demands
+from rayproof.reports.run.options import CaseOptions
 from rayproof.reports.run.reference_cache import Key, code, machine
 from rayproof.reports.run.scenes import SceneStream
 from rayproof.reports.subjects import THE_TRACER, Subject
@@ -235,21 +235,21 @@ def _about_shadows(one: Expectation) -> bool:
 
 @dataclass(frozen=True, kw_only=True)
 class RecordKey(Key):
-    """A finished case's record: which case, put to whom, before whom, and what was demanded."""
+    """A finished case's record: which case, put to whom, before whom, and by which options."""
 
     case: Case
     configurations: tuple[str, ...]
     twice: bool
-    demands: Demands
+    options: Mapping[str, Any]  # `CaseOptions.of_records`
 
 
-def record_key(planned: PlannedCase, demands: Demands) -> RecordKey:
+def record_key(planned: PlannedCase, options: CaseOptions) -> RecordKey:
     """Return all that a finished case depends on: under it `--resume` takes its record up again."""
     return RecordKey(
         case=planned.case,
         configurations=planned.configurations,
         twice=planned.twice,
-        demands=demands,
+        options=options.of_records,
         code=code(tracer=True),
         machine=machine(),
     )

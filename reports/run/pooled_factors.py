@@ -3,7 +3,7 @@
 Each case's word is the middle one of its groups' factors. Of a correct renderer it is off by constants, which all cases
 may share and `allowance` bounds, and by roundings of the case's own camera, lights and shapes. Cases that share a
 camera and lights share roundings too, so that they have one word together; of words of different cameras or lights the
-sign is as likely one as the other, and the sign test of `reports/judge/common_factors.py` is asked of them
+sign is as likely one as the other, and the sign test of `reports/judge/forward/common_factors.py` is asked of them
 in turn.
 """
 

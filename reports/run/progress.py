@@ -14,7 +14,8 @@ from rayproof.reports.results.files import at_worst, legible, several
 from rayproof.reports.results.headline import blamed_items
 from rayproof.reports.results.outcomes import Outcome
 from rayproof.reports.results.wrong_pixels import MOST_TIMES, stated_reason, wrong_pixels
-from rayproof.reports.run.messages import JUDGE, RECALLING, TRACING
+from rayproof.reports.run.worker_tasks import CACHE, JUDGE
+from rayproof.reports.subjects import TRACER
 
 if TYPE_CHECKING:
     from rich.progress import Progress
@@ -34,7 +35,7 @@ COLOURS = {
 # s without a word before a log says what is being done: where that has changed, and where it has not
 SOON, NOW_AND_THEN = 5.0, 20.0
 NAME = 20  # columns of a terminal that a case's name gets at least
-DOING = {JUDGE: "judging", TRACING: "tracing", RECALLING: "looking up what is kept"}
+DOING = {JUDGE: "judging", TRACER: "tracing", CACHE: "looking up what is kept"}
 
 
 def _bar(console: Console) -> "Progress":

@@ -15,13 +15,13 @@ from pathlib import Path
 from rayproof.cases.ladders.whole_scenes import SCENE_LADDERS, SceneLadder
 from rayproof.reports.diagnosis.blaming import by_stages
 from rayproof.reports.judge.oracle import ORACLE
-from rayproof.reports.processes.pool import Pool
+from rayproof.reports.processes.pool import Future, Pool
 from rayproof.reports.results.case_records import CaseRecord
 from rayproof.reports.results.outcomes import Outcome
 from rayproof.reports.run.cache_store import usual_store
-from rayproof.reports.run.case_pipeline import CasesUnderWay, Instructions
-from rayproof.reports.run.options import Demands, KeptImages
-from rayproof.reports.run.plan import DEFAULTS, PlannedCase, panel, plan
+from rayproof.reports.run.case_pipeline import LocalCases
+from rayproof.reports.run.options import CaseOptions, KeptImages
+from rayproof.reports.run.plan import DEFAULTS, panel, plan
 from rayproof.reports.run.workers import RELIEF, workers
 from rayproof.reports.studies.stability.limit_records import LimitRecord, ScaleRecord
 from rayproof.reports.subjects import THE_TRACER, TRACER, Subject
@@ -216,42 +216,21 @@ def _climb(
     judges = tuple(
         name for name in panel(("certified",) if subject.name != "certified" else (), subject).names if name in JUDGES
     )
-    demands = Demands(
-        subject=subject.title,
-        identity=subject.identity,
-        references=judges,
-        require=(),
-        images=KeptImages(0.0),
-        own=(),
-    )
-    ready, at = deque(climbs), dict[str, tuple[SceneClimb, int]]()
-
-    def take(planned: PlannedCase, record: CaseRecord) -> None:
-        climb, rung = at.pop(planned.case.name)
-        climb.take(rung, record, ran=subject.is_tracer)
-        (ready.appendleft if climb.following() is not None else finished)(climb)
-
     store = usual_store()
     if store.unused is None:
         store.begin()
-    instructions = Instructions(demands=demands, subject=subject, cached=True, patient=False)
-    under_way = CasesUnderWay(
-        instructions,
-        pool,
-        folder=folder,
-        store=None if store.unused else store,
-        finished=take,
-        amended=lambda planned, record: None,  # that answers vary is a finding of `rayproof run`
-    )
-    while ready or at:
-        while ready and under_way.has_room:
+    options = CaseOptions(subject=subject, references=judges, images=KeptImages(0.0), cached=store.unused is None)
+    engine = LocalCases(options, pool, folder=folder, store=store if options.cached else None)
+    ready, under_way = deque(climbs), dict[Future[CaseRecord], tuple[SceneClimb, int]]()
+    while ready or under_way:
+        while ready and engine.has_room:
             climb = ready.popleft()
             rung = climb.following()
             assert rung is not None
             (planned,) = plan((climb.ladder.case(rung),), (column.configuration,), subject)
-            at[planned.case.name] = (climb, rung)
-            under_way.start(planned)
-        under_way.step()
-    under_way.ask_again()
-    while under_way.asked_again:
-        under_way.step()
+            under_way[engine.submit(planned)] = (climb, rung)
+        engine.step()
+        for future in [future for future in under_way if future.done()]:
+            climb, rung = under_way.pop(future)
+            climb.take(rung, future.result(), ran=subject.is_tracer)
+            (ready.appendleft if climb.following() is not None else finished)(climb)

@@ -21,7 +21,7 @@ from rayproof.reports.results.files import legible
 from rayproof.reports.results.images import inside
 from rayproof.reports.results.records import MOST_SHARDS, RunRecord, ShardRecord
 from rayproof.reports.run import totals
-from rayproof.reports.run.options import RunOptions, demands
+from rayproof.reports.run.options import RunOptions, case_options
 from rayproof.reports.run.plan import PlannedCase
 from rayproof.reports.run.reference_cache import code, digest, exact
 from rayproof.reports.run.scenes import FAMILY, place_of
@@ -57,7 +57,7 @@ def part(planned: Sequence[PlannedCase], shard: tuple[int, int]) -> tuple[Planne
 def told(request: RunOptions, planned: Sequence[PlannedCase], references: tuple[str, ...]) -> ShardRecord:
     """Return what a part's results say of the whole: by which parts that belong together are known."""
     assert request.shard is not None
-    asked = demands(request, references)
+    options = case_options(request, references).of_records
     return {
         "number": request.shard[0],
         "of": request.shard[1],
@@ -66,8 +66,8 @@ def told(request: RunOptions, planned: Sequence[PlannedCase], references: tuple[
         "configurations": sorted({name for one in planned for name in one.configurations}),
         "code": code(tracer=True),
         "plan": digest([[exact(one.case), one.configurations] for one in planned]),
-        "subject": digest([asked.subject, asked.identity]),
-        "demands": digest(exact(asked)),
+        "subject": digest(options["subject"]),
+        "demands": digest(exact(options)),
         "out": str(request.out),
         "require": list(request.require),
         "diagnose": request.diagnose,

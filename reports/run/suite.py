@@ -1,12 +1,13 @@
-"""`run`: a whole run from request to report, with diagnosis, blame and publishing."""
+"""`run`: a whole run from request to report: plan, execute, summarise, publish."""
 
 import json
 import shlex
 import shutil
 import time
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from datetime import UTC, datetime
+from functools import partial
 from itertools import islice
 from pathlib import Path
 from typing import TYPE_CHECKING, cast
@@ -37,12 +38,13 @@ from rayproof.reports.results.headline import (
 from rayproof.reports.results.headline import worst_first as worst_cases_first
 from rayproof.reports.results.images import keeps_images
 from rayproof.reports.results.outcomes import Outcome, concerning, exit_code
-from rayproof.reports.results.records import SHUTTING, RunRecord
+from rayproof.reports.results.records import SHUTTING, RunRecord, ShardRecord
 from rayproof.reports.run import totals
-from rayproof.reports.run.cache_store import usual_store
-from rayproof.reports.run.messages import JUDGE, GuardTask
-from rayproof.reports.run.options import RunOptions
+from rayproof.reports.run.cache_store import Store, usual_store
+from rayproof.reports.run.case_pipeline import Engine, LocalCases
+from rayproof.reports.run.options import RunOptions, case_options
 from rayproof.reports.run.plan import (
+    Panel,
     PlannedCase,
     PlannedScenes,
     configurations_of,
@@ -55,9 +57,10 @@ from rayproof.reports.run.scenes import place_of
 from rayproof.reports.run.shards import part, told
 from rayproof.reports.run.totals import results_document
 from rayproof.reports.run.verdict_memory import passed
+from rayproof.reports.run.worker_tasks import JUDGE, check_judge
 from rayproof.reports.run.workers import RELIEF
 from rayproof.reports.run.workers import workers as pool_of
-from rayproof.reports.run.workload import render_and_judge
+from rayproof.reports.run.workload import Execution, execute
 from rayproof.reports.terminal import console as terminal
 from rayproof.tracer.kernel.compiler import choose_packaged_llvm
 
@@ -73,6 +76,18 @@ SMALL = "small"  # where in a run's folder `rayproof shrink` is told to put its 
 LOG_WIDTH = 140  # columns of a log file: a table is not squeezed into a terminal that is not there
 
 
+@dataclass(frozen=True, kw_only=True)
+class RunPlan:
+    """The cases of a run, and who judges them."""
+
+    request: RunOptions
+    cases: Sequence[PlannedCase]  # of a shard, its part of the whole
+    whole: Sequence[PlannedCase]
+    panel: Panel
+    shard: ShardRecord | None
+    faults: list[str]  # planted faults that a configuration uses
+
+
 def run(request: RunOptions, workers: "Pool | Dispatch | None" = None) -> int:
     """Run the request; return the exit code: 0 passed, 1 failed, 3 not all could be measured, 130 interrupted.
 
@@ -83,72 +98,132 @@ def run(request: RunOptions, workers: "Pool | Dispatch | None" = None) -> int:
 
     """
     choose_packaged_llvm()
-    store = usual_store() if request.cached else None
-    unused = store.unused if store is not None else None
-    if store is not None:
-        store.begin()
-    if unused is not None:
-        store, request = None, replace(request, cached=False)
+    console = terminal(width=LOG_WIDTH)
+    request, store = with_cache(request, console)
     if isinstance(workers, Pool) and not (store is not None and passed("judge", store)):
         # Its sentinels take seconds, and there is little else to do until the first cases are rendered.
-        workers.prepare(JUDGE, GuardTask(cached=request.cached))
+        workers.prepare(JUDGE, partial(check_judge, cached=request.cached))
         workers.start()
-    console = terminal(width=LOG_WIDTH)
-    if unused is not None:
-        console.print(f"nothing is taken from the cache or kept: {unused}", soft_wrap=True)
-    subject = request.subject
-    planned = planned_cases(request)
-    heard = panel(request.require, subject)
-    shard, whole = None, planned
+    planned = plan_run(request)
+    begin(planned, console)
+    start, started = time.perf_counter(), datetime.now(UTC)
+    engine = engine_of(planned, workers, store)
+    execution = execute(request, planned.cases, planned.panel.names, console, engine)
+    results, found = summarise(planned, execution, engine, started)
+    publish(request, results, execution, start, console)
+    return end(planned, execution, results, found, store, console)
+
+
+def with_cache(request: RunOptions, console: Console) -> tuple[RunOptions, Store | None]:
+    """Return the request and the cache of its run; where that cannot be used, a request without cache."""
+    if not request.cached:
+        return request, None
+    store = usual_store()
+    unused = store.unused
+    store.begin()
+    if unused is None:
+        return request, store
+    console.print(f"nothing is taken from the cache or kept: {unused}", soft_wrap=True)
+    return replace(request, cached=False), None
+
+
+def plan_run(request: RunOptions) -> RunPlan:
+    """Return the cases of a request, of a shard its part of them, and the panel.
+
+    Raises:
+        LookupError, ValueError, OSError: the request itself is wrong.
+
+    """
+    whole = cases = planned_cases(request)
+    heard = panel(request.require, request.subject)
+    shard = None
     if request.shard is not None:
-        shard = told(request, planned, heard.names)
-        planned = part(planned, request.shard)
+        shard = told(request, whole, heard.names)
+        cases = part(whole, request.shard)
+    faults = _faults(cases) if request.subject.is_tracer else []
+    return RunPlan(request=request, cases=cases, whole=whole, panel=heard, shard=shard, faults=faults)
+
+
+def begin(planned: RunPlan, console: Console) -> None:
+    """Make the results folder, without an earlier run's files, and print what will be run."""
+    request, subject = planned.request, planned.request.subject
     request.out.mkdir(parents=True, exist_ok=True)
     if not request.resume:
         if (sentence := replaced(request.out)) is not None:
             console.print(sentence, soft_wrap=True, markup=False)
         clear(request.out)
     remove_drafts(request.out)
-    faults = _faults(planned) if subject.is_tracer else []
-    if faults:
-        console.print(f"PLANTED FAULT in this run: {', '.join(faults)}; it must fail", style="bold red")
+    if planned.faults:
+        console.print(f"PLANTED FAULT in this run: {', '.join(planned.faults)}; it must fail", style="bold red")
     who = "" if subject.is_tracer else f"{subject.capabilities.title if subject.capabilities.name else subject.title}: "
-    line = legible(f"{who}{several(len(planned), 'case')} against {', '.join(heard.names)}; results in {request.out}")
-    console.print(line, soft_wrap=True)
-    start, started = time.perf_counter(), datetime.now(UTC)
-    workers = workers or pool_of(subject, jobs=request.jobs, timeout=request.timeout)
-    if isinstance(workers, Pool):
-        workers.relief, workers.memory = RELIEF, request.worker_memory
-    records, interrupted, stopped = render_and_judge(request, planned, heard.names, console, store, workers)
+    cases, references = several(len(planned.cases), "case"), ", ".join(planned.panel.names)
+    console.print(legible(f"{who}{cases} against {references}; results in {request.out}"), soft_wrap=True)
+
+
+def engine_of(planned: RunPlan, workers: "Pool | Dispatch | None", store: Store | None) -> Engine:
+    """Return the cluster, or the workers of this machine, whose pool is made if it was not started early."""
+    request = planned.request
+    pool = workers or pool_of(request.subject, jobs=request.jobs, timeout=request.timeout)
+    if not isinstance(pool, Pool):
+        return pool
+    pool.relief, pool.memory = RELIEF, request.worker_memory
+    return LocalCases(case_options(request, planned.panel.names), pool, folder=request.out, store=store)
+
+
+def summarise(
+    planned: RunPlan, execution: Execution, engine: Engine, started: datetime
+) -> tuple[RunRecord, totals.Totals]:
+    """Return the results of a run, and their totals, before any cause is sought in them."""
+    records = execution.records
     found = totals.of(records)
-    results = results_document(planned, records, found, heard, faults, started, subject)
-    results["finished"] = not interrupted and stopped is None
-    if not isinstance(workers, Pool):
-        results["engine"] = workers.record()
-    if shard is not None:
-        records.table.put_places((one.case.name, place) for place, one in enumerate(whole))
-        results["shard"] = shard
-        results["configurations"] = shard["configurations"]
+    subject = planned.request.subject
+    results = results_document(planned.cases, records, found, planned.panel, planned.faults, started, subject)
+    results["finished"] = not execution.interrupted and execution.stopped is None
+    if (about := engine.record()) is not None:
+        results["engine"] = about
+    if planned.shard is not None:
+        records.table.put_places((one.case.name, place) for place, one in enumerate(planned.whole))
+        results["shard"] = planned.shard
+        results["configurations"] = planned.shard["configurations"]
+    return results, found
+
+
+def publish(request: RunOptions, results: RunRecord, execution: Execution, start: float, console: Console) -> None:
+    """Draw the scenes, seek causes, and write every published form; `start` is when the run began (`perf_counter`)."""
     save_early(request.out, results)  # before anybody waits for a picture
+    records = execution.records
     with console.status("drawing"):
         _, why = draw_stills(request.out, records, drawn_usually(records), seconds=max(LOADING, request.timeout))
     remove_stale(request.out, records)
-    find_out(request, results, console, tracer=subject.is_tracer, whole=not interrupted)
+    find_out(request, results, console, tracer=request.subject.is_tracer, whole=not execution.interrupted)
     results["seconds"] = round(time.perf_counter() - start, 3)
     conclude(request, results, why, console)
+
+
+def end(
+    planned: RunPlan,
+    execution: Execution,
+    results: RunRecord,
+    found: totals.Totals,
+    store: Store | None,
+    console: Console,
+) -> int:
+    """Print what a reader should know beside the verdict, and return the exit code."""
+    request = planned.request
     if found.dark:
         more = f" (and of {len(found.dark) - 1} others)" if len(found.dark) > 1 else ""
         console.print(legible(f"{found.dark[0]}{more}: {DARK}"), style="yellow", soft_wrap=True, markup=False)
     if store is not None and (left_out := store.left_out):
         full = f"the cache is full, at {store.limit / 2**30:.3g} GiB: {left_out / 2**30:.3g} GiB found no room"
         console.print(f"{full}; RAYPROOF_CACHE_LIMIT gives it more", soft_wrap=True)
-    if stopped is not None:
-        console.print(legible(f"stopped: {stopped}"), style="bold red", soft_wrap=True, markup=False)
+    if execution.stopped is not None:
+        console.print(legible(f"stopped: {execution.stopped}"), style="bold red", soft_wrap=True, markup=False)
         return NOT_MEASURED
-    if interrupted:
-        console.print(f"interrupted after {len(records)} of {len(planned)} cases; go on with --resume", style="yellow")
+    if execution.interrupted:
+        done = f"interrupted after {len(execution.records)} of {len(planned.cases)} cases"
+        console.print(f"{done}; go on with --resume", style="yellow")
         return INTERRUPTED
-    return code_of(request, results, found, console, tracer=subject.is_tracer)
+    return code_of(request, results, found, console, tracer=request.subject.is_tracer)
 
 
 def find_out(request: RunOptions, results: RunRecord, console: Console, *, tracer: bool, whole: bool) -> None:

@@ -15,7 +15,7 @@ from rayproof.cases.stages import Stage, StageImages
 from rayproof.reports.judge.answers import Answers
 from rayproof.reports.judge.box_filter import finer
 from rayproof.reports.judge.oracle import stages_of
-from rayproof.reports.run.messages import TracerTask
+from rayproof.reports.run.case_answers import Render
 from rayproof.tracer.configuration import Configuration
 from rayproof.tracer.formulas.own_file import copied
 from rayproof.tracer.kernel.arrays import versions
@@ -54,27 +54,41 @@ def prepare() -> None:
         formula.load()
 
 
-def trace(task: TracerTask) -> tuple[Answers, dict[str, str], tuple[str, ...], tuple[float, int]]:
-    """Return what the tracer answered, the versions of what computed it, no notes, and a launch's time and how many."""
-    for path, copy in task.copies:
+def use_own_formulas(configuration: str, *, own: tuple[str, ...], copies: tuple[tuple[str, str], ...]) -> None:
+    """Load the user's own formulas of a configuration from their copies on this machine, if there are any.
+
+    `own` has each formula with the SHA-256 of its file when the run began; `copies` has paths and where they lie here.
+
+    Raises:
+        RuntimeError: a file has changed since.
+
+    """
+    for path, copy in copies:
         copied(path, Path(copy))
-    configuration = Configuration.parse(task.configuration)
-    if task.own:
-        _unchanged(configuration, task.own)
-    answers, seconds = _images(task.scene, configuration)
+    if own:
+        _unchanged(Configuration.parse(configuration), own)
+
+
+def trace(scene: Scene, configuration: str, *, samples: int = 1, launches: int = 1) -> Render:
+    """Render a scene with the tracer; `launches` is how often its kernels run, of which the median time is returned."""
+    chosen = Configuration.parse(configuration)
+    answers, seconds = _images(scene, chosen)
     times = [seconds]
-    while len(times) < task.launches and sum(times) < LONG:
-        times.append(_images(task.scene, configuration)[1])
-    fine = _images(finer(task.scene, task.samples), configuration)[0] if task.samples > 1 else None
-    answered = Answers(
-        name=configuration.name,
-        precision=configuration.precision,
-        items=configuration.items,
-        shadow_epsilon=shadow_epsilons(task.scene, answers, configuration),
-        answers=answers,
-        fine=fine,
+    while len(times) < launches and sum(times) < LONG:
+        times.append(_images(scene, chosen)[1])
+    fine = _images(finer(scene, samples), chosen)[0] if samples > 1 else None
+    return Render(
+        answers=Answers(
+            name=chosen.name,
+            precision=chosen.precision,
+            items=chosen.items,
+            shadow_epsilon=shadow_epsilons(scene, answers, chosen),
+            answers=answers,
+            fine=fine,
+        ),
+        versions=versions(),
+        launches=(median(times), len(times)),
     )
-    return answered, versions(), (), (median(times), len(times))
 
 
 def _images(scene: Scene, configuration: Configuration) -> tuple[StageImages, float]:

@@ -22,20 +22,20 @@ from rayproof.reports.results.case_records import CaseRecord
 from rayproof.reports.results.compact import compact_case, expand_case
 from rayproof.reports.results.files import as_json
 from rayproof.reports.run.cache_store import About, DamagedEntryError, Entry, Store
-from rayproof.reports.run.options import Demands
+from rayproof.reports.run.options import CaseOptions
 from rayproof.reports.run.reference_cache import Key, code, machine
 
 
 class Memory:
     """The verdicts that were reached before, for one subject and one panel."""
 
-    def __init__(self, store: Store, demands: Demands) -> None:
-        self._store, self._demands = store, demands
+    def __init__(self, store: Store, options: CaseOptions) -> None:
+        self._store, self._options = store, options
 
     @cached_property
     def _versions(self) -> Mapping[str, str]:
         """Return the version of every reference that would be asked."""
-        return {name: version(name) for name in self._demands.references}
+        return {name: version(name) for name in self._options.references}
 
     def prepare(self) -> None:
         """Ask the references for their versions, once: while the first renders are on their way it costs nothing."""
@@ -43,7 +43,7 @@ class Memory:
 
     def key(self, case: Case, subjects: Sequence[Answers], notes: Sequence[str]) -> str:
         """Return the question that a case is, given what the subject answered and said of it."""
-        return judgement_key(case, subjects, self._versions, self._demands, notes).digest
+        return judgement_key(case, subjects, self._versions, self._options, notes).digest
 
     def recall(self, key: str, folder: Path) -> CaseRecord | None:
         """Return the record found before, its files written into the results folder, or None."""
@@ -95,19 +95,19 @@ class JudgementKey(Key):
     case: Case
     subjects: tuple[Answers, ...]
     versions: Mapping[str, str]  # the references', by name
-    demands: Any  # `reports.run.options.Demands`, which this folder does not import
+    options: Mapping[str, Any]  # `CaseOptions.of_records`
     notes: tuple[str, ...]  # what the subject says of its answers
 
 
 def judgement_key(
-    case: Case, subjects: Sequence[Answers], versions: Mapping[str, str], demands: Any, notes: Sequence[str]
+    case: Case, subjects: Sequence[Answers], versions: Mapping[str, str], options: CaseOptions, notes: Sequence[str]
 ) -> JudgementKey:
     """Return all that a verdict depends on, the code among it."""
     return JudgementKey(
         case=case,
         subjects=tuple(subjects),
         versions=versions,
-        demands=demands,
+        options=options.of_records,
         notes=tuple(notes),
         code=code(),
         machine=machine(),

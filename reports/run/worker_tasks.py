@@ -1,54 +1,218 @@
-"""What each kind of worker does with a task: tracer, reference, recalled answers, a program, the judge."""
+"""What workers do with a case: the tracer, references, cached answers, a program, the judge.
+
+A task is a call of one of these functions, and gets the case and the run's options. Each kind of worker has a name.
+"""
 
 import atexit
 from collections.abc import Callable
 from dataclasses import replace
-from typing import Any
+from functools import cache
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from rayproof.cases.case import ITEMS_OF_OTHERS
+from rayproof.cases.case import ITEMS_OF_OTHERS, Case
 from rayproof.cases.scene import Scene
 from rayproof.cases.stages import Reference, Stage, StageImages
 from rayproof.reports.judge.answers import Answers
 from rayproof.reports.judge.oracle import stages_of
-from rayproof.reports.run import reference_cache as cache
+from rayproof.reports.results.case_records import CaseRecord, RepeatedRecord
+from rayproof.reports.run import reference_cache
 from rayproof.reports.run.cache_store import DamagedEntryError
-from rayproof.reports.run.messages import (
-    JUDGE,
-    RECALLING,
-    TRACING,
-    UNDER_TEST,
-    QuestionTask,
-    RecallTask,
-    ReferenceTask,
-    SubjectTask,
-)
+from rayproof.reports.run.case_answers import CaseAnswers, Render
+from rayproof.reports.run.options import CaseOptions
 from rayproof.reports.run.reference_cache import Question, Rendered, damage
-from rayproof.reports.subjects import FUNCTION, PROGRAM, SERVED, Subject
+from rayproof.reports.subjects import FUNCTION, PROGRAM, SERVED, TRACER, Subject
+from rayproof.reports.subjects.protocol import Capabilities
 from rayproof.tracer.kernel.compiler import choose_packaged_llvm
 
+if TYPE_CHECKING:
+    from rayproof.reports.subjects.serving import Server
 
-def ask_reference(name: str, reference: Reference, task: ReferenceTask, *, independent: bool) -> Answers:
-    """Return a reference's answers to a task's scene with all that it declares, or an error if it is not installed."""
-    question, unsupported = _question(name, reference, task)
+# Kinds of workers. That of a program is how it is called, that of a reference begins with REFERENCE.
+JUDGE = "judge"
+CACHE = "cache"
+UNDER_TEST = "subject:"  # and the name of a reference that is under test
+REFERENCE = "reference:"  # and its name
+
+
+def kind_of(subject: Subject) -> str:
+    """Return the kind of the workers that render with a subject."""
+    return subject.transport or (TRACER if subject.is_tracer else f"{UNDER_TEST}{subject.name}")
+
+
+def prepare(kind: str) -> None:
+    """Import what tasks of a kind of worker need."""
+    choose_packaged_llvm()
+    if kind == TRACER:
+        from rayproof.reports.run import tracer_task
+
+        tracer_task.prepare()
+    elif kind == JUDGE:
+        from rayproof.reports.run import judge_task  # noqa: F401
+    elif kind in (PROGRAM, SERVED, FUNCTION):
+        from rayproof.reports.subjects import program, serving  # noqa: F401
+    elif kind != CACHE:
+        _reference(kind.removeprefix(UNDER_TEST).removeprefix(REFERENCE))
+
+
+def handler(kind: str) -> Callable[[Callable[[], Any]], Any]:
+    """Return the function that does the tasks of a worker, each a call; their imports are made here, once."""
+    prepare(kind)
+    return lambda task: task()
+
+
+def render_tracer(case: Case, options: CaseOptions, configuration: str, launches: int = 1) -> Render:
+    """Render a case with the tracer by one configuration; `launches` is how often its kernels are timed."""
+    from rayproof.reports.run.tracer_task import trace, use_own_formulas
+
+    use_own_formulas(configuration, own=options.own, copies=options.copies)
+    return trace(case.scene, configuration, samples=case.samples, launches=launches)
+
+
+def render_subject(scene: Scene, samples: int, subject: Subject, keep: Path | None = None) -> Render:
+    """Render a scene with a reference or program under test; a program's call is kept in the folder `keep`."""
+    if subject.is_program:
+        return _render_program(scene, samples, subject, keep)
+    render = render_reference(subject.name, scene, samples)
+    return replace(render, answers=_as_subject(render.answers), notes=render.answers.notes)
+
+
+def render_reference(name: str, scene: Scene, samples: int = 1, *, cached: bool = False) -> Render:
+    """Render a scene with a reference; what it rendered before is taken from the cache if `cached`."""
+    from rayproof.reference import REFERENCES
+
+    independent = bool(REFERENCES.about(name).get("independent", False))
+    reference = _reference(name)
+    answers = ask_reference(name, reference, scene, samples=samples, cached=cached, independent=independent)
+    return Render(answers=answers, versions={} if answers.error is not None else {name: reference.version()})
+
+
+def cached_references(case: Case, options: CaseOptions) -> tuple[dict[str, Render], dict[str, str]]:
+    """Return what the cache holds of the references' answers to a case, and a sentence for each damaged entry.
+
+    One worker does this for all references, none of which need start for it.
+    """
+    from rayproof.reference import REFERENCES
+
+    renders, damaged = {}, {}
+    for name in options.references:
+        independent = bool(REFERENCES.about(name).get("independent", False))
+        try:
+            reference = _reference(name)
+            answers = cached_answers(name, reference, case.scene, samples=case.samples, independent=independent)
+        except DamagedEntryError as wrong:
+            damaged[name] = damage(wrong)
+            continue
+        except (ImportError, OSError, RuntimeError):  # it does not start, as its own worker will report
+            continue
+        if answers is not None:
+            renders[name] = Render(answers=answers, versions={name: reference.version()})
+    return renders, damaged
+
+
+def judge(case: Case, options: CaseOptions, answers: CaseAnswers, folder: Path) -> CaseRecord:
+    """Judge a case, write its images and scene below `folder`, and return its record."""
+    from rayproof.reports.run.judge_task import judge
+
+    return judge(case, options, answers, folder)
+
+
+def check_judge(*, cached: bool) -> None:
+    """Judge the sentinels, unless the judge passed before; that it passed is kept in the cache if `cached`."""
+    from rayproof.reports.run.judge_task import check_judge
+
+    check_judge(cached=cached)
+
+
+def compare_repeated(case: Case, first: Answers, again: Answers, *, varies: bool) -> RepeatedRecord:
+    """Compare a second answer to a case with the first; `varies` says that the subject declares to vary."""
+    from rayproof.reports.run.judge_task import compare_repeated
+
+    return compare_repeated(case, first, again, varies=varies)
+
+
+def ask_capabilities(subject: Subject, *, seconds: float) -> Capabilities | str:
+    """Return what a program declares, or the sentence that says what is wrong with its reply."""
+    from rayproof.reports.subjects import program
+
+    server = _server(subject)
+    try:
+        capabilities = program.ask_capabilities(subject, seconds=seconds, server=server)
+        if server is not None:
+            server.standing()  # its start is no part of the first case
+    except ValueError as wrong:
+        return str(wrong)
+    return capabilities
+
+
+@cache
+def _reference(name: str) -> Reference:
+    """Return this process's instance of a reference."""
+    from rayproof.reference import REFERENCES
+
+    return REFERENCES[name]()
+
+
+_SERVERS: list["Server"] = []  # of this process: one at most
+
+
+def _server(subject: Subject) -> "Server | None":
+    """Return the server of a program that stays alive, started once in this process; None of any other."""
+    from rayproof.reports.subjects.serving import Server
+
+    if not subject.stays:
+        return None
+    if not _SERVERS:
+        _SERVERS.append(Server(subject))
+        atexit.register(_SERVERS[0].close)
+    _SERVERS[0].subject = subject
+    return _SERVERS[0]
+
+
+def _render_program(scene: Scene, samples: int, subject: Subject, keep: Path | None) -> Render:
+    from rayproof.reports.subjects.program import ask_program, notes_on
+
+    able, server = subject.capabilities, _server(subject)
+    # A run's environment names Python's own version, too.
+    name = "function" if subject.transport == FUNCTION else subject.name
+    answers = ask_program(subject, scene, samples=samples, keep=keep, server=server)
+    return Render(
+        answers=answers,
+        versions={name: f"{able.title} ({able.precision}, written as float32)"},
+        notes=(*notes_on(subject, scene), *(() if server is None else server.notes())),
+        standing=None if server is None else server.standing(),
+    )
+
+
+def _as_subject(answers: Answers) -> Answers:
+    """Return a reference's answers as those of the renderer under test."""
+    return replace(answers, items=ITEMS_OF_OTHERS, independent=False, chained=False, cached=False, mishaps=())
+
+
+def ask_reference(
+    name: str, reference: Reference, scene: Scene, *, samples: int = 1, cached: bool = False, independent: bool
+) -> Answers:
+    """Return a reference's answers to a scene with all that it declares, or an error if it is not installed."""
+    question, unsupported = _question(name, reference, scene, samples)
     missing = _ability(reference, "missing")
     if missing is not None and (why := missing()) is not None:
         about = {"name": name, "precision": reference.precision, "independent": independent}
         return Answers(**about, unsupported=unsupported, error=why)
-    found = _rendered(question, task)
+    found = _rendered(question, cached=cached)
     return _witness(question, found, unsupported, independent=independent)
 
 
-def recalled(name: str, reference: Reference, task: ReferenceTask, *, independent: bool) -> Answers | None:
-    """Return what `heard` would, if nothing needs rendering for it; None if something does.
+def cached_answers(name: str, reference: Reference, scene: Scene, *, samples: int, independent: bool) -> Answers | None:
+    """Return what `ask_reference` would if the cache has all of it, else None.
 
     Raises:
         DamagedEntryError: it was kept, and is not what was written.
 
     """
-    question, unsupported = _question(name, reference, task)
-    found = cache.recalled(question) if question.stages else Rendered(answers={}, mean=None, cached=False)
+    question, unsupported = _question(name, reference, scene, samples)
+    found = reference_cache.recalled(question) if question.stages else Rendered(answers={}, mean=None, cached=False)
     return None if found is None else _witness(question, found, unsupported, independent=independent)
 
 
@@ -57,12 +221,12 @@ def unable(reference: Reference, scene: Scene, stage: Stage) -> str | None:
     return reference.unsupported(scene, stage)
 
 
-def _question(name: str, reference: Reference, task: ReferenceTask) -> tuple[Question, dict[Stage, str]]:
+def _question(name: str, reference: Reference, scene: Scene, samples: int) -> tuple[Question, dict[Stage, str]]:
     """Return what the reference is asked, and why it is not asked about the other stages."""
-    scene, stages = task.scene, stages_of(task.scene)
+    stages = stages_of(scene)
     unsupported = {stage: why for stage in stages if (why := unable(reference, scene, stage)) is not None}
     asked = tuple(stage for stage in stages if stage not in unsupported)
-    question = Question(name=name, reference=reference, scene=scene, stages=asked, samples=task.samples)
+    question = Question(name=name, reference=reference, scene=scene, stages=asked, samples=samples)
     return question, unsupported
 
 
@@ -92,26 +256,21 @@ def _witness(question: Question, found: Rendered, unsupported: dict[Stage, str],
     )
 
 
-def _rendered(question: Question, task: ReferenceTask) -> Rendered:
-    """Return the reference's images, from the cache where the task allows it."""
+def _rendered(question: Question, *, cached: bool) -> Rendered:
+    """Return the reference's images, from the cache if `cached`."""
 
     def render() -> tuple[StageImages, np.ndarray | None]:
-        reference, asked = question.reference, question.stages
-        answers: StageImages = reference.render(task.scene, asked) if asked else {}
+        reference, scene, asked = question.reference, question.scene, question.stages
+        answers: StageImages = reference.render(scene, asked) if asked else {}
         mean = None
-        if task.samples > 1 and Stage.RADIANCE in asked:
-            mean = reference.render(task.scene, (Stage.RADIANCE,), samples=task.samples)[Stage.RADIANCE]
+        if question.samples > 1 and Stage.RADIANCE in asked:
+            mean = reference.render(scene, (Stage.RADIANCE,), samples=question.samples)[Stage.RADIANCE]
         return answers, mean
 
-    if task.cached and question.stages:
-        return cache.cached(question, render)
+    if cached and question.stages:
+        return reference_cache.cached(question, render)
     answers, mean = render()
     return Rendered(answers=answers, mean=mean, cached=False)
-
-
-def put_to_test(answers: Answers) -> Answers:
-    """Return a reference's answers as those of the one under test."""
-    return replace(answers, items=ITEMS_OF_OTHERS, independent=False, chained=False, cached=False, mishaps=())
 
 
 def _shadow_epsilon(reference: Reference, scene: Scene, answers: StageImages) -> float | np.ndarray:
@@ -127,115 +286,3 @@ def _shadow_epsilon(reference: Reference, scene: Scene, answers: StageImages) ->
 def _ability(reference: Reference, name: str) -> Any:
     """Return one of the methods that a reference may have (reference/__init__.py lists them), or None."""
     return getattr(reference, name, None)
-
-
-def handler(kind: str) -> Callable[[Any], Any]:
-    """Return the function that does a worker's tasks; its imports are made here, once, in the worker."""
-    choose_packaged_llvm()
-    if kind == TRACING:
-        from rayproof.reports.run.tracer_task import prepare, trace
-
-        prepare()
-        return trace
-    if kind == JUDGE:
-        from rayproof.reports.run.judge_task import do
-
-        return do
-    if kind == RECALLING:
-        return _recall
-    if kind in (PROGRAM, SERVED, FUNCTION):
-        return _program()
-    if kind.startswith(UNDER_TEST):
-        return _tested(kind.removeprefix(UNDER_TEST))
-    return _refer(kind.removeprefix("reference:"))
-
-
-def _refer(name: str) -> Callable[[ReferenceTask], tuple[Answers, dict[str, str]]]:
-    """Return the task of one reference."""
-    from rayproof.reference import REFERENCES
-
-    reference = REFERENCES[name]()
-    independent = bool(REFERENCES.about(name).get("independent", False))
-
-    def refer(task: ReferenceTask) -> tuple[Answers, dict[str, str]]:
-        answers = ask_reference(name, reference, task, independent=independent)
-        return answers, {} if answers.error is not None else {name: reference.version()}
-
-    return refer
-
-
-def _recall(task: RecallTask) -> tuple[dict[str, tuple[Answers, str]], dict[str, str]]:
-    """Return what the cache knows, and what is to be told of entries that were damaged.
-
-    One worker asks it for all references, none of which need start for it.
-    """
-    from rayproof.reference import REFERENCES
-
-    found, damaged = {}, {}
-    for name in task.names:
-        reference = REFERENCES[name]()
-        independent = bool(REFERENCES.about(name).get("independent", False))
-        try:
-            answers = recalled(name, reference, task.task, independent=independent)
-        except DamagedEntryError as wrong:
-            damaged[name] = damage(wrong)
-            continue
-        except (ImportError, OSError, RuntimeError):  # it does not start, as its own worker will report
-            continue
-        if answers is not None:
-            found[name] = (answers, reference.version())
-    return found, damaged
-
-
-def _tested(name: str) -> Callable[[SubjectTask], tuple[Answers, dict[str, str], tuple[str, ...]]]:
-    """Return the task of a reference under test; nothing of it is taken from a cache."""
-    from rayproof.reference import REFERENCES
-
-    reference = REFERENCES[name]()
-
-    def test(task: SubjectTask) -> tuple[Answers, dict[str, str], tuple[str, ...]]:
-        asked = ReferenceTask(scene=task.scene, samples=task.samples)
-        answers = ask_reference(name, reference, asked, independent=False)
-        return put_to_test(answers), {} if answers.error is not None else {name: reference.version()}, answers.notes
-
-    return test
-
-
-def _program() -> Callable[[SubjectTask | QuestionTask], Any]:
-    """Return the task of a user's program, which renders or says what it can; one that stays alive is started once."""
-    from rayproof.reports.subjects.program import ask_capabilities, ask_program, notes_on
-    from rayproof.reports.subjects.serving import Server
-
-    kept: list[Server] = []
-
-    def server(subject: Subject) -> Server | None:
-        if not subject.stays:
-            return None
-        if not kept:
-            kept.append(Server(subject))
-            atexit.register(kept[0].close)
-        kept[0].subject = subject
-        return kept[0]
-
-    def run_program(task: SubjectTask | QuestionTask) -> Any:
-        subject = task.subject
-        if isinstance(task, QuestionTask):
-            stays = server(subject)
-            try:
-                found = ask_capabilities(subject, seconds=task.seconds, server=stays)
-                if stays is not None:
-                    stays.standing()  # its start is no part of the first case
-                return found
-            except ValueError as wrong:
-                return str(wrong)
-        able, stays = subject.capabilities, server(subject)
-        # A run's environment names Python's own version, too.
-        who = "function" if subject.transport == FUNCTION else subject.name
-        versions = {who: f"{able.title} ({able.precision}, written as float32)"}
-        answered = ask_program(subject, task.scene, samples=task.samples, keep=task.keep, server=stays)
-        notes = notes_on(subject, task.scene)
-        if stays is not None:
-            return answered, versions, (*notes, *stays.notes()), stays.standing()
-        return answered, versions, notes
-
-    return run_program

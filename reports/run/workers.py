@@ -5,22 +5,29 @@ The tracer's worker is started first, since its imports take as long as those of
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
+from typing import Any
 
 from rayproof.cases.scene import Scene
 from rayproof.reports.judge.answers import Answers
 from rayproof.reports.processes.pool import Pool
 from rayproof.reports.processes.worker import Channel, Reply, serve
-from rayproof.reports.run.messages import JUDGE, TRACING, UNDER_TEST, QuestionTask, SubjectTask, kind_of
+from rayproof.reports.run.case_answers import Render
+from rayproof.reports.run.worker_tasks import (
+    JUDGE,
+    UNDER_TEST,
+    ask_capabilities,
+    handler,
+    kind_of,
+    render_subject,
+)
 from rayproof.reports.subjects import FUNCTION, PROGRAM, SERVED, TRACER, Subject
 from rayproof.reports.subjects.protocol import Capabilities
-from rayproof.reports.subjects.serving import Standing
 
 
 def serve_run(kind: str, connection: Channel) -> None:
     """Answer a run's tasks of one kind in a worker; what they need is imported there, and nowhere else."""
-    from rayproof.reports.run.worker_tasks import handler
-
     serve(kind, connection, handler)
 
 
@@ -33,7 +40,7 @@ def early_workers(name: str, *, jobs: int, timeout: float) -> Iterator[Pool]:
     if name == TRACER:
         # Judging is the longest part and shares nothing: it may take every processor.
         pool = Pool(jobs=jobs, timeout=timeout, copies={JUDGE: jobs}, target=serve_run)
-        pool.prepare(TRACING)
+        pool.prepare(TRACER)
     else:
         kind = name.partition(":")[0]
         pool = workers(Subject(name=kind, title=name, transport=kind, seconds=timeout), jobs=jobs, timeout=timeout)
@@ -84,7 +91,7 @@ def ask(subject: Subject, pool: Pool | None = None) -> Capabilities:
 
     """
     seconds = subject.seconds if subject.stays else min(LONGEST, subject.seconds)
-    task = QuestionTask(subject=subject, seconds=seconds)
+    task = partial(ask_capabilities, subject, seconds=seconds)
     reply = _reply(kind_of(subject), task, timeout=seconds + LONGEST, pool=pool)
     if isinstance(reply.value, Capabilities):
         return reply.value
@@ -108,25 +115,24 @@ def answered(
         ValueError: its worker crashed or ran out of time; what a program comes to is the subject's error.
 
     """
-    task = SubjectTask(scene=scene, samples=1, subject=subject, keep=keep)
+    task = partial(render_subject, scene, 1, subject, keep)
     reply = _reply(kind_of(subject), task, timeout=3 * subject.seconds + LONGEST, pool=pool)
     if reply.error is not None:
         raise ValueError(reply.error)
+    render: Render = reply.value
     if told is not None:
-        stands = reply.value[3] if subject.stays else Standing(start=0.0, last_start=0.0, growth=0.0)
-        told(stands.last_start, reply.seconds - stands.start)
-    return reply.value[0]
+        start, last_start = (
+            (0.0, 0.0) if render.standing is None else (render.standing.start, render.standing.last_start)
+        )
+        told(last_start, reply.seconds - start)
+    return render.answers
 
 
-def _reply(kind: str, task: QuestionTask | SubjectTask, *, timeout: float, pool: Pool | None = None) -> Reply:
+def _reply(kind: str, task: partial[Any], *, timeout: float, pool: Pool | None = None) -> Reply:
     asked = pool or Pool(jobs=1, timeout=timeout, target=serve_run)
-    replies: list[Reply] = []
     try:
         asked.prepare(kind)  # its imports are no part of the reply's time
-        asked.submit(kind, task, replies.append)
-        while not replies:
-            asked.step()
+        return asked.reply(kind, task)
     finally:
         if pool is None:
             asked.close()
-    return replies[0]

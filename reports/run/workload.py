@@ -1,4 +1,4 @@
-"""`render_and_judge`: the plan's cases through the pool into the journal, with resuming, interrupts, first failures.
+"""`execute`: the plan's cases through an engine into the journal, with resuming, interrupts, first failures.
 
 The journal is results.sqlite. A case is committed when it finishes, so that a killed run loses none.
 """
@@ -9,26 +9,20 @@ from collections.abc import Iterable, Mapping, Sequence
 from contextlib import AbstractContextManager
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from rich.console import Console
 
-from rayproof.reports.processes.pool import Pool
 from rayproof.reports.program_name import called
 from rayproof.reports.results.case_records import CaseRecord
 from rayproof.reports.results.case_table import NAME, Cases, CaseTable, DamagedTableError
 from rayproof.reports.results.files import replacing
 from rayproof.reports.results.outcomes import Outcome
-from rayproof.reports.run.cache_store import Store
-from rayproof.reports.run.case_pipeline import CasesUnderWay, Instructions
+from rayproof.reports.run.case_pipeline import Engine, finished
 from rayproof.reports.run.case_record import reproduce
-from rayproof.reports.run.options import RunOptions, demands
+from rayproof.reports.run.options import RunOptions, case_options
 from rayproof.reports.run.plan import PlannedCase, record_key
 from rayproof.reports.run.progress import CaseProgress
 from rayproof.reports.subjects import Subject
-
-if TYPE_CHECKING:
-    from rayproof.reports.run.engine.dispatch import Dispatch
 
 
 class Journal:
@@ -166,23 +160,29 @@ class Recording:
         return reproduce(self.request.out, one, self.request.subject)
 
 
-def render_and_judge(
+@dataclass(frozen=True, kw_only=True)
+class Execution:
+    """The records of a run's cases, in the plan's order, and why there are no more of them."""
+
+    records: Cases
+    interrupted: bool  # by the user
+    stopped: str | None  # in words why the rest was not done
+
+
+def execute(
     request: RunOptions,
     planned: Sequence[PlannedCase],
     references: tuple[str, ...],
     console: Console,
-    store: Store | None,
-    workers: "Pool | Dispatch",
-) -> tuple[Cases, bool, str | None]:
-    """Return the records in the plan's order, whether the user interrupted, and in words why the rest was not done.
+    engine: Engine,
+) -> Execution:
+    """Have the cases rendered and judged, and keep each record when it is finished.
 
-    `workers` are the processes of this machine, or those of a cluster. Where the first calls of a program under test
-    all fail alike, the rest is not made.
+    Where the first calls of a program under test all fail alike, the rest is not made. The engine is closed.
     """
-    asked = demands(request, references)
-    keys = {one.case.name: record_key(one, asked).digest for one in planned}
-    interrupted, gone = False, None
-    calls = FirstCalls(request.subject, len(planned))
+    options = case_options(request, references)
+    keys = {one.case.name: record_key(one, options).digest for one in planned}
+    interrupted, calls = False, FirstCalls(request.subject, len(planned))
     with (
         Journal(request.out, resume=request.resume) as journal,
         CaseProgress(console, total=len(planned)) as progress,
@@ -190,50 +190,26 @@ def render_and_judge(
         recording = Recording(request, keys, journal, progress, calls)
         try:
             todo = array("Q", (number for number, one in enumerate(planned) if not recording.taken_up(one)))
-            pending = (planned[number] for number in todo)
-            if isinstance(workers, Pool):
-                instructions = Instructions(
-                    demands=asked,
-                    subject=request.subject,
-                    cached=store is not None,
-                    patient=request.patient,
-                )
-                under_way = CasesUnderWay(
-                    instructions,
-                    workers,
-                    folder=request.out,
-                    store=store,
-                    finished=recording.finished,
-                    amended=recording.amended,
-                )
-                while len(recording.done) < len(planned) and calls.hopeless is None:
-                    while under_way.has_room and (one := next(pending, None)) is not None:
-                        under_way.start(one)
-                    progress.working(under_way.doing, workers.busy)
-                    under_way.step()
-                under_way.ask_again()
-                while under_way.asked_again and calls.hopeless is None:
-                    progress.working(under_way.asked_again, workers.busy)
-                    under_way.step()
-            else:
-                for finished in workers.records(pending, request.out):
-                    if finished is None:
-                        progress.working((), workers.busy)
-                    else:
-                        recording.finished(*finished)
-                    if calls.hopeless is not None:
-                        break
-                gone = workers.gone
+            for each in finished(engine, (planned[number] for number in todo)):
+                if each is None:
+                    progress.working(engine.doing, engine.busy)
+                elif each[0].case.name in recording.done:
+                    recording.amended(*each)
+                else:
+                    recording.finished(*each)
+                if calls.hopeless is not None:
+                    break
         except KeyboardInterrupt:
             interrupted = True
         finally:
-            workers.close()
-        found = journal.cases(key for name, key in keys.items() if name in recording.done)
-    if gone is not None:
-        return found, interrupted, f"{gone}; {len(found)} of {len(planned)} cases are finished, go on with --resume"
-    if calls.hopeless is not None:
-        return found, interrupted, f"{calls.hopeless}; `{called()} probe --keep FOLDER` makes one call"
-    return found, interrupted, None
+            engine.close()
+        records = journal.cases(key for name, key in keys.items() if name in recording.done)
+    stopped = None
+    if engine.gone is not None:
+        stopped = f"{engine.gone}; {len(records)} of {len(planned)} cases are finished, go on with --resume"
+    elif calls.hopeless is not None:
+        stopped = f"{calls.hopeless}; `{called()} call CASE FOLDER` makes one call"
+    return Execution(records=records, interrupted=interrupted, stopped=stopped)
 
 
 class FirstCalls:

@@ -18,10 +18,8 @@ from rayproof.reports.judge.oracle import ORACLE
 from rayproof.reports.judge.verdict import Judged, items_to_blame
 from rayproof.reports.results.case_records import Check, Measurement
 from rayproof.reports.results.outcomes import Outcome
-from rayproof.reports.run import worker_tasks
-from rayproof.reports.run.messages import TRACING, ReferenceTask, SubjectTask, TracerTask, kind_of
 from rayproof.reports.run.scenes import case_of_scene
-from rayproof.reports.run.worker_tasks import ask_reference
+from rayproof.reports.run.worker_tasks import kind_of, prepare, render_reference, render_subject
 from rayproof.reports.subjects import Subject
 from rayproof.tracer.configuration import Configuration
 
@@ -71,11 +69,12 @@ class Failure:
 
 def renderer(subject: Subject, configuration: Configuration) -> Renderer:
     """Return how the subject is asked in this process; `configuration` is the tracer's."""
+    prepare(kind_of(subject))
     if subject.is_tracer:
-        trace = worker_tasks.handler(TRACING)
-        return lambda scene: trace(TracerTask(scene=scene, configuration=configuration.name, samples=1))[0]
-    ask = worker_tasks.handler(kind_of(subject))
-    return lambda scene: ask(SubjectTask(scene=scene, samples=1, subject=subject))[0]
+        from rayproof.reports.run.tracer_task import trace
+
+        return lambda scene: trace(scene, configuration.name).answers
+    return lambda scene: render_subject(scene, 1, subject).answers
 
 
 def judged(scene: Scene, render: Renderer) -> tuple[Judged, Answers, StageImages] | None:
@@ -89,7 +88,7 @@ def judged(scene: Scene, render: Renderer) -> tuple[Judged, Answers, StageImages
         return None
     case = case_of_scene(scene, name="shrink/scene", stresses="A scene on its way to the smallest one.")
     with np.errstate(all="ignore"):  # of scenes that nobody made, and answers that may be anything
-        truth = ask_reference(ORACLE, oracle, ReferenceTask(scene=scene, samples=1), independent=True)
+        truth = render_reference(ORACLE, scene).answers
         return judge_case(case, [subject], [truth], oracle, {}), subject, truth.answers
 
 

@@ -1,6 +1,9 @@
 """The issue about the smallest scene: its JSON, a table of its pixel by stages, a picture."""
 
+import contextlib
 import math
+import os
+import tempfile
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -16,15 +19,18 @@ from rayproof.cases.scene_json import NAMES, scene_to_json
 from rayproof.cases.stages import IMAGE_STAGES, Stage, exr_channels
 from rayproof.reference.analytic import Analytic
 from rayproof.reports.judge.oracle import stages_of
+from rayproof.reports.results.document import load_results
 from rayproof.reports.results.files import as_json, several
 from rayproof.reports.results.outcomes import TITLES, Outcome
 from rayproof.reports.shrinking.failure import Failure, Renderer
+from rayproof.reports.subjects import Subject
 from rayproof.reports.subjects.protocol import hand_over
 
 WIDE, HIGH, GAP = 128, 96, 4  # px of a picture's halves, and between them
 VIEWS = (60.0, 30.0, 12.0, 5.0, 2.0, 0.7, 0.2)  # degrees: the first that shows enough of the scene is taken
 ENOUGH = 0.05  # of the pixels
 SHORT = 700  # characters of a scene that is shown in a line
+SECONDS = 120.0  # for one render or one judgement by the references
 MARK = 5  # px from the middle to the frame round the failing pixel
 
 
@@ -172,24 +178,39 @@ def _single(numbers: Any) -> tuple[float, ...]:
     return tuple(np.asarray(numbers, dtype=np.float32).astype(np.float64).tolist())
 
 
-def judged_by_all(
-    scene_file: Path, *, subject: str | None, declare: Path | None, configuration: str, formulas: Sequence[str]
-) -> tuple[bool, str]:
-    """Return whether all references together blame the subject in a scene file, and the sentence that says so.
+def judged_by_all(scene_file: Path, subject: Subject, configuration: str) -> tuple[bool, str]:
+    """Return whether all references together blame the subject in a scene file, and a sentence about it.
 
-    They are asked in a run of its own: some of them may end their process.
+    `configuration` is the tracer's, unused for another subject. References render in worker processes, since some
+    of them may end their process.
     """
-    from rayproof.reports.api.running import run
+    from rayproof.reports.run.options import RunOptions
+    from rayproof.reports.run.suite import run
 
-    configurations = [] if subject else [configuration]
-    about = {"configurations": configurations, "formulas": formulas, "declare": declare}
-    found = run([scene_file], subject, **about, diagnose=False, quiet=True)
-    case = found.case(found.names[0])
-    asked = {check["reference"] for check in case.checks if check["verdict"] not in ("unsupported", "undecided")}
-    blaming = {check["reference"] for check in case.checks if check["verdict"] == Outcome.FAIL.value}
-    where = f" at {case.record['stage']}" if case.record.get("stage") else ""
-    against = f"; {len(blaming)} of {len(asked)} references differ from it" if blaming else f": {case.reason}"
-    return case.verdict == Outcome.FAIL.value, f"All references together: {case.verdict}{where}{against}."
+    with tempfile.TemporaryDirectory(prefix="rayproof-issue-") as folder, Path(os.devnull).open("w") as nothing:
+        request = RunOptions(
+            selectors=(str(scene_file),),
+            out=Path(folder),
+            resume=False,
+            require=(),
+            jobs=os.cpu_count() or 1,
+            timeout=SECONDS,
+            configurations=(configuration,) if subject.is_tracer else (),
+            json=None,
+            subject=subject,
+            diagnose=False,
+        )
+        with contextlib.redirect_stdout(nothing), contextlib.redirect_stderr(nothing):
+            run(request)
+        (case,) = load_results(Path(folder))["cases"]
+    checks = case["checks"]
+    answered = {check["reference"] for check in checks if check["verdict"] not in ("unsupported", "undecided")}
+    blaming = {check["reference"] for check in checks if check["verdict"] == Outcome.FAIL.value}
+    where = f" at {case['stage']}" if case.get("stage") else ""
+    against = f": {case.get('reason') or ''}"
+    if blaming:
+        against = f"; {len(blaming)} of {len(answered)} references differ from it"
+    return case["verdict"] == Outcome.FAIL.value, f"All references together: {case['verdict']}{where}{against}."
 
 
 def _table(channels: Sequence[Channel]) -> Iterator[str]:

@@ -1,7 +1,7 @@
 """Figures and tables for a paper (PDF, SVG, LaTeX, Markdown), each with its caption.
 
-Text stays text: a PDF embeds its font, an SVG names it. The same numbers make the same file: no date, no random
-identifiers. The caption says which version, commit, seed and processor the numbers come from.
+Text stays text: a PDF embeds its font, an SVG names it. The same numbers give the same file: no date, no random
+identifiers. The caption contains version, commit, seed and processor of the measurement.
 """
 
 import csv
@@ -27,7 +27,7 @@ LETTER, LINE = 0.58, 1.4  # width of a letter on average, and height of a line, 
 
 @dataclass(frozen=True, kw_only=True)
 class Paper:
-    """What is drawn and written for a paper.
+    """The figure and the table for a paper.
 
     Parameters
     ----------
@@ -53,10 +53,10 @@ class Paper:
 
     def check(self) -> None:
         """Raise ValueError or OSError if something of it cannot be drawn or written."""
-        for option, file, known in (("--figure", self.figure, FIGURES), ("--table", self.table, TABLES)):
+        for option, file, suffixes in (("--figure", self.figure, FIGURES), ("--table", self.table, TABLES)):
             if file is not None:
-                if file.suffix not in known:
-                    raise ValueError(f"{option} must end in {' or '.join(known)}, got {file}")
+                if file.suffix not in suffixes:
+                    raise ValueError(f"{option} must end in {' or '.join(suffixes)}, got {file}")
                 with replacing(file.with_name(f".{file.name}.try")) as draft:
                     draft.touch()
                 file.with_name(f".{file.name}.try").unlink()
@@ -71,7 +71,7 @@ class Paper:
 def draw(paper: Paper, rows: Sequence[Sequence[Draw]], *, caption: str, height: float) -> None:
     """Draw panels, row by row, with one legend for all below them and the caption at the foot.
 
-    `height` is that of one row [mm]. Nothing is drawn where no figure was asked for.
+    `height` is that of one row [mm]. Without a requested figure nothing is drawn.
     """
     if paper.figure is None:
         return
@@ -105,23 +105,25 @@ def draw(paper: Paper, rows: Sequence[Sequence[Draw]], *, caption: str, height: 
 
 def _finish(figure: "Figure", paper: Paper, caption: str, panels: float) -> None:
     """Set the size of a figure whose panels are so high [inches], with legend and caption below them."""
-    known: dict[str, Any] = {}
+    legend: dict[str, Any] = {}
     for axes in figure.axes:
         handles, labels = axes.get_legend_handles_labels()
-        known |= {label: handle for label, handle in zip(labels, handles, strict=True) if label not in known}
+        legend |= {label: handle for label, handle in zip(labels, handles, strict=True) if label not in legend}
     points, small = paper.width / INCH * 72, 0.75 * paper.font_size
     text = textwrap.fill(caption, max(20, int(points / (LETTER * small))), break_long_words=True)
     foot = (text.count("\n") + 1.5) * LINE * small / 72
     key = columns = 0
-    if known:
-        columns = max(1, min(len(known), int(points / (paper.font_size * (0.9 * LETTER * max(map(len, known)) + 3.5)))))
-        key = (-(-len(known) // columns) + 0.5) * LINE * paper.font_size / 72
+    if legend:
+        columns = max(
+            1, min(len(legend), int(points / (paper.font_size * (0.9 * LETTER * max(map(len, legend)) + 3.5))))
+        )
+        key = (-(-len(legend) // columns) + 0.5) * LINE * paper.font_size / 72
     total = panels + key + foot
     figure.set_size_inches(paper.width / INCH, total)
     figure.text(0.5, 0.25 * LINE * small / 72 / total, text, ha="center", va="bottom", fontsize=small, color="0.35")
-    if known:
+    if legend:
         figure.legend(
-            list(known.values()), list(known), loc="lower center", bbox_to_anchor=(0.5, foot / total), ncols=columns,
+            list(legend.values()), list(legend), loc="lower center", bbox_to_anchor=(0.5, foot / total), ncols=columns,
             frameon=False, fontsize=0.9 * paper.font_size, borderpad=0, labelspacing=0.3, borderaxespad=0,
         )  # fmt: skip
     figure.set_layout_engine("constrained", rect=(0.0, (key + foot) / total, 1.0, 1 - (key + foot) / total))
@@ -161,17 +163,17 @@ def write_table(
 
 
 def chosen(paper: Paper, columns: Sequence[str], fits: Sequence[str] = ()) -> list[int]:
-    """Return the places of the columns that a table has: those asked for, else those of `fits`, else all.
+    """Return the indices of a table's columns: the requested ones, else those of `fits`, else all.
 
     Raises:
-        ValueError: a column was asked for that there is not.
+        ValueError: a requested column does not exist.
 
     """
-    asked = [name.strip() for name in paper.columns.split(",")] if paper.columns is not None else [*fits]
-    for name in asked:
+    headings = [name.strip() for name in paper.columns.split(",")] if paper.columns is not None else [*fits]
+    for name in headings:
         if name not in columns:
             raise ValueError(f"--columns: no column is called {name!r}; there are {', '.join(columns)}")
-    return [columns.index(name) for name in asked] if asked else [*range(len(columns))]
+    return [columns.index(name) for name in headings] if headings else [*range(len(columns))]
 
 
 def markdown_table(columns: Sequence[str], rows: Sequence[Sequence[str]]) -> str:

@@ -61,7 +61,7 @@ def chosen(
     if text == ORACLE and before_oracle:
         raise ValueError(
             f"--subject {ORACLE}: it draws the edges and limits by which everyone is judged, so that nothing could "
-            "contradict it here; `rayproof run --subject double_double` holds it against 31 digits"
+            "contradict it here; `rayproof run --subject certified` holds it against proved digits"
         )
     if (why := reason_missing(text)) is not None:
         raise ValueError(f"--subject {text}: {why}")

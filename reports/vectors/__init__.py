@@ -20,9 +20,10 @@ from flint import arb
 
 from rayproof.cases.ladders import Inputs
 from rayproof.cases.rounding import UNIT_ROUNDOFF
+from rayproof.reports.judge.forward.limits import HIT, LIGHT, NORMAL, RAY
 
 BITS = 256  # of the balls
-ROUNDINGS = 16  # of a straightforward evaluation, as in docs/judging.md
+ROUNDINGS = max(RAY, HIT, NORMAL, LIGHT)  # of a straightforward evaluation: the largest of the judge's counts
 # File -> the slots whose formulas its rows put to the test.
 SLOTS_OF: dict[str, tuple[str, ...]] = {
     "camera_ray": (

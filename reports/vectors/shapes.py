@@ -16,8 +16,8 @@ from flint import arb, fmpq
 
 from rayproof.cases.rounding import PRECISIONS
 from rayproof.reference.certified.fields import exact, precision
+from rayproof.reference.certified.numbers import cross, dot, minus, plus, scaled
 from rayproof.reference.certified.truths import enclosed
-from rayproof.reports.studies.stability.arithmetic import cross, dot, minus, plus, times
 from rayproof.reports.vectors import BITS, Exact, ball_limit, upwards
 from rayproof.reports.vectors.check import EITHER
 
@@ -226,7 +226,7 @@ def square(x: Inputs) -> Exact:
     """Return t of the parallelogram center +- half_width +- half_height."""
     center, width, height = (vector(x[name]) for name in ("center", "half_width", "half_height"))
     corners = [
-        plus(center, plus(times(width, fmpq(i)), times(height, fmpq(j))))
+        plus(center, plus(scaled(width, fmpq(i)), scaled(height, fmpq(j))))
         for i, j in ((-1, -1), (1, -1), (1, 1), (-1, 1))
     ]
     return _polygon(vector(x["o"]), vector(x["d"]), corners)

@@ -9,8 +9,7 @@ Limits, u being the unit roundoff, of a vector for the length of the difference:
     normals             16 u, of placed ones times cond(M) in the Frobenius norm
     irradiance          16 u Phi / (4 pi r^2), a cosine 16 u, a sum of n lights (n + 16) u times the sum of their sizes
     exitance, radiance  16 u of themselves
-    shadow ray              required where light and blocker clear the plane of the hit, and each other, by more than
-    the
+    shadow ray          required where light and blocker clear the plane of the hit, and each other, by more than the
                         error of the hit, 16 u (|o| + |p| + t |d|)
 """
 
@@ -20,7 +19,7 @@ from flint import arb, fmpq
 
 from rayproof.cases.rounding import PRECISIONS
 from rayproof.reference.certified.fields import exact, precision
-from rayproof.reports.studies.stability.arithmetic import cross, dot, minus, normalized, plus, times
+from rayproof.reference.certified.numbers import cross, dot, minus, plus, scaled, unit
 from rayproof.reports.vectors import BITS, Exact, ball_limit, upwards
 from rayproof.reports.vectors.check import EITHER
 from rayproof.reports.vectors.shapes import Inputs, Vector, bounds, certified, length, triangle, vector
@@ -51,11 +50,11 @@ def numbers_of(group: str, values: Mapping[str, arb], limit: Callable[[str], arb
 
 def axes(x: Inputs) -> tuple[Vector, Vector, Vector, arb]:
     """Return right, up and forward, and the sine of the angle between forward and the given up."""
-    forward = normalized(minus(balls(x["target"]), balls(x["eye"])))
+    forward = unit(minus(balls(x["target"]), balls(x["eye"])))
     given = balls(x["up"])
     right = cross(forward, given)
     sine = dot(right, right).sqrt() / dot(given, given).sqrt()
-    right = normalized(right)
+    right = unit(right)
     return right, cross(right, forward), forward, sine
 
 
@@ -79,7 +78,7 @@ def look(x: Inputs) -> tuple[Vector, Callable[[str], arb]]:
     right, up, forward, sine = axes(x)
     sx, sy, aspect = image_point(x)
     tan = tangent(x)
-    direction = normalized(plus(plus(forward, times(right, sx * aspect * tan)), times(up, sy * tan)))
+    direction = unit(plus(plus(forward, scaled(right, sx * aspect * tan)), scaled(up, sy * tan)))
     q = (sx * aspect * sx * aspect + sy * sy).sqrt()
     half = arb(exact(x["fovy"]) / 360) * arb.pi()
     view = half * q * (1 + tan * tan) / (1 + q * q * tan * tan)
@@ -121,7 +120,7 @@ NORMAL: tuple[str, ...] = ("nx", "ny", "nz")
 @certified
 def sphere_normal(x: Inputs) -> Exact:
     """Return the unit normal outward at `p` of the sphere about `center`."""
-    found = normalized(tuple(map(arb, minus(vector(x["p"]), vector(x["center"])))))
+    found = unit(tuple(map(arb, minus(vector(x["p"]), vector(x["center"])))))
     return numbers_of("normal", dict(zip(NORMAL, found, strict=True)), lambda name: ball_limit(arb(1), name))
 
 
@@ -134,7 +133,7 @@ def placed_normal(x: Inputs) -> Exact:
     det = dot(columns[0], by[0])
     n = vector(x["n"])
     turned = [sum((by[k][i] * n[k] for k in range(3)), fmpq(0)) / det for i in range(3)]
-    found = normalized(tuple(map(arb, turned)))
+    found = unit(tuple(map(arb, turned)))
     sizes = [arb(sum((dot(row, row) for row in rows), fmpq(0))).sqrt() for rows in (columns, by)]
     condition = sizes[0] * sizes[1] / abs(arb(det))
     return numbers_of("normal", dict(zip(NORMAL, found, strict=True)), lambda name: ball_limit(condition, name))
@@ -191,12 +190,12 @@ def visible(x: Inputs) -> Exact:
         f = minus(o, c)
         a, h = dot(d, d), dot(f, d)
         t = (-h - (h * h - a * (dot(f, f) - r * r)).sqrt()) / a
-        hit = plus(o, times(d, t))
-        upward, size = normalized(minus(hit, c)), dot(c, c).sqrt() + r
+        hit = plus(o, scaled(d, t))
+        upward, size = unit(minus(hit, c)), dot(c, c).sqrt() + r
     else:
         t = dot(normal, minus(point, o)) / dot(normal, d)
-        hit, upward, size = plus(o, times(d, t)), normalized(normal), dot(point, point).sqrt()
-    across = normalized(normal)
+        hit, upward, size = plus(o, scaled(d, t)), unit(normal), dot(point, point).sqrt()
+    across = unit(normal)
     above = dot(upward, minus(light, hit))
     size = dot(o, o).sqrt() + size + abs(t) * dot(d, d).sqrt()
     gaps, seen = [abs(above)], bool(above > 0)

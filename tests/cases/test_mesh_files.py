@@ -174,7 +174,7 @@ def test_a_scene_names_a_mesh_beside_it(document, tetrahedron, tmp_path):
         ("missing.ply", "file names no file"),
         ("folder.ply", "file must name a regular file"),
         ("pipe.ply", "file must name a regular file"),
-        ("mesh.fbx", "file must end in one of .obj, .ply, .stl, .glb"),
+        ("mesh.fbx", "file must end in one of .glb, .obj, .ply, .stl"),
         ("scene.ply/mesh.ply", "file "),
         ("x" * 5000 + ".ply", "file cannot be opened"),
     ],

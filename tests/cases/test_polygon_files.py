@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from rayproof.cases.foreign_files import LIMITS
-from rayproof.cases.polygon_files import mesh_of
-from rayproof.cases.stl_files import read_stl
+from rayproof.cases.mesh_files import READERS
+from rayproof.cases.stl_files import stl_mesh
 
 CORNER_L = "v 0 0 0\nv 2 0 0\nv 2 1 0\nv 1 1 0\nv 1 2 0\nv 0 2 0\n"
 HEADER = "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\n"
@@ -19,7 +19,7 @@ SQUARE = "0 0 0\n1 0 0\n1 1 0\n0 1 0\n"
 
 def faces(kind: str, content: str | bytes) -> list[list[int]]:
     """Return the triangles of a file."""
-    return mesh_of(kind, content.encode() if isinstance(content, str) else content)[1].tolist()
+    return READERS[kind](content.encode() if isinstance(content, str) else content)[1].tolist()
 
 
 def area(vertices: np.ndarray, triangles: np.ndarray) -> np.ndarray:
@@ -37,7 +37,7 @@ def test_negative_indices_count_back_from_the_vertices_so_far() -> None:
 
 @pytest.mark.parametrize("order", ["1 2 3 4 5 6", "4 5 6 1 2 3", "6 5 4 3 2 1"])
 def test_a_concave_polygon_keeps_its_notch(order: str) -> None:
-    vertices, triangles, notes = mesh_of("obj", f"{CORNER_L}f {order}\n".encode())
+    vertices, triangles, notes = READERS["obj"](f"{CORNER_L}f {order}\n".encode())
     centres = vertices[triangles].mean(axis=1)
 
     assert abs(area(vertices, triangles)[2]) == 3
@@ -48,7 +48,7 @@ def test_a_concave_polygon_keeps_its_notch(order: str) -> None:
 def test_a_window_stays_open() -> None:
     corners = ["0", "0", "3", "0", "3", "3", "0", "3", "1", "1", "1", "2", "2", "2", "2", "1"]
     text = "".join(f"v {x} {y} 5\n" for x, y in zip(corners[::2], corners[1::2], strict=True))
-    vertices, triangles, _ = mesh_of("obj", (text + "f 1 2 3 4 1 5 6 7 8 5\n").encode())
+    vertices, triangles, _ = READERS["obj"]((text + "f 1 2 3 4 1 5 6 7 8 5\n").encode())
     inside = np.array([1.5, 1.5])
     a, b, c = (vertices[triangles[:, k], :2] for k in range(3))
     sides = [np.linalg.det(np.stack([q - p, inside - p], axis=1)) for p, q in ((a, b), (b, c), (c, a))]
@@ -87,7 +87,7 @@ def test_a_polygon_bomb_is_refused_in_little_time(
     begun = process_time()
 
     with pytest.raises(ValueError, match=message):
-        mesh_of("obj", content)
+        READERS["obj"](content)
 
     assert process_time() - begun < 10
 
@@ -100,7 +100,7 @@ def test_line_ends_comments_tabs_and_continued_lines() -> None:
 
 
 def test_what_is_not_flat_or_has_two_corners_is_reported_with_its_line() -> None:
-    _, _, notes = mesh_of("obj", b"v 0 0 0\nv 1 0 0\nv 1 1 0.1\nv 0 1 0\nf 1 2 3 4\nf 1 2\n")
+    _, _, notes = READERS["obj"](b"v 0 0 0\nv 1 0 0\nv 1 1 0.1\nv 0 1 0\nf 1 2 3 4\nf 1 2\n")
 
     assert notes == [
         "1 faces of fewer than three corners, the first in line 6",
@@ -216,7 +216,7 @@ def test_random_polygons_of_every_dialect_keep_positions_and_areas(
     draw = np.random.default_rng(35_001)
     for _ in range(700):
         polygons = [polygon(draw) for _ in range(int(draw.integers(1, 5)))]
-        vertices, triangles, _ = mesh_of(kind, written(draw, polygons))
+        vertices, triangles, _ = READERS[kind](written(draw, polygons))
         starts = np.cumsum([0, *(len(corners) for corners in polygons)])
 
         np.testing.assert_array_equal(vertices, np.concatenate(polygons))
@@ -245,7 +245,7 @@ def test_random_stl_files_keep_the_area_of_each_triangle() -> None:
             )
             content = ("solid a\n" + "".join(facets) + "endsolid a\n").encode()
 
-        vertices, triangles, notes = read_stl(content)
+        vertices, triangles, notes = stl_mesh(content)
 
         assert notes == []
         np.testing.assert_array_equal(vertices[triangles].astype(np.float32), corners)

@@ -1,8 +1,8 @@
 """The table of all formulas: each slot's variants and the items that they cover; `Formula` and `Catalogue`.
 
-Contract. A formula is a function on a page of this folder and a line in `TABLE`: "slot/variant", its kind (right,
-control, or a mistake), page:function, the specification's items that it covers, and, where it applies, default=True for
-the variant that runs unless another is named, what `Formula` says, `says`, and stage where it is not its slot's.
+Contract. A formula is a function in a module of this folder and a line in `TABLE`: "slot/variant", its kind (right,
+control, or a mistake), module:function, and the specification's items that it covers. Optional are default=True for the
+variant that runs unless another is named, the facts of `Formula`, `says`, and the stage if it is not the slot's.
 
 Arguments and results are Dr.Jit arrays of the configuration's precision.
 
@@ -23,21 +23,21 @@ Camera, of literals, so that they fold away; a frame is `tracer.light_path.camer
 Clipping; t [m] along the unit direction, both exclusive. The scene's `clip` chooses the slot:
 
     clip_depth(direction, forward, near, far)    -> (nearest, farthest)
-    clip_shell(direction, forward, near, far)    -> likewise
-    clip_none(direction, forward, near, far)     -> likewise
+    clip_shell(direction, forward, near, far)    -> (nearest, farthest)
+    clip_none(direction, forward, near, far)     -> (nearest, farthest)
 
-Transforms; a transform is `tracer.shapes.Transform`:
+Transforms; a transform is `tracer.shapes.shape.Transform`:
 
     to_object(ray, transform)                    -> the ray in object space with the same parameter t
-    position(ray, distance, object_ray)          -> world point [m]; object_ray() gives the ray in the object space of
-                                                    the shape that was hit and a function that takes such a point to
-                                                    world space (itself a function, so that nothing is computed where
-                                                    it is not used); object_ray.spheres() gives where a sphere was hit,
-                                                    its centre and radius [m]
+    position(ray, distance, object_ray)          -> world point [m]; object_ray() returns the ray in the object space
+                                                    of the hit shape, and a function that transforms points to world
+                                                    space (nothing is computed unless it is called);
+                                                    object_ray.spheres() returns the mask of hit spheres, their
+                                                    centres and radii [m]
 
-Intersections: the t at which a ray meets a primitive, inf where it does not. With the fact space="object" the ray is
-in object space. Its direction need not be a unit vector. Of several intersections the smallest inside `interval`
-counts. A NaN is a miss; nothing else may turn a hit into a miss afterwards, so a formula answers for its own t:
+Intersections: the t at which a ray meets a primitive, inf on a miss. With the fact space="object" the ray is in object
+space. Its direction need not be a unit vector. Of several intersections the smallest inside `interval` counts. A NaN is
+a miss. No later step turns a hit into a miss, so a formula is responsible for its own t:
 
     sphere(ray, sphere, interval)                -> t; sphere.center, sphere.radius
     cube(ray, cube, interval)                    -> t; cube.half = 0.5
@@ -45,28 +45,29 @@ counts. A NaN is a miss; nothing else may turn a hit into a miss afterwards, so 
     square(ray, square, interval)                -> t; square.center, .half_width, .half_height (world [m]),
                                                     .orthogonal (bool); in object space .half = 0.5 in z = 0
     triangle(ray, triangle, interval)            -> t; triangle.first, .second, .third, in world space
-    nearest(distance, best)                      -> where `distance` replaces `best`
+    nearest(distance, best)                      -> mask: `distance` replaces `best`
 
 Normals:
 
     sphere_normal(point, center)                 -> unit outward normal in object space
-    cube_normal(point)                           -> likewise, for [-0.5, 0.5]^3; with the fact takes="ray" it gets the
+    cube_normal(point)                           -> the same for [-0.5, 0.5]^3; with the fact takes="ray" it gets the
                                                     ray in object space and the distance instead
     world_normal(normal, transform)              -> unit world normal; not called where object space is world space
     facing(normal, direction)                    -> the normal of a two-sided surface, turned against `direction`
 
-Shadow rays, or shadow rays; cosine = dot(N, L):
+Shadow rays (the lecture calls them light feelers); cosine = dot(N, L):
 
-    horizon(cosine)                              -> where the light is not above the surface's horizon
+    horizon(cosine)                              -> mask: the light is not above the surface's horizon
     segment(origin, light)                       -> (direction, end): origin + t direction is tested for t < end; with
                                                     the fact bounded=True no farther than the light
-    obstructed(distance)                         -> where a shadow ray that met something at t (inf: nothing) is blocked
-    shadow ray(hit, cosine, reach)                   -> `tracer.rays.Start`, the strategy against shadow acne. `hit` is
+    obstructed(distance)                         -> mask: the ray is blocked by its hit at t = distance (inf: no hit)
+    shadow_ray(hit, cosine, reach)               -> `tracer.rays.Start`, the strategy against shadow acne. `hit` is
                                                     `tracer.rays.Hit`, reach the distance to the light [m]. Facts:
                                                     doubles=True (compute the shadow ray and its start in float64),
-                                                    clearances (as many from the surface, 1 if not given, a blocker
-                                                    may stand without being noticed), moved(scale, precision) (and as
-                                                    much farther [m]; scale is the largest absolute coordinate [m])
+                                                    clearances (blockers nearer to the surface than this many
+                                                    clearances may be missed; 1 by default), moved(scale, precision)
+                                                    (the additional distance [m]; scale is the largest absolute
+                                                    coordinate [m])
 
 Light, per channel; cosine = dot(N, L) may be negative:
 
@@ -79,8 +80,8 @@ Light, per channel; cosine = dot(N, L) may be negative:
     sum_lights(contributions)                    -> the sum over a non-empty list of lights
     exitance(albedo, irradiance)                 -> [W/m^2]
     radiance(exitance)                           -> [W/(m^2 sr)]
-    radiance_simplified(exitance)                -> likewise in the simplified model
-    hidden(normal, direction)                    -> where a one-sided surface shows its back to the viewer
+    radiance_simplified(exitance)                -> the same in the simplified model
+    hidden(normal, direction)                    -> mask: the viewer sees the back of a one-sided surface
 """
 
 from collections.abc import Callable, Iterator, Mapping
@@ -96,7 +97,7 @@ from rayproof.tracer.formulas.own_file import is_own, own_formula
 
 Kind = Literal["right", "control", "fault"]
 
-# The slots in the order in which a configuration names them, with the stage that is blamed for a wrong formula.
+# The slots in the order of a configuration's name, with the stage that a wrong formula spoils.
 STAGE_OF: dict[str, Stage] = {
     slot: stage
     for stage, slots in (
@@ -137,7 +138,7 @@ def _entry(kind: Kind, path: str, *covers: str, **facts: Any) -> Entry:
     return Entry(path, covers=covers, kind=kind, **facts)
 
 
-# What must pass, and a form that is wrong in print or known to be bad.
+# `right`: a variant that must pass. `control`: a form that is printed wrongly or known to be inaccurate.
 right, control = partial(_entry, "right"), partial(_entry, "control")
 
 TABLE: dict[str, Entry] = {
@@ -379,11 +380,11 @@ FUNCTIONS: Table[Callable[..., Any]] = Table("formula", package="rayproof.tracer
 
 @dataclass(frozen=True, kw_only=True)
 class Formula:
-    """A formula and what is known about it.
+    """A formula and its facts.
 
-    A "control" is a wrong form that the lecture prints or invites (`erratum`), or one that the literature knows to be
-    bad (`known_bad`), kept runnable; a "fault" is planted for the audit. Unless it is `equivalent` or
-    `known_bad`, its facts say what a renderer with it does: `says`, a verb phrase such as "leaves out 4 pi".
+    A "control" is a wrong form that the lecture prints or invites (`erratum`), or a form that is inaccurate according
+    to the literature (`known_bad`), kept runnable; a "fault" is planted for the audit. Unless it is `equivalent` or
+    `known_bad`, the fact `says` describes a renderer that uses it by a verb phrase such as "leaves out 4 pi".
     """
 
     name: str  # "slot/variant", or "slot=FILE.py:function" of a user's own
@@ -393,13 +394,13 @@ class Formula:
     covers: tuple[str, ...]  # specification ids
     kind: Kind
     stage: Stage  # the one blamed when it is wrong
-    module: str  # the dotted name of the page that it stands on; of a user's own that of its slot's default
+    module: str  # dotted name of its module; for a function of the user's, the module of the slot's default
     default: bool = False
     erratum: str | None = None  # such as "E6"
     known_bad: str | None = None  # where a form that computes the right thing in exact arithmetic breaks down
     leaks: str | None = None  # of triangles: where rays slip between two that share an edge, if they do (`watertight`)
     equivalent: str | None = None  # why a wrong form is right on every valid scene
-    facts: Mapping[str, Any]  # all that the table says, what only its slot knows included
+    facts: Mapping[str, Any]  # the facts of its line in the table and of its slot
 
     @property
     def function(self) -> Callable[..., Any]:
@@ -435,19 +436,21 @@ class Catalogue(Mapping[str, Formula]):
     @cached_property
     def _formulas(self) -> dict[str, Formula]:
         order = list(STAGE_OF)
-        found = [_formula(name) for name in sorted(FUNCTIONS, key=lambda name: (order.index(name.split("/")[0]), name))]
+        formulas = [
+            _formula(name) for name in sorted(FUNCTIONS, key=lambda name: (order.index(name.split("/")[0]), name))
+        ]
         for slot in order:
-            defaults = [formula.name for formula in found if formula.slot == slot and formula.default]
+            defaults = [formula.name for formula in formulas if formula.slot == slot and formula.default]
             if len(defaults) != 1:
                 raise ValueError(f"slot {slot!r} must have one default, got {defaults}")
-        return {formula.name: formula for formula in found}
+        return {formula.name: formula for formula in formulas}
 
     def __getitem__(self, name: str) -> Formula:
         """Return the formula called "slot/variant"; a variant may be a function of the user's, "FILE.py:function".
 
         Raises:
-            LookupError: there is none; the message lists what is known. Whether the user's file holds the function, is
-                found when the formula is loaded.
+            LookupError: there is none; the message lists the known names. The user's file is only read when the formula
+                is loaded.
 
         """
         if name in self._formulas:
@@ -469,10 +472,10 @@ class Catalogue(Mapping[str, Formula]):
         return len(self._formulas)
 
     def named(self, text: str) -> Formula:
-        """Return the formula that a user writes "slot/variant", "slot=variant" or "slot=FILE.py:function".
+        """Return the formula that a user writes as "slot/variant", "slot=variant" or "slot=FILE.py:function".
 
         Raises:
-            LookupError: there is none; the message lists what is known.
+            LookupError: there is none; the message lists the known names.
             OwnFormulaError: the file does not import, or holds no function that the slot can call.
 
         """
@@ -488,8 +491,8 @@ class Catalogue(Mapping[str, Formula]):
 
     def variants(self, slot: str) -> tuple[Formula, ...]:
         """Return all formulas of a slot: the default first, planted faults last."""
-        found = (formula for formula in self._formulas.values() if formula.slot == slot)
-        return tuple(sorted(found, key=lambda formula: (not formula.default, formula.kind == "fault", formula.name)))
+        formulas = (formula for formula in self._formulas.values() if formula.slot == slot)
+        return tuple(sorted(formulas, key=lambda formula: (not formula.default, formula.kind == "fault", formula.name)))
 
 
 FORMULAS = Catalogue()

@@ -39,8 +39,8 @@ def reference_point_at_target(frame: Any, sx: Any, sy: Any) -> Any:
 def reference_free(frame: Any, sx: Any, sy: Any) -> Any:
     """Return normalize(F + sx R aspect tan(alpha) + sy U tan(alpha)).
 
-    By the reference point with the eye left out: it is neither added nor taken off again.
-    Rounding is then relative to the direction itself, wherever the eye stands.
+    By the reference point without the eye, which is neither added nor subtracted.
+    The rounding error is relative to the direction and does not depend on the position of the eye.
     """
     H, V = frame.right * frame.horizontal, frame.up * frame.vertical
     return dr.normalize(frame.forward + sx * H + sy * V)
@@ -53,7 +53,7 @@ def inverse_matrices(frame: Any, sx: Any, sy: Any) -> Any:
     """
     far = frame.far
     camera = frame.projection_inverse @ quad(sx * far, sy * far, far, far)
-    # On the far plane w comes out as 1 up to far / near roundings, which would multiply the eye: say that it is 1.
+    # On the far plane w is 1 but for far / near roundings, which would multiply the eye's coordinates: set w to 1.
     P = frame.view_inverse @ quad(camera.x, camera.y, camera.z, 1)
     return dr.normalize(P.xyz - frame.eye)
 

@@ -1,6 +1,6 @@
 """Formulas of ray and cube [-half, half]^3 of object space: slabs.
 
-Every function returns the smaller of entry and exit t inside the interval, or inf, unless it says otherwise.
+Unless stated otherwise, every function returns the smaller of entry and exit t inside the interval, or inf.
 """
 
 from typing import Any
@@ -15,8 +15,8 @@ from rayproof.tracer.rays import Interval, Ray
 def slabs(ray: Ray, cube: Any, interval: Interval) -> Any:
     """Return the smaller of entry and exit t inside the interval, or inf.
 
-    Source: Kay and Kajiya, "Ray Tracing Complex Scenes" (1986), as the lecture tells it, with a parallel ray decided by
-    containment alone and the division skipped (erratum E15), and the interval deciding between entry and exit (E4).
+    Source: Kay and Kajiya, "Ray Tracing Complex Scenes" (1986), in the lecture's form. A parallel ray is decided by
+    containment, without a division (erratum E15), and the interval decides between entry and exit (E4).
     """
     t_near, t_far = -dr.inf, dr.inf
     for origin, direction in zip(ray.origin, ray.direction, strict=True):
@@ -127,7 +127,7 @@ def ize(ray: Ray, cube: Any, interval: Interval) -> Any:
     """Return the slabs' t with t_far times 1 + 2 gamma(3).
 
     By slabs with a far end that is moved away, so that no box is missed by rounding: a control.
-    Made for culling, where a false hit costs nothing. As an answer it hits what passes just outside.
+    It is meant for culling, where a false hit costs nothing. As a hit test it reports rays that pass just outside.
     Source: Ize, "Robust BVH Ray Traversal", Journal of Computer Graphics Techniques 2 (2013), with PBRT's 2 gamma(3).
     """
     precision = "float64" if dr.type_v(ray.direction) == dr.VarType.Float64 else "float32"
@@ -142,10 +142,10 @@ def ize(ray: Ray, cube: Any, interval: Interval) -> Any:
 
 
 def nan_dropping(ray: Ray, cube: Any, interval: Interval) -> Any:
-    """Return the slabs' t by fmin and fmax, which return the other operand of a NaN.
+    """Return the slabs' t by fmin and fmax, which ignore a NaN operand.
 
     By slabs with minimum and maximum that drop a NaN: a control.
-    A dropped NaN does not say "inside this slab": what is left of the pair is an infinity, and that misses.
+    Without the NaN only the infinity of the pair remains, and the box is missed instead of the slab being ignored.
     Source: Barnes, "Fast, Branchless Ray/Bounding Box Intersections, Part 2: NaNs" (2015).
     """
     t_near: Any = -dr.inf

@@ -76,7 +76,7 @@ def reprojected(ray: Ray, distance: Any, object_ray: Any) -> Any:
     """Return c + (p - c) r / abs(p - c) for spheres, taken to world space, and R0 + t Rd for other shapes [m].
 
     The hit point in world space; on a sphere, moved along its radius onto the sphere.
-    What is left of t's error lies along the surface. Other shapes are hit along the world ray.
+    The remaining error of t moves the point along the surface. Points of other shapes are computed on the world ray.
     Source: Pharr, Jakob and Humphreys, "Physically Based Rendering", 4th ed. (2023), section 6.8.5.
     """
     spheres, center, radius = object_ray.spheres()

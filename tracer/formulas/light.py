@@ -40,7 +40,7 @@ def inverse_square(flux: Any, squared_distance: Any) -> Any:
 def no_falloff(flux: Any, squared_distance: Any) -> Any:
     """Return the flux as it is, without 4 pi r^2.
 
-    Control for erratum E9: the clamped cosine alone as "the amount of light" of a point light.
+    Control for erratum E9: the clamped cosine as the only factor in "the amount of light" of a point light.
     """
     return flux
 

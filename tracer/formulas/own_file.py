@@ -21,7 +21,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from rayproof.tracer.formulas import Formula
 
-MARK = ".py:"  # what tells a user's function, FILE.py:function, from the name of a variant
+MARK = ".py:"  # distinguishes a user's function, FILE.py:function, from the name of a variant
 # The place of a user's function: its file, its name, and the numbers that are given for its own parameters.
 PLACE = re.compile(rf"(?P<path>.*{re.escape(MARK[:-1])}):(?P<function>[^:()]*)(?:\((?P<numbers>[^()]*)\))?")
 _LOADED: dict[tuple[object, ...], "Checked"] = {}  # by slot, place, and the file as it was found there
@@ -34,7 +34,7 @@ def is_own(variant: str) -> bool:
 
 
 class OwnFormulaError(ValueError):
-    """The user's file or function is not what the slot needs; the message is one line that names it."""
+    """The user's file or function does not fit the slot; the message is one line with its name."""
 
 
 def canonical(place: str) -> str:
@@ -47,8 +47,8 @@ def canonical(place: str) -> str:
 
     """
     path, function, numbers = parsed(place)
-    given = ",".join(f"{name}={value!r}" for name, value in sorted(numbers.items()))
-    return f"{PurePath(path)}:{function}" + (f"({given})" if given else "")
+    parameters = ",".join(f"{name}={value!r}" for name, value in sorted(numbers.items()))
+    return f"{PurePath(path)}:{function}" + (f"({parameters})" if parameters else "")
 
 
 def parsed(place: str) -> tuple[str, str, dict[str, float]]:
@@ -58,11 +58,11 @@ def parsed(place: str) -> tuple[str, str, dict[str, float]]:
         OwnFormulaError: it is not written so, a parameter is named twice, or a value is no finite number.
 
     """
-    found = PLACE.fullmatch(place)
-    if found is None:
+    match = PLACE.fullmatch(place)
+    if match is None:
         raise OwnFormulaError(f"a formula of your own is FILE.py:function or FILE.py:function(eps=1e-4), got {place}")
     numbers: dict[str, float] = {}
-    for part in filter(None, (found["numbers"] or "").split(",")):
+    for part in filter(None, (match["numbers"] or "").split(",")):
         name, _, text = (word.strip() for word in part.partition("="))
         try:
             value = float(text)
@@ -71,15 +71,15 @@ def parsed(place: str) -> tuple[str, str, dict[str, float]]:
         if not name.isidentifier() or name in numbers or not math.isfinite(value):
             raise OwnFormulaError(f"{place}: {part.strip()!r} must be name=number, once a name")
         numbers[name] = value
-    return found["path"], found["function"], numbers
+    return match["path"], match["function"], numbers
 
 
 def with_number(text: str, name: str, value: float) -> str:
-    """Return "slot=FILE.py:function" with a number for one of the function's parameters, whatever it had before."""
+    """Return "slot=FILE.py:function" with a new number for one of the function's parameters."""
     slot, _, place = text.partition("=")
     path, function, numbers = parsed(place)
-    given = ",".join(f"{key}={number!r}" for key, number in (numbers | {name: value}).items())
-    return f"{slot}={path}:{function}({given})"
+    parameters = ",".join(f"{key}={number!r}" for key, number in (numbers | {name: value}).items())
+    return f"{slot}={path}:{function}({parameters})"
 
 
 def own_formula(place: str, *, default: Any) -> Any:
@@ -113,7 +113,7 @@ def digest(formula: "Formula") -> str:
 
 
 def sources(formula: "Formula") -> tuple[str, Mapping[str, bytes]]:
-    """Return the path by which the user's file of `formula` was named, and what it is made of, by path beside it.
+    """Return the path of the user's file of `formula`, and the content of it and of its neighbours, by relative path.
 
     Raises:
         OwnFormulaError: it cannot be loaded.
@@ -123,7 +123,7 @@ def sources(formula: "Formula") -> tuple[str, Mapping[str, bytes]]:
 
 
 def copied(path: str, copy: Path) -> None:
-    """Take a copy for the user's file of that path: on another machine it lies elsewhere."""
+    """Use a copy in place of the user's file of that path, as a worker on another machine does."""
     _COPIES[path] = copy
 
 
@@ -143,10 +143,10 @@ def _loaded(place: str, default: "Formula") -> "Checked":
     path, name, numbers = parsed(place)
     file = _COPIES.get(path, Path(path))
     try:
-        found = file.stat()
+        status = file.stat()
     except OSError as error:
         raise OwnFormulaError(f"{path}: there is no such file") from error
-    key = (default.slot, place, found.st_dev, found.st_ino, found.st_mtime_ns, found.st_size)
+    key = (default.slot, place, status.st_dev, status.st_ino, status.st_mtime_ns, status.st_size)
     if key not in _LOADED:
         function, content, sources = _function(file, name)
         _same_signature(place, function, default, numbers)
@@ -163,8 +163,8 @@ def _function(path: Path, name: str) -> tuple[Callable[..., Any], str, dict[str,
     module, content, sources = _imported(path)
     function = getattr(module, name, None)
     if not callable(function):
-        known = [key for key, value in vars(module).items() if inspect.isfunction(value)]
-        raise OwnFormulaError(f"{path} has no function {name!r}; it has {', '.join(known) or 'none'}")
+        functions = [key for key, value in vars(module).items() if inspect.isfunction(value)]
+        raise OwnFormulaError(f"{path} has no function {name!r}; it has {', '.join(functions) or 'none'}")
     return function, content, sources
 
 
@@ -176,7 +176,7 @@ def _imported(path: Path) -> tuple[ModuleType, str, dict[str, bytes]]:
     module = importlib.util.module_from_spec(specification)
     # The file may import its neighbours, as a script would.
     folder = path.resolve().parent
-    known = frozenset(sys.modules)
+    before = frozenset(sys.modules)
     try:
         source = path.read_bytes()
     except OSError as error:
@@ -185,7 +185,7 @@ def _imported(path: Path) -> tuple[ModuleType, str, dict[str, bytes]]:
     sys.path.insert(0, str(folder))
     sys.modules[name] = module  # where a dataclass looks up the module that it is made in
     try:
-        # Not by its loader: what it compiled before may be taken for the file as it is now.
+        # Compiled here, since the import system could reuse bytecode of an earlier version of the file.
         exec(compile(source, str(path), "exec", dont_inherit=True), vars(module))
     except (Exception, SystemExit) as error:  # the boundary: whatever a stranger's file does on import is its error
         raise OwnFormulaError(f"{path} does not import: {_told(error, path)}") from error
@@ -193,7 +193,7 @@ def _imported(path: Path) -> tuple[ModuleType, str, dict[str, bytes]]:
         if str(folder) in sys.path:
             sys.path.remove(str(folder))
         sys.modules.pop(name, None)
-        neighbours = _forget_neighbours(folder, frozenset(sys.modules) - known)
+        neighbours = _forget_neighbours(folder, frozenset(sys.modules) - before)
     content, sources = hashlib.sha256(source), {path.name: source}
     for neighbour in sorted(neighbours):
         data = neighbour.read_bytes()
@@ -204,7 +204,7 @@ def _imported(path: Path) -> tuple[ModuleType, str, dict[str, bytes]]:
 
 
 def _forget_neighbours(folder: Path, names: frozenset[str]) -> list[Path]:
-    """Take those of `names` that lie in `folder` out of what is imported: another file's may be called the same.
+    """Remove the modules `names` of `folder` from sys.modules, since another file may import others of the same name.
 
     Return the files that they were read from.
     """
@@ -221,7 +221,7 @@ def _places(module: ModuleType) -> list[Path]:
     specification = getattr(module, "__spec__", None)
     if specification is None:
         return []
-    # What is built in has the word for it as its origin.
+    # The origin of a built-in module is a word, not a path.
     files = [specification.origin] if specification.has_location else []
     return [Path(str(place)).resolve() for place in (*files, *(specification.submodule_search_locations or ()))]
 
@@ -229,7 +229,7 @@ def _places(module: ModuleType) -> list[Path]:
 def _told(error: BaseException, path: Path) -> str:
     """Return an error's kind, first line, and the line of the user's file that it came from."""
     first = (str(error).splitlines() or [""])[0]
-    line = None  # a syntax error tells its line itself
+    line = None  # the message of a syntax error contains its line
     step = error.__traceback__
     while step is not None:
         if step.tb_frame.f_code.co_filename == str(path):
@@ -252,9 +252,9 @@ def _same_signature(place: str, function: Callable[..., Any], default: "Formula"
 
 
 class Checked:
-    """The user's function; each call compares what it returns with what the slot's default returns there.
+    """The user's function; each call compares kind and shape of its result with those of the slot's default.
 
-    The default's result is never evaluated, so it costs no run time: nothing of it reaches the kernel.
+    The default's result is never evaluated, so it costs no run time and is not part of the kernel.
     """
 
     def __init__(
@@ -289,11 +289,11 @@ class Checked:
 
 
 def _problem(result: Any, wanted: Any) -> str | None:
-    """Return what is wrong with a result's kind or shape, or None."""
+    """Return a description of a result's wrong kind or shape, or None."""
     if isinstance(wanted, tuple | list):
         if not isinstance(result, tuple | list) or len(result) != len(wanted):
             return f"returns {_kind(result)}, the slot needs {len(wanted)} values: {', '.join(map(_kind, wanted))}"
-        return next((found for pair in zip(result, wanted, strict=True) if (found := _problem(*pair))), None)
+        return next((problem for pair in zip(result, wanted, strict=True) if (problem := _problem(*pair))), None)
     if type(result) is not type(wanted):
         return f"returns {_kind(result)}, the slot needs {_kind(wanted)}"
     import drjit as dr  # not above: to read a configuration's name takes no Dr.Jit

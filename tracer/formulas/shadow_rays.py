@@ -1,8 +1,8 @@
 """Formulas of shadow rays: their direction and end, what blocks them, and strategies against shadow acne.
 
-The strategies against such shadow acne return where a shadow ray begins: first the lecture's, by a minimum t, then
-offsets along the normal, by year. Where a strategy goes by something else than the clearance, it moves the start
-farther by a length that `..._moves` bounds from the scene's largest absolute coordinate `scale` [m].
+The strategies against shadow acne return the start of a shadow ray: first the lecture's, by a minimum t, then offsets
+along the normal, by year. If a strategy uses another length than the clearance, `..._moves` returns a bound of the
+additional distance [m] from the scene's largest absolute coordinate `scale` [m].
 """
 
 from typing import Any
@@ -14,7 +14,7 @@ from rayproof.tracer.kernel.arithmetic import moved_by_ulps, next_towards
 from rayproof.tracer.rays import Hit, Start
 
 FIXED_MINIMUM = 1e-3  # m
-SHARE_OF_SIZE = 1e-4
+SHARE_OF_SIZE = 1e-4  # of the scene's size
 FIXED_OFFSET = 1e-4  # m
 # Of Wächter and Binder.
 NEAR_ORIGIN = 1 / 32  # m, below which spacings are too small
@@ -34,7 +34,7 @@ def below(cosine: Any) -> Any:
 
 
 def to_light(origin: Any, light: Any) -> tuple[Any, Any]:
-    """Return the direction light - origin, so that the light stands at t = 1, and the end 1.
+    """Return the direction light - origin, so that the light is at t = 1, and the end 1.
 
     The segment that a shadow ray tests: strictly between the point and the light.
     """
@@ -44,15 +44,15 @@ def to_light(origin: Any, light: Any) -> tuple[Any, Any]:
 def endless(origin: Any, light: Any) -> tuple[Any, Any]:
     """Return a ray that goes on behind the light, where a blocker does not count.
 
-    Control for erratum E10: a shadow ray "obstructed by an object", wherever that object stands.
+    Control for erratum E10: a shadow ray "obstructed by an object", whether before or behind the light.
     """
     return light - origin, dr.inf
 
 
 def any_hit(distance: Any) -> Any:
-    """Return where the shadow ray met something: a blocked light adds pure black.
+    """Return in which lanes the shadow ray hits a shape: a blocked light contributes nothing.
 
-    What a shadow ray that met something means.
+    The meaning of a shadow ray's hit.
     """
     return distance < dr.inf
 
@@ -173,10 +173,10 @@ def waechter_binder_moves(scale: float, precision: str) -> float:
 def error_bound(hit: Hit, cosine: Any, reach: Any) -> Start:
     """Return a start moved by dot(abs(N), error) [m] along N, each component then rounded away from the surface.
 
-    Leave the box that bounds the hit point's error along the normal, then round outwards.
-    Per axis the error of o + t d is abs(d) dt + gamma(2) (abs(o) + abs(t d)); dt is half the clearance over abs(N . d),
-    what rounding may do to t at this angle. The box does not know that the first part lies along d: the offset grows as
-    1 / cos at grazing views, where `shadow_ray/normal_offset` keeps to the part along the normal.
+    Leave the box that bounds the hit point's error along the normal, then round outwards. Per axis the error of o + t d
+    is abs(d) dt + gamma(2) (abs(o) + abs(t d)); dt is half the clearance over abs(N . d), the bound of t's error at
+    this angle. A box ignores that the first part is parallel to d: the offset grows as 1 / cos at grazing views,
+    whereas `shadow_ray/normal_offset` counts only the part along the normal.
     Source: Pharr, Jakob and Humphreys, "Physically Based Rendering", 4th ed. (2023), section 6.8.6, and pbrt-v4's
     ray.h, OffsetRayOrigin.
     """
@@ -197,7 +197,7 @@ def mitsuba(hit: Hit, cosine: Any, reach: Any) -> Start:
     """Return a start moved by (1 + max(abs(p))) RayEpsilon [m] along the normal, and ShadowEpsilon off the end.
 
     As Mitsuba 3 does: an offset along the normal by the size of the coordinates, and a shorter end.
-    The 1 in 1 + max(abs(p)) is a metre: in small scenes the offset is longer than what stands close.
+    The 1 in 1 + max(abs(p)) is a metre: in small scenes the offset exceeds the distance of near blockers.
     Source: Mitsuba 3, include/mitsuba/render/interaction.h, offset_p and spawn_ray_to; RayEpsilon is 1500 unit
     roundoffs and ShadowEpsilon ten times that.
     """

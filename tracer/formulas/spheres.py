@@ -1,7 +1,7 @@
 """Formulas of ray and sphere: the quadratic formula and its stable forms.
 
-Every function returns the smallest t inside the interval at which the ray meets the sphere, or inf, unless it says
-otherwise. f = origin - center, A = d . d, B = 2 d . f, C = f . f - r^2 (lecture), and h = -B / 2.
+Unless stated otherwise, every function returns the smallest t inside the interval at which the ray meets the sphere, or
+inf. f = origin - center, A = d . d, B = 2 d . f, C = f . f - r^2 (lecture), and h = -B / 2.
 """
 
 from typing import Any
@@ -47,7 +47,7 @@ def kahan(ray: Ray, sphere: Any, interval: Interval) -> Any:
     """Return the smallest t inside the interval, with h h - A C rounded as if once, or inf.
 
     The discriminant is rounded as if once: a difference of products by fused operations.
-    It repairs the rounding inside the discriminant, and not that of its coefficients.
+    This removes the rounding error of the discriminant, but not those of its coefficients.
     Source: Kahan, "On the Cost of Floating-Point Computation Without Extra-Precise Arithmetic" (2004).
     """
     f = ray.origin - sphere.center
@@ -108,7 +108,7 @@ def haines(ray: Ray, sphere: Any, interval: Interval) -> Any:
     inverse_A = 1 / A
     closest = dr.fma(ray.direction, h * inverse_A, f)
     quarter_discriminant = A * (dr.square(sphere.radius) - dr.squared_norm(closest))
-    # Without real roots, or with q = 0, a root is NaN or infinite, or 0: none of these lies inside an interval.
+    # Without real roots, or with q = 0, a root is NaN, infinite or 0: no interval contains these.
     q = h + dr.copysign(dr.sqrt(quarter_discriminant), h)
     C = dr.squared_norm(f) - dr.square(sphere.radius)
     return interval.smallest(*ordered(C / q, q * inverse_A))
@@ -125,7 +125,7 @@ def shift(ray: Ray, sphere: Any, interval: Interval) -> Any:
     A = dr.squared_norm(ray.direction)
     moved = -dr.dot(f, ray.direction) / A
     closest = dr.fma(ray.direction, moved, f)
-    # What rounding left of the way to the exact foot of the perpendicular.
+    # The remaining distance to the exact foot of the perpendicular.
     left = -dr.dot(closest, ray.direction) / A
     closest = dr.fma(ray.direction, left, closest)
     half_chord_squared = (dr.square(sphere.radius) - dr.squared_norm(closest)) / A

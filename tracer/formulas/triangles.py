@@ -134,9 +134,9 @@ def moeller_trumbore_epsilon(ray: Ray, triangle: Any, interval: Interval) -> Any
 
 
 def pluecker(ray: Ray, triangle: Any, interval: Interval) -> Any:
-    """Return the t of the plane's hit if all edges pass on one side and t lies inside the interval, or inf.
+    """Return the t of the plane's hit if all edges pass on one side and t is inside the interval, or inf.
 
-    By Plücker coordinates: on which side of the ray each edge's line passes.
+    By Plücker coordinates: the side of the ray on which each edge's line passes.
     The two neighbours of an edge compute exact negatives of each other. Edges need not meet exactly in a corner.
     Sources: Jones, "Intersecting a Ray and a Triangle with Plücker Coordinates", Ray Tracing News 13 (2000); the form
     with corners relative to the eye is that of Embree, kernels/geometry/triangle_intersector_pluecker.h.
@@ -160,7 +160,7 @@ def woop(ray: Ray, triangle: Any, interval: Interval) -> Any:
 
     By the signs of areas seen along the ray: no leak between triangles that share an edge.
     Two neighbours compute a shared edge's area from the same two products, as x - y and as y - x, which are exact
-    negatives; that holds only as long as no compiler fuses the subtraction with a product.
+    negatives, provided that no compiler fuses the subtraction with a product.
     Source: Woop, Benthin and Wald, "Watertight Ray/Triangle Intersection", Journal of Computer Graphics Techniques 2
     (2013), without its culling and without its float64 fallback.
     """
@@ -172,8 +172,8 @@ def woop_kahan(ray: Ray, triangle: Any, interval: Interval) -> Any:
     """Return t if the signed areas U, V and W do not differ in sign and t lies inside the interval, or inf.
 
     By Woop's signed areas, each a difference of products in explicit fused operations.
-    No compiler can fuse these again. An area is off by 1.5 ulp at most, so that without underflow its sign is always
-    right for the sheared corners, and neighbours agree about their edge.
+    No compiler can fuse these again. The error of an area is at most 1.5 ulp, so that without underflow its sign is
+    right for the sheared corners, and neighbours agree about their common edge.
     Sources: Woop, Benthin and Wald, "Watertight Ray/Triangle Intersection", Journal of Computer Graphics Techniques 2
     (2013); Kahan (see `tracer.kernel.arithmetic`).
     """
@@ -189,9 +189,9 @@ def _in_float64(a: Any, b: Any, c: Any, d: Any) -> Any:
 def woop_float64_fallback(ray: Ray, triangle: Any, interval: Interval) -> Any:
     """Return t if the signed areas U, V and W do not differ in sign and t lies inside the interval, or inf.
 
-    By Woop's signed areas, recomputed in float64 where one of them is 0.
-    In float64 the products of float32 numbers are exact, so that only exact ties stay ties. Both are computed for every
-    ray, because all lanes of a kernel do the same.
+    By Woop's signed areas, recomputed in float64 where one of them is 0. In float64 the products of float32 numbers are
+    exact, so that only exact ties stay ties. Both precisions are computed for every ray, because all lanes of a kernel
+    execute the same instructions.
     Source: Woop, Benthin and Wald, "Watertight Ray/Triangle Intersection", Journal of Computer Graphics Techniques 2
     (2013), appendix.
     """

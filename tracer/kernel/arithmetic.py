@@ -3,11 +3,11 @@
 * Differences of products keep their digits by explicit fused operations, which no compiler can fuse again. Source:
   Kahan, as analysed by Jeannerod, Louvet and Muller, "Further Analysis of Kahan's Algorithm for the Accurate
   Computation of 2x2 Determinants", Mathematics of Computation 82 (2013): at most 1.5 ulp.
-* `unit` scales a vector of whatever length by an exact power of two first, since squares of the very long and the
-  very short would leave the range; for literals, such as all that belongs to the camera, this folds away.
-  `normalized` is for vectors of ordinary length: in float64 a division and a square root take as long as forty sums
-  or products, and half of that is found by sums and products alone.
-* The shear turns a ray into the z axis, so that triangles are decided in two dimensions, by signs alone. Source:
+* `unit` first scales a vector by an exact power of two, since the squares of very long and very short vectors would
+  overflow or underflow; for literals, such as the camera's vectors, this folds away. `normalized` is for vectors of
+  ordinary length: in float64 a division and a square root take as long as forty sums or products, and half of the
+  digits are computed by sums and products only.
+* The shear turns a ray into the z axis, so that triangles are decided in two dimensions, only by signs. Source:
   Woop, Benthin and Wald, "Watertight Ray/Triangle Intersection", Journal of Computer Graphics Techniques 2 (2013).
   The same corner is sheared to the same numbers in every triangle that shares it; each product and sum is an explicit
   operation, because a compiler that fused some of them would tear the edges open.
@@ -68,10 +68,10 @@ def difference_of_products(a: Any, b: Any, c: Any, d: Any) -> Any:
     return dr.fma(a, b, -cd) + dr.fma(-c, d, cd)
 
 
-def ordered(one: Any, other: Any) -> tuple[Any, Any]:
+def ordered(first: Any, second: Any) -> tuple[Any, Any]:
     """Return the two, the smaller first."""
-    swap = one > other
-    return dr.select(swap, other, one), dr.select(swap, one, other)
+    swap = first > second
+    return dr.select(swap, second, first), dr.select(swap, first, second)
 
 
 def stable_roots(A: Any, h: Any, C: Any, root: Any) -> tuple[Any, Any]:
@@ -108,8 +108,8 @@ def unit(vector: Any) -> Any:
 def inverse_root(x: Any) -> Any:
     """Return 1 / sqrt(x) of numbers that are not negative, with an error of 1.5 u at most; 1 / 0 is inf, 1 / inf is 0.
 
-    That is the bound of sqrt(1 / x) as well: half of what the division rounds, and what the root does. Here what is
-    rounded before the last sum is x y, which counts half, too: y' = y + y e / 2 with e = 1 - (x y) y.
+    The bound of sqrt(1 / x) is the same: half the rounding error of the division, and that of the root. Here the
+    rounding error of x y before the last sum also counts half: y' = y + y e / 2 with e = 1 - (x y) y.
     """
     if dr.type_v(x) != dr.VarType.Float64:
         return dr.rsqrt(x)
@@ -130,7 +130,7 @@ def normalized(vector: Any) -> Any:
 
 @dataclass(frozen=True, kw_only=True)
 class Sheared:
-    """A triangle's corners A, B, C beside the ray: x and y across it, z along it [m]."""
+    """A triangle's corners A, B, C in the ray's coordinates [m]: x and y across the ray, z along it."""
 
     A: Any
     B: Any
@@ -173,10 +173,10 @@ def _of(ray: Ray, x_largest: Any, y_largest: Any) -> Shear:
 
 
 def prepared(rays: Sequence[Ray], *, together: bool = False) -> list[Ray]:
-    """Return rays that have their own shear with them, for a loop in which they meet many triangles.
+    """Return rays with their shears, for a loop in which they meet many triangles.
 
-    Rays of nearly the same direction may all turn as the middle one does (`together`); what is left is then computed
-    once for all of them. Any component may come last that is not much smaller than the largest.
+    Rays of nearly the same direction may share the axes of the middle one (`together`), so that a corner is permuted
+    once for all of them. Any component that is not much smaller than the largest may become the last.
     """
     middle = _turn(rays[len(rays) // 2].direction)
     return [replace(ray, shear=_of(ray, *(middle if together else _turn(ray.direction)))) for ray in rays]
@@ -188,7 +188,7 @@ def turns(rays: Sequence[Ray]) -> list[tuple[Any, Any]]:
 
 
 def turning_alike(rays: Sequence[Ray], turn: tuple[Any, Any]) -> list[Ray]:
-    """Return prepared rays, all turned in this way, as those that count are: a corner is turned once for all."""
+    """Return prepared rays that share these axes, as all active rays do: a corner is permuted once for all."""
     return [replace(ray, shear=replace(ray.shear, x_largest=turn[0], y_largest=turn[1])) for ray in rays]
 
 
@@ -221,7 +221,7 @@ def larger(a: Any, b: Any) -> Any:
 
 
 def distance(sheared: Sheared, areas: tuple[Any, Any, Any], interval: Interval) -> Any:
-    """Return t where no two areas differ in sign and t lies inside the interval, or inf."""
+    """Return t if no two areas differ in sign and t is inside the interval, or inf."""
     U, V, W = areas
     outside = (smaller(smaller(U, V), W) < 0) & (larger(larger(U, V), W) > 0)
     determinant = U + V + W

@@ -1,16 +1,16 @@
-"""Dr.Jit's array types and backends, and `Lanes`: how the samples of an image lie in SIMD lanes.
+"""Dr.Jit's array types and backends, and `Lanes`: the assignment of an image's samples to SIMD lanes.
 
-This is the only file that names backends and precisions. Dr.Jit's FastMath is turned off here, because it makes the CPU
-and GPU backends different arithmetics and turns NaN * 0 into 0.
+This is the only file that names backends and precisions. Dr.Jit's FastMath is turned off here, because with it the CPU
+and GPU backends compute differently and NaN * 0 becomes 0.
 
-* A SIMD lane computes one sample, or a tile of several that go through the tree together. Neighbouring lanes hold
-  neighbouring tiles, in blocks of four by four, so that what a processor does at once stays close in the image as well.
-* A processor takes eight or sixteen lanes at a time: what one of them asks for, all of them pay. `where` goes past code
-  for which none of a packet's lanes asks.
-* The samples of a lane lie side by side: a step of all of them comes before the next step of any. Dr.Jit writes the
-  code of one scope before that of the next, and within a scope follows each result back to where it came from, one
-  sample after the other. A sample's operations wait for each other, and a processor looks some two hundred
-  instructions ahead, less than one sample has: step by step it finds other samples' work to do meanwhile.
+* A SIMD lane computes one sample, or a tile of several samples that traverse the tree together. Neighbouring lanes hold
+  neighbouring tiles, in blocks of four by four, so that the rays of a packet are close in the image as well.
+* A processor executes eight or sixteen lanes at a time, and all of them pay for code that one lane needs. `where` skips
+  code that no lane of a packet needs.
+* The samples of a lane are computed in steps: a step of all of them comes before the next step of any. Dr.Jit emits the
+  code of one scope before that of the next, and within a scope it emits each result with all its inputs, sample by
+  sample. A sample's operations depend on each other, and a processor looks some two hundred instructions ahead, less
+  than one sample has: in steps it can execute operations of other samples meanwhile.
 """
 
 import importlib
@@ -30,7 +30,7 @@ from rayproof.tracer.kernel import compiler
 
 SUFFIXES = {"float32": "f", "float64": "f64"}  # of the names of Dr.Jit's types
 BACKENDS = {"cuda": dr.JitBackend.CUDA, "llvm": dr.JitBackend.LLVM}  # the first that is there is taken
-VARIABLE = "RAYPROOF_BACKEND"  # names one of them, for a machine that has both
+VARIABLE = "RAYPROOF_BACKEND"  # an environment variable that selects the backend on a machine that has both
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -54,15 +54,15 @@ class ArrayTypes:
 
 @cache
 def backend() -> str:
-    """Return what RAYPROOF_BACKEND names; without it "cuda" where Dr.Jit finds an NVIDIA GPU, else "llvm".
+    """Return the value of RAYPROOF_BACKEND; without it "cuda" if Dr.Jit finds an NVIDIA GPU, else "llvm".
 
     Raises:
-        NoBackendError: Dr.Jit has neither, or not the one that is named; using it anyway would kill the process.
+        NoBackendError: Dr.Jit has no backend, or lacks the named one; using it would abort the process.
 
     """
     wanted = os.environ.get(VARIABLE)
-    for name, found in BACKENDS.items():
-        if wanted in (None, "", name) and dr.has_backend(found):
+    for name, types in BACKENDS.items():
+        if wanted in (None, "", name) and dr.has_backend(types):
             return name
     if wanted:
         raise compiler.NoBackendError(
@@ -146,7 +146,7 @@ class Lanes:
 
     @staticmethod
     def _within(first: Any, size: int, count: int) -> list[Any]:
-        """Return a tile's coordinates along one axis; what lies outside is moved to the border."""
+        """Return a tile's coordinates along one axis, clamped to the image."""
         if size % (count * BLOCK) == 0:
             return [first + k for k in range(count)]
         if size % count == 0:
@@ -188,31 +188,31 @@ def versions() -> dict[str, str]:
 _ASKED: ContextVar[list[Any] | None] = ContextVar("asked", default=None)  # where it is written down, if anywhere
 
 
-def where(some: Any, compute: Callable[[], list[Any]], otherwise: list[Any]) -> list[Any]:
-    """Return what is computed, in packets with a lane where `some` is true; in the others, and lanes, `otherwise`."""
-    found = _ASKED.get()
-    if found is not None:
-        found.append(some)
+def where(mask: Any, compute: Callable[[], list[Any]], otherwise: list[Any]) -> list[Any]:
+    """Return the results of `compute` in lanes of `mask`, else `otherwise`; packets without such lanes skip it."""
+    masks = _ASKED.get()
+    if masks is not None:
+        masks.append(mask)
         return compute()
-    # Dr.Jit writes its result into what the branches return: an array that is there twice would get both.
-    return dr.if_stmt((), some, compute, lambda: [type(one)(one) for one in otherwise])
+    # Dr.Jit writes the results into the returned arrays, so that none may be returned twice.
+    return dr.if_stmt((), mask, compute, lambda: [type(array)(array) for array in otherwise])
 
 
 @contextmanager
 def asked() -> Iterator[list[Any]]:
-    """Collect what `where` is asked, in the order of the code, and compute everything everywhere."""
-    found: list[Any] = []
-    token = _ASKED.set(found)
+    """Collect the masks of all calls of `where`, in the order of the code, and compute every branch everywhere."""
+    masks: list[Any] = []
+    token = _ASKED.set(masks)
     try:
-        yield found
+        yield masks
     finally:
         _ASKED.reset(token)
 
 
 def next_step(types: ArrayTypes, *, samples: int) -> None:
-    """End a step: what is computed from here on comes later in the kernel than all that was computed before.
+    """End a step: later operations come after all earlier ones in the kernel.
 
-    A lane of one sample has nothing to put beside it.
+    With one sample per lane there is nothing to interleave.
     """
     if samples > 1:
         dr.detail.new_scope(BACKENDS[types.backend])

@@ -20,11 +20,11 @@ VARIABLE = "DRJIT_LIBLLVM_PATH"
 NAMES = {"darwin": ("lib/libLLVM.dylib",), "win32": ("Library/bin/LLVM-C.dll", "bin/LLVM-C.dll")}
 
 
-OLDEST = (17,)  # that compiles what the tracer needs
+OLDEST = (17,)  # the oldest version that compiles the tracer's kernels
 
 
 class NoBackendError(RuntimeError):
-    """Dr.Jit has no backend to compute with, or not the one that was asked for."""
+    """Dr.Jit has no backend, or not the requested one."""
 
 
 def packaged_library() -> Path | None:
@@ -37,7 +37,7 @@ def choose_packaged_llvm() -> None:
     """Make Dr.Jit load the packaged LLVM, unless DRJIT_LIBLLVM_PATH names another; call it before importing Dr.Jit.
 
     Raises:
-        NoBackendError: Dr.Jit was imported already and took one that aborts the process.
+        NoBackendError: Dr.Jit was imported before and has loaded a library that aborts the process.
 
     """
     library = packaged_library()
@@ -67,11 +67,10 @@ def _libm() -> ctypes.CDLL | None:
 
 @contextmanager
 def one_thread() -> Iterator[None]:
-    """Let Dr.Jit compute on the calling thread alone while the body runs, to the same last bit.
+    """Make Dr.Jit compute on the calling thread only while the body runs, with bit-identical results.
 
-    The threads of its pool spin between kernels, which for a small image takes as long as the kernels do. Without a
-    pool the calling thread computes, which keeps subnormal numbers where Dr.Jit's threads flush them: so it flushes
-    them too. Where that cannot be done the pool stays.
+    The threads of its pool spin between kernels, which takes as long as the kernels of a small image. The calling
+    thread must flush subnormal numbers to zero, as the threads of the pool do. If it cannot, the pool is used.
     """
     import drjit as dr
 

@@ -1,16 +1,14 @@
 """Inputs of a kernel: arrays on the device, and a scene's numbers as literals or in memory (`KernelConstants`).
 
-Arrays that a scene keeps on the device, uploaded when first asked for.
+Arrays of a scene on the device are uploaded at their first use. A frozen function must get them as arguments: trace
+once, take `arrays`, and pass them at every call.
 
-A frozen function must be given them as arguments: whoever freezes traces once, takes `arrays` and hands them in again.
-
-A scene's numbers in a kernel: part of the code where one scene is rendered often, in memory where many are once.
-
-As literals they save a load each and fold where they can, and every scene compiles a kernel of its own. In memory, the
-scenes of one structure share a kernel: what a scene does not need, such as a transform that is the identity or a
-coefficient that is 0, is left out either way. Where several stages are asked for, and written to memory, each may begin
-from there: its kernel is then shared by scenes and configurations that differ in another stage. Each unrolled shape is
-such a stage, so that scenes share its kernel whatever their number of shapes. docs/performance.md has what all of this
+A scene's numbers are literals of the kernel if one scene is rendered often, and in memory if many scenes are rendered
+once. Literals save a load each and can be folded, but every scene compiles a kernel of its own. Scenes of the same
+structure share a kernel if their numbers are in memory. Unneeded terms, such as an identity transform or a coefficient
+of 0, are left out in both cases. If several stages are requested, their images are in memory anyway, and each stage may
+start from there: its kernel is then shared by scenes and configurations that differ in another stage. Each unrolled
+shape is such a stage, so that scenes with different numbers of shapes share its kernel. docs/performance.md has the
 costs.
 """
 
@@ -66,12 +64,12 @@ def packets(types: ArrayTypes, source: Any, record: Any, count: int) -> list[Any
 
 
 class KernelConstants(Protocol):
-    """The way in which numbers enter a kernel."""
+    """How numbers enter a kernel: as literals, or from memory."""
 
     shared: bool  # whether kernels are to be short and the same for as many scenes as possible
 
     def __call__(self, name: str, value: Any) -> Any:
-        """Return the Dr.Jit literal `value`, a number, vector or matrix; `name` is its own and says what it is."""
+        """Return the Dr.Jit literal `value`, a number, vector or matrix; `name` is unique and describes it."""
 
     def store(self, *values: Any) -> None:
         """Let a kernel end here, if kernels are to be shared, with `values` (any tree of arrays) in memory."""
@@ -107,7 +105,7 @@ class NumbersInMemory(Literals):
         self._kept: dict[tuple[str, type], Any] = {}
 
     def __call__(self, name: str, value: Any) -> Any:
-        """Return the value in memory, the same for one name and type; a mask decides what is computed, and stays."""
+        """Return the value in memory, the same for one name and type; a mask stays a literal, since it selects code."""
         if dr.is_mask_v(value):
             return value
         key = (name, type(value))
@@ -119,7 +117,7 @@ class NumbersInMemory(Literals):
 
 
 class SplitKernels(NumbersInMemory):
-    """Numbers that are read from memory, and what a stage hands to the next as well."""
+    """Numbers in memory, and stages whose results are in memory too, so that each stage is a kernel."""
 
     shared = True
 

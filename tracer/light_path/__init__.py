@@ -51,7 +51,7 @@ class Trace:
         buffers: DeviceBuffers | None = None,
         parameters: KernelConstants = LITERALS,
     ) -> "Trace":
-        """Return a scene ready to be traced; `per_side` and `within` say which samples of a pixel (`View`)."""
+        """Return a scene that is ready to be traced; `per_side` and `within` select the samples of a pixel (`View`)."""
         context = Context(
             scene=scene,
             configuration=configuration,
@@ -60,9 +60,9 @@ class Trace:
             buffers=DeviceBuffers() if buffers is None else buffers,
             parameters=parameters,
         )
-        seen = partial(View.of, context, per_side=per_side, within=within)
-        tiles = seen(columns=context.plan.columns, rows=context.plan.rows)
-        view = seen(columns=1, rows=1) if context.plan.split else tiles
+        view_of = partial(View.of, context, per_side=per_side, within=within)
+        tiles = view_of(columns=context.plan.columns, rows=context.plan.rows)
+        view = view_of(columns=1, rows=1) if context.plan.split else tiles
         return cls(world=DeviceScene(context), view=view, tiles=tiles)
 
     @property
@@ -71,20 +71,20 @@ class Trace:
         return not (self.world.scene.shapes and self.world.scene.lights)
 
 
-def images(trace: Trace, wanted: Collection[Stage], given: Given = NOTHING) -> dict[Stage, list[tuple[Any, ...]]]:
-    """Return the channels of stages for each sample of a lane, with the specification's values where nothing was hit.
+def images(trace: Trace, wanted: Collection[Stage], earlier: Given = NOTHING) -> dict[Stage, list[tuple[Any, ...]]]:
+    """Return the channels of stages for each sample of a lane, with the specification's values on a miss.
 
-    Those of the camera are a sample's (sx, sy) and its pixel. What comes after the last stage wanted is not computed,
-    nor is anything about light where there is none. `given` stages before those wanted are taken as they are.
+    Those of the camera are a sample's (sx, sy) and its pixel. Nothing is computed beyond the last wanted stage, and no
+    light stage without lights. Stages in `given` are used unchanged.
     """
-    found = _darkness(trace) if trace.dark else {}
-    missing = [stage for stage in Stage if stage in wanted and stage not in found]
+    stage_channels = _darkness(trace) if trace.dark else {}
+    missing = [stage for stage in Stage if stage in wanted and stage not in stage_channels]
     if missing:
-        for stage, values in light_path(trace, missing, given):
-            found[stage] = values
+        for stage, values in light_path(trace, missing, earlier):
+            stage_channels[stage] = values
             if stage is missing[-1]:
                 break
-    return {stage: [tuple(channels) for channels in found[stage]] for stage in wanted}
+    return {stage: [tuple(channels) for channels in stage_channels[stage]] for stage in wanted}
 
 
 def radiance(trace: Trace) -> list[Any]:
@@ -93,13 +93,13 @@ def radiance(trace: Trace) -> list[Any]:
         return list(_darkness(trace)[Stage.RADIANCE])
     rays = camera_rays(trace.view, sample_ndc(trace.view, sample_positions(trace.view)))
     hits = _nearest_hits(trace, rays)
-    some = reduced(operator.or_, [hit.distance < dr.inf for hit in hits])
+    any_hit = reduced(operator.or_, [hit.distance < dr.inf for hit in hits])
 
     def shaded() -> list[Any]:
         *_, (_, values) = _shading(trace, rays, hits, (Stage.RADIANCE,), NOTHING)
         return list(values)
 
-    return where(some, shaded, [trace.world.types.Vector(0)] * len(rays))
+    return where(any_hit, shaded, [trace.world.types.Vector(0)] * len(rays))
 
 
 def _darkness(trace: Trace) -> dict[Stage, Values]:
@@ -110,7 +110,7 @@ def _darkness(trace: Trace) -> dict[Stage, Values]:
     return {Stage.VISIBILITY: unlit, Stage.IRRADIANCE: black, Stage.EXITANCE: black, Stage.RADIANCE: black}
 
 
-def light_path(trace: Trace, wanted: Collection[Stage], given: Given) -> Iterator[tuple[Stage, Values]]:
+def light_path(trace: Trace, wanted: Collection[Stage], earlier: Given) -> Iterator[tuple[Stage, Values]]:
     """Yield each stage when it has been computed; camera and visibility, on which none depends, only where wanted."""
     camera, configuration = trace.world.scene.camera, trace.world.configuration
     ndc = sample_ndc(trace.view, sample_positions(trace.view))
@@ -119,13 +119,13 @@ def light_path(trace: Trace, wanted: Collection[Stage], given: Given) -> Iterato
         trace.world.parameters.store(pixels, ndc)
         yield Stage.CAMERA, [(*place, *pixel) for place, pixel in zip(ndc, pixels, strict=True)]
     rays = camera_rays(trace.view, ndc)
-    directions = _taken(trace, given, Stage.RAY, lambda: [ray.direction for ray in rays])
+    directions = _taken(trace, earlier, Stage.RAY, lambda: [ray.direction for ray in rays])
     yield Stage.RAY, directions
     rays = [Ray(origin=ray.origin, direction=direction) for ray, direction in zip(rays, directions, strict=True)]
     hits = _nearest_hits(trace, rays)
     yield Stage.OBJECT, [(hit.shape, hit.face) for hit in hits]
     yield Stage.DISTANCE, [(hit.distance,) for hit in hits]
-    yield from _shading(trace, rays, hits, wanted, given)
+    yield from _shading(trace, rays, hits, wanted, earlier)
 
 
 def _nearest_hits(trace: Trace, rays: list[Ray]) -> list[NearestHit]:
@@ -134,8 +134,8 @@ def _nearest_hits(trace: Trace, rays: list[Ray]) -> list[NearestHit]:
     intervals = clipped(view, rays)
     if world.plan.split:
         (hit,) = world.bodies.nearest(rays, intervals)
-        for hierarchy, met in zip(world.trees.hierarchies, _met_apart(trace), strict=True):
-            hit = world.trees.nearer(hierarchy, hit, *met)
+        for hierarchy, tree_hits in zip(world.trees.hierarchies, _met_apart(trace), strict=True):
+            hit = world.trees.nearer(hierarchy, hit, *tree_hits)
         hits = [hit]
     else:
         hits = world.nearest(rays, intervals, narrow=view.narrow)
@@ -144,7 +144,7 @@ def _nearest_hits(trace: Trace, rays: list[Ray]) -> list[NearestHit]:
 
 
 def _met_apart(trace: Trace) -> list[tuple[Any, Any]]:
-    """Return t [m] and number of what each ray meets in each tree: by tiles of rays, one per lane, and memory."""
+    """Return t [m] and number of each ray's nearest hit in each tree: by tiles, through memory."""
     tiles, world = trace.tiles, trace.world
     positions = sample_positions(tiles)
     numbers = tiles.lanes.numbers(positions)
@@ -152,20 +152,20 @@ def _met_apart(trace: Trace) -> list[tuple[Any, Any]]:
     intervals = clipped(tiles, rays)
     world.parameters.store(numbers)
     count = tiles.lanes.width * tiles.lanes.height
-    found = []
+    tree_hits = []
     for hierarchy in world.trees.hierarchies:
         distance, item = dr.empty(world.types.Float, count), dr.empty(world.types.Int, count)
-        met = world.trees.met(hierarchy, rays, intervals, narrow=tiles.narrow)
-        for number, one in zip(numbers, met, strict=True):
-            for target, value in zip((distance, item), one, strict=True):
+        tile_hits = world.trees.met(hierarchy, rays, intervals, narrow=tiles.narrow)
+        for number, tile_hit in zip(numbers, tile_hits, strict=True):
+            for target, value in zip((distance, item), tile_hit, strict=True):
                 dr.scatter(target, value, number, mode=dr.ReduceMode.Permute)
-        found.append((distance, item))
-    dr.eval(found)
-    return found
+        tree_hits.append((distance, item))
+    dr.eval(tree_hits)
+    return tree_hits
 
 
 def _shading(
-    trace: Trace, rays: Sequence[Ray], hits: Sequence[NearestHit], wanted: Collection[Stage], given: Given
+    trace: Trace, rays: Sequence[Ray], hits: Sequence[NearestHit], wanted: Collection[Stage], earlier: Given
 ) -> Iterator[tuple[Stage, Values]]:
     """Yield the stages from the hits on, radiance last; there is light if any stage after the normal is asked for."""
     view, world = trace.view, trace.world
@@ -173,56 +173,58 @@ def _shading(
         HitShapes(world=world, ray=ray, hit=hit, mask=hit.distance < dr.inf)
         for ray, hit in zip(rays, hits, strict=True)
     ]
-    met = _given_hits(traced, given) if Stage.OBJECT in given and Stage.DISTANCE in given else traced
-    positions = _taken(trace, given, Stage.POSITION, lambda: [hit_point(hit) for hit in met])
-    rounded = Stage.POSITION in given and Stage.VISIBILITY in wanted
+    shapes = _given_hits(traced, earlier) if Stage.OBJECT in earlier and Stage.DISTANCE in earlier else traced
+    positions = _taken(trace, earlier, Stage.POSITION, lambda: [hit_point(hit) for hit in shapes])
+    rounded = Stage.POSITION in earlier and Stage.VISIBILITY in wanted
     positions = _on_surface(traced, positions) if rounded else positions
-    yield Stage.POSITION, [dr.select(hit.mask, position, 0) for hit, position in zip(met, positions, strict=True)]
-    next_step(world.types, samples=len(met))
+    yield Stage.POSITION, [dr.select(hit.mask, position, 0) for hit, position in zip(shapes, positions, strict=True)]
+    next_step(world.types, samples=len(shapes))
     normals = _taken(
-        trace, given, Stage.NORMAL, lambda: [shading_normal(*hit) for hit in zip(met, positions, strict=True)]
+        trace, earlier, Stage.NORMAL, lambda: [shading_normal(*hit) for hit in zip(shapes, positions, strict=True)]
     )
     yield Stage.NORMAL, normals
-    surfaces = [surface(*hit) for hit in zip(met, positions, normals, strict=True)]
-    view.end([seen.arrays for seen in surfaces])
-    known = _given_lights(given) if Stage.VISIBILITY in given else None
-    lit, irradiance = illuminate(world, surfaces, visibility=Stage.VISIBILITY in wanted, known=known)
+    surfaces = [surface(*hit) for hit in zip(shapes, positions, normals, strict=True)]
+    view.end([item.arrays for item in surfaces])
+    visibility = _given_lights(earlier) if Stage.VISIBILITY in earlier else None
+    lit, irradiance = illuminate(world, surfaces, visibility=Stage.VISIBILITY in wanted, known=visibility)
     if Stage.VISIBILITY in wanted:
-        one = world.types.Float(1)
-        yield Stage.VISIBILITY, [[dr.select(seen, one, 0) for seen in lights] for lights in zip(*lit, strict=True)]
-    irradiance = _taken(trace, given, Stage.IRRADIANCE, lambda: irradiance)
+        unit = world.types.Float(1)
+        yield Stage.VISIBILITY, [[dr.select(item, unit, 0) for item in lights] for lights in zip(*lit, strict=True)]
+    irradiance = _taken(trace, earlier, Stage.IRRADIANCE, lambda: irradiance)
     yield Stage.IRRADIANCE, irradiance
     exitance = _taken(
-        trace, given, Stage.EXITANCE, lambda: [_exitance(*seen) for seen in zip(surfaces, irradiance, strict=True)]
+        trace, earlier, Stage.EXITANCE, lambda: [_exitance(*item) for item in zip(surfaces, irradiance, strict=True)]
     )
     yield Stage.EXITANCE, exitance
-    yield Stage.RADIANCE, [_radiance(*seen) for seen in zip(surfaces, exitance, strict=True)]
+    yield Stage.RADIANCE, [_radiance(*item) for item in zip(surfaces, exitance, strict=True)]
 
 
-def _taken(trace: Trace, given: Given, stage: Stage, computed: Callable[[], Sequence[Any]]) -> list[Any]:
+def _taken(trace: Trace, earlier: Given, stage: Stage, computed: Callable[[], Sequence[Any]]) -> list[Any]:
     """Return the vectors of a stage for each sample: those given, else those computed."""
-    return [trace.world.types.Vector(*one) for one in given[stage]] if stage in given else list(computed())
+    return (
+        [trace.world.types.Vector(*channels) for channels in earlier[stage]] if stage in earlier else list(computed())
+    )
 
 
-def _given_hits(traced: Sequence[HitShapes], given: Given) -> list[HitShapes]:
+def _given_hits(traced: Sequence[HitShapes], earlier: Given) -> list[HitShapes]:
     """Return the hits whose shapes, faces and distances [m] are given, on the traced rays."""
     hits = []
-    for hit, (shape, face), (t,) in zip(traced, given[Stage.OBJECT], given[Stage.DISTANCE], strict=True):
+    for hit, (shape, face), (t,) in zip(traced, earlier[Stage.OBJECT], earlier[Stage.DISTANCE], strict=True):
         world, number = hit.world, hit.hit.number
         shape, face = world.types.Int(shape), world.types.Int(face)
         distance = dr.select(shape >= 0, t, dr.inf)
         if world.trees.forest is not None:
             # Where no triangle was met but one was given, some triangle is looked up.
             number = dr.clip(number, 0, sum(world.trees.forest.host.counts) - 1)
-        known = NearestHit(distance=distance, shape=shape, face=face, number=number)
-        hits.append(HitShapes(world=world, ray=hit.ray, hit=known, mask=distance < dr.inf))
+        nearest = NearestHit(distance=distance, shape=shape, face=face, number=number)
+        hits.append(HitShapes(world=world, ray=hit.ray, hit=nearest, mask=distance < dr.inf))
     return hits
 
 
 def _on_surface(traced: Sequence[HitShapes], positions: Sequence[Any]) -> list[Any]:
-    """Return given positions [m] for shadow rays to start from: where the traced one is the same up to rounding, that.
+    """Return the start positions [m] of shadow rays: the traced ones if they equal the given ones up to rounding.
 
-    Rounding has moved what is given off the surface, and what is traced stands on it.
+    The given positions are rounded, and so may be off the surface; the traced positions are on it.
     """
     standing = []
     for hit, position in zip(traced, positions, strict=True):
@@ -232,9 +234,9 @@ def _on_surface(traced: Sequence[HitShapes], positions: Sequence[Any]) -> list[A
     return standing
 
 
-def _given_lights(given: Given) -> list[list[Any]]:
+def _given_lights(earlier: Given) -> list[list[Any]]:
     """Return which lights each sample sees, light by light, as given."""
-    return [[seen > 0 for seen in light] for light in zip(*given[Stage.VISIBILITY], strict=True)]
+    return [[visible > 0 for visible in light] for light in zip(*earlier[Stage.VISIBILITY], strict=True)]
 
 
 def _exitance(surface: Surface, irradiance: Any) -> Any:

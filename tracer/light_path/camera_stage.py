@@ -43,7 +43,7 @@ class Frame:
 def camera_frame(
     camera: Camera, configuration: Configuration, types: ArrayTypes, *, half_extent: tuple[Any, Any] | None = None
 ) -> Frame:
-    """Return the frame of a camera; `half_extent` takes the place of what fovy and aspect give."""
+    """Return the frame of a camera; `half_extent` replaces the half-sizes that follow from fovy and aspect."""
     eye, target = types.Vector(*camera.eye), types.Vector(*camera.target)
     near, far = types.Float(camera.near), types.Float(camera.far)
     right, up, forward = configuration["basis"](eye, target, types.Vector(*camera.up))
@@ -78,15 +78,15 @@ class Viewpoint:
         return self._parameters(f"camera {name}", value) if dr.is_array_v(value) else value
 
 
-WIDEST = 0.25  # the largest component of a unit direction is at least 0.57, and that of its neighbour 0.3
+WIDEST = 0.25  # the largest component of a unit direction is at least 0.57; its neighbour's, at least 0.3
 
 
 @dataclass(frozen=True, kw_only=True)
 class View:
     """The samples that each lane takes of a camera's image.
 
-    All samples of the image are there side by side or, with `within`, that one of every pixel: its (column, row) among
-    the pixel's per_side x per_side.
+    Without `within` these are all samples of the image; with it, one sample of every pixel: the one at this (column,
+    row) of the pixel's per_side x per_side samples.
     """
 
     context: Context
@@ -134,31 +134,31 @@ def is_narrow(camera: Camera, across: int, *, per_side: int) -> bool:
 
 def sample_positions(view: View) -> list[tuple[Any, Any]]:
     """Return (column, row) of every sample among all samples of the image."""
-    found = view.lanes.positions(view.context.types.UInt)
+    positions = view.lanes.positions(view.context.types.UInt)
     if view.within is None:
-        return found
+        return positions
     across, down = view.within
-    return [(column * view.per_side + across, row * view.per_side + down) for column, row in found]
+    return [(column * view.per_side + across, row * view.per_side + down) for column, row in positions]
 
 
 def sample_ndc(view: View, positions: list[tuple[Any, Any]]) -> list[tuple[Any, Any]]:
     """Return (sx, sy) of the samples at these positions."""
     context, camera = view.context, view.context.scene.camera
     types, configuration = context.types, context.configuration
-    found = []
+    coordinates = []
     for position in positions:
         # As signed integers: there is an instruction that converts those.
         column, row = (types.Int(place) for place in position)
         column, row = types.Float(column), types.Float(row)
         px, py = configuration["sample"](column, row, view.per_side)
-        found.append(configuration["ndc"](px, py, camera.width, camera.height))
-    return found
+        coordinates.append(configuration["ndc"](px, py, camera.width, camera.height))
+    return coordinates
 
 
 def camera_rays(view: View, ndc: list[tuple[Any, Any]]) -> list[Ray]:
     """Return the camera rays through these points of the image, with unit directions, and let a kernel end."""
     formula, viewpoint = view.context.configuration["ray"], view.viewpoint
-    rays = [Ray(origin=viewpoint.eye, direction=formula(viewpoint, *one)) for one in ndc]
+    rays = [Ray(origin=viewpoint.eye, direction=formula(viewpoint, *point)) for point in ndc]
     view.end([ray.direction for ray in rays])
     return rays
 

@@ -1,7 +1,7 @@
 """The stages visibility and irradiance: shadow rays to each light, one by one or in a loop of the kernel.
 
-Many lights, one after the other in a loop of the kernel: its length does not depend on how many there are. Of a few,
-only shadow rays that go through trees are in one.
+Many lights are processed in a loop of the kernel, whose code does not grow with their number. Of a few lights, only
+shadow rays through trees are in a loop.
 """
 
 from collections.abc import Callable, Sequence
@@ -17,7 +17,7 @@ from rayproof.tracer.light_path.shadow_stage import ShadowRayOrigins, shadow_ray
 from rayproof.tracer.light_path.surfaces import DeviceScene, Surface
 from rayproof.tracer.rays import Hit, Interval, Ray, ShadowRay
 
-MANY = 6  # lights from which on a kernel loops over them; fewer are unrolled
+MANY = 6  # the least number of lights for which a kernel loops over them; fewer are unrolled
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -36,11 +36,11 @@ def _towards(
     world: DeviceScene, surfaces: Sequence[Surface], position: Any, place: Vector | None = None
 ) -> list[DirectionToLight]:
     """Return the ways to a light at `position` [m]."""
-    found = []
+    directions = []
     for surface in surfaces:
         away = position - surface.position
         squared = dr.squared_norm(away)
-        found.append(
+        directions.append(
             DirectionToLight(
                 light=position,
                 place=place,
@@ -50,7 +50,7 @@ def _towards(
                 cosine=world.configuration["cosine"](surface.normal, away),
             )
         )
-    return found
+    return directions
 
 
 def _above_horizon(world: DeviceScene, surfaces: Sequence[Surface], towards: Sequence[DirectionToLight]) -> list[Any]:
@@ -80,12 +80,12 @@ def _unblocked(
     towards: Sequence[DirectionToLight],
     above: Sequence[Any],
 ) -> list[Any]:
-    """Return where nothing is in one light's way; below the horizon nobody asks."""
+    """Return the mask of unblocked points per light; points below the light's horizon are not tested."""
     masks = [surface.met.mask for surface in surfaces]
     if origins is None:
         return masks
     world = origins.world
-    shadow_rays = [_shadow_ray(world, *one) for one in zip(origins.hits, towards, above, strict=True)]
+    shadow_rays = [_shadow_ray(world, *inputs) for inputs in zip(origins.hits, towards, above, strict=True)]
     world.parameters.store([shadow_ray.arrays for shadow_ray in shadow_rays])
     next_step(world.types, samples=len(surfaces))
     blocked = world.blocked(shadow_rays, world.types.Vector(towards[0].light), place=towards[0].place)
@@ -101,15 +101,17 @@ def _alike(world: DeviceScene) -> bool:
 
 
 def _unblocked_by_loop(origins: ShadowRayOrigins, surfaces: Sequence[Surface]) -> list[list[Any]]:
-    """Return what `_unblocked` returns, light by light, from a loop over them: each is a bit of a ray's number."""
+    """Return the masks of `_unblocked`, computed in a loop over the lights: each light is a bit of a ray's number."""
     world, lights = origins.world, origins.world.scene.lights
     UInt, width = world.types.UInt, dr.width(surfaces[0].met.hit.distance)
     positions = _numbers(world, "positions", [light.position for light in lights])
 
     def step(index: Any, free: Any) -> tuple[Any, Any]:
         towards = _towards(world, surfaces, dr.gather(world.types.Vector, positions, index))
-        seen = _unblocked(origins, surfaces, towards, _above_horizon(world, surfaces, towards))
-        return index + 1, [bits | dr.select(one, UInt(1) << index, 0) for bits, one in zip(free, seen, strict=True)]
+        unblocked = _unblocked(origins, surfaces, towards, _above_horizon(world, surfaces, towards))
+        return index + 1, [
+            bits | dr.select(mask, UInt(1) << index, 0) for bits, mask in zip(free, unblocked, strict=True)
+        ]
 
     _, free = dr.while_loop(
         state=(dr.zeros(UInt, width), [dr.zeros(UInt, width) for _ in surfaces]),
@@ -136,9 +138,10 @@ def _of_light(world: DeviceScene, index: int, what: str, value: Vector) -> Any:
 def illuminate(
     world: DeviceScene, surfaces: Sequence[Surface], *, visibility: bool, known: Sequence[list[Any]] | None = None
 ) -> tuple[list[list[Any]], list[Any]]:
-    """Return where each light is above the horizon and unblocked, per light and ray, and E [W/m^2], 0 on a miss.
+    """Return the visibility of each light, per light and ray, and the irradiance E [W/m^2], 0 on a miss.
 
-    There are lights and shapes. Without `visibility` the first may be missing. What is `known` of it is not asked.
+    The scene must have lights and shapes. Without `visibility` the first may be missing. A `known` visibility is not
+    computed again.
     """
     if known is not None:
         return _unrolled(world, surfaces, known)
@@ -163,7 +166,7 @@ def _by_loop(world: DeviceScene, surfaces: Sequence[Surface], *, visibility: boo
 
 
 def _unrolled(
-    world: DeviceScene, surfaces: Sequence[Surface], known: Sequence[list[Any]] | None = None
+    world: DeviceScene, surfaces: Sequence[Surface], visible: Sequence[list[Any]] | None = None
 ) -> tuple[list[list[Any]], list[Any]]:
     lights = world.scene.lights
     positions = [_of_light(world, k, "position", light.position) for k, light in enumerate(lights)]
@@ -171,21 +174,21 @@ def _unrolled(
         _towards(world, surfaces, position, light.position) for position, light in zip(positions, lights, strict=True)
     ]
     above = [_above_horizon(world, surfaces, ways) for ways in towards]
-    # Then what follows is the same code for each light.
+    # With the masks in memory, the rest is the same code for each light.
     world.parameters.store(above)
-    if known is None:
+    if visible is None:
         origins = shadow_ray_origins(world, surfaces) if world.has_blockers else None
         if origins is not None and len(lights) > 1 and _alike(world):
             free = _unblocked_by_loop(origins, surfaces)
         else:
-            free = [_unblocked(origins, surfaces, *one) for one in zip(towards, above, strict=True)]
+            free = [_unblocked(origins, surfaces, *pair) for pair in zip(towards, above, strict=True)]
     else:
-        free = known
-    lit = [[a & f for a, f in zip(*one, strict=True)] for one in zip(above, free, strict=True)]
+        free = visible
+    lit = [[a & f for a, f in zip(*pair, strict=True)] for pair in zip(above, free, strict=True)]
     fluxes = [_of_light(world, k, "flux", light.flux) for k, light in enumerate(lights)]
     irradiance = []
     for k in range(len(surfaces)):
-        # Below the horizon the cosine law itself gives 0; only what blocks is taken away here.
+        # Below the horizon the cosine law itself gives 0; only blocked light is removed here.
         brought = [
             dr.select(unblocked[k], _brought(world, flux, ways[k]), 0)
             for flux, ways, unblocked in zip(fluxes, towards, free, strict=True)
@@ -202,7 +205,7 @@ def _numbers(world: DeviceScene, name: str, values: list[tuple[float, float, flo
     return world.buffers.floats(f"lights' {name}", world.types, lambda: np.array(values))
 
 
-def _loop(world: DeviceScene, surfaces: Sequence[Surface], one_light: OneLight, seen: Any) -> list[Any]:
+def _loop(world: DeviceScene, surfaces: Sequence[Surface], one_light: OneLight, visible: Any) -> list[Any]:
     """Return the irradiance [W/m^2] per ray; write 1 into `seen`, unless None, where a light is seen."""
     types, lights = world.types, world.scene.lights
     rays, width = len(surfaces), dr.width(surfaces[0].met.hit.distance)
@@ -214,10 +217,10 @@ def _loop(world: DeviceScene, surfaces: Sequence[Surface], one_light: OneLight, 
     def step(index: Any, total: Any) -> tuple[Any, Any]:
         position, flux = (dr.gather(types.Vector, numbers, index) for numbers in (positions, fluxes))
         lit, brought = one_light(position, flux)
-        if seen is not None:
-            for k, one in enumerate(lit):
+        if visible is not None:
+            for k, mask in enumerate(lit):
                 where = (index * rays + k) * width + lane
-                dr.scatter(seen, dr.select(one, types.Float(1), 0), where, mode=dr.ReduceMode.Permute)
+                dr.scatter(visible, dr.select(mask, types.Float(1), 0), where, mode=dr.ReduceMode.Permute)
         return index + 1, [add(list(pair)) for pair in zip(total, brought, strict=True)]
 
     _, total = dr.while_loop(
@@ -239,8 +242,8 @@ def light_loop(
     if not visibility:
         return [], _loop(world, surfaces, one_light, None)
     lights, rays, width = len(world.scene.lights), len(surfaces), dr.width(surfaces[0].met.hit.distance)
-    seen = dr.zeros(world.types.Float, lights * rays * width)
-    irradiance = _loop(world, surfaces, one_light, seen)
-    dr.eval(seen, irradiance)
-    found = np.array(seen).reshape(lights, rays, width) > 0
-    return [[world.types.Bool(ray) for ray in light] for light in found], irradiance
+    flags = dr.zeros(world.types.Float, lights * rays * width)
+    irradiance = _loop(world, surfaces, one_light, flags)
+    dr.eval(flags, irradiance)
+    visible = np.array(flags).reshape(lights, rays, width) > 0
+    return [[world.types.Bool(ray) for ray in light] for light in visible], irradiance

@@ -1,8 +1,7 @@
-"""Where shadow rays start (by which strategy, in which precision), and how near a blocker goes unnoticed.
+"""The start of shadow rays by a strategy against shadow acne, and the distance within which it misses blockers.
 
-Where shadow rays start, and the shapes that they run through, in the precision that the strategy wants.
-
-How far from a surface a blocker may stand without being noticed: what the strategy against acne costs.
+A strategy may compute the start and the intersections of shadow rays in float64. Its price is a shadow epsilon:
+blockers nearer to the surface than that may be missed.
 """
 
 from collections.abc import Sequence
@@ -79,11 +78,11 @@ def _in_float64(world: DeviceScene, surfaces: Sequence[Surface]) -> ShadowRayOri
 
 
 def shadow_epsilon(configuration: Configuration, *, scale: Any, spread: Any = 1.0) -> Any:
-    """Return how far from a surface [m] a blocker may stand unnoticed, by the configuration's strategy.
+    """Return the distance from a surface [m] within which the configuration's strategy may miss blockers.
 
-    `scale` is the largest absolute coordinate of the scene [m]; `spread` the largest of its shapes'
-    `TracedShape.spreads`; both may be arrays. It is a bound for the whole image; the strategies use each pixel's own,
-    smaller clearance.
+    `scale` is the largest absolute coordinate of the scene [m]; `spread` is the largest of its shapes'
+    `TracedShape.spreads`; both may be arrays. This is a bound for the whole image; the strategies use the smaller
+    clearance of each pixel.
     """
     strategy = configuration.formula("shadow_ray")
     precision = "float64" if strategy.facts.get("doubles", False) else configuration.precision

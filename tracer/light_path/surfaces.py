@@ -1,9 +1,10 @@
-"""`DeviceScene` finds the nearest hit; from the shape that was hit follow position, shading normal and albedo.
+"""`DeviceScene` finds the nearest hit; the hit shape determines position, shading normal and albedo.
 
-Few shapes are unrolled into the kernel, one formula each; many of a kind, and all triangles of meshes, go through a
-tree (`tracer.plan`). A scene without spheres leaves no sphere code behind, and a shape at identity no transform.
+Few shapes are unrolled into the kernel, one formula each; many shapes of a kind, and all triangles of meshes, are in a
+tree (`tracer.plan`). The kernel of a scene without spheres contains no sphere code, and that of a shape at identity no
+transform.
 
-What belongs to the shape that a ray hit is chosen per pixel among the shapes, or looked up where there are many.
+The data of the hit shape are selected per pixel among the shapes, or read from a table if there are many shapes.
 """
 
 import hashlib
@@ -45,7 +46,7 @@ class DeviceScene:
 
     @cached_property
     def transforms(self) -> tuple[Transform, ...]:
-        """Return where each shape stands."""
+        """Return the transform of each shape."""
         return tuple(
             Transform(to_world=shape.to_world, parameters=self.parameters, name=f"shape {index}")
             for index, shape in enumerate(self.scene.shapes)
@@ -58,29 +59,29 @@ class DeviceScene:
 
     @cached_property
     def trees(self) -> Hierarchies:
-        """Return the shapes that stand in trees."""
+        """Return the trees of the shapes that are not unrolled."""
         return Hierarchies(self.context)
 
     @cached_property
     def in_trees(self) -> bool:
-        """Return whether any shape stands in a tree."""
+        """Return whether any shape is in a tree."""
         return any(map(self.plan.in_tree, self.scene.shapes))
 
     @property
     def has_blockers(self) -> bool:
-        """Return whether any shape may stand between a point of the scene and a light above its horizon."""
+        """Return whether any shape may block the segment from a point of the scene to a light above its horizon."""
         return len(self.shapes) > 1 or any(shape.can_shadow_itself for shape in self.shapes)
 
     def nearest(self, rays: Sequence[Ray], intervals: Sequence[Interval], *, narrow: bool = False) -> list[NearestHit]:
         """Return the nearest hits of rays from one point; at a tie the lower shape index, then the lower face index.
 
-        `narrow` says that their directions hardly differ.
+        Set `narrow` if their directions hardly differ.
         """
         hits = self.bodies.nearest(rays, intervals)
         return self.trees.nearest(rays, intervals, hits, narrow=narrow) if self.in_trees else hits
 
     def blocked(self, shadow_rays: Sequence[ShadowRay], light: Any, *, place: Vector | None) -> list[Any]:
-        """Return where something other than the shape that it leaves out is met inside a shadow ray's interval.
+        """Return the masks of shadow rays that hit a shape, other than the one to be skipped, inside their interval.
 
         The shadow rays all end at `light` [m], `place` on the host if it is known there.
         """
@@ -148,12 +149,12 @@ class HitShapes:
         The table begins with the shape `first`, -1 for pixels that show none.
         """
         table = np.asarray(values, dtype=np.float64)
-        # Named by what is in it: the same table has the same name in every trace of a scene.
+        # The name is a digest of the content: the same table has the same name in every trace of a scene.
         name = hashlib.sha256(table.tobytes()).hexdigest()[:16]
         numbers = self.world.buffers.floats(f"table {name}", self.world.types, lambda: table)
-        found = self.hit.shape >= first
+        in_trees = self.hit.shape >= first
         kind = self.world.types.Float if dr.is_mask_v(like) else type(like)
-        value = dr.gather(kind, numbers, self.world.types.UInt(self.hit.shape - first), found)
+        value = dr.gather(kind, numbers, self.world.types.UInt(self.hit.shape - first), in_trees)
         return value > 0 if dr.is_mask_v(like) else value
 
     def kind(self, kind: type[TracedShape]) -> Any:
@@ -185,13 +186,13 @@ class HitShapes:
 
 @dataclass(frozen=True, kw_only=True)
 class OneShape(HitShapes):
-    """One of the shapes that may have been hit, as if every ray had hit it."""
+    """A single shape, as if every ray had hit it."""
 
     index: int
 
     @property
     def shapes(self) -> tuple[TracedShape, ...]:
-        """Return the shape alone."""
+        """Return a tuple of only this shape."""
         return (self.world.shapes[self.index],)
 
     @cached_property
@@ -236,97 +237,97 @@ class Surface:
 
 @dataclass(frozen=True, kw_only=True)
 class ObjectRay:
-    """What a formula for the position may ask about the shape that was hit; nothing is computed before."""
+    """The hit shape's object space for a formula of the position; nothing is computed before a call."""
 
     met: HitShapes
 
     def __call__(self) -> tuple[Ray, Callable[[Any], Any]]:
-        """Return the ray in object space, and what takes its points to world space."""
-        met, to_object = self.met, self.met.world.configuration["to_object"]
-        if met.world.plan.tables:
-            return to_object(met.ray, met.transform), met.transform.point_to_world
-        transforms = met.world.transforms
-        rays = [met.ray if p.identity else to_object(met.ray, p) for p in transforms]
+        """Return the ray in object space, and a function that transforms its points to world space."""
+        shapes, to_object = self.met, self.met.world.configuration["to_object"]
+        if shapes.world.plan.tables:
+            return to_object(shapes.ray, shapes.transform), shapes.transform.point_to_world
+        transforms = shapes.world.transforms
+        rays = [shapes.ray if p.identity else to_object(shapes.ray, p) for p in transforms]
         local = Ray(
-            origin=met.choose([ray.origin for ray in rays], met.ray.origin),
-            direction=met.choose([ray.direction for ray in rays], met.ray.direction),
+            origin=shapes.choose([ray.origin for ray in rays], shapes.ray.origin),
+            direction=shapes.choose([ray.direction for ray in rays], shapes.ray.direction),
         )
 
         def to_world(point: Any) -> Any:
-            return met.choose([point if p.identity else p.point_to_world(point) for p in transforms], point)
+            return shapes.choose([point if p.identity else p.point_to_world(point) for p in transforms], point)
 
         return local, to_world
 
     def spheres(self) -> tuple[Any, Any, Any]:
         """Return where a sphere was hit, and its centre and radius [m]."""
-        met, types = self.met, self.met.world.types
+        shapes, types = self.met, self.met.world.types
         return (
-            met.kind(TracedSphere),
-            met.constant("center", lambda shape: shape.center, lambda center: types.Vector(*center)),
-            met.constant("radius", lambda shape: shape.radius, types.Float),
+            shapes.kind(TracedSphere),
+            shapes.constant("center", lambda shape: shape.center, lambda center: types.Vector(*center)),
+            shapes.constant("radius", lambda shape: shape.radius, types.Float),
         )
 
 
-def hit_point(met: HitShapes) -> Any:
+def hit_point(shapes: HitShapes) -> Any:
     """Return the hit points [m], and let a kernel end; where nothing was hit they mean nothing."""
-    found = met.world.configuration["position"](met.ray, met.hit.distance, ObjectRay(met=met))
-    met.world.parameters.store(found)
-    return found
+    point = shapes.world.configuration["position"](shapes.ray, shapes.hit.distance, ObjectRay(met=shapes))
+    shapes.world.parameters.store(point)
+    return point
 
 
-def _normal_of(some: HitShapes, position: Any) -> Any:
+def _normal_of(shapes: HitShapes, position: Any) -> Any:
     """Return the world normals of some shapes: each kind's formula once, and then the matrix."""
-    normal, kinds = some.flat_normal(), {type(shape) for shape in some.shapes}
+    normal, kinds = shapes.flat_normal(), {type(shape) for shape in shapes.shapes}
     curved = [kind for kind in (TracedSphere, TracedCube, TracedMesh) if kind in kinds]
-    point = some.transform.point_to_object(position) if curved and some.placed else position
+    point = shapes.transform.point_to_object(position) if curved and shapes.placed else position
     for kind in curved:
-        normal = some.either(kind, kind.normal(some, point), normal)
-    return some.world.configuration["world_normal"](normal, some.transform) if some.placed else normal
+        normal = shapes.either(kind, kind.normal(shapes, point), normal)
+    return shapes.world.configuration["world_normal"](normal, shapes.transform) if shapes.placed else normal
 
 
-def _facing(met: HitShapes, normal: Any) -> Any:
-    """Return the normals, those of two-sided shapes turned to the viewer: once, whichever shape was hit."""
-    if not any(shape.shape.two_sided for shape in met.shapes):
+def _facing(shapes: HitShapes, normal: Any) -> Any:
+    """Return the normals, those of two-sided shapes turned to the viewer; computed once for all shapes."""
+    if not any(shape.shape.two_sided for shape in shapes.shapes):
         return normal
-    two_sided = met.constant("two-sided", lambda shape: shape.shape.two_sided, met.world.types.Bool)
-    return dr.select(two_sided, met.world.configuration["facing"](normal, met.ray.direction), normal)
+    two_sided = shapes.constant("two-sided", lambda shape: shape.shape.two_sided, shapes.world.types.Bool)
+    return dr.select(two_sided, shapes.world.configuration["facing"](normal, shapes.ray.direction), normal)
 
 
-def shading_normal(met: HitShapes, position: Any) -> Any:
+def shading_normal(shapes: HitShapes, position: Any) -> Any:
     """Return the shading normals N, 0 where nothing was hit."""
-    if met.world.plan.tables:
-        return _facing(met, dr.select(met.mask, _normal_of(met, position), 0))
-    each = (_normal_of(met.one(index), position) for index in range(len(met.shapes)))
-    return _facing(met, met.choose(each, met.world.types.Vector(0)))
+    if shapes.world.plan.tables:
+        return _facing(shapes, dr.select(shapes.mask, _normal_of(shapes, position), 0))
+    normals = (_normal_of(shapes.one(index), position) for index in range(len(shapes.shapes)))
+    return _facing(shapes, shapes.choose(normals, shapes.world.types.Vector(0)))
 
 
-def surface(met: HitShapes, position: Any, normal: Any) -> Surface:
+def surface(shapes: HitShapes, position: Any, normal: Any) -> Surface:
     """Return the surface with this position [m] and this shading normal."""
-    types = met.world.types
-    one_sided = met.constant("one-sided", lambda shape: not shape.shape.two_sided, types.Bool)
+    types = shapes.world.types
+    one_sided = shapes.constant("one-sided", lambda shape: not shape.shape.two_sided, types.Bool)
     return Surface(
-        met=met,
+        met=shapes,
         position=position,
         normal=normal,
-        hidden=met.world.configuration["hidden"](normal, met.ray.direction) & one_sided,
-        albedo=met.constant("albedo", lambda shape: shape.shape.albedo, lambda rgb: types.Vector(*rgb)),
+        hidden=shapes.world.configuration["hidden"](normal, shapes.ray.direction) & one_sided,
+        albedo=shapes.constant("albedo", lambda shape: shape.shape.albedo, lambda rgb: types.Vector(*rgb)),
     )
 
 
-def clearance(met: HitShapes) -> Any:
+def clearance(shapes: HitShapes) -> Any:
     """Return how far along the normal the hit points may be off [m] (see `tracer.shapes.bounds`)."""
-    types, forest = met.world.types, met.world.trees.forest
+    types, forest = shapes.world.types, shapes.world.trees.forest
 
     def spread(shape: TracedShape) -> float:
         return float(shape.spreads()[0]) if shape.single else 1.0  # a mesh has one a triangle
 
     wide: Any = 1.0
-    if any(spread(shape) != 1 for shape in met.shapes):
-        wide = met.constant("spread", spread, types.Float)
-    size = met.constant("extent", lambda shape: bounds.extent(shape.shape) if shape.single else 0.0, types.Float)
+    if any(spread(shape) != 1 for shape in shapes.shapes):
+        wide = shapes.constant("spread", spread, types.Float)
+    size = shapes.constant("extent", lambda shape: bounds.extent(shape.shape) if shape.single else 0.0, types.Float)
     if forest is not None:
-        kind = met.kind(TracedMesh)
-        wide = dr.select(kind, forest.slenderness(met.hit.number, kind), wide)
-        size = dr.select(kind, forest.reach(met.hit.number, kind), size)
-    scale = dr.norm(met.ray.origin) + met.hit.distance + size
+        kind = shapes.kind(TracedMesh)
+        wide = dr.select(kind, forest.slenderness(shapes.hit.number, kind), wide)
+        size = dr.select(kind, forest.reach(shapes.hit.number, kind), size)
+    scale = dr.norm(shapes.ray.origin) + shapes.hit.distance + size
     return bounds.clearance(scale, spread=wide, precision=types.precision)

@@ -1,10 +1,10 @@
-"""How far a hit point may lie off its surface [m], and which numbers are too large for a precision.
+"""The bound of a hit point's distance from its surface [m], and the scenes that are beyond a precision.
 
-How far a computed hit point may lie from the true surface, along the surface's normal [m].
+The bound of the distance between a computed hit point and the true surface, along the surface's normal [m].
 
 Let S = abs(eye) + t + extent, where `extent` bounds the distance from the world's origin and the size of the shape, or
-of the mesh's face, that is hit. The point fl(eye + t d) is off by one rounding, at most u S. The t of a formula that is
-as good as its inputs deserve is off by a small multiple of u S / abs(dot(n, d)), and multiplied by abs(dot(n, d)) that
+of the mesh's face, that is hit. The point fl(eye + t d) is off by one rounding, at most u S. The error of t of a
+backward stable formula is a small multiple of u S / abs(dot(n, d)), and multiplied by abs(dot(n, d)) that
 is again a small multiple of u S along the normal, however grazing the ray. Counting the roundings of plane and cube
 (subtract, three fused products, one division: gamma(5) of o and of t d) and adding those of the shadow ray's own
 intersection test gives 12 u S; the sphere's measured worst error is of the same size. FACTOR rounds up.
@@ -12,10 +12,8 @@ intersection test gives 12 u S; the sphere's measured worst error is of the same
 Two things multiply it (`TracedShape.spreads`): the transform of a curved surface, by at most norm(abs(A^-1)) norm(A),
 and a slender triangle, by the product of two edges over twice its area.
 
-What a precision can hold: scenes so large or so small that squares of their lengths leave its range are refused.
-
-A formula may overflow to an infinity, which is counted. But where the scene itself has no size that a number could hold
-every stage would be a silent miss or NaN, and no formula is to blame.
+Scenes whose squared lengths overflow or underflow in a precision are refused. An overflow within a formula is counted
+as its error, but in such a scene every stage would silently be a miss or NaN, whatever the formula.
 """
 
 import math
@@ -35,8 +33,8 @@ FACTOR, WIDEST = 16.0, 5 * math.sqrt(3)
 def bound(*, scale: Any, spread: Any, precision: str) -> Any:
     """Return a bound on the clearance [m] anywhere in a scene whose largest absolute coordinate is `scale` [m].
 
-    A point lies within sqrt(3) scale of the world's origin and two points within twice that of each other, so that
-    abs(eye), t and extent (a distance plus a size) add up to at most 5 sqrt(3) scale.
+    A point is within sqrt(3) scale of the world's origin, and two points are within twice that of each other, so that
+    the sum of abs(eye), t and extent (a distance plus a size) is at most 5 sqrt(3) scale.
     """
     return clearance(WIDEST * scale, spread=spread, precision=precision)
 
@@ -58,7 +56,7 @@ LARGEST = {"float32": 2.0**60, "float64": 2.0**508}  # m
 
 
 def beyond(scene: Scene, precision: str) -> str | None:
-    """Return what about a scene does not fit into `precision`, in a sentence, or None."""
+    """Return a sentence about a number of the scene that `precision` cannot represent, or None."""
     greatest = float(np.finfo(precision).max)
     for name, value in _numbers(scene):
         if abs(value) > greatest:
@@ -73,7 +71,7 @@ def beyond(scene: Scene, precision: str) -> str | None:
     if not np.any(np.cross(target - eye, up)):
         return f"up is {camera.up}: {precision} cannot tell it from the direction of view"
     sizes = {"the eye": math.hypot(*camera.eye), "the target": math.hypot(*camera.target)}
-    # A plane has a place and no size. What overflows even float64 is infinite, and larger than anything.
+    # A plane has a position but no size. A number that overflows float64 becomes infinite, and so is too large.
     with np.errstate(over="ignore"):
         sizes |= {
             f"shape {index}": math.hypot(*(row[3] for row in shape.to_world))

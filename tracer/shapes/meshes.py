@@ -73,32 +73,32 @@ def shadows(corners: Corners) -> np.ndarray:
 
 @lru_cache(maxsize=16)
 def layers(meshes: tuple[Mesh, ...]) -> float:
-    """Return how often meshes cover the box about them: the area of their shadows over half that of the box."""
+    """Return the number of layers of meshes in their box: the area of their projections over half that of the box."""
     rows = np.concatenate([baked(mesh) for mesh in meshes])
-    found: list[float] = []
+    layers: list[float] = []
     ends: list[np.ndarray] = []
 
     def work(piece: slice) -> None:
         corners = _corners(rows[piece])
-        found.append(float(shadows(corners).sum()))
+        layers.append(float(shadows(corners).sum()))
         ends.append(np.stack([corners.min(axis=(0, 2)), corners.max(axis=(0, 2))]))
 
     in_pieces(len(rows), work)
     x, y, z = np.max([high for _, high in ends], axis=0) - np.min([low for low, _ in ends], axis=0)
     box = float(x * y + y * z + z * x)
-    return sum(found) / box if box > 0 else 0.0
+    return sum(layers) / box if box > 0 else 0.0
 
 
 def reaches(shape: Shape, dtype: Any = np.float64) -> np.ndarray:
     """Return (faces,) the distance of each triangle's farthest corner from the world's origin [m]."""
-    found = np.empty(_count(shape), dtype=dtype)
+    extents = np.empty(_count(shape), dtype=dtype)
 
     def work(piece: slice) -> None:
         x, y, z = np.moveaxis(_corners(baked(shape, piece)), 1, 0)
-        found[piece] = np.sqrt((x * x + y * y + z * z).max(axis=0))
+        extents[piece] = np.sqrt((x * x + y * y + z * z).max(axis=0))
 
-    in_pieces(len(found), work)
-    return found
+    in_pieces(len(extents), work)
+    return extents
 
 
 def _length(vectors: np.ndarray) -> np.ndarray:
@@ -120,30 +120,30 @@ def object_normals(shape: Shape, dtype: Any = np.float64) -> np.ndarray:
 
 def degenerate(shape: Shape) -> np.ndarray:
     """Return (faces,) booleans: no area in object space, or none left after the corners were rounded in world space."""
-    found = np.empty(_count(shape), dtype=bool)
+    flags = np.empty(_count(shape), dtype=bool)
 
     def work(piece: slice) -> None:
         kept = np.any(_doubled_areas(_corners(_rows(shape, piece))), axis=0)
         if not (isinstance(shape, Mesh) and shape.to_world == IDENTITY):
             kept &= np.any(_doubled_areas(_corners(baked(shape, piece))), axis=0)
-        found[piece] = ~kept
+        flags[piece] = ~kept
 
-    in_pieces(len(found), work)
-    return found
+    in_pieces(len(flags), work)
+    return flags
 
 
 def slenderness(shape: Shape, dtype: Any = np.float64) -> np.ndarray:
-    """Return (faces,) the product of two edges over twice the area, at least 1: what rounding is multiplied by."""
-    found = np.empty(_count(shape), dtype=dtype)
+    """Return (faces,) the product of two edges over twice the area, at least 1: a factor of rounding errors."""
+    ratios = np.empty(_count(shape), dtype=dtype)
 
     def work(piece: slice) -> None:
         corners = _corners(baked(shape, piece))
         edges = _length(corners[1] - corners[0]) * _length(corners[2] - corners[0])
         areas = _length(_doubled_areas(corners))
-        found[piece] = np.divide(edges, areas, out=np.ones_like(edges), where=areas > 0)
+        ratios[piece] = np.divide(edges, areas, out=np.ones_like(edges), where=areas > 0)
 
-    in_pieces(len(found), work)
-    return found
+    in_pieces(len(ratios), work)
+    return ratios
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -156,7 +156,7 @@ class TriangleArrays:
 
 
 class _OfTriangles(TracedShape):
-    """What a triangle and a mesh have in common."""
+    """The common base of triangle and mesh."""
 
     slot = "triangle"
 
@@ -206,7 +206,7 @@ class TracedTriangle(_OfTriangles):
 
 @dataclass(frozen=True)
 class TracedMesh(_OfTriangles):
-    """A mesh, whose triangles stand in a tree."""
+    """A mesh, whose triangles are in a tree."""
 
     single = False
 
@@ -216,7 +216,11 @@ class TracedMesh(_OfTriangles):
         return True
 
     @staticmethod
-    def normal(some: Any, point: Any) -> Any:
+    def normal(shapes: Any, point: Any) -> Any:
         """Return the object-space normals of the triangles that were hit (`tracer.light_path.surfaces`)."""
-        forest = some.world.trees.forest
-        return some.world.types.Vector(0) if forest is None else forest.normal(some.hit.number, some.kind(TracedMesh))
+        forest = shapes.world.trees.forest
+        return (
+            shapes.world.types.Vector(0)
+            if forest is None
+            else forest.normal(shapes.hit.number, shapes.kind(TracedMesh))
+        )

@@ -46,10 +46,10 @@ class TracedSphere(TracedShape):
         return SphereArrays(center=types.Vector(*self.center), radius=types.Float(self.radius))
 
     @staticmethod
-    def normal(some: Any, point: Any) -> Any:
+    def normal(shapes: Any, point: Any) -> Any:
         """Return object-space normals at `point` [m] (`tracer.light_path.surfaces`)."""
-        center = some.constant("center", lambda one: one.center, lambda xyz: some.world.types.Vector(*xyz))
-        return some.world.configuration["sphere_normal"](point, center)
+        center = shapes.constant("center", lambda one: one.center, lambda xyz: shapes.world.types.Vector(*xyz))
+        return shapes.world.configuration["sphere_normal"](point, center)
 
     @property
     def _world_center(self) -> np.ndarray:
@@ -106,11 +106,11 @@ class TracedCube(TracedShape):
         return CubeArrays()
 
     @staticmethod
-    def normal(some: Any, point: Any) -> Any:
+    def normal(shapes: Any, point: Any) -> Any:
         """Return object-space normals at `point` [m], or where the ray met it (`tracer.light_path.surfaces`)."""
-        formula = some.world.configuration.formula("cube_normal")
+        formula = shapes.world.configuration.formula("cube_normal")
         if formula.facts.get("takes") == "ray":
-            return formula.function(some.object_ray(), some.hit.distance)
+            return formula.function(shapes.object_ray(), shapes.hit.distance)
         return formula.function(point)
 
     @property
@@ -206,13 +206,13 @@ KINDS: dict[type[Shape], type[TracedShape]] = {
 
 
 def traced(shape: Shape) -> TracedShape:
-    """Return what the tracer knows of a shape.
+    """Return the tracer's representation of a shape.
 
     Raises:
-        LookupError: it knows no such kind; the message lists those that it does.
+        LookupError: the tracer has no formula for this kind; the message lists the known kinds.
 
     """
     if type(shape) not in KINDS:
-        known = ", ".join(kind.__name__ for kind in KINDS)
-        raise LookupError(f"no formula intersects a {type(shape).__name__}; known: {known}")
+        names = ", ".join(kind.__name__ for kind in KINDS)
+        raise LookupError(f"no formula intersects a {type(shape).__name__}; known: {names}")
     return KINDS[type(shape)](shape)

@@ -1,10 +1,10 @@
-"""`TracedShape`, what all kinds of shapes share, and `Transform`, a model matrix and its inverse on the device.
+"""`TracedShape`, the base of all kinds of shapes, and `Transform`, a model matrix and its inverse on the device.
 
-A shape's place is its model matrix, inverted on the host in float64 and rounded once to the working precision.
+The model matrix is inverted on the host in float64 and rounded once to the working precision.
 
-Coefficients that are 0 or 1 cost no operation, so that a translation or an axis-aligned scale is no more than that.
-Where kernels are to be shared (`tracer.kernel.parameters`), only those that are 0 cost none. Where there are many
-shapes, the matrix differs from lane to lane, and is looked up in memory instead of written into the kernel.
+Coefficients of 0 or 1 cost no operation, so that a translation costs three additions and an axis-aligned scale three
+products. In shared kernels (`tracer.kernel.parameters`) only coefficients of 0 cost none. With many shapes the matrix
+differs between lanes and is read from memory instead of being a literal of the kernel.
 """
 
 from dataclasses import dataclass, field
@@ -23,7 +23,7 @@ HALF = 0.5  # m, half the size of the unit cube and the unit square
 
 @dataclass(frozen=True, kw_only=True)
 class Transform:
-    """A model matrix and what it does to points, vectors and normals (Dr.Jit vectors) in both directions."""
+    """A model matrix, and the transforms of points, vectors and normals (Dr.Jit vectors) in both directions."""
 
     to_world: Matrix
     parameters: KernelConstants = field(default=LITERALS, repr=False, compare=False)
@@ -55,10 +55,10 @@ class Transform:
 
     def _origin(self, like: Any, *, whole: bool = False) -> list[Any]:
         """Return the world position of the object-space origin, unless `whole` None where a coordinate is 0."""
-        found = zip(self.translation, like, strict=True)
+        coordinates = zip(self.translation, like, strict=True)
         return [
             None if t == 0 and not whole else self._number(f"translation {axis}", t, x)
-            for axis, (t, x) in enumerate(found)
+            for axis, (t, x) in enumerate(coordinates)
         ]
 
     @property
@@ -112,11 +112,11 @@ def _product(rows: Any, vector: Any) -> Any:
 
 @dataclass(frozen=True, kw_only=True)
 class GatheredTransform:
-    """What `Transform` does to points, vectors and normals, by numbers that were gathered."""
+    """The transforms of points, vectors and normals of `Transform`, with numbers that were gathered from memory."""
 
     rows: Any  # of the inverse of the 3x3 part
     translation: Any  # m
-    columns: Any = None  # of the 3x3 part itself, where somebody needs it
+    columns: Any = None  # of the 3x3 part itself, if a formula needs it
     identity: bool = False
 
     def point_to_object(self, point: Any) -> Any:
@@ -144,7 +144,7 @@ class GatheredTransform:
 
 @dataclass(frozen=True)
 class TracedShape:
-    """A shape of a scene and what the tracer needs to know of it on the host, in float64."""
+    """A shape of a scene, with its numbers for the tracer on the host, in float64."""
 
     shape: Any  # `rayproof.cases.scene.Shape`
 
@@ -180,14 +180,14 @@ class TracedShape:
         return 1.0
 
     def arrays(self, types: ArrayTypes) -> Any:
-        """Return what its intersection formula is given beside the ray, as literals."""
+        """Return the shape argument of its intersection formula, as literals."""
         raise TypeError(f"{type(self).__name__} is intersected triangle by triangle")
 
     @property
     def can_shadow_itself(self) -> bool:
-        """Return whether it may stand between a point of its own and a light above that point's horizon.
+        """Return whether it may block the segment from one of its points to a light above that point's horizon.
 
-        A convex body with its normal outward cannot, and neither can a flat one; a two-sided body is lit from inside.
+        A convex body with outward normals cannot, and neither can a flat one; a two-sided body is also lit from inside.
         """
         return self.solid and self.shape.two_sided
 
@@ -209,22 +209,22 @@ class TracedShape:
     def box(self) -> tuple[np.ndarray, np.ndarray]:
         """Return the lower and upper corner of the box about it [m]."""
         center, half = self.center_and_half()
-        # The box's own roundings, and those of what it is computed from.
+        # The rounding errors of the box and of its inputs.
         half = half + (np.abs(center) + half) * 2.0**-48
         return center - half, center + half
 
     def own_numbers(self) -> np.ndarray:
-        """Return what a tree keeps of it beside its matrix, a multiple of four numbers."""
+        """Return its numbers in a tree in addition to its matrix, a multiple of four numbers."""
         return np.zeros(0)
 
     def packed(self, *, identity: bool) -> np.ndarray:
-        """Return what a tree keeps of it: inverse and translation, unless `identity`, and its own numbers."""
+        """Return its numbers in a tree: inverse and translation, unless `identity`, and its own numbers."""
         placed = [] if identity else [self.transform.inverse.reshape(-1), self.transform.translation]
         numbers = np.concatenate([*placed, self.own_numbers()])
         return numbers if len(numbers) else np.zeros(4)
 
     def unpacked(self, numbers: Any, types: ArrayTypes) -> Any:
-        """Return what the intersection formula of a shape of its kind is given, by own numbers on the device."""
+        """Return the shape argument of the intersection formula for this kind, from its numbers on the device."""
         return self.arrays(types)
 
     @property
@@ -233,7 +233,7 @@ class TracedShape:
         return float((np.abs(self.transform.linear) @ np.abs(self.transform.inverse)).sum(axis=1).max())
 
     def spreads(self) -> np.ndarray:
-        """Return what multiplies the rounding errors of each of its faces, at least 1, (faces,)."""
+        """Return the factor of the rounding errors of each of its faces, at least 1, (faces,)."""
         return np.ones(1)
 
     def reaches(self) -> np.ndarray:

@@ -1,30 +1,29 @@
-"""`Beam`, several rays as one that meets boxes, and `Cone`, the cone about a shape.
-
-Several rays from one point, as one beam that is asked which boxes it meets.
+"""`Beam`, the box test of several rays from one point at once, and `Cone`, the cone about a shape.
 
 For t >= 0 the beam of all directions between `low` and `high` meets the slab between l and h (seen from the origin) if
 and only if t high >= l and t low <= h: on an axis whose directions are all positive that is an entry through l and an
-exit through h, and where the sign changes two entries and no exit. Which plane comes first depends on the signs alone,
-and is decided once per beam; a quotient that bounds nothing is 0 x -+ HUGE.
+exit through h, and if the sign changes, two entries and no exit. The order of the planes depends only on the signs and
+is determined once per beam; a quotient that bounds nothing is 0 x -+ HUGE.
 
-No box is missed that exact arithmetic would meet. Grid coordinates and directions are each off by less than 4 u, a
-quotient by 5 u, and t at a plane is rounded twice more, since a node's corner comes first and then the place within;
-every bound is moved outward by 16 u (2^16 + abs(origin)) steps over the direction. A comparison with a NaN counts as
-met. Source of the aim: Ize, "Robust BVH Ray Traversal", Journal of Computer Graphics Techniques 2 (2013).
+No box is missed that exact arithmetic would hit. Grid coordinates and directions each have an error of less than 4 u, a
+quotient one of 5 u, and t at a plane has two more roundings, since a node's corner is added first and then the offset
+within; every bound is moved outward by 16 u (2^16 + abs(origin)) steps over the direction. A comparison with a NaN
+counts as a hit. Source of the goal: Ize, "Robust BVH Ray Traversal", Journal of Computer Graphics Techniques 2 (2013).
 
-Which of the rays from one point may meet a shape at all: those inside the cone about its bounding ball.
+The rays from one point that may hit a shape are those inside the cone about its bounding ball.
 
-Of a lane's rays only the box of their directions is asked, with middle m and half its diagonal h. They lie within
-asin(h / norm(m)) of m, and those that meet a ball of half-angle a within a of the unit vector w to its centre. So where
-dot(m, w) < cos(a) sqrt(norm(m)^2 - h^2) - sin(a) h no ray meets the ball, and a packet all of whose lanes say so goes
-past the shape's formula.
+The test uses only the box of the directions of a lane's rays, with middle m and half diagonal h. The directions are
+within asin(h / norm(m)) of m, and rays that hit a ball of half-angle a are within a of the unit vector w to its centre.
+So if dot(m, w) < cos(a) sqrt(norm(m)^2 - h^2) - sin(a) h, no ray hits the ball, and a packet skips the shape's formula
+if this holds in all of its lanes.
 
-No ray is kept from a shape that it would meet, by a formula that is right. A discriminant such as B^2 - 4 A C is the
-difference of numbers as large as the squares of the distances that went into it, so that the square of a ray's distance
-from the centre is off by CONE_ROUNDINGS u S^2 at most: as much is added to the ball's radius squared. S is all that was
-subtracted, times what a matrix adds on the way to object space; CONE_ROUNDINGS u S more is what the axis is off. The
-box is larger by CONE_ROUNDINGS u of its largest coordinate and the cosine smaller by as much, and the products, roots
-and sums that are asked round by less than 12 u norm(m). CONE_ROUNDINGS is twice and more what any of the formulas has.
+No ray is culled that would hit the shape by a right formula. A discriminant such as B^2 - 4 A C is the difference of
+numbers as large as the squares of the distances from which it is computed, so that the error of a ray's squared
+distance from the centre is at most CONE_ROUNDINGS u S^2: as much is added to the ball's squared radius. S is the sum of
+the subtracted coordinates, times the amplification by a matrix into object space; the error of the axis is
+CONE_ROUNDINGS u S more. The box is larger by CONE_ROUNDINGS u of its largest coordinate and the cosine smaller by as
+much, and the products, roots and sums of the test have errors of less than 12 u norm(m). CONE_ROUNDINGS is at least
+twice the number of roundings of any of the formulas.
 """
 
 import math
@@ -43,9 +42,10 @@ from rayproof.tracer.kernel.parameters import KernelConstants
 from rayproof.tracer.shapes.shape import TracedShape
 from rayproof.tracer.trees.boxes import AXES, CHILDREN, STEPS, Nodes, places, unpacked
 
-HUGE = 3e38
+HUGE = 3e38  # almost the largest number of float32, 3.4e38
 TINY = 2.0**-60  # grid steps per unit of t; a narrower beam is widened to it, which misses nothing
-# The same for a single ray, and what its largest component must exceed over the distance to go, in steps per t.
+# The same for a single ray, and the least allowed ratio of its largest component to the remaining distance, in steps
+# per t.
 LEAST, SLOWEST = 2.0**-100, 2.0**-90
 ROUNDINGS = 16.0
 
@@ -59,7 +59,7 @@ def _bounds(slope: Any, applies: Any, origin: Any, *, entry: Any) -> tuple[Any, 
 
 
 def _range(components: Sequence[Any], active: Sequence[Any]) -> tuple[Any, Any]:
-    """Return the smallest and the largest component, of all or of those that are active; of none an empty range."""
+    """Return the smallest and the largest component of all or of the active rays; an empty range if there are none."""
     low, high = type(components[0])(dr.inf), type(components[0])(-dr.inf)
     for component, counts in zip(components, active or [True] * len(components), strict=True):
         low = dr.select(counts & (component < low), component, low)
@@ -68,7 +68,7 @@ def _range(components: Sequence[Any], active: Sequence[Any]) -> tuple[Any, Any]:
 
 
 def reduced(choose: Callable[[Any, Any], Any], values: Sequence[Any]) -> Any:
-    """Return the smallest or the largest of them, two by two: what depends on nothing is computed at once."""
+    """Return the smallest or the largest of the values by a balanced tree of comparisons, which can run in parallel."""
     while len(values) > 1:
         pairs = [choose(*values[k : k + 2]) for k in range(0, len(values) - 1, 2)]
         values = [*pairs, *values[len(values) - len(values) % 2 :]]
@@ -77,7 +77,7 @@ def reduced(choose: Callable[[Any, Any], Any], values: Sequence[Any]) -> Any:
 
 @dataclass(frozen=True, kw_only=True)
 class _Slab:
-    """What the rays of each lane share along an axis: at a plane x, in grid steps, t is scale x + offset."""
+    """The common test of each lane's rays along an axis: at a plane x, in grid steps, t is scale x + offset."""
 
     turned: Any  # where all go down, and meet a box's upper plane first
     both: Any  # where some go up and some down, so that the last plane is an entry too; None of a single ray
@@ -101,7 +101,7 @@ class Beam:
     """The properties that the rays of each lane share."""
 
     def __init__(self, nodes: Nodes, origin: Any, directions: Sequence[Any], *, active: Sequence[Any] = ()) -> None:
-        """Bound `directions` from `origin` [m], all or those that are `active`; t counts from 0 on."""
+        """Bound `directions` from `origin` [m], all or the `active` ones, for t >= 0."""
         self._slabs: list[_Slab] = []
         if not nodes.host.exact:
             return
@@ -115,10 +115,10 @@ class Beam:
             low, high = dr.select(abs(low) < TINY, -TINY, low), dr.select(abs(high) < TINY, TINY, high)
             # The lower plane is met by the highest direction, the upper one by the lowest.
             turned = high < 0
-            both = ~turned & (low < 0)
+            both_signs = ~turned & (low < 0)
             first = _bounds(dr.select(turned, low, high), turned | (high > 0), start, entry=True)
-            last = _bounds(dr.select(turned, high, low), turned | both | (low > 0), start, entry=both)
-            self._slabs.append(_Slab(turned=turned, both=both, first=first, last=last))
+            last = _bounds(dr.select(turned, high, low), turned | both_signs | (low > 0), start, entry=both_signs)
+            self._slabs.append(_Slab(turned=turned, both=both_signs, first=first, last=last))
 
     def _bound_ray(self, starts: Sequence[Any], directions: Sequence[Any]) -> None:
         """Bound a single ray by one quotient in and one out.
@@ -140,32 +140,32 @@ class Beam:
         coordinates, corner, scale = unpacked(words)
         parts = zip(self._slabs, coordinates[:AXES], coordinates[AXES:], corner, scale, strict=False)
         planes = [tuple(slab.planes(*part)) for slab, *part in parts]
-        found = []
+        entries = []
         for child in range(CHILDREN):
             enter = reduced(larger, [type(limit)(0), *(first[child] for first, _ in planes)])
             leave = limit
             for slab, (_, last) in zip(self._slabs, planes, strict=True):
                 enter, leave = slab.within(enter, leave, last[child])
-            found.append((~(enter > leave), enter))
-        return found
+            entries.append((~(enter > leave), enter))
+        return entries
 
 
 CONE_ROUNDINGS = 32.0
 
 
 class Directions:
-    """The box of the directions of each lane's rays, all or those that are active."""
+    """The box of the directions of each lane's rays, all or only the active ones."""
 
     def __init__(self, directions: Sequence[Any], types: ArrayTypes, *, active: Sequence[Any] | None = None) -> None:
-        """Bound `directions`, which are finite. One that is no number bounds nothing, and its ray meets nothing."""
+        """Bound `directions`, which are finite. A NaN direction bounds nothing, and its ray hits nothing."""
         Float, rounded = types.Float, CONE_ROUNDINGS * UNIT_ROUNDOFF[types.precision]
 
         if active is not None:
-            # Those that are not take the direction of the first that is.
+            # Inactive rays take the direction of the first active ray.
             first = directions[0]
-            for one, counts in zip(directions[::-1], active[::-1], strict=True):
-                first = dr.select(counts, one, first)
-            directions = [dr.select(counts, one, first) for one, counts in zip(directions, active, strict=True)]
+            for vector, counts in zip(directions[::-1], active[::-1], strict=True):
+                first = dr.select(counts, vector, first)
+            directions = [dr.select(counts, vector, first) for vector, counts in zip(directions, active, strict=True)]
         middle, half = [], []
         for axis in range(3):
             low, high = Float(dr.inf), Float(-dr.inf)
@@ -175,7 +175,9 @@ class Directions:
             half.append((high - low) * 0.5 + larger(abs(low), abs(high)) * rounded)
         self.middle = types.Vector(*middle)
         if active is not None:
-            self.middle = dr.select(reduced(operator.or_, active), self.middle, dr.nan)  # nobody meets anything
+            self.middle = dr.select(
+                reduced(operator.or_, active), self.middle, dr.nan
+            )  # without active rays nothing is hit
         across = dr.squared_norm(types.Vector(*half))
         along = dr.squared_norm(self.middle) - across
         self.along = dr.sqrt(larger(along, 0))
@@ -197,7 +199,7 @@ class Cone:
     sine: float
 
     def may_meet(self, rays: Directions, types: ArrayTypes, parameters: KernelConstants, *, name: str) -> Any:
-        """Return in which lanes a ray from the point may meet the ball."""
+        """Return in which lanes a ray from the point may hit the ball."""
         axis = parameters(f"{name} axis", types.Vector(*self.axis))
         cosine, sine = (parameters(f"{name} {of}", types.Float(getattr(self, of))) for of in ("cosine", "sine"))
         return dr.dot(rays.middle, axis) >= cosine * rays.along - sine * rays.across

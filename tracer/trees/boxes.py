@@ -1,13 +1,13 @@
 """Boxes of a tree's nodes: on a 16-bit grid on the host, and as packets on the device.
 
-On the grid corners are rounded outward, once, to 2^16 steps per axis. The box about several items is then the minimum
-of small integers, by which the tree is built and its nodes are written.
+Corners are rounded outward, once, to a grid of 2^16 steps per axis. The box about several items is then the minimum of
+small integers, from which the tree is built and its nodes are written.
 
-The boxes of a tree on the device: four are read at once, those of a node's grandchildren in the binary heap, as one
-packet of 32 bytes. It holds the lower corner of the box about all four and how many steps of the grid, a power of two
-for each axis, make one of 255 within; and the corners of the four, rounded outward once more, in a byte a coordinate.
+On the device four boxes of a tree are read at once, those of a node's grandchildren in the binary heap, as one packet
+of 32 bytes. It holds the lower corner of the box about all four, the size of its 255 steps in grid steps (a power of
+two per axis), and the corners of the four boxes, rounded outward once more, in a byte per coordinate.
 
-A coarser box is entered more often and loses nothing; less memory is worth more than the tighter fit (Mahovsky and
+A coarser box is entered more often but misses nothing; less memory is worth more than a tighter fit (Mahovsky and
 Wyvill, "Memory-Conserving Bounding Volume Hierarchies with Coherent Raytracing", Computer Graphics Forum 25 (2006)).
 """
 
@@ -22,7 +22,7 @@ from rayproof.tracer.kernel.arrays import ArrayTypes
 from rayproof.tracer.kernel.parameters import DeviceBuffers, KernelConstants, aligned
 from rayproof.tracer.shapes.meshes import in_pieces
 
-STEPS = 65535
+STEPS = 65535  # of the grid in which boxes are stored: the largest number of 16 bits
 AXES = 3
 # Scenes smaller or larger than this [m] would leave float32 in grid space; they are walked without culling.
 SMALLEST, LARGEST = 2.0**-80, 2.0**80
@@ -35,7 +35,7 @@ class GridBoxes:
     """Boxes in grid steps from `base`."""
 
     # (n, ROW) uint16: the lower corner counted from the grid's lower end, the upper one downward from its upper end, so
-    # that the row of the box about several is the minimum of theirs.
+    # that the row of the box about several boxes is the minimum of their rows.
     rows: np.ndarray
     base: np.ndarray  # (3,) float64 [m]
     step: np.ndarray  # (3,) float64 [m]
@@ -90,7 +90,7 @@ SHIFT = np.frexp((np.maximum(np.arange(STEPS + 1), 1) - 1) // FINEST)[1]  # of a
 
 @dataclass(frozen=True, kw_only=True)
 class Tree:
-    """The order of the items in the leaves. Leaf i holds the slots from i total / leaves up to that of i + 1."""
+    """The order of the items in the leaves. Leaf i holds the slots from i total / leaves to (i + 1) total / leaves."""
 
     leaves: int  # a power of two
     size: int  # slots of the largest leaf
@@ -107,8 +107,8 @@ class Tree:
 class HostNodes:
     """The boxes of the four children of every inner node of every other level, in grid steps from `base`.
 
-    Node i of the binary heap has the children 4 i .. 4 i + 3; where the number of levels is odd, the upper two roots
-    2 and 3 stand in row 0. Between the levels there are rows that nobody asks for.
+    Node i of the binary heap has the children 4 i .. 4 i + 3; if the number of levels is odd, the upper two roots 2 and
+    3 are in row 0. Some rows between the levels are unused.
     """
 
     leaves: int
@@ -121,7 +121,7 @@ class HostNodes:
 
 
 def quantise(tree: Tree, boxes: GridBoxes) -> HostNodes:
-    """Return the boxes of a tree's nodes, each the smallest on the grid that holds those of its items."""
+    """Return the boxes of a tree's nodes, each the smallest box on the grid about the boxes of its items."""
     words = aligned((max(1, tree.leaves // 2), NODE), np.uint32)
     words[0] = 0
     first = tree.first(np.arange(tree.leaves + 1))
@@ -158,7 +158,7 @@ def _write(words: np.ndarray, axis: int, children: np.ndarray, level: np.ndarray
     octets, numbers = words.view(np.uint8).reshape(len(words), -1, CHILDREN), words.view(np.uint16)
 
     def work(piece: slice) -> None:
-        low, upper = (each.reshape(-1, CHILDREN)[piece].astype(np.int32) for each in children)
+        low, upper = (rows.reshape(-1, CHILDREN)[piece].astype(np.int32) for rows in children)
         corner, end = level[0, piece, np.newaxis], level[1, piece, np.newaxis]
         shift = SHIFT.take(STEPS - np.minimum(end, STEPS - corner) - corner)
         void, high = low + upper > STEPS, STEPS - upper
@@ -225,7 +225,7 @@ class Nodes:
 
 
 def unpacked(words: Sequence[Any]) -> tuple[Sequence[Any], list[Any], list[Any]]:
-    """Return the coordinates' words as they are, and by axis a node's corner in grid steps and steps in one of its."""
+    """Return the words of coordinates, and per axis a node's corner and the size of its step, both in grid steps."""
     *coordinates, first, second = words
     Single: Any = dr.float32_array_t(type(second))
     corner = [_number(first, 0), _number(first, 16), _number(second, 0)]

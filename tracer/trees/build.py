@@ -1,37 +1,35 @@
-"""Building a tree: cuts at which least is met, and long slanting triangles in parts.
+"""Construction of a tree by the surface area heuristic, with early split clipping of long oblique triangles.
 
-A tree stands over boxes on a grid; each of its nodes is cut where least is met on both sides (`cheapest`).
+A tree is built over boxes on a grid; each of its nodes is cut where the expected number of hits is least (`cheapest`).
 
-Of the cuts across the axes along which a node is long, the cheapest is taken that leaves neither side more items than
-leaves. A very large tree gains nothing by that: each of its nodes is halved across its longest axis, and its items lie
-without a gap. All leaves are on one level, as in a binary heap. A tree is cut into pieces, which several threads build:
-level by level, all nodes of one at once, whose items are sorted along each axis when the piece is begun.
+Of the cuts across the long axes of a node, the cheapest is taken that leaves neither side more items than its leaves
+can hold. This does not improve a very large tree: each of its nodes is halved across its longest axis, and its items
+fill all slots. All leaves are on one level, as in a binary heap. Several threads build pieces of the tree: level by
+level, all nodes of a level at once. The items are sorted along each axis at the start of the piece.
 
-Where a row of items is cut, so that least is met on both sides.
-
-The chance that a ray which meets a box also meets a box inside it is that of their areas. A cut of n items into k and
-n - k costs k times the area of the first ones' box and n - k times that of the others'. Of very many cuts some are
-compared, and of many items between two of those some stand for all.
+The probability that a ray which hits a box also hits a box inside it is the ratio of their areas. A cut of n items into
+k and n - k costs k times the area of the first box and n - k times that of the second. Of very many cuts only some are
+compared, and of many items between two of them a sample is used.
 Source: MacDonald and Booth, "Heuristics for ray tracing using space subdivision", The Visual Computer 6 (1990); Wald,
 "On fast Construction of SAH-based Bounding Volume Hierarchies", IEEE Symposium on Interactive Ray Tracing (2007).
 
-Long slanting triangles in parts, each part with a box of its own, before a tree is built over them.
+Long oblique triangles are split into parts with a box each before a tree is built over them.
 
-The box about a sliver from pole to pole is as large as the ball, and every ray that meets the box tries the sliver. The
-boxes about its two halves have a quarter of that volume each. A part keeps its triangle's number, and the formula is
-asked about the whole triangle: a hit is the same by whichever part it is found, and the same hit when it is found
-twice. The boxes that gain most area are halved, at planes of a grid that all triangles share, so that the parts of
-neighbours end at the same places.
+The box about a sliver from pole to pole of a ball is as large as the ball, and every ray that hits the box tests the
+sliver. The boxes about its two halves have a quarter of that volume each. A part has its triangle's number, and the
+formula tests the whole triangle: the hit does not depend on the part, and a triangle that is tested twice gives the
+same hit. The boxes with the largest gain of area are halved, at planes of a grid that all triangles share, so that the
+parts of neighbours end at the same places.
 Sources: Ernst and Greiner, "Early Split Clipping for Bounding Volume Hierarchies", IEEE Symposium on Interactive Ray
 Tracing (2007); Karras and Aila, "Fast Parallel Construction of High-Quality Bounding Volume Hierarchies", High
 Performance Graphics (2013), section 4.3.
 
-No hit is lost. The default formula decides by signs that are right for sheared corners, and a corner is sheared by
-operations that move it, on either axis across the ray, by at most 4 u (abs(corner - origin) + size), where u is the
-unit roundoff and `size` the longest side of the box about all triangles. So the point that it reports lies as close to
-some point of the triangle, which is in a part. A box reaches 16 u size beyond its part, and 2 u times the largest
-coordinate, since it is kept in float32; what grows with the distance is what a beam allows for when it meets boxes
-(`tracer.trees.beams`), of whole triangles too.
+No hit is lost. The default formula decides by signs that are right for sheared corners, and the shear moves a corner,
+on either axis across the ray, by at most 4 u (abs(corner - origin) + size), where u is the unit roundoff and `size` the
+longest side of the box about all triangles. So the reported point is that close to some point of the triangle, which is
+in a part. A box extends beyond its part by 16 u size, and by 2 u times the largest coordinate because it is stored in
+float32; the box test of a beam (`tracer.trees.beams`) covers the term that grows with the distance, for whole triangles
+too.
 """
 
 import os
@@ -46,12 +44,14 @@ from rayproof.cases.rounding import UNIT_ROUNDOFF
 from rayproof.tracer.shapes.meshes import in_pieces, shadows
 from rayproof.tracer.trees.boxes import AXES, LOWER, ROW, STEPS, UPPER, GridBoxes, Tree
 
-MOST_LEAVES = 2**21  # what the trail of a traversal has bits for; a larger tree has larger leaves
+MOST_LEAVES = 2**21  # limited by the bits of a traversal's trail; a larger tree has larger leaves
 MOST_BY_AREA = 2**19  # items; 1.3 million as small as pixels were as fast by halves, and there sooner
-PIECE = 2**15  # leaves of a tree that is built at once, and items that stand for all of a larger one where it is halved
+PIECE = (
+    2**15
+)  # leaves of a tree that is built at once, and the size of the sample of items by which a larger one is halved
 PIECES = 4  # times as many leaves each piece of a larger one has: with fewer, threads wait for the interpreter
 CUTS, CUTS_IN_PIECES = 32, 16  # that are compared along an axis; a tree of one piece is there at once anyway
-LONG = 0.4  # of a node's longest axis, what another one must reach to be cut across; no area is lost by it
+LONG = 0.4  # the least ratio of an axis to the node's longest one for a cut across it; smaller ratios lose no area
 FEW = 2  # items that have a leaf each without a cut
 THREADS = min(8, os.cpu_count() or 1)  # numpy lets go of the interpreter in all that takes long
 
@@ -105,7 +105,7 @@ class _Nodes:
         return (2 * self.number[:, np.newaxis] + np.arange(2)).reshape(-1), counts, items
 
     def children(self, number: np.ndarray, counts: np.ndarray, items: np.ndarray, kept: np.ndarray) -> "_Nodes":
-        """Return those of the children that are `kept`."""
+        """Return the `kept` children."""
         side = np.where(kept, np.tile(np.array([1, 2], dtype=np.uint8), len(self.counts)), 0)
         sides = np.empty(len(self.rows), dtype=np.uint8)  # of items: in a first child, in a second one, or in none
         sides[items] = np.repeat(side, counts)
@@ -140,7 +140,7 @@ class _Growing:
             return longest, self._first(leaves * nodes.number + leaves // 2) - self._first(leaves * nodes.number)
         axis, node = np.nonzero(extents >= LONG * extents[longest, np.arange(len(longest))])
         place = nodes.first[node] + axis * nodes.order.shape[1]
-        found = cheapest(
+        cuts = cheapest(
             nodes.rows,
             nodes.order.reshape(-1),
             place,
@@ -150,7 +150,7 @@ class _Growing:
             step=self._step,
         )
         costs, before = np.full(extents.shape, NEVER), np.empty(extents.shape, dtype=np.int64)
-        costs[axis, node], before[axis, node] = found
+        costs[axis, node], before[axis, node] = cuts
         best = np.where(costs.min(axis=0) < NEVER, costs.argmin(axis=0), longest)
         return best, before[best, np.arange(len(best))]
 
@@ -158,15 +158,15 @@ class _Growing:
         return leaf * self.total // self.leaves
 
     def _put(self, items: np.ndarray, number: np.ndarray, counts: np.ndarray, first: np.ndarray, leaves: int) -> None:
-        """Put what nodes have, from `items[first]` on, into slots; where they have leaves, each into one's first."""
+        """Write the items of nodes, from `items[first]` on, into slots; a node of several leaves fills first slots."""
         for place in range(int(counts.max(initial=0))):
-            some = counts > place
-            leaf = number[some] * leaves + place * (leaves // 2)
-            self.slots[self._first(leaf) + (place if leaves == 1 else 0)] = items[first[some] + place]
+            has_item = counts > place
+            leaf = number[has_item] * leaves + place * (leaves // 2)
+            self.slots[self._first(leaf) + (place if leaves == 1 else 0)] = items[first[has_item] + place]
             self.empty[leaf] = False
 
     def halves(self, part: _Part, leaves: int) -> list[_Part]:
-        """Cut a node of so many leaves; as many items as a tree has that is built at once stand for all."""
+        """Cut a node of so many leaves by a sample of its items, as many as a tree has that is built at once."""
         count, room, every = len(part.items), leaves // 2, leaves // PIECE
         nodes = _Nodes.alone(part.number, np.ascontiguousarray(part.rows[::every]))
         (axis,), (before,) = self._cuts(nodes, PIECE if self._by_area else leaves)
@@ -202,11 +202,11 @@ def tree_over(boxes: GridBoxes) -> Tree:
     """Return a tree over boxes.
 
     Raises:
-        RuntimeError: an item stands in no leaf, which is a mistake of this file.
+        RuntimeError: an item is in no leaf, which is a mistake of this file.
 
     """
     growing = _Growing(boxes)
-    # Items in one place along an axis stay in this order: of a grid, those of a column are cut where it is.
+    # Items with equal coordinates along an axis keep this order, so that a column of a grid is cut at one place.
     items = np.lexsort([_middles(boxes.rows, axis) for axis in (2, 1, 0)]).astype(np.int32)
     parts = [_Part(number=0, items=items, rows=boxes.rows.take(items, axis=0))]
     leaves = growing.leaves
@@ -225,7 +225,7 @@ def tree_over(boxes: GridBoxes) -> Tree:
     return Tree(leaves=growing.leaves, size=growing.size, total=growing.total, slots=growing.slots, empty=growing.empty)
 
 
-SAMPLE = 16  # items between two cuts that stand for all
+SAMPLE = 16  # the number of sampled items between two cuts
 MOST_CUTS = 32  # along an axis; the lower bits of a cost are its number
 NEVER = np.uint32(0xFFFFFFFF)  # the cost of a cut that is not allowed
 
@@ -249,11 +249,11 @@ def cheapest(
     cuts: int,
     step: np.ndarray,
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return what the best cut of each row of items costs, and how many items come before it, (n,) each.
+    """Return the cost of the best cut of each row of items, and the number of items before it, (n,) each.
 
-    Row i is `counts[i]` items in the order that begins at `order[first[i]]`; no side may have more than `room`. So many
-    `cuts` are compared, if `room` has more, and both are powers of two. Costs are uint32 numbers that compare as floats
-    do; where no cut is allowed it is NEVER, and all items come before it.
+    Row i has `counts[i]` items in the order that begins at `order[first[i]]`; no side may have more than `room` items.
+    At most `cuts` cuts are compared; `room` and `cuts` are powers of two. Costs are uint32 numbers that compare like
+    floats; the cost is NEVER if no cut is allowed, and all items come before it.
     """
     apart = max(1, room // cuts)  # items from cut to cut
     skip = max(1, apart // SAMPLE)
@@ -263,7 +263,7 @@ def cheapest(
     def boxes(places: np.ndarray) -> np.ndarray:
         return rows.take(order.take(np.minimum(first + places[..., np.newaxis], last)), axis=0)
 
-    # What lies between two cuts, and beyond the last one; then all before a cut, and all behind it.
+    # Boxes between two cuts, and beyond the last one; then the boxes before and behind each cut.
     left = boxes(np.arange(0, kinds * apart, skip).reshape(kinds, -1).T)
     left = left[0] if len(left) == 1 else left.min(axis=0)
     beyond = np.arange(kinds * apart, most, skip)
@@ -283,14 +283,14 @@ def cheapest(
 
 
 FEWEST = 64  # triangles; of fewer none is cut: a tree of so few is soon walked
-# How much larger the boxes are than the triangles' shadows on their sides, from which on parts pay. Smooth meshes have
-# 2.6 and become slower by parts, rods in all directions have 181.
+# The least ratio of the boxes' area to that of the triangles' projections on their sides for which parts pay. Smooth
+# meshes have 2.6 and become slower by parts, rods in all directions have 181.
 SLANTING = 8.0
 FALLS = 2 / 3  # of the boxes' area that twice as many parts leave at most, or there are no more
 MOST = 16  # parts for a triangle, on average
 MOST_PARTS = 2**19  # in all; a tree must be there soon
-ROUNDS = 2  # in which parts become twice as many, so that what was halved may be halved again
-# What a box reaches beyond its part: of the size of all boxes together, and of the largest coordinate.
+ROUNDS = 2  # in each the number of parts doubles, so that halves may be halved again
+# The margin of a box around its part: a share of the size of all boxes together, and one of the largest coordinate.
 BESIDE, ROUNDED = 16 * UNIT_ROUNDOFF["float32"], 2 * UNIT_ROUNDOFF["float32"]
 
 
@@ -301,7 +301,7 @@ def _half_areas(lower: np.ndarray, upper: np.ndarray) -> np.ndarray:
 
 
 def slant(corners: np.ndarray) -> float:
-    """Return half the area of all triangles' boxes over that of their shadows; triangles are rows of nine numbers."""
+    """Return half the area of all triangles' boxes over that of their projections; triangles are (n, 9)."""
     sums: list[tuple[float, float]] = []
 
     def work(piece: slice) -> None:
@@ -310,7 +310,7 @@ def slant(corners: np.ndarray) -> float:
         sums.append((float(boxes.sum()), float(shadows(taken).sum())))
 
     in_pieces(len(corners), work)
-    boxes, shade = (sum(some) for some in zip(*sums, strict=True))
+    boxes, shade = (sum(areas) for areas in zip(*sums, strict=True))
     return boxes / shade if shade > 0 else 1.0
 
 
@@ -340,8 +340,8 @@ def _halves(
 ) -> np.ndarray:
     """Return the boxes of the two halves of each part, (half, lower or upper corner, 3, n) [m].
 
-    A part is what of a triangle, `corners` (3, 3, n), lies in its box (3, n); of the triangle before the plane and
-    behind it, that box keeps what the part has there.
+    A part is the intersection of a triangle, `corners` (3, 3, n), with its box (3, n); its halves are the intersections
+    of the box with the triangle before and behind the plane.
     """
     axis, plane = _planes(lower, upper, base)
     along = np.take_along_axis(corners, axis[np.newaxis, np.newaxis], axis=1)[:, 0]
@@ -352,22 +352,22 @@ def _halves(
         np.minimum(box[0], point + aside, out=box[0])
         np.maximum(box[1], point - aside, out=box[1])
 
-    both = np.full((2, 3, len(axis)), np.array([np.inf, -np.inf])[:, np.newaxis, np.newaxis])
+    empty = np.full((2, 3, len(axis)), np.array([np.inf, -np.inf])[:, np.newaxis, np.newaxis])
     for first, second in ((0, 1), (1, 2), (2, 0)):
         crosses = (along[first] < plane) != (along[second] < plane)
         share = (plane - along[first]) / np.where(crosses, along[second] - along[first], 1.0)
-        add(both, corners[first] + share * (corners[second] - corners[first]), crosses)
-    found = np.stack([both, both])
+        add(empty, corners[first] + share * (corners[second] - corners[first]), crosses)
+    boxes = np.stack([empty, empty])
     for corner, at in zip(corners, along, strict=True):
-        add(found[0], corner, at <= plane)
-        add(found[1], corner, at >= plane)
-    found[:, 0] = np.maximum(found[:, 0] - margin, lower)
-    found[:, 1] = np.minimum(found[:, 1] + margin, upper)
-    return found
+        add(boxes[0], corner, at <= plane)
+        add(boxes[1], corner, at >= plane)
+    boxes[:, 0] = np.maximum(boxes[:, 0] - margin, lower)
+    boxes[:, 1] = np.minimum(boxes[:, 1] + margin, upper)
+    return boxes
 
 
 class _GrowingParts:
-    """Parts that become more: their boxes, and those of the halves that each would have."""
+    """A growing list of parts: their boxes, and those of the halves of each."""
 
     def __init__(self, corners: np.ndarray, lower: np.ndarray, upper: np.ndarray) -> None:
         """Begin with whole triangles, rows of nine numbers, and their boxes (3, n) [m]."""
@@ -397,25 +397,25 @@ class _GrowingParts:
         return float(_half_areas(*self._boxes[..., : self.count]).sum())
 
     def _prepare(self, parts: np.ndarray) -> None:
-        """Find the halves of these parts, and what is gained by them."""
+        """Compute the halves of these parts, and their gain."""
 
         def work(piece: slice) -> None:
-            some = parts[piece]
-            corners = self._corners[self._owner[some]].T.astype(np.float64).reshape(3, 3, -1)
-            lower, upper = self._boxes.take(some, axis=2).astype(np.float64)
-            # Near the margin a plane may have nothing of the triangle on one of its sides.
+            selected = parts[piece]
+            corners = self._corners[self._owner[selected]].T.astype(np.float64).reshape(3, 3, -1)
+            lower, upper = self._boxes.take(selected, axis=2).astype(np.float64)
+            # Near the margin one side of a plane may contain no point of the triangle.
             large = (upper - lower).max(axis=0) > 16 * self._margin
             kept = slice(None) if large.all() else large
-            some, corners, lower, upper = some[kept], corners[..., kept], lower[:, kept], upper[:, kept]
+            selected, corners, lower, upper = selected[kept], corners[..., kept], lower[:, kept], upper[:, kept]
             halves = _halves(corners, lower, upper, base=self._base, margin=self._margin)
             self._gains[parts[piece]] = 0.0
-            self._gains[some] = _half_areas(lower, upper) - sum(_half_areas(*half) for half in halves)
-            self._split[..., some] = halves
+            self._gains[selected] = _half_areas(lower, upper) - sum(_half_areas(*half) for half in halves)
+            self._split[..., selected] = halves
 
         in_pieces(len(parts), work)
 
     def grow(self, count: int) -> None:
-        """Halve the parts by which most is gained, until there are `count`, at most twice as many as there were."""
+        """Halve the parts with the largest gain until there are `count`, at most twice the present number."""
         gains = self._gains[: self.count]
         kept = 2 * self.count - count
         chosen = np.argpartition(gains, kept)[kept:] if kept else np.arange(self.count)

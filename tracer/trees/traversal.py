@@ -1,23 +1,22 @@
 """Traversal of a tree by a beam: nearest hit and any hit, in nested or pipelined loops.
 
-Which boxes are entered is decided for the bundle (`tracer.trees.beams`); in a leaf every ray meets every
-item by the formula that was chosen for it. There are two ways of putting the steps in order, which visit the same
-leaves but for those that a hit shortly before has made needless:
+A box is entered if the beam hits it (`tracer.trees.beams`); in a leaf every ray is tested against every item by the
+configured formula. There are two orders of the steps, which visit the same leaves, except for leaves that became
+unnecessary by a hit shortly before:
 
-* nested: a loop goes down to the next leaf in a loop over leaves. Lanes that have a leaf wait for those that have none.
-* pipelined: one loop, whose turns are a step for each lane, and a leaf where any lane has come to one. The boxes of the
-  next turn are read before the leaf of this one is tested, so that memory works meanwhile. Where triangles are about as
-  small as pixels, the lanes of a packet go to different places, and both is worth more than the steps that go past.
+* nested: within a loop over leaves, an inner loop descends to the next leaf. Lanes at a leaf wait for the others.
+* pipelined: one loop, whose turn is a step in each lane, and a leaf test if any lane is at a leaf. The boxes of the
+  next turn are read before the leaf is tested, so that both overlap. If triangles are about as small as pixels, the
+  lanes of a packet are at different nodes, and the overlap is worth more than the skipped steps.
 
-Where a way through a tree stands, in two words: the heap index `key` of a node, and `trail`, what is left to visit.
+The state of a traversal is two words: the heap index `key` of a node, and `trail`, the nodes that are left to visit.
 
-A node has four children, and trail three bits per level, one for each sibling that is still to be visited: to go back,
-climb to the deepest set bit and turn to that sibling. So there is no stack.
+A node has four children, and `trail` has three bits per level, one for each sibling that is still to be visited: to go
+back, ascend to the deepest set bit and turn to that sibling. So there is no stack.
 
-Shadow rays of one tile that part: those whose points lie close together go as one beam, one group after the other.
-
-Where a tile shows two surfaces, one behind the other, a single beam from the light to both would meet much of what lies
-between them: one tile in a hundred, and most of the work.
+Shadow rays of one tile are split into groups: rays whose points are close together are one beam, one group after the
+other. If a tile shows two surfaces, one behind the other, a single beam from the light to both would hit most of the
+shapes between them: one tile in a hundred, and most of the work.
 """
 
 import operator
@@ -61,7 +60,7 @@ class Hierarchy(Protocol):
 
 @dataclass(frozen=True, kw_only=True)
 class Walk:
-    """What a bundle needs on its way through one tree: `meet(item, k)` is the t at which its ray k meets an item."""
+    """The inputs of a bundle's traversal of one tree: `meet(item, k)` is the t at which its ray k hits an item."""
 
     hierarchy: Hierarchy
     beam: Beam
@@ -71,7 +70,7 @@ class Walk:
 
 @dataclass(frozen=True, kw_only=True)
 class _Aim:
-    """What is looked for on the way: the state is a list of arrays of full width."""
+    """The query of a traversal, nearest hit or any hit: its state is a list of arrays of full width."""
 
     met: Callable[[Sequence[tuple[Any, Any]], list[Any]], list[Any]]  # (items and numbers of a leaf, state) -> state
     limit: Callable[[list[Any]], Any]  # state -> the t beyond which no box matters, float32
@@ -83,20 +82,20 @@ def _descend(walk: Walk, key: Any, trail: Any, limit: Any) -> tuple[Any, Any]:
     nodes, types = walk.hierarchy.nodes, walk.hierarchy.types
 
     def step(key: Any, trail: Any) -> tuple[Any, Any]:
-        some, child, others = nearest_child(types, walk.beam.meets(nodes.read(key), limit))
+        entered, child, others = nearest_child(types, walk.beam.meets(nodes.read(key), limit))
         popped_key, popped_trail = pop(types, key, trail)
         return (
-            dr.select(some, (key << 2) | child, popped_key),
-            dr.select(some, (trail << 3) | others, popped_trail),
+            dr.select(entered, (key << 2) | child, popped_key),
+            dr.select(entered, (trail << 3) | others, popped_trail),
         )
 
     return dr.while_loop((key, trail), lambda key, _: key < nodes.leaves, step, labels=("key", "trail"))
 
 
 def _leaf(walk: Walk, key: Any) -> list[tuple[Any, Any]]:
-    """Return (item, number) for each slot of the leaf that was reached.
+    """Return (item, number) for each slot of the current leaf.
 
-    Lanes that are done look at the first leaf once more. They lose nothing by it, and nobody has to be told apart.
+    Lanes that are done test the first leaf once more, which does not change their result and needs no mask.
     """
     nodes = walk.hierarchy.nodes
     leaf = dr.select(key == DONE, 0, key - nodes.leaves)
@@ -111,8 +110,8 @@ def _begin(walk: Walk, active: Any, width: int) -> tuple[Any, Any]:
     if nodes.halves:
         # Both halves are visited, the nearer one first.
         Single: Any = dr.float32_array_t(types.Float)
-        *_, (_, enter), (_, other) = walk.beam.meets(nodes.read(UInt(0)), Single(dr.inf))
-        root, trail = (root * 2) | dr.select(other < enter, UInt(1), 0), trail + 1
+        *_, (_, enter), (_, exit) = walk.beam.meets(nodes.read(UInt(0)), Single(dr.inf))
+        root, trail = (root * 2) | dr.select(exit < enter, UInt(1), 0), trail + 1
     return dr.select(active, root, DONE), trail
 
 
@@ -147,14 +146,14 @@ def _pipelined(walk: Walk, aim: _Aim, *, key: Any, trail: Any, state: list[Any])
 
     def turn(key: Any, trail: Any, boxes: Any, state: Any) -> tuple[Any, Any, list[Any], list[Any]]:
         limit = aim.limit(state)
-        some, child, others = nearest_child(types, walk.beam.meets(boxes, limit))
+        entered, child, others = nearest_child(types, walk.beam.meets(boxes, limit))
         # A lane that stands at a leaf already, or is done, has read boxes that mean nothing.
-        some &= key < nodes.leaves
-        here = dr.select(some, (key << 2) | child, key)
+        entered &= key < nodes.leaves
+        here = dr.select(entered, (key << 2) | child, key)
         at_leaf = (here >= nodes.leaves) & (here != DONE)
         # From a leaf to the next of its siblings, or else from its parent, which does not wait for what was met.
         popped_key, popped_trail = pop(types, key, trail)
-        stays, beside = some & ~at_leaf, some & (others != 0)
+        stays, beside = entered & ~at_leaf, entered & (others != 0)
         key = dr.select(stays, here, dr.select(beside, here ^ _below(types, FIRST, others), popped_key))
         rest = dr.select(stays, others, _below(types, REST, others))
         trail = dr.select(stays | beside, (trail << 3) | rest, popped_trail)
@@ -208,34 +207,34 @@ def nearest(
 def any_hit(
     walk: Walk, *, farthest: Any, skips: Callable[[Any, int], Any] | None, active: Sequence[Any], width: int
 ) -> list[Any]:
-    """Return, per ray, the distance of some item that it meets, inf where there is none.
+    """Return, per ray, the distance of some item that it hits, or inf.
 
-    `farthest` bounds the beam's t (float32); `skips(number, k)` says which items ray k leaves out.
+    `farthest` bounds the beam's t (float32); `skips(number, k)` returns whether ray k ignores an item.
     """
     types = walk.hierarchy.types
 
     def met(items: Sequence[tuple[Any, Any]], state: list[Any]) -> list[Any]:
-        found = list(state)
+        distances = list(state)
         for item, number in items:
-            for k in range(len(found)):
+            for k in range(len(distances)):
                 t = walk.meet(item, k)
                 counts = t < dr.inf
                 if skips is not None:
                     counts &= ~skips(number, k)
-                found[k] = dr.select(counts, t, found[k])
-        return found
+                distances[k] = dr.select(counts, t, distances[k])
+        return distances
 
     def is_open(state: list[Any]) -> Any:
-        return reduced(operator.or_, [one & (t == dr.inf) for one, t in zip(active, state, strict=True)])
+        return reduced(operator.or_, [mask & (t == dr.inf) for mask, t in zip(active, state, strict=True)])
 
     aim = _Aim(met=met, limit=lambda state: farthest, open=is_open)
     anyone = reduced(operator.or_, active)
     return _through(walk, aim, anyone, [dr.full(types.Float, dr.inf, width) for _ in active], width)
 
 
-DONE = 0xFFFFFFFF  # the node of those that are done
-# What is pending on a level are the siblings x = 1 .. 3 of the current child, counted by exclusive or: bit x - 1. Of
-# the eight combinations, the one to turn to, and what is then pending as seen from there.
+DONE = 0xFFFFFFFF  # the node of lanes that are done
+# The pending siblings x = 1 .. 3 of a level, relative to the current child by exclusive or, are the bits x - 1. For
+# each of the eight combinations: the sibling to turn to, and the pending siblings relative to it.
 FIRST = (0, 1, 2, 1, 3, 1, 2, 1)
 REST = (0, 0, 0, 4, 0, 2, 1, 6)
 
@@ -261,20 +260,21 @@ def pop(types: ArrayTypes, key: Any, trail: Any) -> tuple[Any, Any]:
     return dr.select(done, DONE, key), (trail & ~types.UInt(7)) | _below(types, REST, pending)
 
 
-def nearest_child(types: ArrayTypes, met: Sequence[tuple[Any, Any]]) -> tuple[Any, Any, Any]:
+def nearest_child(types: ArrayTypes, hits: Sequence[tuple[Any, Any]]) -> tuple[Any, Any, Any]:
     """Return whether any of four children is met, the nearest of them, and the others relative to it."""
     UInt = types.UInt
     Int: Any = dr.int32_array_t(UInt)
     # Floats from 0 on are in the order of their bits, whose lowest two make room for the child.
-    entries = [dr.select(hit, Int(dr.reinterpret_array(Int, t)) & ~3 | k, NONE) for k, (hit, t) in enumerate(met)]
+    entries = [dr.select(hit, Int(dr.reinterpret_array(Int, t)) & ~3 | k, NONE) for k, (hit, t) in enumerate(hits)]
     nearest = reduced(smaller, entries)
     child = UInt(nearest) & 3
-    others = [dr.select(hit, UInt(1) << (child ^ k), 0) for k, (hit, _) in enumerate(met)]
+    others = [dr.select(hit, UInt(1) << (child ^ k), 0) for k, (hit, _) in enumerate(hits)]
     return nearest != NONE, child, reduced(operator.or_, others) >> 1
 
 
-# A group spans at most so many times what the tile would if all neighbours were as close as the closest two, and what
-# it would if it faced the eye: where the closest two are far apart, one beam would meet what lies between; measured.
+# The largest extent of a group: in multiples of the tile's extent if all neighbours were as close as the closest two,
+# and of its extent if it faced the eye. If the closest two are far apart, a beam would hit the shapes between them;
+# measured.
 APART, FACING = 2.0, 4.0
 
 
@@ -305,10 +305,10 @@ def any_hit_in_groups(
     active: Sequence[Any],
     width: int,
 ) -> list[Any]:
-    """Return what `any_hit` returns for rays from `points` [m], a tile row by row.
+    """Return the results of `any_hit` for rays from `points` [m], a tile row by row.
 
-    Rays in a group have the same masks `alike`; `walk(group, alike)` is the way of one group, and the t of its end.
-    Seen from `eye` [m], neighbouring samples lie `sample` apart, per unit of distance.
+    Rays in a group have the same masks `alike`; `walk(group, alike)` returns the traversal of one group, and the t of
+    its end. Neighbouring samples are `sample` apart as seen from `eye` [m], per unit of distance.
     """
     if len(points) == 1:
         single, farthest = walk(active, alike[0])
@@ -316,28 +316,31 @@ def any_hit_in_groups(
     across = columns - 1 + len(points) // columns - 1  # from corner to corner, in samples
     limit = _closest(points, active, columns) * (across * APART)
     found = [dr.full(types.Float, dr.inf, width) for _ in active]
-    waiting = [dr.full(types.Bool, True, width) & one for one in active]
+    waiting = [dr.full(types.Bool, True, width) & mask for mask in active]
 
-    def going(waiting: Any, found: Any) -> Any:
+    def going(waiting: Any, nearest_so_far: Any) -> Any:
         return reduced(operator.or_, waiting)
 
-    def step(waiting: Any, found: Any) -> tuple[Any, Any]:
+    def step(waiting: Any, nearest_so_far: Any) -> tuple[Any, Any]:
         seed, like = points[-1], list(alike[-1])
-        for one, point, masks in zip(waiting[-2::-1], points[-2::-1], alike[-2::-1], strict=True):
-            seed = dr.select(one, point, seed)
-            like = [dr.select(one, mask, before) for mask, before in zip(masks, like, strict=True)]
+        for ray_waits, point, masks in zip(waiting[-2::-1], points[-2::-1], alike[-2::-1], strict=True):
+            seed = dr.select(ray_waits, point, seed)
+            like = [dr.select(ray_waits, mask, before) for mask, before in zip(masks, like, strict=True)]
         widest = smaller(_apart(seed, eye) * sample * (across * FACING), limit)
         group = []
-        for one, point, masks in zip(waiting, points, alike, strict=True):
-            # Compared this way around a point that is no number joins, and somebody always leaves.
-            joins = one & ~(_apart(point, seed) > widest)
-            for mask, other in zip(masks, like, strict=True):
-                joins &= ~(mask ^ other)
+        for ray_waits, point, masks in zip(waiting, points, alike, strict=True):
+            # With this comparison a NaN point joins the group, so that every turn removes at least one ray.
+            joins = ray_waits & ~(_apart(point, seed) > widest)
+            for mask, reached in zip(masks, like, strict=True):
+                joins &= ~(mask ^ reached)
             group.append(joins)
         way, farthest = walk(group, like)
-        met = any_hit(way, farthest=farthest, skips=skips, active=group, width=width)
-        found = [dr.select(one, t, before) for one, t, before in zip(group, met, found, strict=True)]
-        return [one & ~other for one, other in zip(waiting, group, strict=True)], found
+        distances = any_hit(way, farthest=farthest, skips=skips, active=group, width=width)
+        nearest_so_far = [
+            dr.select(ray_waits, t, before)
+            for ray_waits, t, before in zip(group, distances, nearest_so_far, strict=True)
+        ]
+        return [ray_waits & ~reached for ray_waits, reached in zip(waiting, group, strict=True)], nearest_so_far
 
     _, found = dr.while_loop(state=(waiting, found), cond=going, body=step, labels=("waiting", "found"))
     return list(found)

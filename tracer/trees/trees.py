@@ -53,12 +53,12 @@ class HostShapeHierarchy:
 def host_crowd(members: Members) -> HostShapeHierarchy:
     """Return the tree over shapes of one kind."""
     shapes = [traced(shape) for _, shape in members]
-    boxes = np.array([one.box for one in shapes])
-    identity = all(one.transform.identity for one in shapes)
+    boxes = np.array([shape.box for shape in shapes])
+    identity = all(shape.transform.identity for shape in shapes)
     lower, upper = boxes[:, 0].T, boxes[:, 1].T
     boxes = on_grid(lower, upper)
     tree = tree_over(boxes)
-    records = np.array([one.packed(identity=identity) for one in shapes])
+    records = np.array([shape.packed(identity=identity) for shape in shapes])
     return HostShapeHierarchy(
         like=shapes[0],
         nodes=quantise(tree, boxes),
@@ -84,7 +84,7 @@ class ShapeHierarchy:
         self.nodes = Nodes(host.nodes, types, buffers, name=name, parameters=parameters)
 
     def item(self, slot: Any) -> tuple[Any, Any]:
-        """Return (placement or None, what the formula is given) of the shape in a slot, and its index in the scene."""
+        """Return (placement or None, shape argument of the formula) of a slot, and the shape's index in the scene."""
         host, Vector = self.host, self.types.Vector
         records = self._assets.floats(f"{self._name} records", self.types, lambda: host.records)
         numbers = self._assets.upload(f"{self._name} numbers", self.types.Int, lambda: host.numbers)
@@ -123,7 +123,7 @@ class Member:
 
     index: int  # into the scene's shapes
     mesh: Mesh | Triangle
-    faces: np.ndarray | slice  # those that are left; a slice where all are
+    faces: np.ndarray | slice  # the remaining faces; a slice if all remain
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -158,7 +158,7 @@ class HostTriangleHierarchy:
 
 @lru_cache(maxsize=16)
 def _table(host: HostTriangleHierarchy, of: Callable[[Shape, Any], np.ndarray], kind: Any) -> np.ndarray:
-    """Return what a function says of each triangle, (n, ...); kept, since every rendering of a scene looks it up."""
+    """Return a function's value for each triangle, (n, ...); cached, since every render of a scene reads it."""
     parts = [of(member.mesh, kind)[member.faces] for member in host.members]
     return parts[0] if len(parts) == 1 else np.concatenate(parts)
 
@@ -187,7 +187,7 @@ def host_forest(meshes: Meshes, *, parts: bool = True) -> HostTriangleHierarchy 
 
     With `parts` a tree of long slanting triangles holds them in parts.
     """
-    members = tuple(_member(*one) for one in meshes)
+    members = tuple(_member(*mesh) for mesh in meshes)
     every = [baked(member.mesh)[member.faces] for member in members]
     corners = every[0] if len(every) == 1 else np.concatenate(every)
     if len(corners) == 0:
@@ -288,7 +288,7 @@ class Hierarchies:
 
     @cached_property
     def hierarchies(self) -> tuple[Hierarchy, ...]:
-        """Return all trees, those of triangles last."""
+        """Return all trees; trees of triangles come last."""
         crowds = [
             ShapeHierarchy(host_crowd(tuple(members)), self.types, self.buffers, name=name, parameters=self.parameters)
             for name, members in self._members.items()
@@ -307,12 +307,12 @@ class Hierarchies:
     def nearest(
         self, rays: Sequence[Ray], intervals: Sequence[Interval], hits: list[NearestHit], *, narrow: bool
     ) -> list[NearestHit]:
-        """Return what rays from one point meet before their `hits`, and where they meet nothing these."""
+        """Return the nearer of the hits in trees and the given `hits` of rays from one point."""
         for hierarchy in self.hierarchies:
             limits = [smaller(hit.distance, interval.farthest) for hit, interval in zip(hits, intervals, strict=True)]
-            met = self.met(hierarchy, rays, intervals, limits=limits, narrow=narrow)
-            self.parameters.store(met)
-            hits = [self.nearer(hierarchy, before, *hit) for before, hit in zip(hits, met, strict=True)]
+            tree_hits = self.met(hierarchy, rays, intervals, limits=limits, narrow=narrow)
+            self.parameters.store(tree_hits)
+            hits = [self.nearer(hierarchy, before, *hit) for before, hit in zip(hits, tree_hits, strict=True)]
         return hits
 
     def met(
@@ -324,7 +324,10 @@ class Hierarchies:
         limits: Sequence[Any] | None = None,
         narrow: bool = False,
     ) -> list[tuple[Any, Any]]:
-        """Return t [m] and number of what rays from one point meet first in a tree, within `limits` at least."""
+        """Return t [m] and number of the first item that each of the rays from one point hits in a tree.
+
+        Hits beyond `limits` may be missed.
+        """
         limits = [interval.farthest for interval in intervals] if limits is None else limits
         self.parameters.store(limits)
         width = max(dr.width(ray.direction) for ray in rays)
@@ -335,15 +338,15 @@ class Hierarchies:
         return nearest(walk, closer=self.configuration["nearest"], limits=limits, width=width)
 
     def nearer(self, hierarchy: Hierarchy, before: NearestHit, distance: Any, number: Any) -> NearestHit:
-        """Return what is nearer, what was hit before or a hit in a tree."""
-        met = distance < dr.inf
-        index = hierarchy.shape(number, met)
+        """Return the nearer of the hit before and a hit in a tree."""
+        is_hit = distance < dr.inf
+        index = hierarchy.shape(number, is_hit)
         closer = self.configuration["nearest"]
-        take = closer(distance, before.distance) | (met & (distance == before.distance) & (index < before.shape))
+        take = closer(distance, before.distance) | (is_hit & (distance == before.distance) & (index < before.shape))
         return NearestHit(
             distance=dr.select(take, distance, before.distance),
             shape=dr.select(take, index, before.shape),
-            face=dr.select(take, hierarchy.face(number, met), before.face),
+            face=dr.select(take, hierarchy.face(number, is_hit), before.face),
             number=number if hierarchy is self.forest else before.number,
         )
 
@@ -376,7 +379,7 @@ class Hierarchies:
                 meet = self._meet(hierarchy, alike, intervals)
                 return Walk(hierarchy=hierarchy, beam=beam, meet=meet, pipelined=self._pipelined(hierarchy)), farthest
 
-            met = any_hit_in_groups(
+            blockers = any_hit_in_groups(
                 hierarchy.types,
                 walk,
                 points=[ray.origin for ray in rays],
@@ -388,13 +391,13 @@ class Hierarchies:
                 active=active,
                 width=max(dr.width(ray.origin) for ray in rays),
             )
-            blocked = [there | obstructed(distance) for there, distance in zip(blocked, met, strict=True)]
+            blocked = [there | obstructed(distance) for there, distance in zip(blocked, blockers, strict=True)]
         return blocked
 
     def _feeling(
         self, hierarchy: Hierarchy, rays: Sequence[Ray], light: Any, active: Sequence[Any]
     ) -> tuple[Beam, Any]:
-        """Return what bounds the shadow rays on their way through a tree, and the t of its end."""
+        """Return a beam that bounds the shadow rays during their traversal of a tree, and the t of its end."""
         Single: Any = dr.float32_array_t(self.types.Float)
         if self.configuration.formula("segment").facts.get("bounded", False):
             reaches = [ray.origin - light for ray in rays]

@@ -1,8 +1,8 @@
-"""Shapes unrolled into the kernel, one formula each, passed over where no ray of a packet meets the shape's cone.
+"""Shapes unrolled into the kernel, one formula each, skipped if no ray of a packet is inside the shape's cone.
 
-A lane of one ray asks every formula. Where a lane takes several, asking for the cone about a shape
-(`tracer.trees.beams`) costs little beside as many formulas, and most packets can meet few of the shapes. The cone is
-about the true shape: a formula that is wrong on purpose meets others, and is always asked.
+A lane with a single ray evaluates every formula. If a lane has several rays, the test of the cone about a shape
+(`tracer.trees.beams`) costs little compared with as many formulas, and most packets can hit only few of the shapes. The
+cone is that of the true shape: a formula that is wrong on purpose has other hits, and is always evaluated.
 """
 
 from collections.abc import Callable, Sequence
@@ -42,7 +42,7 @@ class UnrolledShapes:
 
     def _kept(self, index: int, record: Any) -> Any:
         """Return a shape's device record with its arrays as parameters."""
-        arrays = {one.name: getattr(record, one.name) for one in fields(record)}
+        arrays = {field.name: getattr(record, field.name) for field in fields(record)}
         kept = {
             name: self.parameters(f"shape {index} {name}", value)
             for name, value in arrays.items()
@@ -71,8 +71,8 @@ class UnrolledShapes:
 
     def _distance(self, body: UnrolledShape, ray: Ray, interval: Interval) -> Any:
         formula = self.configuration.formula(body.shape.slot)
-        seen = self._object_ray(body, ray) if formula.facts.get("space") == "object" else ray
-        return formula.function(seen, body.arrays, interval)
+        local_ray = self._object_ray(body, ray) if formula.facts.get("space") == "object" else ray
+        return formula.function(local_ray, body.arrays, interval)
 
     def nearest(self, rays: Sequence[Ray], intervals: Sequence[Interval]) -> list[NearestHit]:
         """Return the nearest hits of rays from the eye; at a tie the lower shape index."""
@@ -80,14 +80,14 @@ class UnrolledShapes:
         width = max(dr.width(ray.direction) for ray in rays)
         best = [self.parameters.per_lane(Float(dr.inf), width) for _ in rays]
         shape = [self.parameters.per_lane(Int(-1), width) for _ in rays]
-        asked = self._seen(rays)
+        may_hit = self._seen(rays)
         for body in self.each:
 
             def meet(body: UnrolledShape = body) -> list[Any]:
-                return [self._distance(body, *one) for one in zip(rays, intervals, strict=True)]
+                return [self._distance(body, *arguments) for arguments in zip(rays, intervals, strict=True)]
 
-            some = asked(body)
-            for k, distance in enumerate(meet() if some is None else where(some, meet, [Float(dr.inf)] * len(rays))):
+            mask = may_hit(body)
+            for k, distance in enumerate(meet() if mask is None else where(mask, meet, [Float(dr.inf)] * len(rays))):
                 take = closer(distance, best[k])
                 best[k] = dr.select(take, distance, best[k])
                 shape[k] = dr.select(take, body.number, shape[k])
@@ -99,27 +99,27 @@ class UnrolledShapes:
         ]
 
     def blocked(self, shadow_rays: Sequence[ShadowRay], light: Vector | None) -> list[Any]:
-        """Return where a body other than the one that it leaves out is met inside a shadow ray's interval.
+        """Return the mask of shadow rays that hit a shape, other than the one to be skipped, inside their interval.
 
-        `light` [m] is where they end, None where the kernel reads it from memory.
+        `light` [m] is their end, None if the kernel reads it from memory.
         """
         obstructed = self.configuration["obstructed"]
         width = max(dr.width(shadow_ray.ray.origin) for shadow_ray in shadow_rays)
         blocked = [self.parameters.per_lane(self.types.Bool(False), width) for _ in shadow_rays]
         missed = obstructed(self.types.Float(dr.inf))
-        asked = self._felt(shadow_rays, light)
+        may_hit = self._felt(shadow_rays, light)
         for body in self.each:
 
             def meet(body: UnrolledShape = body) -> list[Any]:
-                distances = [self._distance(body, one.ray, one.interval) for one in shadow_rays]
+                distances = [self._distance(body, shadow_ray.ray, shadow_ray.interval) for shadow_ray in shadow_rays]
                 return [
-                    obstructed(t if one.skip is None else dr.select(one.skip == body.number, dr.inf, t))
-                    for one, t in zip(shadow_rays, distances, strict=True)
+                    obstructed(t if shadow_ray.skip is None else dr.select(shadow_ray.skip == body.number, dr.inf, t))
+                    for shadow_ray, t in zip(shadow_rays, distances, strict=True)
                 ]
 
-            some = asked(body)
-            found = meet() if some is None else where(some, meet, [missed] * len(shadow_rays))
-            blocked = [there | one for there, one in zip(blocked, found, strict=True)]
+            mask = may_hit(body)
+            hits = meet() if mask is None else where(mask, meet, [missed] * len(shadow_rays))
+            blocked = [there | hit for there, hit in zip(blocked, hits, strict=True)]
             self.parameters.store(blocked)
         return blocked
 
@@ -133,7 +133,7 @@ class UnrolledShapes:
         return cone(body.shape, origin, self.configuration.precision) if self._right(body) else None
 
     def _seen(self, rays: Sequence[Ray]) -> Callable[[UnrolledShape], Any]:
-        """Return what says in which lanes a body may be met by rays from the eye; None where nobody knows."""
+        """Return a culling predicate for camera rays (in which lanes a shape may be hit), or None."""
         if len(rays) == 1:
             return lambda body: None
         directions = Directions([ray.direction for ray in rays], self.types)
@@ -147,11 +147,11 @@ class UnrolledShapes:
         return asked
 
     def _felt(self, shadow_rays: Sequence[ShadowRay], light: Vector | None) -> Callable[[UnrolledShape], Any]:
-        """Return what says in which lanes a body may be met by shadow rays; None where nobody knows."""
-        # A shadow ray that does not end at the light meets what stands behind it, too.
+        """Return a culling predicate for shadow rays (in which lanes a shape may be hit), or None."""
+        # A shadow ray that does not end at the light also hits shapes behind it.
         segment = self.configuration.formula("segment")
-        known = segment.kind == "right" and segment.facts.get("bounded", False)
-        if len(shadow_rays) == 1 or light is None or not known:
+        ends_at_light = segment.kind == "right" and segment.facts.get("bounded", False)
+        if len(shadow_rays) == 1 or light is None or not ends_at_light:
             return lambda body: None
         active = [shadow_ray.active for shadow_ray in shadow_rays]
         directions = Directions([shadow_ray.ray.direction for shadow_ray in shadow_rays], self.types, active=active)
@@ -167,9 +167,9 @@ class UnrolledShapes:
         return asked
 
     def _crossing(self, plane: UnrolledShape, shadow_rays: Sequence[ShadowRay]) -> Any:
-        """Return in which lanes a shadow ray goes towards the plane: only then t is not negative."""
-        some = self.types.Bool(False)
+        """Return in which lanes a shadow ray goes towards the plane, which t >= 0 requires."""
+        crossing = self.types.Bool(False)
         for shadow_ray in shadow_rays:
             ray = self._object_ray(plane, shadow_ray.ray)
-            some |= shadow_ray.active & ~(ray.origin.z * ray.direction.z > 0)
-        return some
+            crossing |= shadow_ray.active & ~(ray.origin.z * ray.direction.z > 0)
+        return crossing

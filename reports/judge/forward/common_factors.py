@@ -1,8 +1,9 @@
-"""Groups of pixels that share a factor if anything does, and what such a factor may be of a correct renderer.
+"""Groups of pixels that may share a wrong factor, and the bound of such a factor for a correct renderer.
 
-What pixels share is a constant, a datum of the scene, or made of these once for many pixels. Constants are rounded
-once each and once more where two are put together. A datum is rounded as such, and where it is carried into the frame
-in which it is used; the derivatives by which that moves light are those of the limits. docs/judging.md derives it.
+Pixels share constants, data of the scene, and numbers that are computed from these once for many pixels. Each constant
+is rounded once, and each combination of two once more. A datum is rounded when it is read, and when it is transformed
+into the frame of its use; the derivatives of light by these errors are those of the limits. docs/judging.md derives
+them.
 """
 
 import math
@@ -21,23 +22,23 @@ from rayproof.reports.judge.forward.limits import Coarseness, Limits, Roundoff, 
 from rayproof.reports.judge.measurement import StagePixels
 from rayproof.reports.results.case_records import CHANCE, LEAST_DISTINCT, Bias, FactorGroup, Leaning, least_share
 
-# Roundings of what all pixels under one light share: flux, 4 pi and their quotient; then albedo and its product with
-# these; then pi, the quotient by it and the product with the constants before it.
+# Roundings of the numbers that all pixels under one light share: flux, 4 pi and their quotient; then albedo and its
+# product with these; then pi, the quotient by it and the product with the constants before it.
 CONSTANTS = {Stage.IRRADIANCE: 3, Stage.EXITANCE: 5, Stage.RADIANCE: 8}
-# Of sixteen roundings on the longest path to a ray, a hit or a curved normal two are of what pixels share: a datum's
-# own, and one where it is carried into the frame in which it is used. Limits weigh both with all data's magnitudes.
+# The longest path to a ray, a hit or a curved normal has sixteen roundings, of which two are shared by pixels: that of
+# a datum, and that of its transform into the frame of its use. Limits weigh both with the magnitudes of all data.
 SHARED = 2 / 16
-# Half of those that are made of the eye's own place, of a flat shape's one normal, and of the direction to a light: the
-# light's own place is one of two, and where normals are alike so are the products that they enter.
+# Half of the roundings of numbers that depend on the eye's position, on the single normal of a flat shape, and on the
+# direction to a light: the light's position is one of two inputs, and equal normals give equal products.
 HALF = 1 / 2
 WIDE = 0.01  # of the light: pixels with a larger limit are tested together
 
 
 @dataclass(frozen=True, kw_only=True)
 class Group:
-    """The interior pixels of one shape that see the same lights, in the channels in which they are lit.
+    """The interior pixels of one shape with the same visible lights, in the channels that these light.
 
-    Those of them whose limits are `wide` are a group of their own: among others they would be outvoted.
+    Pixels with `wide` limits are a group of their own, since the others would outvote them.
     """
 
     shape: int
@@ -50,16 +51,16 @@ class Group:
 
 @dataclass(frozen=True, kw_only=True)
 class Bounds:
-    """What one stage of a group's pixels may be off by, relative, (n, channels)."""
+    """The relative error bounds of one stage at a group's pixels, (n, channels)."""
 
-    shared: np.ndarray  # for what comes of numbers that pixels share
+    shared: np.ndarray  # of the errors of numbers that pixels share
     whole: np.ndarray  # for all: the pixel's own limit
-    usual: np.ndarray  # (channels,): the middle one of the pixels' own limits
+    usual: np.ndarray  # (channels,): the median of the pixels' own limits
 
 
 @dataclass(frozen=True, kw_only=True)
 class StageBounds:
-    """The bounds of all groups at one stage, and of what a whole run may share."""
+    """The bounds of all groups at one stage, and the bound of a factor that the whole run may share."""
 
     groups: tuple[Bounds, ...]
     wide: np.ndarray  # (n,): `shared` of each of the `wide_pixels`
@@ -85,7 +86,7 @@ class CommonFactors:
 
     @cached_property
     def floor(self) -> float:
-        """Return the value below which a rounding is no longer small beside it."""
+        """Return the value below which a rounding error is no longer relatively small."""
         numbers = np.finfo(self.renderer.precision)
         return float(numbers.tiny / numbers.eps)
 
@@ -94,10 +95,10 @@ class CommonFactors:
         return Coarseness(resolutions=self.renderer.resolutions)
 
     def of(self, stage: Stage, continued: StagePixels | None = None) -> "Factors":
-        """Return the factors of a stage end to end, or against what the oracle continued from the renderer's stages."""
-        ours = self.renderer.answers[stage]
+        """Return the factors of a stage end to end, or relative to the oracle continued from the renderer's stages."""
+        image = self.renderer.answers[stage]
         explained = self.explained.get(stage) if continued is None else continued.explained
-        return bias(self, stage, ours, None if continued is None else continued.value, explained)
+        return bias(self, stage, image, None if continued is None else continued.value, explained)
 
     def stage_bounds(self, stage: Stage, *, continued: bool) -> StageBounds:
         """Return the bounds of every group at one stage, end to end or given the renderer's own previous stages."""
@@ -105,7 +106,7 @@ class CommonFactors:
         constants = Roundoff(self.renderer.precision)(CONSTANTS[stage]) + ORACLES(CONSTANTS[stage])
         (shared_own, whole_own), (shared, whole) = self._light_bounds
         if continued:
-            # Passes of their own are each off by their own end-to-end error, and so is what they are continued from.
+            # Separate passes have their own end-to-end error each, and so do the stages from which they are continued.
             own, passes = float(stage is Stage.IRRADIANCE), 0.0 if self.renderer.chained else 2.0
             with np.errstate(invalid="ignore"):  # 0 times infinity, where no light arrives and no group is
                 shared, whole = own * shared_own + passes * shared, own * whole_own + passes * whole
@@ -117,10 +118,10 @@ class CommonFactors:
         bounds, share = [], []
         for group in self.groups:
             here = np.ix_(group.pixels, group.channels)
-            theirs = values[here]
+            expected = values[here]
             stepped = 0.0
             if steps is not None:
-                stepped = np.divide(steps[here], theirs, out=np.zeros_like(theirs), where=theirs > 0)
+                stepped = np.divide(steps[here], expected, out=np.zeros_like(expected), where=expected > 0)
             limits = constants + whole[here] + stepped
             usual = np.median(limits, axis=0)
             bounds.append(Bounds(shared=constants + shared[here] + stepped, whole=limits, usual=usual))
@@ -129,7 +130,7 @@ class CommonFactors:
         return StageBounds(groups=tuple(bounds), wide=wide, allowance=constants + max(share, default=0.0))
 
     def _steps(self, stage: Stage, *, continued: bool) -> np.ndarray | None:
-        """Return what the steps of the renderer's output add, (n, 3) in the stage's unit, or None where it has none."""
+        """Return the error of the renderer's output steps, (n, 3) in the stage's unit, or None if it has no steps."""
         if not self.renderer.resolutions:
             return None
         value = self.base.truth[stage]
@@ -141,9 +142,10 @@ class CommonFactors:
 
     @cached_property
     def _light_bounds(self) -> tuple[tuple[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]:
-        """Return what is shared and all of what light may be off by, relative (n, 3): on its own, and end to end.
+        """Return the shared part and the whole of light's relative error bound (n, 3): continued, and end to end.
 
-        Constants are not in it. Albedo and pi are such: what is relative to irradiance is so to exitance and radiance.
+        Constants such as albedo and pi are not included: the relative bound of irradiance is that of exitance and
+        radiance.
         """
         scene, truth, c, limits = self.base.scene, self.base.truth, self.base.conditioning, self.limits
         irradiance = truth[Stage.IRRADIANCE]
@@ -190,16 +192,16 @@ class CommonFactors:
     def groups(self) -> tuple[Group, ...]:
         """Return the groups of pixels that receive light, of `LEAST_DISTINCT` pixels at least."""
         truth, receiving = self.base.truth, self._receiving
-        seen = truth[Stage.VISIBILITY].reshape(len(self._irradiance), -1)[receiving] > 0
+        visible = truth[Stage.VISIBILITY].reshape(len(self._irradiance), -1)[receiving] > 0
         shapes = truth[Stage.OBJECT][..., 0].ravel()[receiving]
         kinds = np.unique(shapes, return_inverse=True)[1]
-        for light in range(seen.shape[1]):
-            kinds = np.unique(2 * kinds + seen[:, light], return_inverse=True)[1]
+        for light in range(visible.shape[1]):
+            kinds = np.unique(2 * kinds + visible[:, light], return_inverse=True)[1]
         groups = []
         for kind in np.flatnonzero(np.bincount(kinds) >= LEAST_DISTINCT):
             here = kinds == kind
             first = int(np.argmax(here))
-            lights = tuple(int(light) for light in np.flatnonzero(seen[first]))
+            lights = tuple(int(light) for light in np.flatnonzero(visible[first]))
             pixels = receiving[here]
             channels = np.flatnonzero(self._lit[pixels].any(axis=0))
             weights = _weights(self.base.scene, truth, pixels, channels, lights) if len(lights) > 1 else None
@@ -229,18 +231,18 @@ def _weights(
     return np.divide(parts, total, out=np.zeros_like(parts), where=total > 0)
 
 
-# Factors that many pixels share: a wrong flux, albedo, pi or 4 moves them all alike, and rounding does not.
+# Factors that many pixels share: a wrong flux, albedo, pi or 4 changes all of them alike, unlike rounding.
 #
-# Of a correct renderer each pixel's ours / theirs - 1 is s + e. The part s comes of what pixels share:
-# constants, the scene's data, and what is made of them once; `Bounds` holds its bound. The part e comes of
-# roundings of numbers that differ from pixel to pixel. Its sign is as likely one as the other, so that s + e is
-# beyond the bound of s in one direction with probability 1/2 at most. A group fails if more of its pixels are than
-# chance allows: the sign test, which asks nothing of the distribution of e (Conover, Practical Nonparametric
+# For a correct renderer, the relative error ours / theirs - 1 of each pixel is s + e. The part s is due to shared
+# numbers: constants, the scene's data, and numbers computed from them once; `Bounds` has its bound. The part e is due
+# to roundings of numbers that differ from pixel to pixel. Both signs of e are equally likely, so that s + e exceeds the
+# bound of s in one direction with probability 1/2 at most. A group fails if more of its pixels exceed it than chance
+# allows: this is the sign test, which assumes nothing about the distribution of e (Conover, Practical Nonparametric
 # Statistics, 3rd ed., 1999, 3.4).
 
 
 CHANNELS = "RGB"
-TINY = 2.0**-126  # the smallest normal float32: what an output resolves below it is no step of its own
+TINY = 2.0**-126  # the smallest normal float32; below it the resolution of an output is not a step of the format
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -255,11 +257,11 @@ class Factor:
     value: float  # ours / theirs
     limit: float  # the largest |value - 1| of a correct renderer, and so the smallest factor that can be seen
     distinct: bool  # enough different values for the sign test; without them the limit is a pixel's
-    wide: bool  # of pixels alone whose limits are wide
+    wide: bool  # of only the pixels with wide limits
 
     @property
     def group(self) -> tuple[int, tuple[int, ...], int | None, bool]:
-        """Return what tells its group from others of the same case."""
+        """Return the key of its group within the case."""
         return self.shape, self.lights, self.fitted, self.wide
 
     @property
@@ -269,7 +271,7 @@ class Factor:
         return 0.0 if off == 0 else off / self.limit if self.limit > 0 else math.inf
 
     def sentence(self, stage: Stage, reference: str) -> str:
-        """Return what is wrong where it is over its limit."""
+        """Return a sentence about the error if it is over its limit."""
         numbers = self.lights if self.fitted is None else (self.fitted,)
         lights = ("light " if len(numbers) == 1 else "lights ") + ", ".join(map(str, numbers))
         held = "pixels with wide limits" if self.wide else "pixels"
@@ -299,22 +301,24 @@ class Factors:
 
     @property
     def common(self) -> float | None:
-        """Return the middle one of the groups' factors, as this case's word on what the whole run shares."""
-        values = [one.value for one in self.factors if one.distinct and one.fitted is None and not one.wide]
+        """Return the median of the groups' factors: this case's estimate of a factor that the whole run shares."""
+        values = [
+            factor.value for factor in self.factors if factor.distinct and factor.fitted is None and not factor.wide
+        ]
         return float(np.median(values)) if values else None
 
     def recorded(self, own: "Factors | None" = None) -> Bias:
-        """Return them by four digits, with those given the subject's `own` previous stages.
+        """Return the factors with four digits, with those given the subject's `own` previous stages.
 
-        Where all groups are within their limits, the one that is nearest to its limit stands for them; of the own ones
-        groups are told only where one is over its limit.
+        If all groups are within their limits, only the group nearest to its limit is recorded; groups of `own` are
+        recorded only if one is over its limit.
         """
         ratio = _short(self.ratio)
         continued = None if own is None else own.recorded()
         if continued is not None and continued.ratio <= 1:
             continued = structs.replace(continued, groups=None)
         return Bias(
-            ratio=1.001 if ratio == 1 < self.ratio else ratio,  # what is over its limit stays so
+            ratio=1.001 if ratio == 1 < self.ratio else ratio,  # a ratio over its limit stays over it
             sees=_short(min((factor.limit for factor in self.factors), default=math.inf)),
             common=None if self.common is None else _short(self.common - 1),
             allowance=_short(self.allowance),
@@ -341,7 +345,7 @@ class Factors:
 
 
 def bias(
-    factors: CommonFactors, stage: Stage, ours: np.ndarray, value: np.ndarray | None, explained: np.ndarray | None
+    factors: CommonFactors, stage: Stage, image: np.ndarray, value: np.ndarray | None, explained: np.ndarray | None
 ) -> Factors:
     """Return the factors of `ours` (height, width, 3) over the oracle's stage, or over `value`.
 
@@ -349,40 +353,40 @@ def bias(
     have another surface's light.
     """
     bounds = factors.stage_bounds(stage, continued=value is not None)
-    mine = ours.reshape(-1, ours.shape[-1])
-    theirs = np.asarray(factors.base.truth[stage] if value is None else value, dtype=np.float64).reshape(mine.shape)
+    flat = image.reshape(-1, image.shape[-1])
+    expected = np.asarray(factors.base.truth[stage] if value is None else value, dtype=np.float64).reshape(flat.shape)
     if explained is not None and explained.any():
-        theirs = np.where(explained.reshape(-1, 1), 0.0, theirs)  # below every floor
-    # Where an output has steps it has a last one, and what is beyond is clamped to it.
+        expected = np.where(explained.reshape(-1, 1), 0.0, expected)  # below every floor
+    # An output with steps has a largest value, to which larger values are clamped.
     coarse = factors.renderer.resolutions.get(stage)
-    top = float(ours.max(initial=0.0)) if coarse is not None and coarse.absolute > TINY else math.inf
+    top = float(image.max(initial=0.0)) if coarse is not None and coarse.absolute > TINY else math.inf
     top = min(top, float(np.finfo(factors.renderer.precision).max))
     shared: list[Factor] = []
     for group, bound in zip(factors.groups, bounds.groups, strict=True):
         if group.wide and value is not None:
             continue  # given the stages before, these pixels have no wide limits
         here = np.ix_(group.pixels, group.channels)
-        shared += _factors(group, bound, mine[here], theirs[here], top, factors.floor)
+        shared += _factors(group, bound, flat[here], expected[here], top, factors.floor)
     wide = None
     if value is None:
         pixels = factors.wide_pixels
-        good = (theirs[pixels] > factors.floor) & (theirs[pixels] < top) & np.isfinite(mine[pixels])
-        wide = _leaning(mine[pixels][good], theirs[pixels][good], bounds.wide[good])
+        good = (expected[pixels] > factors.floor) & (expected[pixels] < top) & np.isfinite(flat[pixels])
+        wide = _leaning(flat[pixels][good], expected[pixels][good], bounds.wide[good])
     return Factors(factors=tuple(shared), allowance=bounds.allowance, wide=wide)
 
 
-def _leaning(ours: np.ndarray, theirs: np.ndarray, shared: np.ndarray) -> Leaning:
-    """Return to which side values (n,) are off by more than what they share with others."""
-    off, first = np.unique((ours - theirs) / theirs, return_index=True)
+def _leaning(values: np.ndarray, expected: np.ndarray, shared: np.ndarray) -> Leaning:
+    """Return the direction in which values (n,) deviate by more than their shared part allows."""
+    off, first = np.unique((values - expected) / expected, return_index=True)
     shared = shared[first]
     return Leaning(pixels=len(off), above=int(np.sum(off > shared)), below=int(np.sum(-off > shared)))
 
 
 def _factors(
-    group: Group, bound: Bounds, ours: np.ndarray, theirs: np.ndarray, ceiling: float, floor: float
+    group: Group, bound: Bounds, values: np.ndarray, expected: np.ndarray, ceiling: float, floor: float
 ) -> list[Factor]:
     """Return a group's factors: of all its lights together, and of each where they are several."""
-    good = (theirs > floor) & (theirs < ceiling) & (ours > 0) & (ours < ceiling)
+    good = (expected > floor) & (expected < ceiling) & (values > 0) & (values < ceiling)
     lit = np.flatnonzero(good.any(axis=0))
     weights = group.weights
     if not good.all():
@@ -390,32 +394,32 @@ def _factors(
         if len(kept) < LEAST_DISTINCT:
             return []
         here = np.ix_(kept, lit)
-        ours, theirs, whole = ours[here], theirs[here], bound.whole[here]
+        values, expected, whole = values[here], expected[here], bound.whole[here]
         bound = Bounds(shared=bound.shared[here], whole=whole, usual=np.median(whole, axis=0))
         weights = None if weights is None else weights[here]
-    off = (ours - theirs) / theirs  # ours / theirs - 1 would be off by a rounding of 1
+    off = (values - expected) / expected  # ours / theirs - 1 would be off by a rounding of 1
     ordered = np.sort(off, axis=0)
     count = len(off)
     middle = (ordered[(count - 1) // 2] + ordered[count // 2]) / 2
     distinct = 1 + np.count_nonzero(np.diff(ordered, axis=0), axis=0)
     beyond = np.sort(np.where(middle >= 0, off, -off) - bound.shared, axis=0)
-    found = []
-    for place, channel in enumerate(int(group.channels[each]) for each in lit):
+    factors = []
+    for place, channel in enumerate(int(group.channels[index]) for index in lit):
         value, limit, enough = float(middle[place]), float(bound.usual[place]), distinct[place] >= LEAST_DISTINCT
         if enough:
             # Moved by this much more, so many pixels would be beyond the bound that chance cannot have done it.
             rank = int(count * least_share(int(distinct[place])))
             limit = min(limit, abs(value) - float(beyond[rank, place]))
         about = _About(group=group, channel=channel, pixels=count)
-        found.append(about.factor(value, limit, distinct=bool(enough)))
+        factors.append(about.factor(value, limit, distinct=bool(enough)))
         if weights is not None and enough:
-            found += _fitted(about, weights[:, place], off[:, place], bound, place)
-    return found
+            factors += _fitted(about, weights[:, place], off[:, place], bound, place)
+    return factors
 
 
 @dataclass(frozen=True, kw_only=True)
 class _About:
-    """What a group's factors in one channel have in common."""
+    """The common attributes of a group's factors in one channel."""
 
     group: Group
     channel: int
@@ -439,12 +443,12 @@ class _About:
 def _fitted(about: _About, weights: np.ndarray, off: np.ndarray, bound: Bounds, place: int) -> list[Factor]:
     """Return each light's factor by least squares over the shares (n, lights) that the lights have in a pixel.
 
-    The fit is linear in `off`, so that it carries bounds over as they are: what pixels share by the absolute values of
-    its coefficients, what they do not by Hoeffding's inequality (1963) with the largest residual for its range. A fit
-    so badly conditioned that a single pixel says more of that light is left out.
+    The fit is linear in `off`, so that bounds can be propagated: the shared part by the absolute values of its
+    coefficients, the other part by Hoeffding's inequality (1963) with the largest residual as its range. A fit that is
+    so ill-conditioned that a single pixel determines the light better is left out.
     """
-    seen = np.flatnonzero((weights > 0).any(axis=0))
-    shares = weights[:, seen]
+    visible = np.flatnonzero((weights > 0).any(axis=0))
+    shares = weights[:, visible]
     solution = np.linalg.pinv(shares)  # (lights, n)
     values = solution @ off
     left = float(np.abs(off - shares @ values).max())
@@ -454,11 +458,11 @@ def _fitted(about: _About, weights: np.ndarray, off: np.ndarray, bound: Bounds, 
         pixel = np.median(bound.whole[:, place, np.newaxis] / shares, axis=0)
     return [
         about.factor(float(value), float(limit), distinct=True, fitted=about.group.lights[light])
-        for light, value, limit, worst in zip(seen, values, limits, pixel, strict=True)
+        for light, value, limit, worst in zip(visible, values, limits, pixel, strict=True)
         if limit < worst
     ]
 
 
 def _short(number: float) -> float:
-    """Return a number in the four digits that anybody reads."""
+    """Return a number rounded to four digits for the reader."""
     return float(f"{number:.4g}") if math.isfinite(number) else number

@@ -37,7 +37,7 @@ class Conditioning:
     aim: np.ndarray  # rad: the same of the eye's and the target's own places
     axial: np.ndarray  # cosine of the ray's angle to the view's axis
     cosine: np.ndarray  # |n.d|; 1 on a miss
-    distance: np.ndarray  # m; 0 on a miss
+    distance: np.ndarray  # m, to either side of the eye; 0 on a miss
     surface: np.ndarray  # m: error of the surface along its normal, per roundoff
     point: np.ndarray  # m: error of the surface in any direction, per roundoff
     carried: np.ndarray  # m: the same of an ellipsoid, whose hits may be taken from object space; elsewhere 0
@@ -136,7 +136,7 @@ def condition(scene: Scene, truth: StageImages) -> Conditioning:
     hit = objects[..., 0] >= 0
     cosine = np.ones(shape)
     cosine[hit] = np.abs(dot(truth[Stage.NORMAL][hit], directions[hit])).clip(LEAST_COSINE)
-    distance = np.where(hit, truth[Stage.DISTANCE][..., 0], 0.0)
+    distance = np.where(hit, np.abs(truth[Stage.DISTANCE][..., 0]), 0.0)
     fields = {name: np.zeros(shape) for name in ("surface", "point", "baking", "placing", *CURVED)} | {
         "matrix": np.ones(shape)
     }

@@ -1,19 +1,18 @@
-"""`Cloud`: the oracle's answers to problems within rounding at some pixels, from which a value is told apart.
+"""`Cloud`: the oracle's answers to nearby problems at some pixels, with which a renderer's values are compared.
 
-A value is compared with the answers of nearby problems as this table says. A piece is smooth: one face, one of a
-cube's six, one of a sphere's two crossings, seen from its lit or its unlit side. Between pieces a value must be one
-problem's own.
+A nearby problem explains a value according to this table. A piece is smooth: one face, one of a cube's six, one of a
+sphere's two crossings, seen from its lit or its unlit side. A value between those of two pieces is not explained.
 
-    ray                              never: the forward limit is all
-    object                           one of them hits it
-    distance, position               among those that hit the renderer's object, of one piece: between the least and the
-                                     greatest, or within the limit of one
-    normal                           likewise by component, and of unit length
-    visibility                       among those that hit the renderer's object: for each light one of them agrees
+    ray                              never: only the forward limit counts object                           one of the
+    problems hits it distance, position               of the problems that hit the renderer's object, those of one
+    piece: between the least
+                                     and the greatest value, or within the limit of one value
+    normal                           the same for each component, and of unit length
+    visibility                       of the problems that hit the renderer's object: for each light one of them agrees
     irradiance, exitance, radiance   of one piece: a sum over lights, each between its least and its greatest share;
-                                     lights whose visibility varies count wholly or not at all
+                                     lights whose visibility varies are added wholly or not at all
 
-By radiance alone any object that a nearby problem hits may be meant.
+If only radiance is known, any object that a nearby problem hits may be the renderer's.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -27,8 +26,10 @@ from rayproof.reports.judge.answers import all_of, dot, length
 
 SURFACE = (Stage.DISTANCE, Stage.POSITION, Stage.NORMAL)
 LIGHT = (Stage.IRRADIANCE, Stage.EXITANCE, Stage.RADIANCE)
-WIDE = 0.01  # a limit above this share of the value says little
-MOST_LISTED = 12  # undecided lights of which every choice is listed; up to twice as many by two halves
+WIDE = 0.01  # a limit above this share of the value is called wide
+MOST_LISTED = (
+    12  # the most undecided lights whose combinations are listed; up to twice as many are listed in two halves
+)
 FACES, PIECES = 1 << 21, 1 << 21  # more than a shape has
 
 
@@ -37,7 +38,7 @@ class Cloud:
     """The oracle's answers at pixels (n,), once for each of several problems (K)."""
 
     rows: Mapping[Stage, np.ndarray]  # (K, n, channels)
-    codes: np.ndarray  # (K, n) int: of what is hit, and of which piece from which side; -1 on a miss
+    codes: np.ndarray  # (K, n) int: number of the hit shape, face, piece and side; -1 on a miss
     shares: np.ndarray | None  # (K, n, lights, 3): irradiance of each light where it is visible
     factors: Mapping[Stage, np.ndarray]  # (K, n, 3)
     ambient: Mapping[Stage, np.ndarray]  # (K, n, 3)
@@ -96,18 +97,18 @@ def joined(clouds: Sequence[Cloud]) -> Cloud:
     """Return several clouds at the same pixels as one."""
     first = clouds[0]
     return Cloud(
-        rows={stage: np.concatenate([one.rows[stage] for one in clouds]) for stage in first.rows},
-        codes=np.concatenate([one.codes for one in clouds]),
+        rows={stage: np.concatenate([cloud.rows[stage] for cloud in clouds]) for stage in first.rows},
+        codes=np.concatenate([cloud.codes for cloud in clouds]),
         shares=None
         if first.shares is None
-        else np.concatenate([one.shares for one in clouds if one.shares is not None]),
-        factors={stage: np.concatenate([one.factors[stage] for one in clouds]) for stage in first.factors},
-        ambient={stage: np.concatenate([one.ambient[stage] for one in clouds]) for stage in first.ambient},
+        else np.concatenate([cloud.shares for cloud in clouds if cloud.shares is not None]),
+        factors={stage: np.concatenate([cloud.factors[stage] for cloud in clouds]) for stage in first.factors},
+        ambient={stage: np.concatenate([cloud.ambient[stage] for cloud in clouds]) for stage in first.ambient},
     )
 
 
 def codes_of(rows: Mapping[Stage, np.ndarray], pieces: np.ndarray) -> np.ndarray:
-    """Return a number (...) for what is hit: shape, face, piece and which side is seen; -1 for nothing."""
+    """Return a number (...) for the hit shape, face, piece and visible side; -1 on a miss."""
     shape, face = (rows[Stage.OBJECT][..., place].astype(np.int64) for place in range(2))
     lit = np.zeros(shape.shape, dtype=np.int64)
     if Stage.NORMAL in rows:
@@ -148,9 +149,9 @@ def is_of_surface(stage: Stage, values: np.ndarray, cloud: Cloud, answers: np.nd
 
 
 def _no_wider(limit: np.ndarray, wide: np.ndarray, span: np.ndarray) -> np.ndarray:
-    """Return limits, where they are wide no larger than what nearby answers span.
+    """Return limits, of which wide ones are reduced to the span of nearby answers.
 
-    Of a problem that is itself ill-conditioned a forward limit says nothing: a ray within a plane meets it anywhere.
+    The forward limit of an ill-conditioned problem is meaningless: a ray within a plane meets it anywhere.
     """
     return np.where(wide, np.minimum(limit, np.nan_to_num(span)), limit)
 
@@ -163,9 +164,9 @@ def one_of(samples: np.ndarray, answers: np.ndarray) -> np.ndarray:
 def is_of_lights(
     stage: Stage, values: np.ndarray, cloud: Cloud, answers: np.ndarray, allowed: Allowed
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return which values (n, 3) are a sum of lights that a piece receives, and of which too many lights are undecided.
+    """Return which values (n, 3) are a possible sum of lights on a piece, and which have too many undecided lights.
 
-    Of the latter (n,) nothing is known but that the value lies within what all choices of lights span.
+    The latter (n,) are only known to be within the span of all combinations of lights.
     """
     assert cloud.shares is not None
     assert allowed.lights is not None
@@ -173,8 +174,8 @@ def is_of_lights(
     with np.errstate(invalid="ignore"):
         shares = np.where(cloud.shares != 0, cloud.shares * factor[:, :, np.newaxis], 0.0)
         slack = np.where(here, np.abs(factor), 0.0).max(axis=0)[:, np.newaxis] * allowed.lights
-        each = answers[..., np.newaxis, np.newaxis]
-        low, high = np.where(each, shares, np.inf).min(axis=0), np.where(each, shares, -np.inf).max(axis=0)
+        counted = answers[..., np.newaxis, np.newaxis]
+        low, high = np.where(counted, shares, np.inf).min(axis=0), np.where(counted, shares, -np.inf).max(axis=0)
         if allowed.relative is not None:
             slack = _no_wider(slack, (allowed.relative > WIDE)[..., np.newaxis], high - low)
         low, high = low - slack, high + slack
@@ -195,10 +196,10 @@ def is_of_lights(
 
 
 def _some_choice(low: np.ndarray, high: np.ndarray, least: np.ndarray, greatest: np.ndarray) -> tuple[bool, bool]:
-    """Return whether some of the lights (k, 3) add up to `least` (3,) or more and `greatest` or less.
+    """Return whether a combination of the lights (k, 3) has a sum between `least` (3,) and `greatest`.
 
-    A choice adds up to something between the sums of `low` and of `high`. Of more than twice `MOST_LISTED` lights the
-    choices are not listed; then the second number says whether the value is within what they span.
+    The sum of a combination is between the sums of its `low` and of its `high`. The combinations of more than twice
+    `MOST_LISTED` lights are not listed; then the second result is whether the value is within their span.
     """
     count = len(low)
     if count > 2 * MOST_LISTED:

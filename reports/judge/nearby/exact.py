@@ -1,7 +1,7 @@
-"""`ExactOracle`: the oracle with what is hit first and what blocks a light decided by certified arithmetic.
+"""`ExactOracle`: the oracle with first hits and blockers decided by certified arithmetic.
 
-float64 does not tell which of two surfaces comes first that are a few units of its own roundoff apart. For subjects in
-float64, and before anything is failed by a few pixels, exact mathematics does.
+float64 cannot decide which of two surfaces comes first if they are a few units of its roundoff apart. Exact arithmetic
+decides for subjects in float64, and before a renderer fails by a few pixels.
 """
 
 from collections.abc import Mapping
@@ -15,10 +15,10 @@ from rayproof.reference.certified.stages import continued
 
 
 class ExactOracle(Analytic):
-    """What is hit and what is visible by exact mathematics on each step's numbers, the rest as the oracle has it."""
+    """The oracle with first hits and visibility computed exactly from the numbers of each step."""
 
     def nearest(self, scene: Scene, directions: np.ndarray, freedom: Freedom | None = None) -> Hits:
-        """Return what rays meet first; which of coinciding surfaces is left open as for the oracle."""
+        """Return the first hits of rays; the choice among coinciding surfaces is free, as for the oracle."""
         if freedom is not None and (np.any(freedom.tie) or freedom.near):
             return super().nearest(scene, directions, freedom)
         rows = {Stage.RAY: directions}

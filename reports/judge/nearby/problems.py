@@ -29,9 +29,9 @@ radius within which it places its samples.
 
 import hashlib
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
-from functools import cached_property, lru_cache
+from functools import cache, cached_property, lru_cache
 
 import numpy as np
 
@@ -92,16 +92,12 @@ class Problems:
         return Problem(scene=self.scene, amount=AMOUNTS[-1], seed=(self.seed, 0, number))
 
     @cached_property
-    def _known(self) -> dict[tuple[float, int], Problem | None]:
-        return {}
+    def moved(self) -> Callable[[float, int], Problem | None]:
+        """Return `_problem`, which then computes each problem once."""
+        return cache(self._problem)
 
-    def moved(self, amount: float, number: int) -> Problem | None:
+    def _problem(self, amount: float, number: int) -> Problem | None:
         """Return a problem with all data moved by up to `amount` units of roundoff; None where that is no scene."""
-        if (amount, number) not in self._known:
-            self._known[amount, number] = self._make(amount, number)
-        return self._known[amount, number]
-
-    def _make(self, amount: float, number: int) -> Problem | None:
         seed = (self.seed, int(amount), 1 + number)
         try:
             scene = _moved(self.scene, self.groups, amount * UNIT_ROUNDOFF[self.precision], seed, baked=self.baked)

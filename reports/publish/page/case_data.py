@@ -126,7 +126,7 @@ def _check_image(image: Any, where: str) -> None:
         raise ValueError(f"{where} must be an object")
     for key, kind in KINDS.items():
         value = image.get(key)
-        if not isinstance(value, kind) or (kind is int and not _is_count(value)):
+        if not isinstance(value, kind) or (kind is int and not (type(value) is int and value >= 1)):
             raise ValueError(f"{where}.{key} must be of type {kind.__name__}, got {type(value).__name__}")
     if image["channels"] > MOST_CHANNELS or not all(
         map(_is_numbers, (image[key] for key in set(image) - {*KINDS, "of"}))
@@ -138,10 +138,6 @@ def _check_image(image: Any, where: str) -> None:
         inflated(image["data"], 4 * image["height"] * image["width"] * image["channels"])
     except ValueError as error:
         raise ValueError(f"{where}.data: {error}") from None
-
-
-def _is_count(value: Any) -> bool:
-    return type(value) is int and value >= 1
 
 
 def _is_numbers(value: Any) -> bool:

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 FOLDER, TIMES = "plots", "times"
 LIBRARY = "plotly-basic.min.js"
-DIGITS = 4
+DIGITS = 4  # of a plotted number: more than a plot of 1000 px can show
 _COUNTED = ("false_hits", "false_misses", "invalid")
 _SIZES = ("median", "median_low", "median_high", "p99", "worst", "worst_over_Ku")
 

@@ -1,4 +1,4 @@
-"""Small pictures of the worst cases of each cause: ours, the reference's, their difference."""
+"""Small pictures of the worst cases of each cause: the subject's image, the reference's, and their difference."""
 
 from collections.abc import Iterator
 from io import BytesIO
@@ -24,7 +24,7 @@ BROKEN = (1.0, 0.0, 1.0)  # NaN and infinities
 
 
 def draw_thumbnails(folder: Path, results: RunRecord) -> list[Path]:
-    """Draw the worst cases that did not pass and have images, tell each its `thumbnail`; return the paths written."""
+    """Draw the worst cases that did not pass and have images, set their `thumbnail`; return the written paths."""
     drawn: list[Path] = []
     for index, brief in in_turns(results, most=TRIED):
         if len(drawn) == MOST:
@@ -73,24 +73,24 @@ def _panels(folder: Path, case: CaseRecord) -> list[np.ndarray] | None:
     renders, _ = kept_images(folder, case) if checks else ({}, [])
     for check in checks:
         own = check.configuration
-        ours, theirs = renders.get(f"tracer-{own}", renders.get(own, {})), renders.get(check.reference, {})
+        subject, reference = renders.get(f"tracer-{own}", renders.get(own, {})), renders.get(check.reference, {})
         stage = Stage(check.stage)
-        if stage in ours and stage in theirs and ours[stage].shape == theirs[stage].shape:
-            return _shown(np.asarray(ours[stage], np.float64), np.asarray(theirs[stage], np.float64))
+        if stage in subject and stage in reference and subject[stage].shape == reference[stage].shape:
+            return _shown(np.asarray(subject[stage], np.float64), np.asarray(reference[stage], np.float64))
     return None
 
 
-def _shown(ours: np.ndarray, theirs: np.ndarray) -> list[np.ndarray]:
+def _shown(ours: np.ndarray, expected: np.ndarray) -> list[np.ndarray]:
     """Return both images on one scale, and their absolute difference on its own."""
-    finite = np.concatenate([image[np.isfinite(image)] for image in (ours, theirs)])
+    finite = np.concatenate([image[np.isfinite(image)] for image in (ours, expected)])
     low, high = (float(np.quantile(finite, q)) for q in (0.0, 0.99)) if len(finite) else (0.0, 1.0)
     with np.errstate(invalid="ignore"):
-        difference = np.abs(ours - theirs)
+        difference = np.abs(ours - expected)
     # Equal infinities do not differ.
-    difference[(ours == theirs) | (np.isnan(ours) & np.isnan(theirs))] = 0.0
+    difference[(ours == expected) | (np.isnan(ours) & np.isnan(expected))] = 0.0
     known = difference[np.isfinite(difference)]
     most = float(known.max(initial=0.0))
-    return [_scaled(ours, low, high), _scaled(theirs, low, high), _scaled(difference, 0.0, most)]
+    return [_scaled(ours, low, high), _scaled(expected, low, high), _scaled(difference, 0.0, most)]
 
 
 def _scaled(image: np.ndarray, low: float, high: float) -> np.ndarray:
@@ -105,7 +105,7 @@ def _scaled(image: np.ndarray, low: float, high: float) -> np.ndarray:
 
 
 def picture(folder: Path, case: CaseRecord) -> bytes | None:
-    """Return ours, the reference's and their difference at a case's worst check side by side, as PNG; None without."""
+    """Return the subject's image, the reference's and their difference at a case's worst check as PNG, or None."""
     from matplotlib.image import imsave
 
     panels = _panels(folder, case)

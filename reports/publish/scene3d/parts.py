@@ -14,6 +14,7 @@ from typing import Any
 import msgspec
 import numpy as np
 
+from rayproof.cases.placement import frame
 from rayproof.cases.scene import Camera, Cube, Mesh, Plane, Scene, Shape, Sphere, Square, Triangle
 from rayproof.cases.stages import Stage
 
@@ -319,15 +320,6 @@ def few(rows: np.ndarray, most: int) -> np.ndarray:
     return rows[np.linspace(0, len(rows) - 1, min(len(rows), most)).astype(int)] if len(rows) else rows
 
 
-def basis(camera: Camera) -> np.ndarray:
-    """Return forward, right and up as rows, each of length 1."""
-    forward = np.asarray(camera.target, dtype=np.float64) - np.asarray(camera.eye, dtype=np.float64)
-    forward /= np.linalg.norm(forward)
-    right = np.cross(forward, np.asarray(camera.up, dtype=np.float64))
-    right /= np.linalg.norm(right)
-    return np.stack([forward, right, np.cross(right, forward)])
-
-
 def _around(balls: int) -> int:
     least, most = look().around
     return int(np.clip(np.sqrt(2 * look().quads / max(1, balls)), least, most)) // 2 * 2
@@ -375,7 +367,7 @@ def _color(shape: Shape) -> str:
 
 def _frustum(camera: Camera, size: float) -> np.ndarray:
     """Return the ends [m] of the frustum's edges, two rows each, and of a tick above its upper edge, which is up."""
-    eye, (forward, right, up) = np.asarray(camera.eye, dtype=np.float64), basis(camera)
+    eye, (right, up, forward) = np.asarray(camera.eye, dtype=np.float64), frame(camera.eye, camera.target, camera.up)
     depth = look().frustum * size
     half = depth * np.tan(camera.alpha)
     ends = [

@@ -12,11 +12,12 @@ from typing import Any
 
 import numpy as np
 
+from rayproof.cases.placement import frame
 from rayproof.cases.scene import Camera
 from rayproof.cases.scene_json import load_scene
 from rayproof.cases.stages import FACTS, Stage
 from rayproof.reports.processes.signals import end_with_parent
-from rayproof.reports.publish.scene3d.parts import Part, View, ball, basis, look, view_of
+from rayproof.reports.publish.scene3d.parts import Part, View, ball, look, view_of
 from rayproof.reports.publish.scene3d.stills import DIGEST, compared, drawing_environment, why_not
 from rayproof.reports.results.case_records import CaseRecord
 from rayproof.reports.results.files import replacing
@@ -71,7 +72,7 @@ def _show(plotter: Any, view: View, camera: Camera) -> None:
     plotter.add_light(pyvista.Light(light_type="headlight"))
     for part in view.parts:
         plotter.add_actor(_actor(plotter, part, view), name=part.name, reset_camera=False, render=False)
-    forward, right, up = basis(camera)
+    right, up, forward = frame(camera.eye, camera.target, camera.up)
     aim = look().camera
     direction = aim.direction[0] * forward + aim.direction[1] * right + aim.direction[2] * up
     plotter.camera.focal_point = (0.0, 0.0, 0.0)

@@ -1,8 +1,8 @@
-"""Which cases get stills, and the child process that draws these with PyVista; why it could not.
+"""The choice of cases with stills, and the child process that draws them with PyVista.
 
 A run draws the failing cases and the worst twelve; `rayproof report DIR --draw` draws others. Without OpenGL libraries
-VTK raises nothing: it kills its process. So nothing touches a plotter in this process, and how the child ended says
-whether there is OpenGL.
+VTK raises no exception but ends its process. So only a child process uses a plotter, and its exit shows whether OpenGL
+is present.
 """
 
 import contextlib
@@ -31,15 +31,15 @@ WORST = 12  # cases that are drawn whatever their verdicts
 MOST = 100  # failing cases of a run that are drawn unasked; a still takes a fifth of a second
 FAILING = (Outcome.FAIL, Outcome.REFERENCE_SUSPECT)
 OURS, THEIRS = "tracer-float32", "analytic"
-DIGEST = "rayproof"  # the key of a PNG's text that says what it was drawn from
-PATIENCE = 120.0  # s that a child may say nothing
+DIGEST = "rayproof"  # the key of a PNG's text that contains the digest of its inputs
+PATIENCE = 120.0  # s without output after which a child is ended
 GLANCE = 0.05  # s between looks at whether it has ended
 PARTING = 5.0  # s for a process that was killed to be gone
 INSTALL = "apt-get install -y --no-install-recommends libegl1 libgl1-mesa-dri"
 
 
 def drawn_usually(cases: Sequence[CaseRecord]) -> list[CaseRecord]:
-    """Return the cases of a run that are drawn if nobody asks for others: the failing ones and the worst twelve."""
+    """Return the cases of a run that are drawn by default: the failing ones and the worst twelve."""
     first = worst_first(cases)[:MOST]
     return [case for place, case in enumerate(first) if place < WORST or case["verdict"] in FAILING]
 
@@ -70,8 +70,8 @@ def draw_stills(
 ) -> tuple[int, str | None]:
     """Draw DIR/pictures/<case>.png of `which` of a run's cases and write the paths into their records.
 
-    Return how many have one now, and why others have none, or None. What is there of the very same scene and images is
-    not drawn again. The child may say nothing for `seconds`.
+    Return the number of cases with a still, and the reason why others have none, or None. A still of the same scene and
+    images is not drawn again. The child is ended after `seconds` without output.
     """
     jobs = {case["name"]: job for case in which if (job := _job(folder, case)) is not None}
     drawn_before = {name for name, job in jobs.items() if _digest_in(folder / job["picture"]) == job["digest"]}
@@ -100,11 +100,11 @@ def picture_path(case: CaseRecord) -> str | None:
 
 
 def compared(case: CaseRecord) -> tuple[str | None, str | None]:
-    """Return whose answers are shown: the tracer's, or whatever else was put under test, and a reference's."""
+    """Return the names of the subject and the reference whose answers are shown."""
     names = [str(render.get("renderer")) for render in case.get("renders", [])]
-    ours = OURS if OURS in names else next(iter(names), None)
-    others = [name for name in names if name != ours and not name.startswith("tracer-")]
-    return ours, THEIRS if THEIRS in others else next(iter(others), None)
+    subject = OURS if OURS in names else next(iter(names), None)
+    others = [name for name in names if name != subject and not name.startswith("tracer-")]
+    return subject, THEIRS if THEIRS in others else next(iter(others), None)
 
 
 def drawing_environment() -> dict[str, str]:
@@ -124,7 +124,7 @@ def why_not() -> str | None:
 
 
 def _job(folder: Path, case: CaseRecord) -> dict[str, Any] | None:
-    """Return what the child must know to draw a case, or None if the run kept no scene of it."""
+    """Return the child's inputs for the drawing of a case, or None if the run stored no scene of it."""
     scene, picture = case.get("scene"), picture_path(case)
     if not scene or picture is None or not inside(folder, scene):
         return None
@@ -149,30 +149,34 @@ def _code() -> list[str]:
 
 
 def _digest_in(path: Path) -> str | None:
-    """Return what a PNG file of ours says that it was drawn from, or None."""
+    """Return the digest of the inputs from a PNG file of rayproof, or None."""
     try:
         with path.open("rb") as file:
-            # The text stands before the picture; Pillow takes a twentieth of a second to be imported.
-            told = re.search(DIGEST.encode() + rb"\0([0-9a-f]{64})", file.read(4096))
+            # The text precedes the picture; an import of Pillow would take a twentieth of a second.
+            match = re.search(DIGEST.encode() + rb"\0([0-9a-f]{64})", file.read(4096))
     except OSError:
         return None
-    return None if told is None else told[1].decode()
+    return None if match is None else match[1].decode()
 
 
 def _draw_in_child(jobs: Sequence[Mapping[str, Any] | None], seconds: float) -> tuple[set[str], str | None]:
-    """Draw jobs in a process of `plotting`; return the names of those that are drawn, and why others are not.
+    """Draw jobs in a process of `plotting`; return the names of finished ones, and the reason if others are missing.
 
-    A job that is None draws a ball, which only shows whether it can.
+    A job of None draws a ball as a test of OpenGL.
     """
     if not jobs:
         return set(), None
-    # Files, not pipes: nobody need read them while the child works, and what a dying driver says stops nobody.
-    with tempfile.TemporaryFile() as asked, tempfile.TemporaryFile() as answer, tempfile.TemporaryFile() as complaints:
-        asked.write("".join(json.dumps(job) + "\n" for job in jobs).encode())
-        asked.seek(0)
+    # Files, not pipes: they need no reader while the child works, and the output of a failing driver blocks nothing.
+    with (
+        tempfile.TemporaryFile() as requests,
+        tempfile.TemporaryFile() as answer,
+        tempfile.TemporaryFile() as complaints,
+    ):
+        requests.write("".join(json.dumps(job) + "\n" for job in jobs).encode())
+        requests.seek(0)
         process = subprocess.Popen(
             [sys.executable, "-m", "rayproof.reports.publish.scene3d.plotting", str(os.getpid())],
-            stdin=asked,
+            stdin=requests,
             stdout=answer,
             stderr=complaints,
             env=drawing_environment(),
@@ -201,15 +205,15 @@ def _draw_in_child(jobs: Sequence[Mapping[str, Any] | None], seconds: float) -> 
     return drawn, None
 
 
-def _waited_in_vain(process: subprocess.Popen[bytes], told: int, seconds: float) -> bool:
-    """Wait for a child; kill one that says nothing for so long and return whether that was so."""
+def _waited_in_vain(process: subprocess.Popen[bytes], written: int, seconds: float) -> bool:
+    """Wait for a child; return whether it was ended because it wrote nothing for `seconds`."""
     size, since, hung = 0, time.monotonic(), False
     try:
         while not hung:
             with contextlib.suppress(subprocess.TimeoutExpired):
                 process.wait(timeout=GLANCE)
                 return False
-            if (now := os.fstat(told).st_size) != size:
+            if (now := os.fstat(written).st_size) != size:
                 size, since = now, time.monotonic()
             hung = time.monotonic() - since > seconds
     finally:
@@ -222,7 +226,7 @@ def _waited_in_vain(process: subprocess.Popen[bytes], told: int, seconds: float)
 
 
 def _reports(text: str) -> list[dict[str, Any]]:
-    """Return what a child reported, a line each; what a driver says between them is left out."""
+    """Return the reports of a child, one per line; lines of a driver between them are ignored."""
     reports = []
     for line in text.splitlines():
         with contextlib.suppress(json.JSONDecodeError):

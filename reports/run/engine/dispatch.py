@@ -9,14 +9,14 @@ import queue
 import time
 import uuid
 from collections import deque
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import replace
 from importlib.metadata import version
-from itertools import islice
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from rayproof.reports.processes.pool import Future
 from rayproof.reports.processes.worker import Reply
 from rayproof.reports.results.case_records import CaseRecord
 from rayproof.reports.results.records import EngineRecord, RefusedRecord
@@ -29,7 +29,6 @@ LATE = 5.0  # s that a scheduler may take to answer
 WINDOW = 2  # batches on their way for each worker: one that it does, and one that waits there
 WORK = 4.0  # s that a worker has with a batch
 LARGEST, AHEAD = 200, 2000  # cases of a batch, and that are read before they are sent
-Record = tuple[PlannedCase, CaseRecord]
 
 
 class Sent(NamedTuple):
@@ -42,16 +41,23 @@ class Sent(NamedTuple):
 
 
 class Dispatch:
-    """Put the cases of a run through a cluster; `batch` is what its batches have in common."""
+    """Put the cases of a run through a cluster; `batch` is what its batches have in common.
 
-    def __init__(self, client: Any, batch: Batch, *, tell: Callable[[str], None]) -> None:
-        self._client, self._batch, self._tell = client, batch, tell
-        self._run, self._facts = uuid.uuid4().hex[:12], facts(batch.instructions)
+    The files of finished cases are written to `folder`.
+    """
+
+    doing = ()  # the names of the cases are not shown: there are many
+
+    def __init__(self, client: Any, batch: Batch, folder: Path, *, tell: Callable[[str], None]) -> None:
+        self._client, self._batch, self._folder, self._tell = client, batch, folder, tell
+        self._run, self._facts = uuid.uuid4().hex[:12], facts(batch.options)
+        self._futures: dict[str, Future[CaseRecord]] = {}  # of cases under way, by name
         self._waiting: deque[PlannedCase] = deque()
         self._suspects: deque[Cases] = deque()  # of which workers died
         self._sent: dict[str, Sent] = {}  # by their futures' keys
         self._done: queue.SimpleQueue[str] = queue.SimpleQueue()
-        self._looked = self._answered = time.monotonic()
+        self._answered = time.monotonic()
+        self._looked = self._answered - GLANCE  # so that the first step looks
         self._allowed, self._alone = frozenset[str](), 0.0  # workers that may have work, and s that there was none
         self._refused: dict[str, str] = {}  # other workers, and why
         self._able: set[str] = set()  # workers that answered
@@ -64,21 +70,31 @@ class Dispatch:
         cases = sum(len(sent.cases) for sent in self._sent.values())
         return {f"{cases} cases on {len(self._allowed)} workers": time.monotonic() - self._answered}
 
-    def records(self, cases: Iterable[PlannedCase], folder: Path) -> Iterator[Record | None]:
-        """Yield each case with its record once its files are in `folder`, and now and then nothing; then see `gone`."""
-        unread = iter(cases)
-        self._look()
-        while self.gone is None:
-            self._waiting.extend(islice(unread, max(0, AHEAD - len(self._waiting))))
-            self._hand_out()
-            if not (self._sent or self._waiting or self._suspects):
-                break
-            yield None
-            with suppress(queue.Empty):
-                if (sent := self._sent.pop(self._done.get(timeout=GLANCE), None)) is not None:
-                    yield from self._taken(sent, folder)
-            if time.monotonic() - self._looked >= GLANCE:
-                self._look()
+    @property
+    def has_room(self) -> bool:
+        """Say whether another case may be submitted: some are read before they are sent."""
+        return len(self._waiting) < AHEAD
+
+    def submit(self, planned: PlannedCase) -> Future[CaseRecord]:
+        """Have a case wait for a worker, and return the future of its record, whose files are in the folder then."""
+        self._waiting.append(planned)
+        future = self._futures[planned.case.name] = Future[CaseRecord]()
+        return future
+
+    def submit_again(self) -> dict[Future[CaseRecord], PlannedCase]:
+        """Return nothing: a worker asks again about the cases of its batch before it returns them."""
+        return {}
+
+    def step(self) -> None:
+        """Send batches, and wait a little for the results of one."""
+        if time.monotonic() - self._looked >= GLANCE:
+            self._look()
+        if self.gone is not None:
+            return
+        self._hand_out()
+        with suppress(queue.Empty):
+            if (sent := self._sent.pop(self._done.get(timeout=GLANCE), None)) is not None:
+                self._take(sent)
 
     def close(self) -> None:
         """Let everything go that is on its way, and have the workers end their processes."""
@@ -134,14 +150,14 @@ class Dispatch:
         self._sent[future.key] = Sent(future, cases, workers, alone)
         future.add_done_callback(lambda done: self._done.put(done.key))
 
-    def _taken(self, sent: Sent, folder: Path) -> Iterator[Record]:
-        """Take up what became of a batch, and yield its finished cases with their records."""
+    def _take(self, sent: Sent) -> None:
+        """Set the records of a batch as the results of its cases, or have its cases wait again."""
         from distributed import KilledWorker
 
         try:
             answer = sent.future.result(timeout=WAIT)
         except KilledWorker as killed:
-            yield from self._killed(sent, killed, folder)
+            self._take_killed(sent, killed)
             return
         except Exception as error:
             self._waiting.extendleft(sent.cases)
@@ -160,19 +176,19 @@ class Dispatch:
             self._pace += 0.3 * (answer.seconds / len(sent.cases) - self._pace)
         self._able.add(answer.worker)
         for planned in sent.cases:
-            record = unpacked(answer.finished[planned.case.name], folder)
+            record = unpacked(answer.finished[planned.case.name], self._folder)
             record["worker"] = answer.worker
-            yield planned, record
+            self._futures.pop(planned.case.name).set_result(record)
 
-    def _killed(self, sent: Sent, killed: Any, folder: Path) -> Iterator[Record]:
+    def _take_killed(self, sent: Sent, killed: Any) -> None:
         """Take up a batch of which workers died: in halves, or as an error of the case that was alone with them."""
         middle, address = len(sent.cases) // 2, killed.last_worker.address
         if middle or not sent.alone:
             self._suspects.extend(half for half in (sent.cases[:middle], sent.cases[middle:]) if half)
             return
         why = f"{killed.allowed_failures + 1} workers died that had nothing else to do, the last of them {address}"
-        reply, subject = Reply(value=None, error=why, trace=None, seconds=0.0), self._batch.instructions.subject
-        record = unjudged(sent.cases[0].case, (), (), reply, folder=folder, subject=subject)
+        reply, subject = Reply(value=None, error=why, trace=None, seconds=0.0), self._batch.options.subject
+        record = unjudged(sent.cases[0].case, (), (), reply, folder=self._folder, subject=subject)
         record.update({"reason": why, "worker": address, "versions": {}, "remembered": False})
         record.update({"seconds": 0.0, "judge_seconds": 0.0})
-        yield sent.cases[0], record
+        self._futures.pop(sent.cases[0].case.name).set_result(record)

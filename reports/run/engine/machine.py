@@ -26,7 +26,8 @@ from rayproof.reports.results.case_records import CaseRecord
 from rayproof.reports.results.compact import compact_case, expand_case
 from rayproof.reports.results.files import as_json
 from rayproof.reports.run.cache_store import usual_store
-from rayproof.reports.run.case_pipeline import CasesUnderWay, Instructions
+from rayproof.reports.run.case_pipeline import LocalCases, finished
+from rayproof.reports.run.options import CaseOptions
 from rayproof.reports.run.plan import PlannedCase
 from rayproof.reports.run.reference_cache import PACKAGES, code, processor
 from rayproof.reports.run.scenes import place_of
@@ -45,7 +46,7 @@ Finished = tuple[bytes, Mapping[str, bytes]]  # a case's record as deflated JSON
 class Batch:
     """Whole cases for one worker, and what its processes may take for them."""
 
-    instructions: Instructions
+    options: CaseOptions
     timeout: float  # s, for one render or one judgement
     memory: float = float("inf")  # bytes of a process
     jobs: int | None = None  # processes at once; None: as many as that machine has processors
@@ -84,8 +85,8 @@ def write(files: Mapping[str, bytes], folder: Path) -> None:
         (folder / name).write_bytes(data)
 
 
-def facts(instructions: Instructions) -> dict[str, str]:
-    """Return everything of this machine on which the records of a run by these instructions depend."""
+def facts(options: CaseOptions) -> dict[str, str]:
+    """Return everything of this machine on which the records of a run with these options depend."""
     architecture, model, features = processor()
     library, packaged = os.environ.get(VARIABLE, ""), packaged_library()
     usual = packaged is not None and library in ("", str(packaged))  # it lies elsewhere on every machine
@@ -94,8 +95,8 @@ def facts(instructions: Instructions) -> dict[str, str]:
     found |= {"architecture": architecture, "processor": model, "processor features": features}
     found["LLVM"] = version("karellen-llvm-core") if usual else library
     found["RAYPROOF_BACKEND"] = os.environ.get("RAYPROOF_BACKEND", "")
-    found["program under test"] = " ".join(identity(instructions.subject)) if instructions.subject.is_program else ""
-    return found | {f"reference {name}": reference_version(name) for name in instructions.demands.references}
+    found["program under test"] = " ".join(identity(options.subject)) if options.subject.is_program else ""
+    return found | {f"reference {name}": reference_version(name) for name in options.references}
 
 
 def difference(caller: Mapping[str, str], here: Mapping[str, str]) -> str:
@@ -124,18 +125,14 @@ class _Machine:
         folder = self.scratch.folder
         sweep(folder.parent)
         copies = []
-        for number, source in enumerate(
-            batch.instructions.sources
-        ):  # the user's own formulas, each in a folder of its own
+        for number, source in enumerate(batch.options.sources):  # the user's own formulas, each in a folder of its own
             write(source.files, folder / f"formula-{number}")
             copies.append((source.path, str(folder / f"formula-{number}" / PurePath(source.path).name)))
-        self._instructions = replace(batch.instructions, copies=tuple(copies))
+        self._options = replace(batch.options, copies=tuple(copies))
         allowed = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-        self.pool = workers(
-            batch.instructions.subject, jobs=batch.jobs or allowed, timeout=batch.timeout, folder=folder
-        )
+        self.pool = workers(batch.options.subject, jobs=batch.jobs or allowed, timeout=batch.timeout, folder=folder)
         self.pool.memory, self.pool.relief = batch.memory, RELIEF
-        self._store = usual_store() if batch.instructions.cached else None
+        self._store = usual_store() if batch.options.cached else None
         if (nanny := multiprocessing.parent_process()) is not None and nanny.pid is not None:
             end_with_parent(nanny.pid)  # Dask has a thread watch it, which does not run where a worker is stopped
         Finalize(None, _end, exitpriority=10)
@@ -145,22 +142,14 @@ class _Machine:
     def finished(self, batch: Batch) -> dict[str, Finished]:
         """Return the cases of a batch by their names; raise RuntimeError if the run was stopped meanwhile."""
         done: dict[str, Finished] = {}
-        waiting = [*reversed(batch.cases)]
         with TemporaryDirectory(dir=self.scratch.folder) as name:
-
-            def finished(planned: PlannedCase, record: CaseRecord) -> None:
-                done[planned.case.name] = packed(planned.case.name, record, Path(name))
-
-            about = {"folder": Path(name), "store": self._store, "finished": finished, "amended": finished}
-            under_way = CasesUnderWay(self._instructions, self.pool, **about)
-            while len(done) < len(batch.cases) or under_way.asked_again:
-                if self.run in _STOPPED:
+            engine = LocalCases(self._options, self.pool, folder=Path(name), store=self._store)
+            for each in finished(engine, batch.cases):
+                if each is not None:
+                    planned, record = each
+                    done[planned.case.name] = packed(planned.case.name, record, Path(name))
+                elif self.run in _STOPPED:
                     raise RuntimeError("the run is over")
-                while waiting and under_way.has_room:
-                    under_way.start(waiting.pop())
-                under_way.step()
-                if len(done) == len(batch.cases):
-                    under_way.ask_again()
         self.last = time.monotonic()
         return done
 
@@ -178,7 +167,7 @@ def work(run: str, caller: Mapping[str, str], pickled: bytes) -> Answer:
     with _LOCK:
         try:
             batch: Batch = pickle.loads(pickled)
-            if run not in _KEPT and (refused := difference(caller, facts(batch.instructions))):
+            if run not in _KEPT and (refused := difference(caller, facts(batch.options))):
                 return replace(answer, refused=refused)
             finished = (_KEPT.get(run) or _Machine(run, batch)).finished(batch)
         except Exception as error:  # a renderer's failure is an answer: this machine cannot work

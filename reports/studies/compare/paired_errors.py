@@ -9,11 +9,13 @@ from typing import Protocol
 import drjit as dr
 import numpy as np
 
+from rayproof.cases.placement import unit
 from rayproof.cases.rounding import UNIT_ROUNDOFF
 from rayproof.cases.scene import Scene
 from rayproof.cases.stages import IMAGE_STAGES, Stage, StageImages
 from rayproof.reference.analytic import Analytic
-from rayproof.reference.double_double import DoubleDouble
+from rayproof.reference.certified import Certified
+from rayproof.reference.certified.filters import surfaces_of
 from rayproof.reports.judge.forward.conditioning import condition, off_axis, ray_condition
 from rayproof.reports.judge.forward.limits import LIGHT, Roundoff, continued_light_limit
 from rayproof.reports.judge.measurement import DIRECTIONS, error
@@ -24,6 +26,7 @@ from rayproof.tracer.configuration import Configuration
 from rayproof.tracer.light_path import Trace, images
 from rayproof.tracer.render import render
 
+MOST_SURFACES = 20_000  # that `certified` is asked about: every ray is held against every one of them
 GEOMETRY = (Stage.OBJECT, Stage.DISTANCE, Stage.POSITION, Stage.NORMAL)
 
 
@@ -37,10 +40,8 @@ class Oracle(Protocol):
 
 def oracle_for(scene: Scene, precisions: set[str]) -> tuple[str, Oracle]:
     """Return name and oracle, its own rounding far below the coarsest of `precisions` and, if it can, the finest."""
-    if precisions != {"float32"}:
-        finest = DoubleDouble()
-        if finest.unsupported(scene, Stage.RADIANCE) is None:
-            return "double_double", finest
+    if precisions != {"float32"} and len(surfaces_of(scene)) <= MOST_SURFACES:
+        return "certified", Certified()
     return "analytic", Analytic()
 
 
@@ -106,13 +107,12 @@ def _beside(
     angle = FACTOR * unit_roundoff * (1 + np.where(distance > 0, reach / np.where(distance > 0, distance, 1.0), 0.0))
     # Two directions across each ray
     axis = np.eye(3)[np.abs(ray).argmin(axis=-1)]
-    across = np.cross(ray, axis)
-    across /= np.linalg.norm(across, axis=-1, keepdims=True)
+    across = unit(np.cross(ray, axis))
     other = np.cross(ray, across)
     found = []
     for turn, part in product(np.arange(WAYS) * 2 * np.pi / WAYS, PARTS):
         turned = ray + part * angle * (np.cos(turn) * across + np.sin(turn) * other)
-        turned /= np.linalg.norm(turned, axis=-1, keepdims=True)
+        turned = unit(turned)
         moved: StageImages = {Stage.RAY: turned}
         for stage in (Stage.OBJECT, Stage.DISTANCE):
             moved[stage] = oracle.continue_from(scene, stage, moved)

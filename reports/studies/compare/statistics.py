@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 LEVEL = 0.95
-FEWEST = 9  # values of which a median has an interval: of fewer it is the range of all of them
+FEWEST = 9  # the least number of values for an interval of the median; with fewer it is their whole range
 REPLICATES = 1000
 
 Interval = tuple[float, float]
@@ -42,8 +42,8 @@ def shared(level: float, among: int) -> float:
 def median_interval(values: Sequence[float], *, level: float) -> Interval:
     """Return the bootstrap percentile interval of the median of an odd number of independent values.
 
-    The median of a resample lies at or below the k-th smallest value with the probability that more than half of n
-    draws fall among the k smallest, so nothing need be drawn.
+    The median of a resample is at most the k-th smallest value with the probability that more than half of n draws are
+    among the k smallest, so that no resample need be drawn.
 
     Raises:
         ValueError: there are none, or an even number.
@@ -86,10 +86,10 @@ def scene_means(replicates: np.ndarray, generator: np.random.Generator) -> np.nd
     return replicates[drawn, np.arange(count)].mean(axis=0)
 
 
-# The tail of a paired comparison: pixels that one contender gets right to a few roundings and the other does not.
+# The tail of a paired comparison: pixels in which only one formula is right to a few roundings.
 #
-# A median over pixels does not see a formula that is wrong on a tenth of them. Nor do neighbours count for themselves:
-# the test is the sign test over tiles of an image, each of which leans to one side or the other.
+# A median over pixels is not affected by a formula that is wrong in a tenth of them. Since neighbouring pixels are not
+# independent, the sign test is applied to tiles of an image, each of which favours one formula or the other.
 # Source: Dixon and Mood, "The statistical sign test" (1946); McNemar's test is the same with pixels for tiles.
 
 

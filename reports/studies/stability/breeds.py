@@ -10,9 +10,11 @@ from functools import cached_property
 
 import numpy as np
 
-from rayproof.cases.ladders import DTYPES, Inputs, Ladder, all_ladders, rounded, unit
+from rayproof.cases.ladders import DTYPES, Inputs, Ladder, all_ladders, rounded
+from rayproof.cases.placement import unit
 from rayproof.cases.rounding import UNIT_ROUNDOFF
-from rayproof.reports.studies.stability.arithmetic import parts
+from rayproof.reference.certified.columns import parts
+from rayproof.reports.judge.forward.limits import HIT
 from rayproof.reports.studies.stability.questions import QUESTIONS
 from rayproof.reports.studies.stability.questions.light import ASKED as DECISIONS
 from rayproof.reports.studies.stability.shapes import Conditioned
@@ -31,7 +33,6 @@ POPULATION = {"placed_normal": 128, "placed_distance": 64}  # where truth takes 
 USUAL_POPULATION = 1024
 LOST = 2.0**20  # limits: what an answer that is no number counts as
 EXACT = 2.0**-53  # K u: the limit of a ladder that allows no error, so that any error is far beyond it
-DECIDED = 16.0  # roundings of every input, within which either decision is right
 
 
 def ladders_of(formula: Formula, precision: str) -> list[Ladder]:
@@ -130,7 +131,7 @@ class LadderBreed:
         wrong = grades.counted & (grades.false_hit | grades.false_miss) & (self.ladder.question in SIGNS)
         if self.ladder.question in SIGNS:
             clear = self._clearance(inputs)
-            scores = np.where(wrong, clear / DECIDED, 0.0)
+            scores = np.where(wrong, clear / HIT, 0.0)  # so many roundings of every input excuse either decision
         else:
             clear = np.full(rays, np.inf)
             with np.errstate(all="ignore"):

@@ -6,7 +6,7 @@ from typing import Any
 import drjit as dr
 import numpy as np
 
-from rayproof.reports.studies.stability.arithmetic import Columns
+from rayproof.reference.certified.columns import Columns
 from rayproof.tracer.kernel.arrays import ArrayTypes, array_types
 
 ALIGNMENT = 256  # bytes

@@ -55,7 +55,7 @@ class LimitRecord(TypedDict):
 
 
 class LimitsRecord(TypedDict):
-    """What `rayproof stability --subject` writes."""
+    """What `rayproof limits` writes."""
 
     schema: int
     subject: str

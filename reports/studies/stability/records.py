@@ -116,7 +116,7 @@ class WorstRecord(TypedDict):
 
 
 class WorstSearch(TypedDict):
-    """What `rayproof stability --worst --json` writes."""
+    """What `rayproof worst --json` writes."""
 
     schema: int
     origin: Origin

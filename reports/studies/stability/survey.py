@@ -267,7 +267,11 @@ def plan(patterns: Sequence[str], *, ladders: Sequence[str], precisions: Sequenc
     for pattern in [one for one in patterns if not is_own(one)] or (() if own else ("*",)):
         found = {name for name in climbing if fnmatchcase(name, pattern) or name.split("/")[0] == pattern}
         if not found:
-            raise LookupError(f"no formula on a ladder is called {pattern!r}; known: {', '.join(sorted(climbing))}")
+            ladder_names = ", ".join(ladder.name for ladder in known)
+            raise LookupError(
+                f"no ladder is called {pattern!r}, and no formula on one; ladders: {ladder_names}; "
+                f"formulas: {', '.join(sorted(climbing))}"
+            )
         formulas |= found
     names: set[str] = set()
     for pattern in ladders or ("*",):

@@ -15,15 +15,18 @@ from typing import Any, cast
 import numpy as np
 
 from rayproof.cases.ladders import DTYPES, Inputs, Ladder, all_ladders, rounded
+from rayproof.cases.placement import unit
 from rayproof.cases.rounding import UNIT_ROUNDOFF
+from rayproof.reference.certified.bundles import floats
+from rayproof.reference.certified.meetings import SHAPES, towards
+from rayproof.reports.judge.forward.limits import HIT
 from rayproof.reports.results.files import several
 from rayproof.reports.studies.stability.breeds import LadderBreed, ladders_of
 from rayproof.reports.studies.stability.questions import QUESTIONS
-from rayproof.reports.studies.stability.shapes import SHAPES, Conditioned, towards
+from rayproof.reports.studies.stability.shapes import Conditioned
 from rayproof.tracer.formulas import Formula
 
 ERROR_LIMIT = 4.0  # K u, the ladders' gate
-DECISION_LIMIT = 16.0  # roundings of every input, as many as a test vector excuses (reports.vectors)
 POPULATION, GENERATIONS = 2048, 40
 KEPT = 100
 FINEST = {"float32": -26.0, "float64": -55.0}  # how near to an edge a ray is aimed, as a power of two of the shape
@@ -79,7 +82,7 @@ def breeds_of(formula: Formula, precision: str, seed: int) -> Sequence[Breed]:
             return [ShapeBreed(ladder=ladder, formula=formula, precision=precision)]
     known = ladders_of(formula, precision)
     if not known:
-        raise LookupError(f"--worst knows no inputs of the slot {formula.slot}")
+        raise LookupError(f"worst knows no inputs of the slot {formula.slot}")
     return [LadderBreed(ladder=ladder, formula=formula, precision=precision, seed=seed) for ladder in known]
 
 
@@ -123,8 +126,8 @@ def judged(
     clear = clearance(str(ladder.options["shape"]), inputs, precision)
     error = np.nan_to_num(distance_error(truth.facts, answer["t"], precision), nan=0.0) / ERROR_LIMIT
     # Beside an edge the answer may be that of the other side, such as a sphere's other root from its surface.
-    error = np.where(clear > DECISION_LIMIT, error, 0.0)
-    scores = np.where(wrong, clear / DECISION_LIMIT, error)
+    error = np.where(clear > HIT, error, 0.0)
+    scores = np.where(wrong, clear / HIT, error)
     kinds = np.select([grades.false_hit, wrong], ["false hit", "false miss"], "error")
     counted = grades.counted & np.isfinite(scores)
     return np.where(counted, scores, 0.0), kinds, wrong & counted & (clear == 0)
@@ -139,7 +142,7 @@ def distance_error(facts: Mapping[str, Any], t: np.ndarray, precision: str) -> n
     """
     hit, x = facts["hit"], facts["given"]
     with np.errstate(all="ignore"):
-        off = abs(hit.t.minus(np.ldexp(t, facts["shift"])))
+        off = abs((hit.t - floats(np.ldexp(t, facts["shift"]))).high)
     center = x[facts["shape"].center] if facts["shape"].center else 0.0
     edges = [np.linalg.norm(x[one] - x["a"], axis=1) for one in "bc"] if "b" in x else []
     size = np.max(edges, axis=0) if edges else hit.size
@@ -246,7 +249,7 @@ def decoded(slot: str, genomes: Genome, precision: str) -> Inputs:
     d = _direction(next(gene), next(gene))
     snapped = np.stack([next(gene) < 0.12 for _ in range(3)], axis=1)
     d = np.where(snapped & ~np.all(snapped, axis=1, keepdims=True), 0.0 * d, d)  # zeros of both signs
-    d /= np.linalg.norm(d, axis=1, keepdims=True)
+    d = unit(d)
     far = _power(next(gene), -20.0, 20.0)
     speed = _usually(next(gene), -3.0, 3.0)
     steps = np.stack([np.round((next(gene) - 0.5) * 6) for _ in range(3)], axis=1)
@@ -289,7 +292,7 @@ def _beside(direction: np.ndarray, angle: np.ndarray) -> np.ndarray:
     """Return unit vectors across directions, turned about them by an angle [turns]."""
     least = np.eye(3)[np.argmin(abs(direction), axis=1)]
     first = np.cross(direction, least)
-    first /= np.linalg.norm(first, axis=1, keepdims=True)
+    first = unit(first)
     turn = 2 * np.pi * angle[:, None]
     return first * np.cos(turn) + np.cross(direction, first) * np.sin(turn)
 

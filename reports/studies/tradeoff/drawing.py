@@ -54,7 +54,7 @@ def draw(diagram: DiagramRecord) -> Figure:
 
 
 def hues(diagrams: Sequence[DiagramRecord]) -> list[str]:
-    """Return what has a colour of its own in these diagrams."""
+    """Return the names that have a colour of their own in these diagrams."""
     return list(dict.fromkeys(_hue(point) for diagram in diagrams for point in diagram["points"]))
 
 
@@ -101,7 +101,7 @@ def _hue(point: PointRecord) -> str:
 def _mark(axes: Any, point: PointRecord, color: str, *, shares: bool) -> None:
     """Draw a point with its intervals; filled on the front, its label with the wrong share if there is one."""
     if why := without_error(point):
-        # At the upper edge, beyond every error: what decides no pixel rightly has none.
+        # At the upper edge, beyond every error: a formula that decides no pixel rightly has no error.
         axes.plot(
             [point["nanoseconds"]], [1.0], marker="v", linestyle="", color=color, markerfacecolor=color, markersize=6,
             transform=axes.get_xaxis_transform(), clip_on=False, label=f"{point['label']} ({why})", zorder=3,
@@ -124,7 +124,7 @@ def _mark(axes: Any, point: PointRecord, color: str, *, shares: bool) -> None:
     )
 
 
-# What is written: tradeoff.json, tradeoff.csv, one SVG a diagram, and a page that shows them without any script.
+# Output files: tradeoff.json, tradeoff.csv, one SVG per diagram, and a page that shows them without scripts.
 
 
 FOLDER = "tradeoff"

@@ -11,7 +11,7 @@ from typing import Any
 
 from rayproof.cases.benchmark_scenes import chosen
 from rayproof.reports.processes.pool import Pool
-from rayproof.reports.processes.worker import Channel, Reply, serve
+from rayproof.reports.processes.worker import Channel, serve
 from rayproof.tracer.configuration import Configuration
 from tests.benchmarks.bench import CONTENDERS
 from tests.benchmarks.bench.contenders.ours import ask_about
@@ -69,20 +69,20 @@ class _Apart:
     """A task in a process of its own, which begins to load at once; close it."""
 
     def __init__(self, task: Task) -> None:
-        self._task, self._replies = task, list[Reply]()
+        self._task = task
         self._pool = Pool(jobs=1, timeout=float("inf"), target=_serve)
         self._ask()
 
     def _ask(self) -> None:
         """Ask for the next step, and do not wait."""
-        self._pool.submit(KIND, self._task, self._replies.append)
+        self._reply = self._pool.submit(KIND, self._task)
         self._pool.start()
 
     def _answer(self) -> Any:
         """Return what the step that was asked for gave; raise BenchError if it failed."""
-        while not self._replies:
+        while not self._reply.done():
             self._pool.step()
-        reply = self._replies.pop()
+        reply = self._reply.result()
         if reply.error is not None:
             width, height = self._task.size
             raise BenchError(f"{self._task.scene}, {width}x{height}: {reply.error}")

@@ -1,4 +1,4 @@
-"""`python -m tests.benchmarks.bench.oracle_speed`: how fast the two truths answer a scene, in pixels per second.
+"""`python -m tests.benchmarks.bench.oracle_speed`: how fast `certified` answers a scene, in pixels per second.
 
 Seconds are of the wall, and of the processor, since the machine may be shared.
 """
@@ -8,12 +8,9 @@ import time
 from collections.abc import Callable, Mapping
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
-from math import isqrt
 from multiprocessing import get_context
 from pathlib import Path
 from typing import TypedDict
-
-import numpy as np
 
 from rayproof.cases.scene import Scene
 from rayproof.cases.stages import IMAGE_STAGES, Stage
@@ -22,12 +19,10 @@ from rayproof.reports.commands.output import show_table, write_json
 from tests.command_line import call
 
 ROUNDS = 3
-LANES = 2**20  # rays of one launch
-MOST_TESTS = 2**25  # of rays against triangles, in one launch: some seconds
 
 
 class SpeedRecord(TypedDict):
-    """What `--json` writes of a truth that answers."""
+    """The content of `--json` about a scene that is answered."""
 
     pixels: int
     processes: int
@@ -59,46 +54,21 @@ class Speed:
 
 
 def speeds(scene: Scene) -> Mapping[str, Speed | str]:
-    """Return the speed of each truth on a scene, or the sentence that says why it cannot answer.
-
-    `certified` is asked for every stage of the scene's own pixels, `double_double` for the radiance, which passes
-    through every stage, at 2^20 image points in the order of an image: on fewer the launch itself is what one would
-    measure. Large meshes have to do with fewer.
-    """
+    """Return the speed of `certified` on every stage of a scene, or the sentence that says why it cannot answer."""
     from rayproof.reference.certified import Certified
-    from rayproof.reference.double_double import DoubleDouble
 
-    certified, pairs = Certified(), DoubleDouble()
-    found: dict[str, Speed | str] = {}
-    if (reason := certified.unsupported(scene, Stage.RADIANCE)) is not None:
-        found["certified"] = reason
-    else:
-        found["certified"] = _best(lambda: _whole_image(scene))
-        with ProcessPoolExecutor(2, mp_context=get_context("spawn")) as pool:
-            list(pool.map(_whole_image, [scene] * 2))  # starts the processes
-            found["certified, two processes"] = _best(lambda: _by_two(pool, scene))
-    if (reason := pairs.unsupported(scene, Stage.RADIANCE)) is not None:
-        found["double_double"] = reason
-    else:
-        triangles = sum(len(getattr(shape, "faces", ())) for shape in scene.shapes)
-        lanes = min(LANES, MOST_TESTS // max(1, triangles))
-        points = _raster(scene, lanes)
-        found["double_double"] = _best(lambda: _launch(scene, points), after=1)
-    return found
+    if (reason := Certified().unsupported(scene, Stage.RADIANCE)) is not None:
+        return {"certified": reason}
+    alone = _best(lambda: _whole_image(scene))
+    with ProcessPoolExecutor(2, mp_context=get_context("spawn")) as pool:
+        list(pool.map(_whole_image, [scene] * 2))  # starts the processes
+        return {"certified": alone, "certified, two processes": _best(lambda: _by_two(pool, scene))}
 
 
-def _raster(scene: Scene, count: int) -> np.ndarray:
-    """Return image points (count, 2) [px] all over the image, row after row."""
-    columns = max(1, isqrt(count * scene.camera.width // scene.camera.height))
-    down, across = np.divmod(np.arange(count), columns)
-    scale = scene.camera.width / columns, scene.camera.height / (down[-1] + 1)
-    return (np.stack([across, down], axis=1) + 0.5) * scale
-
-
-def _best(work: Callable[[], tuple[int, int, float]], *, after: int = 0) -> Speed:
-    """Return the fastest round by processor time; `after` rounds are not counted, for kernels are compiled in them."""
+def _best(work: Callable[[], tuple[int, int, float]]) -> Speed:
+    """Return the fastest round by processor time."""
     rounds = []
-    for _ in range(after + ROUNDS):
+    for _ in range(ROUNDS):
         started, used = time.perf_counter(), time.process_time()
         pixels, processes, elsewhere = work()
         rounds.append(
@@ -109,7 +79,7 @@ def _best(work: Callable[[], tuple[int, int, float]], *, after: int = 0) -> Spee
                 processor_seconds=time.process_time() - used + elsewhere,
             )
         )
-    return min(rounds[after:], key=lambda one: one.processor_seconds)
+    return min(rounds, key=lambda one: one.processor_seconds)
 
 
 def _whole_image(scene: Scene) -> tuple[int, int, float]:
@@ -131,15 +101,8 @@ def _by_two(pool: ProcessPoolExecutor, scene: Scene) -> tuple[int, int, float]:
     return 2 * scene.camera.width * scene.camera.height, 2, used
 
 
-def _launch(scene: Scene, points: np.ndarray) -> tuple[int, int, float]:
-    from rayproof.reference.double_double import DoubleDouble
-
-    DoubleDouble().at(scene, [Stage.RADIANCE], points)
-    return len(points), 1, 0.0
-
-
 def oracle_speed(scene: str, *, json: Path | None = None) -> int:
-    """Measure how many pixels per second the certified oracle and the double-double one answer.
+    """Measure how many pixels per second `certified` answers.
 
     Parameters
     ----------
@@ -150,9 +113,6 @@ def oracle_speed(scene: str, *, json: Path | None = None) -> int:
 
     """
     loaded = scene_named(scene)
-    from rayproof.tracer.kernel.compiler import choose_packaged_llvm
-
-    choose_packaged_llvm()
     found = speeds(loaded)
     content = {who: {"unsupported": one} if isinstance(one, str) else one.as_json() for who, one in found.items()}
     write_json(json, {"scene": scene, "shapes": len(loaded.shapes), "lights": len(loaded.lights), "speeds": content})

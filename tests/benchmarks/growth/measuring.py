@@ -122,7 +122,7 @@ def cluster_ratios(rows: Sequence[SuiteCost]) -> list[dict[str, float]]:
 
 def _cost(place: Path, count: int, *options: str, **environment: str) -> Cost:
     """Return the cost of judging a place's scenes, every one of which must pass."""
-    cost = cost_of_run(["--scenes", SCENES, *options], place, folder=place, environment=environment)
+    cost = cost_of_run([SCENES, *options], place, folder=place, environment=environment)
     passed = load_results(place / RESULTS)["summary"]["pass"]
     if passed != count:
         raise GrowthError(f"of {count} cases {passed} passed")

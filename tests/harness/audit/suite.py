@@ -235,7 +235,7 @@ class _Audit:
         return done
 
     def _submit(self, order: Any, done: Callable[[Reply], None]) -> None:
-        self._pool.submit("audit", order, done)
+        self._pool.submit("audit", order).add_done_callback(lambda future: done(future.result()))
 
     def _drain(self) -> None:
         while not self._pool.idle:

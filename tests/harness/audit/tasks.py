@@ -3,7 +3,6 @@
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
-from functools import cache
 from typing import Any
 
 import numpy as np
@@ -15,8 +14,8 @@ from rayproof.reference.analytic import Analytic
 from rayproof.reports.judge.answers import Answers
 from rayproof.reports.judge.case import judge_case
 from rayproof.reports.results.outcomes import Outcome
-from rayproof.reports.run import worker_tasks
-from rayproof.reports.run.messages import ReferenceTask, TracerTask
+from rayproof.reports.run.worker_tasks import prepare, render_reference
+from rayproof.reports.subjects import TRACER
 from tests.harness.audit.faults import FAULTS
 from tests.harness.audit.orders import (
     REFERENCES,
@@ -60,19 +59,17 @@ def judge_faults(order: CaseOrder) -> CaseReport:
     return CaseReport(sightings=tuple(sightings), healthy=tuple(healthy))
 
 
-@cache
-def _task(kind: str) -> Any:
-    return worker_tasks.handler(kind)
-
-
 def candidate(configuration: str, scene: Scene) -> Answers:
     """Return the tracer's answers by one configuration."""
-    return _task("tracer")(TracerTask(scene=scene, configuration=configuration, samples=1))[0]
+    prepare(TRACER)
+    from rayproof.reports.run.tracer_task import trace
+
+    return trace(scene, configuration).answers
 
 
 def witness(name: str, scene: Scene) -> Answers:
     """Return a reference's answers."""
-    return _task(f"reference:{name}")(ReferenceTask(scene=scene, samples=1))[0]
+    return render_reference(name, scene).answers
 
 
 def judge(case: Case, one: Answers, witnesses: Sequence[Answers], oracle: Any) -> Any:

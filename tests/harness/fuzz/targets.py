@@ -127,12 +127,11 @@ def ply() -> Target:
 
 def _polygons(kind: str) -> Callable[[Path], Any]:
     """Return the project's reader of OBJ, PLY or STL; a refusal must be one that it words itself."""
-    from rayproof.cases.polygon_files import mesh_of
-    from rayproof.cases.stl_files import read_stl
+    from rayproof.cases.mesh_files import READERS
 
     def read(path: Path) -> Any:
         try:
-            return read_stl(path.read_bytes()) if kind == "stl" else mesh_of(kind, path.read_bytes())
+            return READERS[kind](path.read_bytes())
         except ValueError as error:
             at = error.__traceback__
             while at is not None and at.tb_next is not None:

@@ -1,6 +1,6 @@
 """Other ways in which the tracer renders a scene, each beside the way by which a run judges it.
 
-A run renders all stages in kernels of their own (`tracer.kernel.parameters.Stages`), and its answers are held
+A run renders all stages in kernels of their own (`tracer.kernel.parameters.SplitKernels`), and its answers are held
 against the references. What else renders a scene is held against those answers here: to the last bit where the
 arithmetic is the same operation by operation, else within a limit that counts the roundings which may differ. Who
 agrees with a judged answer is judged with it.

@@ -190,7 +190,8 @@ def run(asked: Campaign) -> Tally:
         for order in _orders(asked, console):
             name = f"{FAMILY}/{order.seed}/{order.number}"
             if name not in known:
-                pool.submit(KIND, order, lambda reply, name=name: done(reply, name))
+                future = pool.submit(KIND, order)
+                future.add_done_callback(lambda future, name=name: done(future.result(), name))
         while not pool.idle:
             pool.step()
     finally:

@@ -7,7 +7,7 @@ import shutil
 import subprocess
 from collections.abc import Iterable
 from dataclasses import asdict, dataclass
-from functools import cache, lru_cache
+from functools import lru_cache
 from pathlib import Path
 from typing import Any, NotRequired, TypedDict
 
@@ -20,8 +20,8 @@ from rayproof.reports.judge.answers import Answers
 from rayproof.reports.judge.case import judge_case
 from rayproof.reports.judge.verdict import Judged, of_what_is_supported
 from rayproof.reports.processes.worker import serve
-from rayproof.reports.run.messages import TRACING, UNDER_TEST, ReferenceTask, SubjectTask, TracerTask
-from rayproof.reports.run.worker_tasks import handler
+from rayproof.reports.run.tracer_task import trace
+from rayproof.reports.run.worker_tasks import render_reference, render_subject
 from rayproof.reports.run.workers import ask
 from rayproof.reports.subjects import PROGRAM, THE_TRACER, Subject
 from rayproof.reports.subjects.choosing import chosen
@@ -127,18 +127,14 @@ def serve_scenes(kind: str, connection: Any) -> None:
     serve(kind, connection, handlers=lambda _: judge_scene)
 
 
-_task = cache(handler)
-
-
 def answers_of(case: Case, subject: Subject, configurations: Iterable[str]) -> tuple[list[Answers], dict[str, str]]:
     """Return what a subject answers, the tracer by each configuration, and the versions of what computed it."""
     if subject.is_tracer:
-        tasks = [TracerTask(scene=case.scene, configuration=name, samples=1) for name in configurations]
-        told = [_task(TRACING)(task) for task in tasks]
+        renders = [trace(case.scene, name) for name in configurations]
     else:
-        kind = subject.transport or f"{UNDER_TEST}{subject.name}"
-        told = [_task(kind)(SubjectTask(scene=case.scene, samples=1, subject=subject))]
-    return [one[0] for one in told], {name: version for one in told for name, version in one[1].items()}
+        renders = [render_subject(case.scene, 1, subject)]
+    versions = {name: version for render in renders for name, version in render.versions.items()}
+    return [render.answers for render in renders], versions
 
 
 def judge_scene(order: SceneOrder) -> SceneRecord:
@@ -147,9 +143,9 @@ def judge_scene(order: SceneOrder) -> SceneRecord:
     candidates, versions = answers_of(case, order.subject, order.configurations)
     witnesses = []
     for name in order.panel:
-        witness, version = _task(f"reference:{name}")(ReferenceTask(scene=case.scene, samples=1))
-        witnesses.append(witness)
-        versions |= version
+        render = render_reference(name, case.scene)
+        witnesses.append(render.answers)
+        versions |= render.versions
 
     def judged(some: list[Answers]) -> Judged:
         verdict = judge_case(case, some, witnesses, oracle, versions, panel=order.panel)

@@ -1,4 +1,4 @@
-"""`rayproof probe --keep` makes one call of a program by hand, and with a pixel puts it beside the rest."""
+"""`rayproof call` makes one call of a program by hand, and `rayproof probe` puts a pixel of it beside the rest."""
 
 import json
 import sys

@@ -27,6 +27,14 @@ def test_every_slot_has_a_starter_that_states_its_contract_and_loads(slot: str, 
     assert "->" in text.split('"""')[1] or f"{slot}(" in text.split('"""')[1]
 
 
+def test_a_starter_documents_the_members_of_its_arguments() -> None:
+    about = starter(FORMULAS["sphere/haines"])[1].split('"""')[1]
+
+    assert "    ray.origin, ray.direction\n    ray.at(t): Return the points at" in about
+    assert "    interval.smallest(near, far): Return the smaller of two ordered roots" in about
+    assert "shear" not in about  # a cache of the triangles' formulas
+
+
 def test_it_works_as_it_stands(rayproof: Rayproof, tmp_path: Path) -> None:
     chosen = {}
     for slot in ("sphere", "shadow_ray", "falloff", "ray"):

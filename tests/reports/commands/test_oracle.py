@@ -1,4 +1,4 @@
-"""`rayproof probe --certified` encloses what every other renderer should have answered."""
+"""`rayproof certify` encloses what every other renderer should have answered."""
 
 import json
 from pathlib import Path
@@ -17,7 +17,7 @@ def test_a_rectangle_of_a_scene_file(rayproof: Rayproof, tmp_path: Path) -> None
     save_scene(scene, tmp_path / "scene.json")
 
     file = tmp_path / "out" / "o.json"
-    ended = rayproof("probe", tmp_path / "scene.json", "--certified", "--pixels", "40,30,43,32", "--json", file)
+    ended = rayproof("certify", tmp_path / "scene.json", "--pixels", "40,30,43,32", "--json", file)
 
     assert ended.code == 0
     assert "undecided: none" in ended.out
@@ -38,7 +38,7 @@ def test_a_rectangle_of_a_scene_file(rayproof: Rayproof, tmp_path: Path) -> None
 
 def test_one_pixel_is_shown_and_stages_can_be_chosen(rayproof: Rayproof, tmp_path: Path) -> None:
     asked = ("--stages", "distance,object", "--json", tmp_path / "o.json")
-    ended = rayproof("probe", "primitives/cube", "0", "0", "--certified", *asked)
+    ended = rayproof("certify", "primitives/cube", "--pixels", "0,0", *asked)
 
     assert ended.code == 0
     assert "distance.V" in ended.out

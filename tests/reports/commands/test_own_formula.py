@@ -1,5 +1,6 @@
 """A formula of one's own, slot=FILE.py:function, in the commands that take formulas."""
 
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -7,12 +8,10 @@ import pytest
 
 from rayproof.cases.families import select
 from rayproof.cases.stages import Stage
-from rayproof.reports.processes.worker import Reply
 from rayproof.reports.run import suite
 from rayproof.reports.run.engine.machine import write
-from rayproof.reports.run.messages import TracerTask
-from rayproof.reports.run.options import RunOptions, demands
-from rayproof.reports.run.tracer_task import trace
+from rayproof.reports.run.options import CaseOptions, RunOptions, case_options
+from rayproof.reports.run.worker_tasks import render_tracer
 from rayproof.reports.run.workers import workers
 from rayproof.reports.subjects import TRACER
 from rayproof.tracer.configuration import Configuration
@@ -55,15 +54,12 @@ def test_a_run_finds_it_and_its_workers_render_by_it(
 
     assert rayproof("run", CASE, "--formula", "sphere=./mine.py:nearest_hit", "--jobs", 1).code == 0
 
-    (request,), replies = requests, list[Reply]()
+    (request,) = requests
     assert request.configurations == (NAME,)
-    scene, pool = select([CASE])[0].scene, workers(request.subject, jobs=request.jobs, timeout=request.timeout)
-    own = demands(request, ()).own
-    pool.submit(TRACER, TracerTask(scene=scene, configuration=NAME, samples=1, own=own), replies.append)
-    while not replies:
-        pool.step()
+    case, pool = select([CASE])[0], workers(request.subject, jobs=request.jobs, timeout=request.timeout)
+    reply = pool.reply(TRACER, partial(render_tracer, case, case_options(request, ()), NAME))
     pool.close()
-    answered = replies[0].value[0].answers[Stage.OBJECT]
+    scene, answered = case.scene, reply.value.answers.answers[Stage.OBJECT]
     usual = render(scene, [Stage.OBJECT], Configuration())[Stage.OBJECT]
     assert np.count_nonzero(answered >= 0) < 0.5 * np.count_nonzero(usual >= 0)  # half the radius
 
@@ -71,16 +67,14 @@ def test_a_run_finds_it_and_its_workers_render_by_it(
 def test_a_file_that_changes_during_a_run_is_an_error_and_its_content_is_in_every_key(folder: Path) -> None:
     about = {"selectors": (), "out": folder, "resume": True, "require": (), "jobs": 1, "timeout": 1.0, "json": None}
     request = RunOptions(**about, configurations=(NAME,))
-    before = demands(request, ()).own
-    scene = select([CASE])[0].scene
-    task = TracerTask(scene=scene, configuration=NAME, samples=1, own=before)
-    assert trace(task)[0].error is None
+    before, (case,) = case_options(request, ()), select([CASE])
+    assert render_tracer(case, before, NAME).answers.error is None
 
     (folder / "mine.py").write_text(f"{MINE}\n# another\n")
 
-    assert demands(request, ()).own != before
+    assert case_options(request, ()).own != before.own
     with pytest.raises(RuntimeError, match=r"mine.py:nearest_hit has changed since the run began"):
-        trace(task)
+        render_tracer(case, before, NAME)
 
 
 @pytest.mark.process
@@ -91,7 +85,7 @@ def test_a_mistake_in_it_ends_with_2_and_one_line_everywhere(rayproof: Rayproof,
         "render": ((CASE, "a.exr"), "--formula"),
         "probe": ((CASE, 1, 1), "--formula"),
         "stability": ((), None),
-        "tradeoff": (("SPH-FAR",), "--formula"),
+        "tradeoff": (("SPH-FAR",), None),
     }[command]
     ended = rayproof(command, *before, *([option] if option else []), "sphere=mine.py:nearest")
 
@@ -111,15 +105,12 @@ def test_it_travels_with_what_it_imports_and_is_the_same_where_it_arrives(
         (folder / name).unlink()
     forget()
 
-    answers = trace(
-        TracerTask(
-            scene=select([CASE])[0].scene,
-            configuration=NAME,
-            samples=1,
-            own=tuple(f"{place} {digest}" for place, digest in before.items()),
-            copies=((path, str(arrived / "mine.py")),),
-        )
-    )[0]
+    options = CaseOptions(
+        references=(),
+        own=tuple(f"{place} {digest}" for place, digest in before.items()),
+        copies=((path, str(arrived / "mine.py")),),
+    )
+    answers = render_tracer(select([CASE])[0], options, NAME).answers
 
     assert sorted(files) == ["factor.py", "mine.py"]
     assert answers.name == NAME

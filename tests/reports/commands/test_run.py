@@ -54,3 +54,26 @@ def test_another_renderer_is_put_under_test(rayproof: Rayproof, asked: list[RunO
     assert asked[0].subject == Subject(name="mitsuba_scalar", title="mitsuba_scalar")
     assert asked[0].require == ("radiance", "certified", "analytic")
     assert not asked[0].cached
+
+
+def test_random_scenes_are_named_by_seed_and_number(
+    rayproof: Rayproof, asked: list[RunOptions], tmp_path: Path
+) -> None:
+    rayproof("random", "--count", 3, "--seed", 7, "--out", tmp_path / "out", "--subject", "mitsuba_scalar")
+
+    assert asked[0].selectors == ("random/7/0", "random/7/1", "random/7/2")
+    assert asked[0].subject.name == "mitsuba_scalar"
+
+
+def test_a_limit_of_workers_memory_is_read_from_the_environment(
+    rayproof: Rayproof, asked: list[RunOptions], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    words = ("run", "primitives", "--out", tmp_path / "out", "--subject", "mitsuba_scalar")
+    monkeypatch.setenv("RAYPROOF_WORKER_MEMORY", "1.5")
+    assert rayproof(*words).code == 1
+    monkeypatch.setenv("RAYPROOF_WORKER_MEMORY", "much")
+    ended = rayproof(*words)
+
+    assert asked[0].worker_memory == 1.5 * 2**30
+    assert (ended.code, len(asked)) == (2, 1)
+    assert ended.error.startswith("rayproof: RAYPROOF_WORKER_MEMORY is a number of GiB")

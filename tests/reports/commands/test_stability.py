@@ -24,7 +24,7 @@ KEYS = {
     "expected",
     "verdict",
 }
-FAR = ("--quick", "--ladder", "SPH-FAR", "--precision", "float32")
+FAR = ("--quick", "SPH-FAR", "--precision", "float32")
 
 
 def test_what_the_file_holds(rayproof: Rayproof, tmp_path: Path) -> None:

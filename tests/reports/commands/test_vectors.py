@@ -8,7 +8,7 @@ from tests.reports.vectors.answers import of_formula, written
 
 
 def test_it_writes_the_files_of_the_slots_that_are_named(rayproof: Rayproof, tmp_path: Path) -> None:
-    ended = rayproof("vectors", "sphere", "falloff", "--out", tmp_path)
+    ended = rayproof("vectors", "write", "sphere", "falloff", "--out", tmp_path)
 
     assert ended.code == 0
     names = {path.name for path in tmp_path.iterdir() if not path.name.startswith(".")}
@@ -20,7 +20,7 @@ def test_it_judges_answers_and_publishes(rayproof: Rayproof, tmp_path: Path) -> 
     cells = of_formula("sphere/haines", "sphere", "float32")
     answers = written(tmp_path / "mine.csv", {i: row for i, row in cells.items() if "extreme" not in i})
 
-    ended = rayproof("vectors", "--judge", answers, "--out", tmp_path / "judged")
+    ended = rayproof("vectors", "judge", answers, "--out", tmp_path / "judged")
 
     assert ended.code == 0
     assert "SPH-FAR" in ended.out

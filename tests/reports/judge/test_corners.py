@@ -101,7 +101,7 @@ def test_a_face_may_turn_by_its_corners_rounding_and_by_no_more(shape, name, pre
 
 
 def test_who_keeps_a_square_in_its_own_space_has_no_such_allowance():
-    assert judged_normal(SQUARE, "double_double", "float64", 1.0) is not Outcome.PASS
+    assert judged_normal(SQUARE, "certified", "float64", 1.0) is not Outcome.PASS
 
 
 def test_a_ray_that_hits_where_the_right_one_misses_is_blamed_for_nothing_that_follows():

@@ -22,15 +22,18 @@ def replies(
 ) -> dict[tuple[str, str], Reply]:
     """Return the reply to each (kind, task)."""
     pool = Pool(jobs=jobs, timeout=timeout, copies=copies, target=obey)
-    found: dict[tuple[str, str], Reply] = {}
-    for kind, task in tasks:
-        pool.submit(kind, task, lambda reply, key=(kind, task): found.__setitem__(key, reply))
+    futures = {(kind, task): pool.submit(kind, task) for kind, task in tasks}
     try:
         while not pool.idle:
             pool.step()
     finally:
         pool.close()
-    return found
+    return {key: future.result() for key, future in futures.items()}
+
+
+def submit(pool: Pool, heard: list[Reply], *task: object, **about: object) -> None:
+    """Submit a task, whose reply is appended to `heard`."""
+    pool.submit(*task, **about).add_done_callback(lambda future: heard.append(future.result()))  # type: ignore[arg-type]
 
 
 def test_every_task_is_answered_by_a_worker_of_its_kind():
@@ -60,16 +63,16 @@ def test_a_worker_that_hangs_is_stopped_at_its_deadline():
 
 def test_what_is_first_is_done_in_turn_before_all_else():
     pool = Pool(jobs=1, timeout=20.0, target=obey)
-    heard: list[str] = []
+    heard: list[Reply] = []
     for task, first in (("third", False), ("first", True), ("second", True)):
-        pool.submit("a", task, lambda reply: heard.append(reply.value[1]), first=first)
+        submit(pool, heard, "a", task, first=first)
     try:
         while not pool.idle:
             pool.step()
     finally:
         pool.close()
 
-    assert heard == ["first", "second", "third"]
+    assert [reply.value[1] for reply in heard] == ["first", "second", "third"]
 
 
 @pytest.mark.parametrize("how", ["one", "die", "leave", "hang"])
@@ -83,7 +86,9 @@ def test_nothing_is_left_of_a_worker_s_temporary_files_however_it_ends(how, tmp_
 
 def test_a_prepared_worker_s_own_task_comes_first_and_costs_the_others_nothing():
     pool, heard = Pool(jobs=1, timeout=5.0, target=obey), []
-    pool.submit("a", "one", lambda reply: heard.append((reply.value, time.monotonic() - start)))
+    pool.submit("a", "one").add_done_callback(
+        lambda future: heard.append((future.result().value, time.monotonic() - start))
+    )
     pool.prepare("a", "hang")
     pool.prepare("a", "hang")  # it is prepared already
     start = time.monotonic()
@@ -102,7 +107,7 @@ def test_a_worker_that_dies_when_it_has_nothing_to_do_costs_no_task():
     pool, heard = Pool(jobs=1, timeout=20.0, target=obey), []
     try:
         for task in ("answer and leave", "after"):
-            pool.submit("a", task, heard.append)
+            submit(pool, heard, "a", task)
             while not pool.idle:
                 pool.step()
             time.sleep(0.5)  # it is dead by now, which nobody waited for
@@ -123,7 +128,7 @@ from tests.reports.run.workers import obey, sleep_or_compute
 if __name__ == "__main__":
     with scratch():
         pool = Pool(jobs=1, timeout=60.0, target=obey)
-        pool.submit("a", "hang", print)
+        pool.submit("a", "hang")
         pool.start()
         print(pool._workers["a", 0].process.process.pid, flush=True)
         while True:
@@ -158,7 +163,7 @@ def test_large_tasks_run_one_at_a_time_and_their_workers_end_with_them():
     pool = Pool(jobs=3, timeout=30.0, target=obey)
     heard: list[Reply] = []
     for kind in ("a", "b", "a"):
-        pool.submit(kind, "pid", heard.append, large=True)
+        submit(pool, heard, kind, "pid", large=True)
     most = 0
     try:
         while not pool.idle:
@@ -179,7 +184,7 @@ def pooled(pool: Pool, *tasks: str, **about: object) -> list[Reply]:
     found: list[Reply] = []
     try:
         for task in tasks:
-            pool.submit("a", task, found.append, **about)  # type: ignore[arg-type]
+            submit(pool, found, "a", task, **about)  # type: ignore[arg-type]
             while not pool.idle:
                 pool.step()
     finally:

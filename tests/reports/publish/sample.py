@@ -237,7 +237,7 @@ def _check(configuration: str, reference: str, stage: Stage, case: dict[str, Any
         "limit": 5e-16 if precise else 5.3e-7, "pixel": [18, 14], "ours": [0.1, 0.2, 0.3], "theirs": [0.1, 0.2, 0.3],
         "interior": 640, "wrong": 12 if blamed else 0, "explained": 31, "mean_wrong": 0.017 if blamed else 0.0,
         "hit_miss": 0, "nan": 1 if blamed else 0, "inf": 0, "ulp": 3.1,
-        "relative_mse": 1e-15, "ssim": 0.99999, "psnr": 141.2, "nrmse": 1e-8, "range": [0.0, 1.3],
+        "metrics": {"relative_mse": 1e-15, "ssim": 0.99999, "psnr": 141.2, "nrmse": 1e-8}, "range": [0.0, 1.3],
     }  # fmt: skip
     return recorded(
         configuration=configuration, reference=reference, stage=stage.value,

@@ -56,7 +56,7 @@ def test_a_reviewer_walks_from_the_cause_to_its_pixel_and_through_every_tab(
     look("view")
     page.get_by_role("link", name=re.compile("all cases")).click()
     for tab, told in (
-        ("Stability", "--studies"),
+        ("Stability", "rayproof stability"),
         ("Error against time", "primitives/sphere"),
         ("References", "analytic"),
     ):

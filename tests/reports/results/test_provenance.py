@@ -72,8 +72,8 @@ def test_a_comparison_is_computed_again_from_its_folder_alone(rayproof: Rayproof
     for name in ("mine.py", "factor.py", "scene.json"):
         (folder / name).unlink()
 
-    told = rayproof("report", "kept", "--reproduce")
-    again = rayproof("report", "kept", "--reproduce", "--trust")
+    told = rayproof("report", "reproduce", "kept")
+    again = rayproof("report", "reproduce", "kept", "--trust")
 
     assert told.code == again.code == 0, again.error
     assert "rayproof compare sphere/haines 'sphere=./mine.py:hit(eps=1e-4)' scene.json" in told.out

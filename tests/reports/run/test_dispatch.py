@@ -12,19 +12,17 @@ import pytest
 
 from rayproof.cases.families import select
 from rayproof.reports.results.case_records import CaseRecord
-from rayproof.reports.run.case_pipeline import Instructions
+from rayproof.reports.run.case_pipeline import finished
 from rayproof.reports.run.engine import dispatch as module
 from rayproof.reports.run.engine.dispatch import Dispatch
 from rayproof.reports.run.engine.machine import Answer, Batch, packed
-from rayproof.reports.run.options import EVERY_CASE, Demands
+from rayproof.reports.run.options import CaseOptions
 from rayproof.reports.run.plan import PlannedCase
-from rayproof.reports.subjects import THE_TRACER
 
 distributed = pytest.importorskip("distributed")
 
 CASE = select(["primitives/sphere"])[0]
-DEMANDS = Demands(subject="tracer", identity=(), references=("analytic",), require=(), images=EVERY_CASE, own=())
-TERMS = Instructions(demands=DEMANDS, subject=THE_TRACER, cached=False, patient=False)
+OPTIONS = CaseOptions(references=("analytic",))
 RECORD: Any = {
     "name": "played/0", "family": "played", "verdict": "pass", "renders": [], "planned": 0, "checks": [], "ran": {},
     "covers": [],
@@ -84,15 +82,15 @@ class Played:
 def put_through(client: Played, count: int, folder: Path) -> tuple[list[CaseRecord], Dispatch, list[str]]:
     """Return the records in the order in which they came, and what was told meanwhile."""
     lines: list[str] = []
-    dispatch = Dispatch(client, Batch(instructions=TERMS, timeout=60.0), tell=lines.append)
-    records = [both[1] for both in dispatch.records(map(planned, range(count)), folder) if both is not None]
+    dispatch = Dispatch(client, Batch(options=OPTIONS, timeout=60.0), folder, tell=lines.append)
+    records = [both[1] for both in finished(dispatch, map(planned, range(count))) if both is not None]
     dispatch.close()
     return records, dispatch, lines
 
 
 @pytest.fixture(autouse=True)
 def _quickly(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(module, "facts", lambda instructions: {"processor": "any"})
+    monkeypatch.setattr(module, "facts", lambda options: {"processor": "any"})
     monkeypatch.setattr(module, "GLANCE", 0.0)
     monkeypatch.setattr(module, "WAIT", 0.2)
 

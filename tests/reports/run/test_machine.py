@@ -9,7 +9,7 @@ import pytest
 
 from rayproof.reports.run.engine import machine
 from rayproof.reports.run.engine.machine import Batch, facts, packed, unpacked, work
-from tests.reports.run.test_dispatch import RECORD, TERMS
+from tests.reports.run.test_dispatch import OPTIONS, RECORD
 
 
 def test_a_case_travels_with_its_own_files_and_no_other(tmp_path: Path) -> None:
@@ -44,8 +44,8 @@ def machines(monkeypatch: pytest.MonkeyPatch) -> list[str]:
 
 
 def test_a_worker_with_other_code_refuses(machines: list[str]) -> None:
-    other: dict[str, Any] = {**facts(TERMS), "rayproof's code": "rayproof 0.1.0 another"}
-    answer = work("run", other, pickle.dumps(Batch(instructions=TERMS, timeout=60.0)))
+    other: dict[str, Any] = {**facts(OPTIONS), "rayproof's code": "rayproof 0.1.0 another"}
+    answer = work("run", other, pickle.dumps(Batch(options=OPTIONS, timeout=60.0)))
 
     assert answer.worker == "tls://here:1"
     assert answer.refused.startswith("rayproof's code: ")
@@ -54,8 +54,8 @@ def test_a_worker_with_other_code_refuses(machines: list[str]) -> None:
 
 
 def test_a_worker_refuses_by_its_references_and_where_it_cannot_work(machines: list[str]) -> None:
-    pickled = pickle.dumps(Batch(instructions=TERMS, timeout=60.0))
-    ours = facts(TERMS)
+    pickled = pickle.dumps(Batch(options=OPTIONS, timeout=60.0))
+    ours = facts(OPTIONS)
 
     assert work("run", {**ours, "reference analytic": "0"}, pickled).refused.startswith("reference analytic: ")
     assert machines == []

@@ -11,7 +11,6 @@ from rayproof.cases.stages import Stage
 from rayproof.reference.analytic import Analytic
 from rayproof.reports.run import reference_cache
 from rayproof.reports.run.cache_store import Store, encode, usual_folder
-from rayproof.reports.run.messages import ReferenceTask
 from rayproof.reports.run.reference_cache import Question, cached
 from rayproof.reports.run.worker_tasks import ask_reference
 from tests.reports.judge.scenes import ORACLE, SCENE, truth
@@ -140,13 +139,9 @@ def test_a_reference_is_heard_from_the_cache_only_where_its_task_says_so(tmp_pat
     assert usual_folder() == tmp_path
     monkeypatch.setattr(reference_cache, "OPENING", -1.0)
     monkeypatch.setattr(reference_cache, "READING", 1e18)
-    task = ReferenceTask(scene=SCENE, samples=1)
-
-    ask_reference("analytic", Analytic(), task, independent=True)
+    ask_reference("analytic", Analytic(), SCENE, independent=True)
     assert not Store(tmp_path).items(), "a renderer under test is asked without the cache"
-    first, second = (
-        ask_reference("analytic", Analytic(), replace(task, cached=True), independent=True) for _ in range(2)
-    )
+    first, second = (ask_reference("analytic", Analytic(), SCENE, cached=True, independent=True) for _ in range(2))
 
     assert (first.cached, second.cached) == (False, True)
     assert np.array_equal(second.answers[Stage.RADIANCE], truth()[Stage.RADIANCE])

@@ -80,7 +80,7 @@ def test_the_first_line_that_is_wrong_is_named_and_nothing_is_written(
 
     with pytest.raises(SceneError, match=says):
         SceneStream(path)
-    ended = rayproof("run", "--scenes", path, "--out", tmp_path / "out")
+    ended = rayproof("run", path, "--out", tmp_path / "out")
     assert ended.code == 2
     assert ended.error.count("\n") == 1
     assert not (tmp_path / "out").exists()

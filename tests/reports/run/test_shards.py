@@ -61,7 +61,7 @@ def test_parts_put_together_are_the_whole(runs: Path) -> None:
     (runs / "one" / "scenes" / "stray.json").symlink_to(runs / "mine.json")
     (runs / "two" / "scenes" / "away").symlink_to(runs / "first" / "scenes")
 
-    done = rayproof("run", "--merge", runs / "two", runs / "one", "--out", runs / "all")
+    done = rayproof("merge", runs / "two", runs / "one", "--out", runs / "all")
 
     assert done.returncode == 0, done.stderr
     whole, merged = (json.loads((runs / name / "results.json").read_text()) for name in ("whole", "all"))
@@ -79,7 +79,7 @@ def test_parts_put_together_are_the_whole(runs: Path) -> None:
 
 @pytest.mark.process
 def test_a_part_that_is_not_there_makes_its_cases_missing(runs: Path, tmp_path: Path) -> None:
-    done = rayproof("run", "--merge", runs / "one", "--out", tmp_path / "half")
+    done = rayproof("merge", runs / "one", "--out", tmp_path / "half")
 
     assert done.returncode == 3
     assert "part 2/2 was not given: its cases are missing" in done.stdout
@@ -98,7 +98,7 @@ def test_what_does_not_belong_together_is_refused_in_a_line(runs: Path, tmp_path
         ((runs / "one", runs / "one"), "are both part 1/2"),
         ((runs / "one", runs / "whole"), "holds no part of a run"),
     ):
-        done = rayproof("run", "--merge", *folders, "--out", tmp_path / "all")
+        done = rayproof("merge", *folders, "--out", tmp_path / "all")
 
         assert done.returncode == 2
         assert said in done.stderr

@@ -9,8 +9,9 @@ import pytest
 
 from rayproof.reports.cli import main
 from rayproof.reports.judge.answers import Answers
-from rayproof.reports.processes.pool import Pool
-from rayproof.reports.run import messages
+from rayproof.reports.processes.pool import Future, Pool
+from rayproof.reports.processes.worker import Reply
+from rayproof.reports.run import worker_tasks
 from rayproof.reports.run.case_pipeline import flawless
 
 CASE = "inside/sphere"
@@ -24,9 +25,9 @@ class Kinds(list[str]):
         super().__init__()
         submit = Pool.submit
 
-        def counted(pool: Pool, kind: str, *rest: Any, **more: Any) -> None:
+        def counted(pool: Pool, kind: str, *rest: Any, **more: Any) -> Future[Reply]:
             self.append(kind)
-            submit(pool, kind, *rest, **more)
+            return submit(pool, kind, *rest, **more)
 
         patch.setattr(Pool, "submit", counted)
 
@@ -102,7 +103,7 @@ def test_other_answers_and_runs_without_memory_are_judged_anew(
     ran(tmp_path / "other", *options)
 
     assert "judge" in submitted
-    assert (messages.RECALLING in submitted) == ("--no-cache" not in options), "without a cache it is not asked"
+    assert (worker_tasks.CACHE in submitted) == ("--no-cache" not in options), "without a cache it is not asked"
 
 
 def test_a_case_whose_references_or_judge_failed_is_not_kept() -> None:

@@ -47,7 +47,7 @@ def test_a_program_that_was_built_anew_is_another_subject(tmp_path: Path) -> Non
 
 WRONG = {
     "unknown": ("maya", "no renderer is called 'maya'; known: analytic"),
-    "the oracle": ("analytic", "double_double"),
+    "the oracle": ("analytic", "certified"),
     "no command": ("exec:", "no command"),
     "no program": ("exec:no-such-renderer {scene}", "'no-such-renderer' is no program"),
     "no image to write": (

@@ -1,7 +1,7 @@
 """Planted mistakes of the tracer's formulas and their table; none is used unless it is named.
 
-Facts of a mistake, beside those of every formula: `says` is what a renderer with it does, a verb phrase; `cases` are
-those that are sure to notice it; `also` are stages that it spoils beside its slot's.
+Facts of a mistake in addition to those of every formula: `says`, a verb phrase about a renderer with this mistake;
+`cases`, cases that certainly fail with it; `also`, stages that it spoils in addition to its slot's.
 """
 
 from typing import Any
@@ -11,7 +11,7 @@ from rayproof.cases.stages import Stage
 
 
 def mistake(path: str, *covers: str, **facts: Any) -> Entry:
-    """Return the entry of a mistake that stands on one of this folder's pages and concerns these items."""
+    """Return the entry of a mistake that is defined in a module of this folder and concerns these items."""
     return Entry(f"mistakes.{path}", covers=covers, kind="fault", **facts)
 
 

@@ -80,7 +80,7 @@ def fault_transposed(matrix: Any) -> Any:
 def fault_not_flipped(px: Any, py: Any, width: int, height: int) -> tuple[Any, Any]:
     """Return sy = 2 py / H - 1, growing downwards.
 
-    Rows counted upwards, so the image stands on its head.
+    Rows counted upwards, so the image is upside down.
     """
     return 2 * px / width - 1, 2 * py / height - 1
 

@@ -37,7 +37,7 @@ def fault_near_ignored(direction: Any, forward: Any, near: Any, far: Any) -> tup
 def fault_behind(direction: Any, forward: Any, near: Any, far: Any) -> tuple[Any, Any]:
     """Return -inf and inf.
 
-    Negative t accepted: what is behind the eye is seen.
+    Negative t accepted: shapes behind the eye are seen.
     """
     return type(near)(-dr.inf), type(near)(dr.inf)
 

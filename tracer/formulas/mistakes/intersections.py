@@ -216,9 +216,9 @@ def fault_half_b(ray: Ray, sphere: Any, interval: Interval) -> Any:
 
 
 def fault_negative_root(ray: Ray, sphere: Any, interval: Interval) -> Any:
-    """Return the smaller root wherever it lies.
+    """Return the smaller root, whatever its sign.
 
-    The smaller root taken even where it lies behind the eye.
+    The smaller root is taken even if it is behind the eye.
     """
     f = ray.origin - sphere.center
     A = dr.squared_norm(ray.direction)

@@ -18,8 +18,8 @@ def fault_channels_swapped(albedo: Any, irradiance: Any) -> Any:
 
     Red and blue swapped.
     """
-    found = albedo * irradiance
-    return type(found)(found.z, found.y, found.x)
+    exitance = albedo * irradiance
+    return type(exitance)(exitance.z, exitance.y, exitance.x)
 
 
 def fault_white(albedo: Any, irradiance: Any) -> Any:

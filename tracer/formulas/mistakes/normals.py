@@ -1,4 +1,4 @@
-"""Planted mistakes of normals in object space, in world space, and of which side faces the viewer."""
+"""Planted mistakes of normals in object space and in world space, and of the visible side."""
 
 from typing import Any
 

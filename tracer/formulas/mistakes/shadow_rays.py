@@ -1,4 +1,4 @@
-"""Planted mistakes of where shadow rays start, where they end, and what blocks them."""
+"""Planted mistakes of the start and the end of shadow rays, and of their blockers."""
 
 from typing import Any
 
@@ -64,7 +64,7 @@ def fault_obstructed_never(distance: Any) -> Any:
 
 
 def fault_long(origin: Any, light: Any) -> tuple[Any, Any]:
-    """Return the direction light - origin, and an end of 1.15 where the light stands at 1.
+    """Return the direction light - origin, and an end of 1.15; the light is at t = 1.
 
     Shadow rays that end behind the light, at 1.15 of the way.
     """
@@ -72,7 +72,7 @@ def fault_long(origin: Any, light: Any) -> tuple[Any, Any]:
 
 
 def fault_short(origin: Any, light: Any) -> tuple[Any, Any]:
-    """Return the direction light - origin, and an end of 0.9 where the light stands at 1.
+    """Return the direction light - origin, and an end of 0.9; the light is at t = 1.
 
     Shadow rays that end before the light, at 0.9 of the way.
     """

@@ -222,9 +222,9 @@
       render.error ? [" ", rayproof.pill("error"), " ", rayproof.prose(render.error)] : null,
       render.image ? [" ", e("span", { class: "muted" }, render.image)] : null));
     const notes = (data.notes || []).map((note) => e("li", {}, rayproof.prose(note)));
-    const probe = (data.probe || []).join("");
-    const call = /--subject '?(exec|serve|python):/.test(probe) ? e("p", {},
-      "Call the program once more, and keep its scene, command, output and image: ", rayproof.code(`${probe} --keep call`)) : null;
+    const [probe, subject] = data.probe || ["", ""];
+    const call = /--subject '?(exec|serve|python):/.test(subject) ? e("p", {},
+      "Call the program once more, and keep its scene, command, output and image: ", rayproof.code(`${probe.replace(" probe ", " call ")} call${subject}`)) : null;
     return rows.length || notes.length ? e("details", { class: "panel" },
       e("summary", {}, `Renders (${rows.length})`), call, e("ul", {}, rows, notes)) : null;
   };

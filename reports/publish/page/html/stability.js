@@ -18,7 +18,7 @@
     return e("span", { class: `glyph mark ${rayproof.tone(name)}`, title: climb.surprise || climb.known || word }, rayproof.glyph(name));
   }
 
-  const command = (ladder, climb) => `rayproof stability ${rayproof.quoted(climb.formula)} --ladder ${rayproof.quoted(ladder.ladder)} --precision ${climb.precision}`;
+  const command = (ladder, climb) => `rayproof stability ${rayproof.quoted(climb.formula)} ${rayproof.quoted(ladder.ladder)} --precision ${climb.precision}`;
 
   function breakpoints(ladders, formulas, precision) {
     const cell = (ladder, formula) => {
@@ -76,7 +76,7 @@
       e("p", { class: "muted" }, "\u2020 known to fail, dashed; dotted: predicted slope; bars: 95 % interval of the median. K = ", ladder.condition, ladder.survivor ? `. Survives: ${ladder.survivor}` : "", ladder.first_to_break ? `. First to break: ${ladder.first_to_break}.` : ""),
       ladder.measured ? e("p", {}, ladder.measured) : null,
       laws.map((law) => e("p", { class: "muted" }, `Predicted slope ${law.slope} of ${law.formulas.map((name) => (name === "*" ? "all others" : name)).join(", ")}: ${law.because}`)),
-      table, rayproof.command(`rayproof stability --ladder ${rayproof.quoted(ladder.ladder)} --precision ${precision}`));
+      table, rayproof.command(`rayproof stability ${rayproof.quoted(ladder.ladder)} --precision ${precision}`));
   }
 
   function headline({ ladders, about }) {
@@ -90,8 +90,7 @@
   }
 
   // What the page says where nothing was measured: which commands do.
-  const unmeasured = (what, command) => e("section", { class: "panel" }, e("p", {}, `Not measured in this run: ${what}. This command measures them too:`),
-    rayproof.command("rayproof run --studies"), e("p", {}, "This one adds them to the folder of this report and publishes it again:"),
+  const unmeasured = (what, command) => e("section", { class: "panel" }, e("p", {}, `Not measured in this run: ${what}. This command adds them to the folder of this report and publishes it again:`),
     rayproof.command(`rayproof ${command} --quick --out FOLDER && rayproof report FOLDER`));
 
   async function stabilityView(results) {
@@ -123,10 +122,10 @@
   rayproof.addPage("stability", { title: "Stability", has: () => true, view: (results) => (results.plots?.stability ? rayproof.later(stabilityView(results))
     : [e("h1", {}, "Stability"), unmeasured("the ladders: how errors grow as inputs become ill-conditioned, and the breakpoint of every formula", "stability")]) });
 
-  // The worst inputs of formulas, as `rayproof stability --worst` found them.
+  // The worst inputs of formulas, as `rayproof worst` found them.
   async function worstView(results) {
     const data = JSON.parse(await rayproof.inflateText(await rayproof.request(results.plots.worst)));
-    const again = (formula) => `rayproof stability ${rayproof.quoted(formula)} --worst --precision ${data.precision} --seconds ${data.seconds} --seed ${data.origin.seed}`;
+    const again = (formula) => `rayproof worst ${rayproof.quoted(formula)} --precision ${data.precision} --seconds ${data.seconds} --seed ${data.origin.seed}`;
     const card = (one) => e("section", { class: "panel", "aria-label": `${one.formula}, ${one.ladder}` },
       e("h2", {}, one.formula, " ", e("span", { class: "muted" }, `inputs of ${one.ladder}, ${data.precision}: ${one.tried} tried, ${one.beyond} of the worst ${one.scores.length} beyond their limit`)),
       e("p", {}, `The worst ${one.scores.length}: ${one.common.join("; ")}.`),
@@ -158,7 +157,7 @@
       rayproof.scroll(`limits of ${scale.ladder}`, e("table", { class: "limits" },
         e("thead", {}, e("tr", {}, ["renderer", "", "right up to", "blamed beyond"].map(th))),
         e("tbody", {}, data.bars.filter((bar) => bar.ladder === scale.ladder).map((bar) => limitRow(bar, bar.renderer === data.renderers[0]))))),
-      rayproof.command(`rayproof stability --subject ${rayproof.quoted(data.renderers[0].startsWith("tracer") ? "tracer" : data.renderers[0])} --ladder ${scale.ladder}`));
+      rayproof.command(`rayproof limits --subject ${rayproof.quoted(data.renderers[0].startsWith("tracer") ? "tracer" : data.renderers[0])} ${scale.ladder}`));
     return [e("section", { class: "panel" }, e("h1", {}, `How far ${data.renderers[0]} carries`),
       e("p", { class: "muted" }, "The last rung of each ladder of scenes up to which every rung passes. all: to the ladder's end. *: some rungs beyond pass again. undecided: float64 itself, or the pixels at edges, leave nothing to judge by.")),
     e("div", { class: "ladders" }, data.ladders.map(card))];
@@ -204,7 +203,7 @@
   function origin(results, diagram, point) {
     const [slot, ...rest] = diagram.name.split("/");
     const family = rest.join("/");
-    const command = diagram.kind === "ladders" ? `rayproof stability ${slotless(point)} --ladder ${rayproof.quoted(family)} --precision ${point.precision}`
+    const command = diagram.kind === "ladders" ? `rayproof stability ${slotless(point)} ${rayproof.quoted(family)} --precision ${point.precision}`
       : family === "overall" ? "rayproof tradeoff" : `rayproof tradeoff ${rayproof.quoted(family)}`;
     const cases = results.cases.some((row) => row.family === family) ? e("p", {}, e("a", { href: rayproof.link({ family }) }, `cases of ${family}`)) : null;
     const ladder = diagram.kind === "ladders" && results.plots?.stability ? e("p", {}, e("a", { href: rayproof.link({ page: "stability", ladder: family }) }, `ladder ${family}`)) : null;

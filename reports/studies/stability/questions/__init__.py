@@ -18,6 +18,7 @@ from rayproof.cases.registry import Registry
 from rayproof.tracer.formulas import Formula
 
 Answer = dict[str, np.ndarray]
+PER_VALUE = 4  # rays of every value of a sweep that the witness sees
 
 
 @dataclass(frozen=True)
@@ -72,3 +73,8 @@ QUESTIONS: Registry[type[Question]] = Registry("question", package="rayproof.rep
 def nothing(rays: int) -> np.ndarray:
     """Return (rays,) False."""
     return np.zeros(rays, dtype=bool)
+
+
+def sample(rungs: np.ndarray, per_value: int = PER_VALUE) -> np.ndarray:
+    """Return the indices of the first rays of every value."""
+    return np.concatenate([np.flatnonzero(rungs == rung)[:per_value] for rung in np.unique(rungs)])

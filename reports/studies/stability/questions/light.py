@@ -10,23 +10,17 @@ from typing import Any
 
 import drjit as dr
 import numpy as np
-from flint import arb, ctx
+from flint import arb
 
 from rayproof.cases.ladders import Inputs, Ladder
-from rayproof.reports.studies.stability.arithmetic import (
-    Columns,
-    Mathematics,
-    confirmed,
-    decided,
-    dot,
-    minus,
-    rational,
-    sample,
-    single,
-)
+from rayproof.reference.certified.columns import Columns, Mathematics, confirmed, decided, single
+from rayproof.reference.certified.fields import exact
+from rayproof.reference.certified.fields import precision as bits
+from rayproof.reference.certified.meetings import Signs
+from rayproof.reference.certified.numbers import dot, minus
 from rayproof.reports.studies.stability.device import downloaded, uploaded
-from rayproof.reports.studies.stability.questions import QUESTIONS, Answer, Grades, Truth, Witness, nothing
-from rayproof.reports.studies.stability.shapes import Signs, ahead, ray_of
+from rayproof.reports.studies.stability.questions import QUESTIONS, Answer, Grades, Truth, Witness, nothing, sample
+from rayproof.reports.studies.stability.shapes import ahead, ray_of
 from rayproof.tracer.configuration import Configuration
 from rayproof.tracer.formulas import FORMULAS, Formula
 from rayproof.tracer.kernel.arrays import ArrayTypes, array_types
@@ -38,7 +32,7 @@ BITS = 256
 DTYPES: Mapping[str, type[np.floating]] = {"float32": np.float32, "float64": np.float64}
 
 
-def exact(slot: str, x: Columns) -> arb:
+def light_of(slot: str, x: Columns) -> arb:
     """Return Phi / (4 pi r^2), or the cosine; 0 for a light at the point, where irradiance is defined to be 0."""
     squared = dot(x["away"], x["away"])
     if squared.is_zero():
@@ -55,11 +49,8 @@ class Light:
     def truth(self, ladder: Ladder, inputs: Inputs, rungs: np.ndarray) -> Truth:
         """Return the balls."""
         slot = ladder.slots[0]
-        old, ctx.prec = ctx.prec, BITS
-        try:
-            balls = [exact(slot, single(inputs, ray, arb)) for ray in range(len(rungs))]
-        finally:
-            ctx.prec = old
+        with bits(BITS):
+            balls = [light_of(slot, single(inputs, ray, arb)) for ray in range(len(rungs))]
         worst = max((float(ball.rel_accuracy_bits() < 100) for ball in balls if not ball.is_zero()), default=0.0)
         return Truth(counted=~nothing(len(rungs)), facts={"balls": balls}, witness=Witness(len(balls), worst))
 
@@ -243,7 +234,7 @@ def before_light(x: Columns) -> Columns:
 
 def _witness(inputs: Inputs, rungs: np.ndarray) -> Witness:
     """Confirm by rationals that the blocker stands between the plane of the hit and the light."""
-    rays = [single(inputs, int(ray), rational) for ray in sample(rungs)]
+    rays = [single(inputs, int(ray), exact) for ray in sample(rungs)]
     wrong = sum(
         dot(minus(x["light"], x["point"]), x["normal"]) <= x["gap"] * dot(x["normal"], x["normal"]) for x in rays
     )

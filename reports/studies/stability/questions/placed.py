@@ -11,22 +11,13 @@ from rayproof.cases.ladders import Inputs, Ladder
 from rayproof.cases.placement import world_triangles
 from rayproof.cases.rounding import UNIT_ROUNDOFF
 from rayproof.cases.scene import Cube, Mesh, Plane, Shape, Sphere, Square
-from rayproof.reports.studies.stability.arithmetic import (
-    Columns,
-    Pair,
-    confirmed,
-    cross,
-    decided,
-    dot,
-    evaluated,
-    minus,
-    normalized,
-    sample,
-    witnessed,
-)
+from rayproof.reference.certified.bundles import Bundle, floats
+from rayproof.reference.certified.columns import Columns, confirmed, decided, evaluated, parts, witnessed
+from rayproof.reference.certified.meetings import SHAPES, Hit, Triangle, towards
+from rayproof.reference.certified.numbers import cross, dot, minus, unit
 from rayproof.reports.studies.stability.device import downloaded, uploaded
-from rayproof.reports.studies.stability.questions import QUESTIONS, Answer, Grades, Truth, Witness, nothing
-from rayproof.reports.studies.stability.shapes import SHAPES, Hit, Triangle, ahead, ray_of, record, towards
+from rayproof.reports.studies.stability.questions import QUESTIONS, Answer, Grades, Truth, Witness, nothing, sample
+from rayproof.reports.studies.stability.shapes import ahead, ray_of, record
 from rayproof.tracer.configuration import Configuration
 from rayproof.tracer.formulas import Formula
 from rayproof.tracer.kernel.arrays import ArrayTypes, array_types
@@ -92,7 +83,7 @@ def graded(ladder: Ladder, truth: Truth, t: np.ndarray, precision: str) -> Grade
     hits = np.isfinite(t)
     both = hits & hit.hit & truth.counted
     with np.errstate(all="ignore"):
-        off = np.where(both, abs(hit.t.minus(np.ldexp(t, truth.facts["shift"]))), np.nan)
+        off = np.where(both, abs((hit.t - floats(np.ldexp(t, truth.facts["shift"]))).high), np.nan)
         center = numbers[truth.facts["shape"].center] if truth.facts["shape"].center else 0.0
         reach = abs(numbers["o"] - center) + abs(hit.t.high[:, None] * numbers["d"])
         weight = np.sum(abs(hit.normal) * reach, axis=1) + hit.size
@@ -109,7 +100,7 @@ def graded(ladder: Ladder, truth: Truth, t: np.ndarray, precision: str) -> Grade
     )
 
 
-def natural(ladder: Ladder, given: Inputs, t: Pair, u: float) -> Any:
+def natural(ladder: Ladder, given: Inputs, t: Bundle, u: float) -> Any:
     """Return what an error of t is divided by: |d| |dt| / r in radii, or roundings of t."""
     match ladder.options.get("natural", "roundings"):
         case "radii":
@@ -176,8 +167,7 @@ class PlacedDistance:
         def whole(mathematics: Callable[[Columns], Columns]) -> Callable[[Columns], Columns]:
             def from_world(x: Columns) -> Columns:
                 local: Columns = in_object_space(x)
-                number = type(local["o"][0])
-                local["c"], local["r"] = (number(0), number(0), number(0)), number(1)
+                local["c"], local["r"] = (0, 0, 0), 1
                 return mathematics(local | ({"towards": x["towards"]} if name == "cube" else {}))
 
             return from_world
@@ -232,7 +222,7 @@ class PlacedNormal:
             by, _ = inverse(x)
             n = x["n"]
             # Columns of the inverse: rows of its transpose.
-            turned = normalized(tuple(by[0][i] * n[0] + by[1][i] * n[1] + by[2][i] * n[2] for i in range(3)))
+            turned = unit(tuple(by[0][i] * n[0] + by[1][i] * n[1] + by[2][i] * n[2] for i in range(3)))
             return {f"n{i}": value for i, value in enumerate(turned)}
 
         found = evaluated(normals, inputs)
@@ -268,11 +258,10 @@ class PlacedNormal:
 
 def angles(computed: np.ndarray, exact: Columns) -> np.ndarray:
     """Return the angle [rad] between computed vectors and exact unit vectors n0, n1, n2, by atan2."""
-    true = tuple(exact[f"n{i}"] for i in range(3))
+    true, ours = tuple(exact[f"n{i}"] for i in range(3)), parts({"n": computed}, floats)["n"]
     with np.errstate(all="ignore"):
-        sine = cross(true, tuple(computed[:, i] for i in range(3)))
-        across = np.sqrt(sum(component.high**2 for component in sine))
-        return np.arctan2(across, dot(true, tuple(computed[:, i] for i in range(3))).high)
+        across = np.sqrt(sum(component.high**2 for component in cross(true, ours)))
+        return np.arctan2(across, dot(true, ours).high)
 
 
 def in_world_space(x: Columns) -> Columns:

@@ -12,28 +12,18 @@ from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
-from flint import arb, ctx
+from flint import arb
 
 from rayproof.cases.ladders import Inputs, Ladder
 from rayproof.cases.placement import camera_around
 from rayproof.cases.rounding import UNIT_ROUNDOFF
 from rayproof.cases.scene import Mesh, Scene
-from rayproof.reports.studies.stability.arithmetic import (
-    Columns,
-    Pair,
-    cross,
-    decided,
-    dot,
-    evaluated,
-    minus,
-    normalized,
-    plus,
-    sample,
-    times,
-    witnessed,
-)
+from rayproof.reference.certified.bundles import floats
+from rayproof.reference.certified.columns import Columns, decided, evaluated, parts, witnessed
+from rayproof.reference.certified.fields import precision as bits
+from rayproof.reference.certified.numbers import cross, dot, minus, plus, scaled, unit
 from rayproof.reports.studies.stability.device import downloaded, number, uploaded
-from rayproof.reports.studies.stability.questions import QUESTIONS, Answer, Grades, Truth, Witness, nothing
+from rayproof.reports.studies.stability.questions import QUESTIONS, Answer, Grades, Truth, Witness, nothing, sample
 from rayproof.reports.studies.stability.questions.placed import Distance, angles
 from rayproof.reports.studies.stability.shapes import ahead, ray_of, record
 from rayproof.tracer.configuration import Configuration
@@ -50,26 +40,23 @@ TANGENT_BITS = 300
 
 def tangents(fovy: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return tan(fovy / 2) as two float64 arrays, fovy in degrees and exact."""
-    old, ctx.prec = ctx.prec, TANGENT_BITS
-    try:
-        table = {}
+    table = {}
+    with bits(TANGENT_BITS):
         for angle in np.unique(fovy):
             tangent = (arb(float(angle)) / 360).sin_pi() / (arb(float(angle)) / 360).cos_pi()
             high = float(tangent.mid())
             table[angle] = (high, float((tangent - high).mid()))
-    finally:
-        ctx.prec = old
     return np.array([table[angle][0] for angle in fovy]), np.array([table[angle][1] for angle in fovy])
 
 
 def looking(x: Columns) -> Columns:
     """Return the unit direction from the camera's own numbers; the tangent is the sum of two."""
-    forward = normalized(minus(x["target"], x["eye"]))
-    right = normalized(cross(forward, x["up"]))
+    forward = unit(minus(x["target"], x["eye"]))
+    right = unit(cross(forward, x["up"]))
     up = cross(right, forward)
     tangent = x["tangent"] + x["tangent_rest"]
     across, upwards = x["sx"] * tangent * x["aspect"], x["sy"] * tangent
-    direction = normalized(plus(plus(forward, times(right, across)), times(up, upwards)))
+    direction = unit(plus(plus(forward, scaled(right, across)), scaled(up, upwards)))
     return {f"n{i}": value for i, value in enumerate(direction)}
 
 
@@ -164,13 +151,13 @@ def off_surface(shape: str, p: np.ndarray, x: Inputs) -> np.ndarray:
     """Return the distance [m] of points (rays, 3) from the true surface."""
     if shape == "plane":
         return abs(p[:, 2])
-    at = tuple(Pair(p[:, i]) for i in range(3))
+    exact = parts({**x, "p": p}, floats)
     if shape == "sphere":
-        local = minus(at, tuple(x["c"].T))
-        return abs(dot(local, local).sqrt().minus(x["r"]))
-    a, b, c = (tuple(Pair(x[name][:, i]) for i in range(3)) for name in "abc")
-    normal = normalized(cross(minus(b, a), minus(c, a)))
-    return abs(dot(normal, minus(at, a)).high)
+        local = minus(exact["p"], exact["c"])
+        return abs((dot(local, local).sqrt() - exact["r"]).high)
+    a, b, c = (exact[name] for name in "abc")
+    normal = unit(cross(minus(b, a), minus(c, a)))
+    return abs(dot(normal, minus(exact["p"], a)).high)
 
 
 def rounding(shape: str, x: Inputs, t: np.ndarray) -> np.ndarray:
@@ -237,7 +224,7 @@ class SphereNormal:
         """Return the exact unit normal."""
 
         def outward(x: Columns) -> Columns:
-            return {f"n{i}": value for i, value in enumerate(normalized(minus(x["p"], x["c"])))}
+            return {f"n{i}": value for i, value in enumerate(unit(minus(x["p"], x["c"])))}
 
         found = evaluated(outward, inputs)
         witness = Witness(*witnessed(outward, inputs, found, sample(rungs)))

@@ -1,7 +1,7 @@
 """Questions of values: matrices, projections, corners, pixels, sums of light; and of special inputs (NaN, inf).
 
 One entry of `ASKED` a slot: the exact mathematics, and how the formula is asked. K is what the very expression makes
-of one rounding of each input (`reports.studies.stability.shapes`). A ray's error is that of its worst number.
+of one rounding of each input (`Conditioned` in `stability/shapes.py`). The error of a ray is that of its worst number.
 """
 
 from collections.abc import Callable, Mapping
@@ -11,36 +11,26 @@ from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
-from flint import arb, ctx
+from flint import arb
 
 from rayproof.cases.ladders import Inputs, Ladder
 from rayproof.cases.rounding import UNIT_ROUNDOFF
-from rayproof.reports.studies.stability.arithmetic import (
-    WITNESS_BITS,
-    Columns,
-    Mathematics,
-    Pair,
-    dot,
-    evaluated,
-    parts,
-    plus,
-    sample,
-    single,
-    times,
-    witnessed,
-)
+from rayproof.reference.certified.bundles import Bundle, constant, floats
+from rayproof.reference.certified.columns import WITNESS_BITS, Columns, Mathematics, evaluated, parts, single, witnessed
+from rayproof.reference.certified.fields import precision as bits
+from rayproof.reference.certified.meetings import SHAPES, towards
+from rayproof.reference.certified.numbers import dot, plus, scaled
 from rayproof.reports.studies.stability.device import downloaded, uploaded
-from rayproof.reports.studies.stability.questions import QUESTIONS, Answer, Grades, Truth, Witness, nothing
+from rayproof.reports.studies.stability.questions import QUESTIONS, Answer, Grades, Truth, Witness, nothing, sample
 from rayproof.reports.studies.stability.questions.placed import Distance
 from rayproof.reports.studies.stability.questions.rays import ViewRay, looking, tangents
-from rayproof.reports.studies.stability.shapes import SHAPES, Conditioned, towards
+from rayproof.reports.studies.stability.shapes import Conditioned
 from rayproof.tracer.configuration import Configuration
 from rayproof.tracer.formulas import Formula
 from rayproof.tracer.formulas.camera import ORDER
 from rayproof.tracer.kernel.arithmetic import matrix
 from rayproof.tracer.kernel.arrays import array_types
 
-PI_REST = 1.2246467991473532e-16  # what float64's pi lacks
 PLACES = tuple(product(range(4), repeat=2))  # of a 4x4 matrix
 Ask = Callable[[Formula, Columns], Mapping[str, Any]]
 
@@ -109,8 +99,8 @@ def cornered(x: Columns) -> Columns:
     """Return the corners of the frustum [m]."""
     found = []
     for depth, (sx, sy) in product((x["near"], x["far"]), ORDER):
-        across, upwards = times(x["right"], sx * x["horizontal"]), times(x["up"], sy * x["vertical"])
-        found.append(plus(x["eye"], times(plus(plus(x["forward"], across), upwards), depth)))
+        across, upwards = scaled(x["right"], sx * x["horizontal"]), scaled(x["up"], sy * x["vertical"])
+        found.append(plus(x["eye"], scaled(plus(plus(x["forward"], across), upwards), depth)))
     return numbered(found)
 
 
@@ -121,8 +111,9 @@ def lights(x: Columns) -> list[Any]:
 
 def pi(like: Any) -> Any:
     """Return pi as a number of the same kind; it is rounded as an input is."""
-    if isinstance(like, Pair):
-        return Pair(np.pi, PI_REST)
+    if isinstance(like, Bundle):
+        with bits(WITNESS_BITS):
+            return constant(arb.pi())
     return Conditioned(np.pi) if isinstance(like, Conditioned) else arb.pi()
 
 
@@ -193,7 +184,7 @@ class Value:
         exact, weights, u = truth.facts["exact"], truth.facts["weights"], UNIT_ROUNDOFF[precision]
         names = tuple(exact)
         with np.errstate(all="ignore"):
-            off = np.array([abs(exact[name].minus(answer[name])) for name in names])
+            off = np.array([abs((exact[name] - floats(answer[name])).high) for name in names])
             size = np.array([np.broadcast_to(abs(exact[name].high), off.shape[1:]) for name in names])
             weight = np.array([np.broadcast_to(weights[name], off.shape[1:]) for name in names])
             match ladder.options["natural"]:
@@ -239,14 +230,11 @@ def impossible(values: Mathematics, inputs: Mapping[str, np.ndarray], asked: np.
     rays = np.flatnonzero(asked)
     chosen = rays[:: max(1, len(rays) // MOST)]
     worst = 0.0
-    old, ctx.prec = ctx.prec, WITNESS_BITS
-    try:
+    with bits(WITNESS_BITS):
         for ray in chosen:
             balls = values(single(inputs, int(ray), arb)).values()
             if all(ball.is_finite() for ball in balls):
                 worst = 1.0
-    finally:
-        ctx.prec = old
     return Witness(len(chosen), worst)
 
 
@@ -254,15 +242,12 @@ def dark(inputs: Mapping[str, np.ndarray]) -> Witness:
     """Return the witness that no light arrives: each light lies at its point, or not above the point's horizon."""
     rays = np.arange(0, len(inputs["flux"]), max(1, len(inputs["flux"]) // MOST))
     worst = 0.0
-    old, ctx.prec = ctx.prec, WITNESS_BITS
-    try:
+    with bits(WITNESS_BITS):
         for ray in rays:
             x = single(inputs, int(ray), arb)
             height = sum((n * a for n, a in zip(x["normal"], x["away"], strict=True)), arb(0))
             if not height <= 0:
                 worst = 1.0
-    finally:
-        ctx.prec = old
     return Witness(len(rays), worst)
 
 

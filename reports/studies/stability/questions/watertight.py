@@ -9,9 +9,11 @@ import drjit as dr
 import numpy as np
 
 from rayproof.cases.ladders import Inputs, Ladder
-from rayproof.reports.studies.stability.arithmetic import Columns, cross, dot, minus, rational, sample, single
+from rayproof.reference.certified.columns import Columns, single
+from rayproof.reference.certified.fields import exact
+from rayproof.reference.certified.numbers import cross, dot, minus
 from rayproof.reports.studies.stability.device import downloaded, uploaded
-from rayproof.reports.studies.stability.questions import QUESTIONS, Answer, Grades, Truth, Witness, nothing
+from rayproof.reports.studies.stability.questions import QUESTIONS, Answer, Grades, Truth, Witness, nothing, sample
 from rayproof.reports.studies.stability.questions.placed import Distance
 from rayproof.reports.studies.stability.shapes import ahead, ray_of, record
 from rayproof.tracer.formulas import FORMULAS, Formula
@@ -63,7 +65,7 @@ class Watertight:
         for ray in sample(rungs):
             if not clear[ray]:
                 continue
-            x = single(inputs, int(ray), rational)
+            x = single(inputs, int(ray), exact)
             seen += 1
             wrong += not any(_pierced(x, triangle) for triangle in fans(ladder))
         return Witness(seen, float(wrong))

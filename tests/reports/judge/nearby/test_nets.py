@@ -5,7 +5,6 @@ import pytest
 
 from rayproof.cases.stages import Stage
 from rayproof.reports.judge.oracle import stages_of
-from rayproof.reports.run.messages import TracerTask
 from rayproof.reports.run.tracer_task import trace
 from tests.reports.judge.nearby.scenes import netted
 from tests.reports.judge.scenes import against, truth_of_scene
@@ -15,7 +14,7 @@ NET = netted()
 
 def traced(configuration: str) -> dict:
     """Return the tracer's answers to the net."""
-    answers, *_ = trace(TracerTask(scene=NET, configuration=configuration, samples=1))
+    answers = trace(NET, configuration).answers
     return {stage: np.asarray(image, dtype=np.float64) for stage, image in answers.answers.items() if stage in IMAGES}
 
 

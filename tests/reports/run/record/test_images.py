@@ -16,9 +16,9 @@ from rayproof.reports.judge.oracle import stages_of
 from rayproof.reports.judge.sentinels import EDGE_CASE, SIDE, edge_scene
 from rayproof.reports.results.images import read_answers, read_pixels
 from rayproof.reports.results.outcomes import Outcome
+from rayproof.reports.run.case_answers import CaseAnswers
 from rayproof.reports.run.judge_task import keep_images, masks
-from rayproof.reports.run.messages import JudgeTask
-from rayproof.reports.run.options import EVERY_CASE, KeptImages, images_to_keep
+from rayproof.reports.run.options import EVERY_CASE, CaseOptions, KeptImages, images_to_keep
 from tests.reports.judge.scenes import candidate, rounded, witness
 
 
@@ -30,31 +30,30 @@ def answered():
 
 
 @pytest.fixture
-def task(answered, tmp_path):
-    """Return a task of two configurations and two witnesses, one of which is not independent."""
-    case, answers = answered
+def answers(answered):
+    """Return the answers of two configurations and of two references, one of which is not independent."""
+    _, answers = answered
     candidates = tuple(Answers(name=name, precision="float32", answers=answers) for name in ("float32", "float64"))
     witnesses = tuple(
         Answers(name=name, precision="float64", independent=name == "analytic", answers=answers)
         for name in ("analytic", "mitsuba_llvm")
     )
 
-    def make(images: KeptImages = EVERY_CASE) -> JudgeTask:
-        return JudgeTask(
-            case=case,
-            subjects=candidates,
-            references=witnesses,
-            versions={},
-            folder=tmp_path,
-            require=(),
-            images=images,
-        )
-
-    return make
+    return CaseAnswers(subjects=candidates, references=witnesses)
 
 
-def test_a_case_that_passed_keeps_ours_and_the_oracle_s_in_one_file(task, answered, tmp_path):
-    images, pixels = keep_images(task(), Outcome.PASS)
+@pytest.fixture
+def keep(answered, answers, tmp_path):
+    """Return a function that keeps the images of a case."""
+
+    def keep(outcome: Outcome, images: KeptImages = EVERY_CASE, answers: CaseAnswers = answers):
+        return keep_images(answered[0], CaseOptions(references=(), images=images), answers, tmp_path, outcome)
+
+    return keep
+
+
+def test_a_case_that_passed_keeps_ours_and_the_oracle_s_in_one_file(keep, answered, tmp_path):
+    images, pixels = keep(Outcome.PASS)
 
     assert images == {}
     assert pixels == "images/primitives/cube.js"
@@ -65,19 +64,18 @@ def test_a_case_that_passed_keeps_ours_and_the_oracle_s_in_one_file(task, answer
 
 
 @pytest.mark.parametrize("lost", [{"name": "mitsuba_scalar"}, {"answers": {}}], ids=["not asked", "no answer"])
-def test_without_the_oracle_it_keeps_the_independent_references(task, tmp_path, lost):
-    asked = task()
-    first, second = asked.references
+def test_without_the_oracle_it_keeps_the_independent_references(keep, answers, tmp_path, lost):
+    first, second = answers.references
     third = replace(first, name="radiance")
 
-    _, pixels = keep_images(replace(asked, references=(replace(first, **lost), second, third)), Outcome.PASS)
+    _, pixels = keep(Outcome.PASS, answers=replace(answers, references=(replace(first, **lost), second, third)))
 
     independent = {"radiance", *([lost["name"]] if "name" in lost else [])}
     assert set(read_pixels(tmp_path / pixels)) == {"tracer-float32"} | independent
 
 
-def test_a_case_that_warns_keeps_everybody_in_one_file(task, tmp_path):
-    images, pixels = keep_images(task(), Outcome.WARN)
+def test_a_case_that_warns_keeps_everybody_in_one_file(keep, tmp_path):
+    images, pixels = keep(Outcome.WARN)
 
     assert images == {}
     assert set(read_pixels(tmp_path / pixels)) == {"tracer-float32", "tracer-float64", "analytic", "mitsuba_llvm"}
@@ -88,8 +86,8 @@ def test_a_case_that_warns_keeps_everybody_in_one_file(task, tmp_path):
     [(KeptImages(full=True), Outcome.PASS), (EVERY_CASE, Outcome.FAIL), (KeptImages(0.0), Outcome.FAIL)],
     ids=["all", "did not pass", "failed alone"],
 )
-def test_otherwise_everybody_leaves_an_exr(task, tmp_path, kept, outcome):
-    images, pixels = keep_images(task(kept), outcome)
+def test_otherwise_everybody_leaves_an_exr(keep, tmp_path, kept, outcome):
+    images, pixels = keep(outcome, kept)
 
     assert pixels is None
     assert set(images) == {"tracer-float32", "tracer-float64", "analytic", "mitsuba_llvm"}
@@ -112,15 +110,15 @@ def test_what_can_not_be_kept_is_refused(text):
         images_to_keep(text, cases=1)
 
 
-def test_the_mask_has_what_rounding_explains_and_nothing_else(task):
+def test_the_mask_has_what_rounding_explains_and_nothing_else():
     # The border of a square meets the centres of 28 pixels, and each shows what the oracle does not.
     stages = stages_of(EDGE_CASE.scene)
     truth, *shown = (Analytic().render(edge_scene(SIDE * (1 + part)), stages) for part in (0.0, 1e-9, -1e-9))
     other = next(each for each in shown if (each[Stage.OBJECT] != truth[Stage.OBJECT]).any())
     subject, reference = candidate(rounded(other)), witness(truth)
-    asked = replace(task(), case=EDGE_CASE, subjects=(subject,), references=(reference,))
+    answers = CaseAnswers(subjects=(subject,), references=(reference,))
 
-    found = masks(asked, judge_case(EDGE_CASE, [subject], [reference], Analytic(), {}))
+    found = masks(answers, judge_case(EDGE_CASE, [subject], [reference], Analytic(), {}))
 
     assert found is not None
     bits = np.frombuffer(zlib.decompress(b64decode(found["data"])), np.uint8).reshape(found["height"], found["width"])

@@ -11,10 +11,11 @@ from rayproof.reports.processes.worker import Reply
 from rayproof.reports.results.outcomes import Outcome, exit_code
 from rayproof.reports.run import judge_task
 from rayproof.reports.run.cache_store import usual_store
+from rayproof.reports.run.case_answers import CaseAnswers
 from rayproof.reports.run.case_record import unjudged
-from rayproof.reports.run.messages import JUDGE, GuardTask, JudgeTask
+from rayproof.reports.run.options import CaseOptions
 from rayproof.reports.run.verdict_memory import passed
-from rayproof.reports.run.worker_tasks import handler
+from rayproof.reports.run.worker_tasks import check_judge, judge
 from rayproof.reports.subjects import THE_TRACER
 from tests.reports.judge.scenes import CASE, candidate, rounded, truth, witness
 
@@ -23,23 +24,19 @@ from tests.reports.judge.scenes import CASE, candidate, rounded, truth, witness
 def guarded(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     """Forget, before and after, that the judge was let pass in this process; nothing is kept elsewhere."""
     monkeypatch.setenv("RAYPROOF_CACHE", str(tmp_path / "cache"))
-    judge_task._guarded.cache_clear()
+    judge_task.check_judge.cache_clear()
     yield
-    judge_task._guarded.cache_clear()
+    judge_task.check_judge.cache_clear()
 
 
-def task(folder: Path, *, cached: bool = False) -> JudgeTask:
-    """Return the order to judge a faultless float32 renderer before the oracle."""
+def faultless() -> CaseAnswers:
+    """Return the answers of a faultless float32 renderer and of the oracle."""
     answers = truth()
-    return JudgeTask(
-        case=CASE,
-        subjects=(candidate(rounded(answers)),),
-        references=(witness(answers),),
-        versions={},
-        folder=folder,
-        require=(),
-        cached=cached,
-    )
+    return CaseAnswers(subjects=(candidate(rounded(answers)),), references=(witness(answers),))
+
+
+def options(*, cached: bool = False) -> CaseOptions:
+    return CaseOptions(references=(), cached=cached)
 
 
 @pytest.mark.parametrize("cached", [False, True])
@@ -50,12 +47,14 @@ def test_a_broken_judge_judges_nothing_however_often_it_is_asked(cached, tmp_pat
 
     asked: list[int] = []
     monkeypatch.setattr(judge_task, "stand_guard", broken)
-    judge = handler(JUDGE)
 
     # Nobody hears the reply to the first order; the ones that follow must not be let pass for it.
-    for order in (GuardTask(cached=cached), GuardTask(cached=cached), *2 * [task(tmp_path / "run", cached=cached)]):
+    for _ in range(2):
         with pytest.raises(BrokenJudgeError, match="a test says so"):
-            judge(order)
+            check_judge(cached=cached)
+    for _ in range(2):
+        with pytest.raises(BrokenJudgeError, match="a test says so"):
+            judge(CASE, options(cached=cached), faultless(), tmp_path / "run")
 
     assert len(asked) == 4
     assert not (tmp_path / "run").exists()
@@ -66,10 +65,9 @@ def test_a_broken_judge_judges_nothing_however_often_it_is_asked(cached, tmp_pat
 def test_a_sound_judge_is_asked_once(cached, tmp_path, monkeypatch):
     asked: list[int] = []
     monkeypatch.setattr(judge_task, "stand_guard", lambda _: asked.append(1))
-    judge = handler(JUDGE)
 
-    assert judge(GuardTask(cached=cached)) is None
-    assert judge(task(tmp_path / "run", cached=cached))["verdict"] == Outcome.PASS
+    check_judge(cached=cached)
+    assert judge(CASE, options(cached=cached), faultless(), tmp_path / "run")["verdict"] == Outcome.PASS
 
     assert len(asked) == 1
     assert passed("judge", usual_store()) is cached
@@ -77,12 +75,12 @@ def test_a_sound_judge_is_asked_once(cached, tmp_path, monkeypatch):
 
 def test_what_nobody_judged_has_a_record_of_the_same_keys_in_which_all_is_an_error(tmp_path, monkeypatch):
     monkeypatch.setattr(judge_task, "stand_guard", lambda _: None)
-    order = task(tmp_path)
-    judged = judge_task.judge(order)
+    answers = faultless()
+    judged = judge(CASE, options(), answers, tmp_path)
     died = Reply(value=None, error="the worker died (signal SIGABRT)", trace=None, seconds=1.0)
     failed = witness({}, name="another", error="ended by a signal")
 
-    record = unjudged(CASE, order.subjects, (*order.references, failed), died, folder=tmp_path, subject=THE_TRACER)
+    record = unjudged(CASE, answers.subjects, (*answers.references, failed), died, folder=tmp_path, subject=THE_TRACER)
 
     assert record.keys() == judged.keys() | {"trace"}
     assert {key for one in record["renders"] for key in one} == {key for one in judged["renders"] for key in one}

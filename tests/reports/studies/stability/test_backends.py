@@ -54,9 +54,7 @@ def test_a_backend_keeps_the_guards_and_the_law(backend: str) -> None:
 
 
 def test_a_backend_that_is_not_there_is_told_in_one_line() -> None:
-    ended = ran(
-        "abacus", "from rayproof.reports.cli import main; raise SystemExit(main(['stability', '--ladder', 'SPH-FAR']))"
-    )
+    ended = ran("abacus", "from rayproof.reports.cli import main; raise SystemExit(main(['stability', 'SPH-FAR']))")
 
     assert ended.returncode == NOT_MEASURED
     assert ended.stderr.count("\n") == 1

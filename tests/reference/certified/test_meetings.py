@@ -5,8 +5,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from rayproof.reports.studies.stability.arithmetic import decided, evaluated, witnessed
-from rayproof.reports.studies.stability.shapes import SHAPES, Hit, towards
+from rayproof.reference.certified.columns import decided, evaluated, witnessed
+from rayproof.reference.certified.meetings import SHAPES, Hit, towards
 
 
 def hit(shape: str, **inputs: Any) -> Hit:
@@ -39,7 +39,8 @@ def test_a_unit_sphere_along_its_axis(start: float, expected: float | None) -> N
 def test_a_tangent_ray_hits_and_one_float_farther_does_not() -> None:
     touching = {"o": [1.0, 0, 5], "d": [0, 0, -1], "c": [0, 0, 0]}
 
-    assert hit("sphere", r=1.0, **touching).hit[0]
+    found = hit("sphere", r=1.0, **touching)
+    assert (found.hit[0], found.t.high[0]) == (True, 5.0)
     assert not hit("sphere", r=float(np.nextafter(1.0, 0)), **touching).hit[0]
 
 

@@ -1,0 +1,100 @@
+"""Many rays, each with inputs of its own: signs and values by bundles, exact rationals where a sign is in doubt.
+
+Mathematics is written once, for numbers of any kind: bundles answer for all rays at once, rationals decide what a
+bundle's radii leave open, and balls of many bits are witnesses of a sample.
+"""
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import numpy as np
+from flint import arb
+
+from rayproof.reference.certified.bundles import UNKNOWN, Bundle, floats, signs_of
+from rayproof.reference.certified.fields import exact, precision
+
+Columns = dict[str, Any]  # named numbers, or triples of them: floats, exact numbers, intervals or Dr.Jit arrays
+Mathematics = Callable[[Columns], Columns]
+WITNESS_BITS = 512
+
+
+def parts(inputs: Mapping[str, np.ndarray], number: Callable[[Any], Any]) -> Columns:
+    """Return inputs (rays,) and (rays, k) as numbers of a kind that is made from arrays, and tuples of them."""
+    return {
+        name: number(array) if array.ndim == 1 else tuple(number(array[:, i]) for i in range(array.shape[1]))
+        for name, array in inputs.items()
+    }
+
+
+def single(inputs: Mapping[str, np.ndarray], ray: int, number: Callable[[float], Any]) -> Columns:
+    """Return one ray's inputs as exact numbers of another kind."""
+    return {
+        name: number(float(array[ray])) if array.ndim == 1 else tuple(number(float(x)) for x in array[ray])
+        for name, array in inputs.items()
+    }
+
+
+def decided(predicates: Mathematics, inputs: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
+    """Return the sign (-1, 0, 1) of every predicate for every ray; what bundles leave in doubt rationals decide."""
+    with np.errstate(all="ignore"):
+        signs = {name: signs_of(value) for name, value in predicates(parts(inputs, floats)).items()}
+    doubtful = np.flatnonzero(np.any([sign == UNKNOWN for sign in signs.values()], axis=0))
+    for ray in doubtful:
+        for name, value in predicates(single(inputs, int(ray), exact)).items():
+            signs[name][ray] = (value > 0) - (value < 0)
+    return {name: sign.astype(np.int8) for name, sign in signs.items()}
+
+
+def evaluated(values: Mathematics, inputs: Mapping[str, np.ndarray]) -> dict[str, Bundle]:
+    """Return every value of the mathematics for every ray."""
+    with np.errstate(all="ignore"):
+        return values(parts(inputs, floats))
+
+
+def witnessed(
+    values: Mathematics, inputs: Mapping[str, np.ndarray], found: Mapping[str, Bundle], rays: np.ndarray
+) -> tuple[int, float]:
+    """Return how many values of `rays` a ball of many bits confirmed, and the largest relative distance from one.
+
+    A value that is no number (a root of a negative number, a division by zero) is confirmed by a ball that is none.
+    """
+    count, worst = 0, 0.0
+    with precision(WITNESS_BITS):
+        for ray in rays:
+            balls = values(single(inputs, int(ray), arb))
+            for name, ball in balls.items():
+                if ball.is_zero():
+                    continue
+                pair = found[name]
+                high = float(np.broadcast_to(pair.high, inputs_length(inputs))[ray])
+                low = float(np.broadcast_to(pair.low, inputs_length(inputs))[ray])
+                known = np.isfinite(high) and np.isfinite(low)
+                if not ball.is_finite():
+                    count += not known
+                    continue
+                if not known:
+                    continue
+                count += 1
+                worst = max(worst, float(abs((arb(high) + arb(low) - ball) / ball).upper()))
+    return count, worst
+
+
+def confirmed(
+    predicates: Mathematics, inputs: Mapping[str, np.ndarray], signs: Mapping[str, np.ndarray], rays: np.ndarray
+) -> tuple[int, float]:
+    """Return how many signs of `rays` were asked of balls of many bits, and 1 if one contradicts, else 0.
+
+    A ball of zero alone is a tie; one that merely holds zero confirms nothing but a tie.
+    """
+    count, wrong = 0, False
+    with precision(WITNESS_BITS):
+        for ray in rays:
+            for name, ball in predicates(single(inputs, int(ray), arb)).items():
+                sign = int(bool(ball > 0)) - int(bool(ball < 0))
+                count, wrong = count + 1, wrong or sign != int(signs[name][ray])
+    return count, float(wrong)
+
+
+def inputs_length(inputs: Mapping[str, np.ndarray]) -> int:
+    """Return the number of rays."""
+    return len(next(iter(inputs.values())))
