@@ -24,6 +24,8 @@ STAMP = "rayproof-setup.json"
 # A process of all tests takes up to 2.4 GB, so that not every processor of a large machine gets one.
 # Files are begun in the order of tests/conftest.py, which has the longest first.
 SIDE_BY_SIDE = ["-n", "logical", "--maxprocesses", "4", "--dist", "loadfile", "--no-loadscope-reorder"]
+# What a contributor runs while working: all that needs neither Chromium, a child process, another renderer nor time.
+QUICK = ["-m", "not browser and not process and not references and not slow"]
 IN_PROGRESS = {"state": "in progress"}
 EXTRAS = ("dask",)  # each has a lock of its own, requirements-NAME.txt
 
@@ -164,6 +166,13 @@ def say(line: str) -> None:
     print(f"rayproof: {line}", file=sys.stderr, flush=True)
 
 
+def words_of_pytest(arguments: Sequence[str]) -> list[str]:
+    """Return the words of pytest for those of `rayproof test`; `--quick` chooses the tests of a minute."""
+    words = [word for word in arguments if word != "--quick"]
+    chosen = QUICK if "--quick" in arguments else []
+    return [*in_processes([*chosen, *words]), *chosen, *words]
+
+
 def in_processes(arguments: Sequence[str]) -> list[str]:
     """Return what has pytest run whole folders, or what markers choose, in several processes, a file at a time.
 
@@ -205,8 +214,7 @@ def main(arguments: Sequence[str]) -> NoReturn:
             # Tests start hundreds of processes, each of which would compile all that it imports. Nothing is written
             # beside the sources all the same.
             os.environ.setdefault("PYTHONPYCACHEPREFIX", str(folder / "pycache"))
-        program += in_processes(arguments[1:])
-    os.execv(program[0], [*program, *arguments[1 if testing else 0 :]])
+    os.execv(program[0], [*program, *(words_of_pytest(arguments[1:]) if testing else arguments)])
 
 
 if __name__ == "__main__":

@@ -30,8 +30,8 @@ MARKED = {
     "mitsuba": "references",
     "radiance": "references",
 }
-# Files that take half a minute or more of about twenty, the longest first. Where files run side by side they are
-# begun in this order, since one that is begun last is waited for alone.
+# Files that take five seconds of processor time or more, the longest first. Their tests are marked `slow`, and where
+# files run side by side they are begun in this order, since one that is begun last is waited for alone.
 LONGEST = (
     "test_architecture.py",
     "reports/run/test_cluster_faults.py",
@@ -46,7 +46,19 @@ LONGEST = (
     "examples/test_renderers.py",
     "reports/run/test_interrupting.py",
     "reports/publish/test_case_page.py",
+    "cases/test_limited_renderers.py",
+    "harness/verdicts/test_certify.py",
+    "harness/audit/test_liar.py",
+    "reports/judge/comparison/test_decidable.py",
+    "reports/studies/stability/test_worst.py",
+    "reports/judge/nearby/test_declared.py",
+    "reports/judge/nearby/test_moving_together.py",
+    "cases/families/test_watertight.py",
     "tracer/test_culling.py",
+    "reports/judge/nearby/test_lights.py",
+    "reports/judge/nearby/test_asking.py",
+    "reports/judge/comparison/test_declared_epsilons.py",
+    "tracer/test_packets.py",
 )
 
 
@@ -93,13 +105,20 @@ def _audited_spawn(path: bytes, *rest: Any) -> int:
 multiprocessing.util.spawnv_passfds = _audited_spawn
 
 
+def pytest_configure(config: pytest.Config) -> None:
+    """Declare the marker that no test has by itself."""
+    config.addinivalue_line("markers", "slow: in a file that takes five seconds of processor time or more")
+
+
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
-    """Mark who asks for a fixture that costs, and let a process of several begin with the longest files."""
+    """Mark who asks for a fixture that costs and what is slow, and let a process of several begin with the longest."""
+    place = {HERE / name: number for number, name in enumerate(LONGEST)}
     for item in items:
+        if item.path in place:
+            item.add_marker("slow")
         for fixture in sorted(MARKED.keys() & set(getattr(item, "fixturenames", ()))):
             item.add_marker(MARKED[fixture])
     if hasattr(config, "workerinput"):
-        place = {HERE / name: number for number, name in enumerate(LONGEST)}
         items.sort(key=lambda item: place.get(item.path, len(place)))
 
 

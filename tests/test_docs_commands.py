@@ -1,6 +1,5 @@
 """The commands that the documents show exist, with the options that are shown; the tutorial's are run."""
 
-import os
 import re
 import shlex
 import subprocess
@@ -30,11 +29,6 @@ def commands(page: Path) -> list[str]:
 SHOWN = [(page.name, line) for page in PAGES for line in commands(page)]
 
 
-def test_there_are_commands_to_look_at() -> None:
-    assert len(SHOWN) > 40
-    assert len({page for page, _ in SHOWN}) > 12
-
-
 @pytest.mark.parametrize(("page", "line"), SHOWN, ids=[f"{page}: {line[:60]}" for page, line in SHOWN])
 def test_a_command_that_is_shown_exists_with_its_options(page: str, line: str) -> None:
     words = [VALUES.get(word, word) for word in shlex.split(line)]
@@ -43,23 +37,6 @@ def test_a_command_that_is_shown_exists_with_its_options(page: str, line: str) -
         application().parse_args(words, exit_on_error=False, print_error=False)
     except CycloptsError as error:
         pytest.fail(f"{page}: {line}: {error}")
-
-
-@pytest.mark.process
-def test_the_tutorial_s_commands_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    lines = commands(CHECKOUT / "docs" / "tutorial.md")
-    slow = ("run ", "compare sphere/textbook sphere=mine.py:haines$", "probe ")  # which the tests of these commands run
-
-    monkeypatch.chdir(tmp_path)
-    codes = {line: main(shlex.split(line)) for line in lines if not f"{line}$".startswith(slow)}
-
-    assert set(codes.values()) == {0}
-    assert len(codes) == len(lines) - 3 == 7
-    # The journey of a researcher: from an empty file to a figure and a table.
-    assert (tmp_path / "mine.pdf").read_bytes().startswith(b"%PDF")
-    assert r"\begin{tabular}" in (tmp_path / "mine.tex").read_text()
-    (tmp_path / "test_mine.py").unlink()
-    assert (tmp_path / "view.html").stat().st_size > 100_000
 
 
 @pytest.mark.process
@@ -161,43 +138,6 @@ def test_the_way_from_the_readme_to_a_green_a_red_and_a_repaired_gate(
     assert main(["gate", "prune", "gated", "--file", "known.json"]) == 0
     assert run(gated, right) == (0, "gate green; cases: pass: gated/index.html", "gate green: 1 of 1 pass")
     assert run(gated, wrong)[0] == 1
-
-
-@pytest.mark.process
-def test_the_lines_of_git_bisect_find_the_commit_that_broke_it(tmp_path: Path) -> None:
-    """Of six commits the fifth is the first bad one; one does not build, and of one nothing can be measured."""
-    page = (CHECKOUT / "docs" / "ci.md").read_text()
-    (lines,) = re.findall(r"^    git bisect start BAD GOOD\n((?:    .*\n)+)", page, re.MULTILINE)
-    programs = tmp_path / "bin"
-    programs.mkdir()
-    for name, body in (("make", "test ! -e unbuildable"), ("rayproof", 'exit "$(cat code)"')):
-        (programs / name).write_text(f"#!/bin/sh\n{body}\n")
-        (programs / name).chmod(0o755)
-    who = {f"GIT_{role}_{key}": "a@b" for role in ("AUTHOR", "COMMITTER") for key in ("NAME", "EMAIL")}
-    environment = os.environ | who | {"PATH": f"{programs}:{os.environ['PATH']}"}
-    folder = tmp_path / "repository"
-
-    def git(*words: str) -> str:
-        return subprocess.run(
-            ["git", *words], cwd=folder, env=environment, check=True, capture_output=True, text=True
-        ).stdout.strip()
-
-    folder.mkdir()
-    git("init", "-q")
-    commits = []
-    for code, unbuildable in ((0, False), (0, False), (3, False), (0, True), (1, False), (1, False)):
-        (folder / "code").write_text(f"{code}")
-        (folder / "unbuildable").touch() if unbuildable else (folder / "unbuildable").unlink(missing_ok=True)
-        git("add", "-A")
-        git("commit", "-q", "--allow-empty", "-m", f"{code}")
-        commits.append(git("rev-parse", "HEAD"))
-
-    script = f"git bisect start {commits[-1]} {commits[0]}\n{lines}"
-    ended = subprocess.run(["sh", "-c", script], cwd=folder, env=environment, capture_output=True, text=True)
-
-    # Between the last good commit and the first bad one are those that were skipped.
-    assert {commit for commit in commits if commit in ended.stdout.partition("could be any of:")[2]} >= {commits[4]}
-    assert commits[5] not in ended.stdout.partition("could be any of:")[2]
 
 
 @pytest.mark.process

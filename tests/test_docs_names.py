@@ -95,14 +95,6 @@ def test_modules_that_docstrings_name_exist() -> None:
     assert lost == []
 
 
-def test_a_lost_file_is_seen() -> None:
-    assert lost_paths("reports/judge/gone.py") == ["reports/judge/gone.py"]
-    assert lost_paths("reports/gone/") == ["reports/gone/"]
-    assert lost_modules("tracer.render.gone") == ["tracer.render.gone"]
-    assert not lost_paths("tracer/render.py")
-    assert not lost_modules("rayproof.tracer.render.render")
-
-
 @cache
 def known_options() -> frozenset[str]:
     """Return the options of all commands, and those that scripts, harnesses and the test runner have."""

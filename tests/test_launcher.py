@@ -2,8 +2,6 @@
 
 import fcntl
 import os
-import shutil
-import subprocess
 import sys
 from pathlib import Path
 
@@ -48,22 +46,6 @@ def test_the_development_set_up_serves_both(tmp_path: Path, done: list[str]) -> 
     assert launcher.is_ready(tmp_path, "requirements-dev.txt")
 
 
-def test_an_extra_is_installed_beside_what_is_there(tmp_path: Path, done: list[str]) -> None:
-    launcher.set_up(tmp_path, "requirements-dev.txt")
-    for extra in launcher.EXTRAS:
-        launcher.set_up(tmp_path, f"requirements-{extra}.txt")
-
-    assert done[4:] == ["2/4", "3/4", "4/4"] * len(launcher.EXTRAS)
-    for name in ("", "-dev", *(f"-{extra}" for extra in launcher.EXTRAS)):
-        assert launcher.is_ready(tmp_path, f"requirements{name}.txt")
-
-
-@pytest.mark.parametrize("arguments", [["install"], ["install", "torch"], ["install", "dask", "torch"]])
-def test_an_unknown_extra_is_refused_in_one_line(arguments: list[str]) -> None:
-    with pytest.raises(launcher.SetupError, match=r"usage: ./rayproof install dask; got"):
-        launcher.main(arguments)
-
-
 def test_an_interrupted_set_up_is_redone_from_nothing(
     tmp_path: Path, done: list[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -85,15 +67,6 @@ def test_an_interrupted_set_up_is_redone_from_nothing(
 
     assert done == ["1/4", "2/4", "1/4", "2/4", "3/4", "4/4"]
     assert not (tmp_path / "half_copied").exists()
-
-
-def test_a_moved_environment_is_not_ready(tmp_path: Path, done: list[str]) -> None:
-    (tmp_path / "old").mkdir()
-    launcher.set_up(tmp_path / "old", "requirements.txt")
-
-    (tmp_path / "old").rename(tmp_path / "new")
-
-    assert not launcher.is_ready(tmp_path / "new", "requirements.txt")
 
 
 def test_a_folder_of_someone_else_is_left_alone(tmp_path: Path, done: list[str]) -> None:
@@ -122,35 +95,6 @@ def test_a_failed_step_is_told_by_its_error() -> None:
         launcher.step("1/1 sulking", [sys.executable, "-c", "print('hm'); print('ERROR: no'); print('a'); exit(1)"])
 
 
-@pytest.mark.parametrize(("module", "package"), [("ensurepip", "python3-venv"), ("venv", "python3-venv")])
-def test_a_missing_module_names_its_package(monkeypatch: pytest.MonkeyPatch, module: str, package: str) -> None:
-    monkeypatch.setattr(launcher.importlib.util, "find_spec", lambda name: None if name == module else object())
-
-    assert package in (launcher.missing_prerequisite() or "")
-
-
-def test_a_missing_library_names_its_package(monkeypatch: pytest.MonkeyPatch) -> None:
-    def lacking(name: str) -> None:
-        raise OSError(name)
-
-    monkeypatch.setattr(launcher.ctypes, "CDLL", lacking)
-
-    assert launcher.missing_prerequisite() == "libatomic.so.1 is missing; on Debian 12: apt-get install libatomic1"
-
-
-@pytest.mark.process
-def test_no_python_at_all_ends_in_one_line(tmp_path: Path) -> None:
-    for tool in ("dirname", "readlink", "sh"):
-        (tmp_path / tool).symlink_to(str(shutil.which(tool)))
-
-    ended = subprocess.run([CHECKOUT / "rayproof", "run"], env={"PATH": str(tmp_path)}, capture_output=True, text=True)
-
-    assert ended.returncode == 2
-    assert ended.stderr.count("\n") == 1
-    assert "apt-get install python3 python3-venv libatomic1" in ended.stderr
-    assert ended.stdout == ""
-
-
 @pytest.mark.parametrize(
     ("arguments", "several"),
     [
@@ -165,6 +109,18 @@ def test_whole_folders_and_what_markers_choose_are_tested_in_several_processes(
     arguments: list[str], several: bool
 ) -> None:
     assert bool(launcher.in_processes(arguments)) == several
+
+
+def test_the_quick_tests_start_nothing_and_run_in_several_processes() -> None:
+    words = launcher.words_of_pytest(["--quick", "tests/tracer"])
+
+    assert words == [
+        *launcher.SIDE_BY_SIDE,
+        "-m",
+        "not browser and not process and not references and not slow",
+        "tests/tracer",
+    ]
+    assert launcher.words_of_pytest(["tests/test_launcher.py"]) == ["tests/test_launcher.py"]
 
 
 def test_tests_keep_compiled_files_in_the_environment_where_none_may_lie_beside_the_sources(

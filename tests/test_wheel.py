@@ -1,6 +1,5 @@
 """What is installed is one package, and a project that has packages of our folders' names can use it."""
 
-import json
 import os
 import shutil
 import subprocess
@@ -120,49 +119,6 @@ def test_a_project_with_packages_of_the_same_names_can_use_it(
 
     assert ended.returncode == 0, ended.stdout + ended.stderr
     assert said.format(site=environment["PYTHONPATH"].split(os.pathsep)[0]) in ended.stdout
-
-
-def test_the_gate_of_a_foreign_project_goes_red_in_each_of_its_ways(project: tuple[Path, dict[str, str]]) -> None:
-    # Replaces trying by hand what `docs/ci.md` promises of a project that has installed rayproof.
-    folder, environment = project
-    cli = [sys.executable, "-c", "import sys; from rayproof.reports.cli import main; sys.exit(main())"]
-
-    def rayproof(*arguments: str) -> int:
-        return subprocess.run([*cli, *arguments], cwd=folder, env=environment, capture_output=True).returncode
-
-    def shut_by(file: str) -> tuple[int, set[str]]:
-        code = rayproof("gate", "check", "broken", "--file", file, "--json", "gate.json")
-        told = json.loads((folder / "gate.json").read_text())
-        return code, {name for name in ("regressions", "tighten", "stale", "expired") if told[name]}
-
-    assert rayproof("run", "primitives/plane", "--formula", "exitance/fault_albedo_squared", "--out", "broken") == 1
-    assert rayproof("gate", "accept", "broken", "--file", "known.json", "--reason", "It squares the albedo.") == 0
-    known = json.loads((folder / "known.json").read_text())
-    (entry,) = known["expected"]
-    ((case, facts),) = entry["cases"].items()
-    pair, stage, (ratio, *more) = next(
-        (pair, stage, check)
-        for pair, group in facts["checks"].items()
-        for stage, check in group.items()
-        if check[0] != "inf"
-    )
-    worse = facts["checks"] | {pair: facts["checks"][pair] | {stage: [2 * ratio, *more]}}
-
-    def with_checks(checks: dict) -> dict:
-        return entry | {"cases": {case: facts | {"checks": checks}}}
-
-    changed = {
-        "regressions": [],
-        "tighten": [with_checks(worse)],
-        "stale": [with_checks({"nobody nobody": {"radiance": [ratio, *more]}}), entry],
-        "expired": [entry | {"expires": "2020-01-31"}],
-    }
-
-    assert shut_by("known.json") == (0, set())
-    for way, entries in changed.items():
-        (folder / f"{way}.json").write_text(json.dumps(known | {"expected": entries}))
-        code, found = shut_by(f"{way}.json")
-        assert (code, way in found) == (1, True), way
 
 
 def test_a_checkout_without_symbolic_links_judges_a_case(tmp_path: Path) -> None:

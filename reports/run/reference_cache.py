@@ -2,8 +2,7 @@
 
 Only references are here: what the renderer under test answers always comes from itself. A key is everything that an
 answer depends on, as a dataclass with a field for each: a change of any field is another question. Another kind of
-answer needs a `Key` of its own; `tests/harness/guards/keys.py` then asks for a sample of it, whose every field it
-changes. Every read is checked, which takes about as long as a SHA-256 over the entry.
+answer needs a `Key` of its own. Every read is checked, which takes about as long as a SHA-256 over the entry.
 """
 
 import hashlib
@@ -47,10 +46,7 @@ _COMPUTES = re.compile(r"(sse|ssse|avx|fma|f16c|bmi|amx|abm|popcnt|movbe|adx|gfn
 
 @dataclass(frozen=True, kw_only=True)
 class Key:
-    """All that one kind of kept answer depends on, field by field: a change of any is another question.
-
-    The harness's guards (`tests/harness/guards/keys.py`) change one field after another and see another digest.
-    """
+    """All that one kind of kept answer depends on, field by field: a change of any is another question."""
 
     code: str
     machine: tuple[str, ...]

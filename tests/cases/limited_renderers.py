@@ -10,7 +10,7 @@ from functools import lru_cache
 import numpy as np
 
 import rayproof
-from rayproof.cases.scene import Cube, Mesh, Plane, PointLight, Scene, Shape, Sphere
+from rayproof.cases.scene import Cube, Plane, PointLight, Scene, Shape, Sphere
 
 Images = dict[str, np.ndarray]
 Stages = Iterable[str]
@@ -52,12 +52,6 @@ def _few_lights(scene: Scene, stages: Stages, most: int) -> Images:
 
 
 @limited("extremes/many_lights", "radiance", "visibility")
-def eight_lights(scene: Scene, stages: Stages) -> Images:
-    """Count the first 8 lights."""
-    return _few_lights(scene, stages, 8)
-
-
-@limited("extremes/many_lights", "radiance", "visibility")
 def sixteen_lights(scene: Scene, stages: Stages) -> Images:
     """Count the first 16 lights."""
     return _few_lights(scene, stages, 16)
@@ -78,12 +72,6 @@ def another_up_in_views_upward(scene: Scene, stages: Stages) -> Images:
     return _another_up(scene, stages, upward=True)
 
 
-@limited("extremes/many_lights", "radiance", "ray")
-def another_up_in_views_downward(scene: Scene, stages: Stages) -> Images:
-    """Take y for the up vector within 8 degrees of its opposite."""
-    return _another_up(scene, stages, upward=False)
-
-
 def _wrapped(scene: Scene, stages: Stages, channel: int, count: int) -> Images:
     images = right(scene, stages)
     if "object" in images:
@@ -97,36 +85,6 @@ def _wrapped(scene: Scene, stages: Stages, channel: int, count: int) -> Images:
 def object_ids_of_one_byte(scene: Scene, stages: Stages) -> Images:
     """Write ids of shapes modulo 256."""
     return _wrapped(scene, stages, 0, 256)
-
-
-@limited("faces/over_two_to_the_16", "object")
-def face_ids_of_two_bytes(scene: Scene, stages: Stages) -> Images:
-    """Write ids of faces modulo 65 536."""
-    return _wrapped(scene, stages, 1, 65_536)
-
-
-@limited("faces/over_two_to_the_16", "radiance", "object")
-def faces_of_two_bytes(scene: Scene, stages: Stages) -> Images:
-    """Render the first 65 536 faces of a mesh."""
-
-    def cut(shape: Shape) -> Shape:
-        if not isinstance(shape, Mesh) or len(shape.faces) <= 65_536:
-            return shape
-        return replace(shape, faces=shape.faces[:65_536])
-
-    return right(replace(scene, shapes=tuple(map(cut, scene.shapes))), stages)
-
-
-@limited("extremes/many_shapes", "radiance", "object")
-def shapes_64(scene: Scene, stages: Stages) -> Images:
-    """Render the first 64 shapes."""
-    return right(replace(scene, shapes=scene.shapes[:64]), stages)
-
-
-@limited("extremes/many_shapes", "radiance", "object")
-def shapes_128(scene: Scene, stages: Stages) -> Images:
-    """Render the first 128 shapes."""
-    return right(replace(scene, shapes=scene.shapes[:128]), stages)
 
 
 @limited("extremes/many_shapes", "radiance", "object")
@@ -262,12 +220,6 @@ def _whole_tiles(scene: Scene, stages: Stages, side: int) -> Images:
         rows, columns = height // side * side, width // side * side
         tiled[name][:rows, :columns] = image[:rows, :columns]
     return tiled
-
-
-@limited("extremes/wide_and_bright", "radiance", "object")
-def whole_tiles_16(scene: Scene, stages: Stages) -> Images:
-    """Leave out what remains beside tiles of 16 x 16 pixels."""
-    return _whole_tiles(scene, stages, 16)
 
 
 @limited("extremes/wide_and_bright", "radiance", "object")

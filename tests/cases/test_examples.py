@@ -6,7 +6,6 @@ from pathlib import Path
 import pytest
 from jsonschema import Draft202012Validator
 
-from rayproof.cases.scene import Mesh
 from rayproof.cases.scene_json import load_scene
 from rayproof.cases.scene_schema import schema
 
@@ -20,10 +19,3 @@ def test_an_example_is_a_valid_scene(path):
     assert scene.shapes
     assert scene.lights
     assert Draft202012Validator(schema()).is_valid(json.loads(path.read_text()))
-
-
-def test_there_are_three_and_one_names_a_mesh_file():
-    files = [shape.file for path in EXAMPLES for shape in load_scene(path).shapes if isinstance(shape, Mesh)]
-
-    assert len(EXAMPLES) == 3
-    assert files == ["vase.obj"]

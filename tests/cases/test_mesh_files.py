@@ -113,13 +113,6 @@ def test_a_binary_stl_file_may_begin_as_one_in_text(tmp_path):
 FACET = "facet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\n"
 
 
-@pytest.mark.parametrize("end", ["\n", "\r\n", "\r"])
-def test_text_stl_files_have_any_line_ends(end, tmp_path):
-    (tmp_path / "mesh.stl").write_bytes(f"solid a\n{FACET}{FACET}endsolid a\n".replace("\n", end).encode())
-
-    assert len(read_mesh("mesh.stl", tmp_path)[1]) == 2
-
-
 @pytest.mark.parametrize(
     ("text", "message"),
     [
@@ -136,15 +129,6 @@ def test_text_stl_files_that_end_early_are_refused_with_their_numbers(text, mess
 
     with pytest.raises(SceneError, match=message):
         read_mesh("mesh.stl", tmp_path)
-
-
-def test_unused_and_repeated_vertices_stay(tmp_path):
-    (tmp_path / "mesh.obj").write_text("v 0 0 0\nv 0 0 0\nv 1 0 0\nv 0 1 0\nv 5 5 5\nf 2 3 4\nf 1 3 4\n")
-
-    vertices, faces = read_mesh("mesh.obj", tmp_path)
-
-    assert len(vertices) == 5
-    assert faces.tolist() == [[1, 2, 3], [0, 2, 3]]
 
 
 def test_a_glb_scene_is_joined_with_its_nodes_transforms(tetrahedron, tmp_path):
@@ -211,18 +195,6 @@ def test_a_path_that_leads_elsewhere_is_refused(name, message, tmp_path):
 
     assert str(refusal.value).startswith(message)
     assert str(refusal.value).isprintable()
-
-
-def test_a_link_that_stays_inside_is_followed(tmp_path):
-    (tmp_path / "real.ply").write_text("ply")
-    (tmp_path / "link.ply").symlink_to(tmp_path / "real.ply")
-
-    assert mesh_path("link.ply", tmp_path) == (tmp_path / "real.ply").resolve()
-
-
-def test_a_document_without_a_folder_reads_no_file():
-    with pytest.raises(SceneError, match="file cannot be read without a scene file"):
-        mesh_path("mesh.ply", None)
 
 
 PLY = "ply\nformat {} 1.0\nelement vertex {}\nproperty float x\nproperty float y\nproperty float z\nelement face {}\n"

@@ -9,7 +9,6 @@ import pytest
 
 from rayproof.cases.foreign_files import LIMITS
 from rayproof.cases.mesh_files import READERS
-from rayproof.cases.polygons import STEPS, Steps, cut_by_ears
 from rayproof.cases.stl_files import stl_mesh
 
 CORNER_L = "v 0 0 0\nv 2 0 0\nv 2 1 0\nv 1 1 0\nv 1 2 0\nv 0 2 0\n"
@@ -34,16 +33,6 @@ def test_negative_indices_count_back_from_the_vertices_so_far() -> None:
 
     for slots in ("", "/-1/-1", "//-1"):
         assert faces("obj", block.format(0, slots) + block.format(1, slots)) == [[0, 1, 2], [3, 4, 5]]
-
-
-def test_a_mark_of_utf_8_hides_no_vertex() -> None:
-    vertices, triangles, _ = READERS["obj"](b"\xef\xbb\xbfv 5 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
-
-    assert (vertices[0].tolist(), triangles.tolist()) == ([5, 0, 0], [[0, 1, 2]])
-
-
-def test_every_face_line_is_read_by_itself() -> None:
-    assert len(faces("obj", CORNER_L + "f 1//1 2//1 3//1\nf 1 2 3 4 5 6\nf 1/2 2/2 3/3\n")) == 1 + 4 + 1
 
 
 @pytest.mark.parametrize("order", ["1 2 3 4 5 6", "4 5 6 1 2 3", "6 5 4 3 2 1"])
@@ -77,17 +66,6 @@ def comb(teeth: int) -> tuple[np.ndarray, bytes]:
     return corners, "\n".join([*lines, f"f {' '.join(map(str, range(1, 2 * teeth + 1)))}\n"]).encode()
 
 
-def test_a_polygon_of_thousands_of_corners_is_cut_in_little_time() -> None:
-    corners, content = comb(1000)
-    begun = process_time()
-
-    vertices, triangles, _ = READERS["obj"](content)
-
-    assert process_time() - begun < 6  # 0.5 s; with every corner looked at again for each cut 29 s
-    fan = np.array([[0, n, n + 1] for n in range(1, 1999)])
-    np.testing.assert_allclose(area(vertices, triangles), area(corners, fan))
-
-
 @pytest.mark.parametrize(
     ("content", "message"),
     [
@@ -112,14 +90,6 @@ def test_a_polygon_bomb_is_refused_in_little_time(
         READERS["obj"](content)
 
     assert process_time() - begun < 10
-
-
-def test_fifty_thousand_concave_quadrilaterals_take_no_more_steps_than_there_are() -> None:
-    steps = Steps(most=STEPS // 50_000)
-
-    triangles = cut_by_ears(np.array([[0, 0, 0], [2, 0, 0], [0.5, 0.5, 0], [0, 2, 0]]), "line 1", steps)
-
-    assert len(triangles) == 2
 
 
 def test_line_ends_comments_tabs_and_continued_lines() -> None:
@@ -190,23 +160,6 @@ def test_a_binary_ply_file_mixes_triangles_and_quads() -> None:
 def test_what_is_broken_is_refused_with_its_numbers(kind: str, content: str | bytes, message: str) -> None:
     with pytest.raises(ValueError, match=message):
         faces(kind, content)
-
-
-def test_what_follows_the_last_element_of_a_ply_file_is_reported() -> None:
-    text = (HEADER + FACES_OF.format(1) + SQUARE + "3 0 1 2\n3 0 2 3\n").encode()
-    head = (HEADER.replace("ascii", "binary_little_endian") + FACES_OF.format(1)).encode()
-    binary = head + struct.pack("<12fB3i", *map(float, SQUARE.split()), 3, 0, 1, 2) + b"after"
-
-    assert [READERS["ply"](content)[2] for content in (text, binary)] == [
-        ["1 lines after its last element"],
-        ["5 bytes after its last element"],
-    ]
-
-
-def test_a_long_word_costs_no_more_than_itself() -> None:
-    content = HEADER + FACES_OF.format(1) + SQUARE.replace("1 1 0", f"1.{'0' * 500} 1 0") + "3 0 1 2\n"
-
-    assert faces("ply", content) == [[0, 1, 2]]
 
 
 # Random meshes of random polygons, written in a random dialect of each format

@@ -1,9 +1,7 @@
 """A table knows its names and facts before anything in it is imported, and imports what is asked for alone."""
 
-import subprocess
 import sys
 from pathlib import Path
-from textwrap import dedent
 
 import pytest
 
@@ -63,37 +61,3 @@ def test_an_unknown_name_is_answered_with_the_known_ones(things: Table[type]) ->
     for ask in (things.__getitem__, things.about, things.module):
         with pytest.raises(LookupError, match="no thing is called 'other'; known: absent, broken, deep, flat"):
             ask("other")
-
-
-def test_a_name_of_the_table_cannot_be_registered_again(things: Table[type]) -> None:
-    with pytest.raises(ValueError, match="thing 'flat' is registered twice"):
-        things.register("flat")(type)
-    things.register("late", weight=1)(dict)
-    assert (things["late"], things.about("late")) == (dict, {"weight": 1})
-
-
-@pytest.mark.process
-def test_a_process_that_asks_the_oracle_imports_no_other_reference() -> None:
-    script = """
-        import sys
-        from rayproof.reference import REFERENCES
-        REFERENCES["analytic"]
-        print(*sorted({name.split(".")[2] for name in sys.modules if name.startswith("rayproof.reference.")}))
-        print(*(name for name in ("drjit", "flint", "mitsuba", "trimesh") if name in sys.modules))
-    """
-    printed = subprocess.run([sys.executable, "-c", dedent(script)], capture_output=True, text=True, check=True).stdout
-
-    assert printed.splitlines() == ["analytic", ""]
-
-
-@pytest.mark.process
-def test_what_formulas_there_are_is_known_without_dr_jit() -> None:
-    script = """
-        import sys
-        from rayproof.tracer.configuration import Configuration
-        print(*Configuration.parse("float32/lambert=fault_squared").faults)
-        print("drjit" in sys.modules)
-    """
-    printed = subprocess.run([sys.executable, "-c", dedent(script)], capture_output=True, text=True, check=True).stdout
-
-    assert printed.splitlines() == ["lambert/fault_squared", "False"]

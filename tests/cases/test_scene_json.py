@@ -12,7 +12,7 @@ from jsonschema import Draft202012Validator
 
 from rayproof.cases import scene_json
 from rayproof.cases.families import all_cases
-from rayproof.cases.scene import Mesh, Scene, SceneError
+from rayproof.cases.scene import Mesh, SceneError
 from rayproof.cases.scene_json import PACKED, load_scene, save_scene, scene_from_json, scene_to_json
 from rayproof.cases.scene_schema import schema
 
@@ -33,10 +33,6 @@ def spoil(document: dict[str, Any], path: str, value: Any) -> None:
         place[last] = value
 
 
-def test_the_schema_is_a_schema():
-    Draft202012Validator.check_schema(schema())
-
-
 @pytest.mark.parametrize("case", all_cases(), ids=[case.name for case in all_cases()])
 def test_a_generated_scene_comes_back_from_json_to_the_last_bit(case):
     text = json.dumps(scene_to_json(case.scene))
@@ -47,15 +43,6 @@ def test_a_generated_scene_comes_back_from_json_to_the_last_bit(case):
 @pytest.mark.parametrize("case", SMALL, ids=[case.name for case in SMALL])
 def test_the_schema_accepts_a_generated_scene(case):
     assert [error.message for error in VALIDATOR.iter_errors(scene_to_json(case.scene))] == []
-
-
-def test_the_schema_accepts_the_large_meshes_without_their_many_faces():
-    for case in set(all_cases()) - set(SMALL):
-        document = scene_to_json(case.scene)
-        for shape in document["shapes"]:
-            if shape["type"] == "mesh":
-                shape["vertices"], shape["faces"] = shape["vertices"][:50], shape["faces"][:50]
-        assert [error.message for error in VALIDATOR.iter_errors(document)] == [], case.name
 
 
 def test_save_and_load_are_inverse(document, tmp_path):
@@ -169,11 +156,6 @@ def test_the_schema_refuses_what_it_can_tell(document, path, value):
     spoil(document, path, value)
 
     assert not VALIDATOR.is_valid(document)
-
-
-def test_the_schema_accepts_the_document_that_is_spoilt_above(document):
-    assert VALIDATOR.is_valid(document)
-    assert isinstance(scene_from_json(document, folder=None, where="x.json"), Scene)
 
 
 @pytest.mark.parametrize(

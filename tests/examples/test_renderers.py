@@ -19,14 +19,12 @@ from rayproof.reports.judge.repeated import changes
 from rayproof.reports.judge.verdict import Judged, of_what_is_supported
 from rayproof.reports.results.document import load_results
 from rayproof.reports.results.outcomes import Outcome
-from rayproof.reports.run.plan import within_reach
 from rayproof.reports.subjects import PROGRAM, SERVED, Subject
 from rayproof.reports.subjects.program import ask_capabilities, ask_program
 from rayproof.reports.subjects.protocol import hand_over
 from rayproof.reports.subjects.serving import Server
 
 RENDERERS = Path(__file__).parents[2] / "examples" / "renderers"
-STARTERS = Path(__file__).parents[2] / "reports" / "subjects" / "starters"
 COMPILER = shutil.which("c++") or shutil.which("g++") or shutil.which("clang++")
 # One of each family: what the family's others ask is of the same kind. No models, whose many faces take seconds.
 # Nor scenes of 1e-9 m, in which the 1e-7 m that the examples declare as their shadow_rays' epsilon hide every shadow:
@@ -120,20 +118,6 @@ def test_the_example_passes_on_a_case_of_every_family(lecture: Subject, case: Ca
 
 
 @pytest.mark.process
-@pytest.mark.parametrize("name", sorted(TELLING))
-def test_one_that_draws_triangles_and_knows_the_simplified_light_alone_passes_all_the_same(
-    lecture: Subject, name: str
-) -> None:
-    able = replace(lecture.capabilities, shapes=("sphere", "plane", "triangle"), shading=("simplified",))
-    (case,) = (case for case in all_cases() if case.name == name)
-
-    found = judged(replace(lecture, capabilities=able), within_reach(case, able))
-
-    assert (found.outcome, found.reason) == (Outcome.PASS, "")
-    assert all(check.outcome is Outcome.PASS for check in found.checks if check.stage is not Stage.CAMERA)
-
-
-@pytest.mark.process
 def test_every_switch_is_wrong_somewhere_and_none_is_wrong_without_it(mistaken: Subject, tmp_path: Path) -> None:
     program = mistaken.command[0]
     listed = subprocess.run([program, "--mistakes"], check=True, capture_output=True, text=True).stdout.splitlines()
@@ -206,14 +190,6 @@ def test_of_a_chained_program_a_wrong_normal_is_blamed_alone(twin: Subject) -> N
 
 
 @pytest.mark.process
-@pytest.mark.parametrize("shape", ["sphere", "cube", "mesh"])
-def test_where_both_matrices_turn_alike_the_twin_passes(twin: Subject, shape: str) -> None:
-    (case,) = (case for case in all_cases() if case.name == f"transforms/{shape}_rotated")
-
-    assert judged(twin, case).outcome is Outcome.PASS
-
-
-@pytest.mark.process
 @pytest.mark.parametrize(("which", "code"), [("lecture", 0), ("twin", 1)])
 def test_a_run_ends_as_the_renderer_deserves(
     which: str, code: int, request: pytest.FixtureRequest, tmp_path: Path, capsys: pytest.CaptureFixture[str]
@@ -234,10 +210,6 @@ def test_a_run_ends_as_the_renderer_deserves(
         (None, False) if code == 0 else ("normal", True)
     )
     assert {check.stage for check in case["checks"] if check.outcome == "unsupported"} == {"camera"}
-
-
-def test_the_starter_and_the_example_share_their_header() -> None:
-    assert (RENDERERS / "rayproof.hpp").read_text() == (STARTERS / "rayproof.hpp").read_text()
 
 
 @pytest.mark.process

@@ -3,14 +3,12 @@
 import base64
 import json
 import re
-import sys
 import zlib
 from pathlib import Path
 from xml.etree import ElementTree
 
 import pytest
 
-from rayproof.reports.cli import main
 from rayproof.reports.commands.output import say, show_table
 from rayproof.reports.publish import publish_all
 from rayproof.reports.results.document import save_results
@@ -18,7 +16,6 @@ from rayproof.reports.results.files import legible, legible_json
 from rayproof.reports.results.images import handed_over
 from rayproof.reports.run.progress import CaseProgress, worst_first
 from rayproof.reports.run.scenes import cases_of_files
-from rayproof.reports.subjects.calls import call
 from rayproof.reports.terminal import console
 from tests.reports.checks import recorded
 from tests.reports.publish.sample import make_folder
@@ -68,17 +65,6 @@ def test_the_terminal_gets_no_more_than_text(record, capsys: pytest.CaptureFixtu
     assert ":warning:" in said
 
 
-@pytest.mark.process
-def test_an_error_names_it_in_one_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["run", f"{tmp_path}/{NAME}.json"]) == 2
-    assert main(["run", NAME]) == 2
-    assert main([NAME]) == 2
-
-    said = capsys.readouterr().err
-    assert harmless(said)
-    assert len(said.splitlines()) == 3
-
-
 def test_a_scene_file_s_name_is_made_one_where_it_becomes_a_case_s(tmp_path: Path) -> None:
     file = tmp_path / f"{NAME.replace('/', '')}.json"
     camera = {"eye": [0, 0, 4], "target": [0, 0, 0], "up": [0, 1, 0], "fovy": 40, "width": 2, "height": 2}
@@ -88,16 +74,6 @@ def test_a_scene_file_s_name_is_made_one_where_it_becomes_a_case_s(tmp_path: Pat
 
     assert case.name.isprintable()
     assert case.stresses.isprintable()
-
-
-@pytest.mark.process
-def test_a_program_s_complaint_is_one_line(tmp_path: Path) -> None:
-    complaint = f"import sys; sys.stderr.write({NAME!r}); sys.exit(5)"
-
-    ended = call([sys.executable, "-c", complaint], tmp_path, seconds=20, memory=2**33, output=2**20)
-
-    assert ended.problem is not None
-    assert ended.problem.isprintable()
 
 
 def test_everything_published_is_harmless(tmp_path: Path) -> None:

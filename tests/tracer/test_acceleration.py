@@ -13,8 +13,6 @@ from rayproof.tracer.kernel.parameters import DeviceBuffers
 from rayproof.tracer.rays import Interval, Ray
 from rayproof.tracer.shapes.meshes import TriangleArrays
 from rayproof.tracer.trees.beams import Beam
-from rayproof.tracer.trees.boxes import GridBoxes
-from rayproof.tracer.trees.build import Tree, tree_over
 from rayproof.tracer.trees.traversal import NONE, Walk, any_hit, nearest
 from rayproof.tracer.trees.trees import HostTriangleHierarchy, TriangleHierarchy, host_forest
 
@@ -134,19 +132,6 @@ def test_of_equal_triangles_the_first_is_named() -> None:
     assert set(which[which != NONE] % 4) == {0}
 
 
-def test_rays_that_are_not_active_walk_nowhere() -> None:
-    types = array_types("float32")
-    ray, interval = bundle(types), Interval(nearest=types.Float(0), farthest=types.Float(dr.inf))
-    even = dr.arange(types.UInt, 600) % 2 == 0
-    walk = single(ray, forest(soup(50), types), FORMULAS["triangle/moeller_trumbore"].function, interval)
-
-    found = met(walk, active=even)
-
-    assert found[::2].any()
-    # Lanes that are done may look at a leaf that others have reached, but those that never began see one only.
-    assert found[1::2].mean() < 0.1
-
-
 def test_a_skipped_shape_is_not_met() -> None:
     types = array_types("float32")
     two = host_forest(((0, mesh(soup(20))), (3, mesh(soup(20, seed=6)))))
@@ -160,22 +145,6 @@ def test_a_skipped_shape_is_not_met() -> None:
     np.testing.assert_array_equal(rest, met(single(ray, forest(soup(20), types), formula, interval)))
 
 
-def test_a_tree_with_all_leaves_that_a_traversal_can_count_has_larger_ones(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("rayproof.tracer.trees.build.MOST_LEAVES", 8)
-    types = array_types("float32")
-    corners, ray = soup(61), bundle(types)
-    interval = Interval(nearest=types.Float(0), farthest=types.Float(dr.inf))
-    formula = FORMULAS["triangle/moeller_trumbore"].function
-    grown = forest(corners, types)
-
-    t, number = first_hit(single(ray, grown, formula, interval))
-    expected, which = everything_tried(corners, ray, interval, formula, types)
-
-    assert (grown.nodes.leaves, grown.nodes.size) == (8, 8)
-    np.testing.assert_array_equal(t, expected)
-    np.testing.assert_array_equal(number, which)
-
-
 def test_degenerate_triangles_are_left_out() -> None:
     corners = soup(5)
     corners[2, 2] = corners[2, 1]
@@ -185,19 +154,3 @@ def test_degenerate_triangles_are_left_out() -> None:
 
     assert kept.faces.tolist() == [0, 1, 4]
     assert host_forest(((0, mesh(corners[2:3])),)) is None
-
-
-def test_meshes_of_the_same_content_share_one_tree(monkeypatch: pytest.MonkeyPatch) -> None:
-    built: list[int] = []
-
-    def counted(boxes: GridBoxes) -> Tree:
-        built.append(len(boxes.rows))
-        return tree_over(boxes)
-
-    monkeypatch.setattr("rayproof.tracer.trees.trees.tree_over", counted)
-
-    first, again, other = host(soup(30, seed=77)), host(soup(30, seed=77)), host(soup(31, seed=77))
-
-    assert built == [30, 31]
-    assert first is again
-    assert first is not other

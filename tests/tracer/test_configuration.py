@@ -40,10 +40,6 @@ def test_to_name_a_formula_of_one_s_own_executes_nothing(tmp_path: Path) -> None
         chosen["sphere"]
 
 
-def test_a_default_that_is_named_is_no_difference() -> None:
-    assert Configuration(formulas={"sphere": "haines"}) == Configuration()
-
-
 def test_items_follow_the_formulas() -> None:
     usual, other = Configuration(), Configuration(formulas={"ray": "inverse_matrices"})
 
@@ -55,18 +51,3 @@ def test_items_follow_the_formulas() -> None:
 def test_controls_and_faults_are_told_apart() -> None:
     assert Configuration().controls == Configuration().faults == ()
     assert Configuration(formulas={"sample": "corner"}).controls == ("sample/corner",)
-
-
-@pytest.mark.parametrize(
-    ("name", "error", "message"),
-    [
-        pytest.param("half", LookupError, "float32, float64", id="precision"),
-        pytest.param("float32/pyramid=slabs", LookupError, "no slot is called 'pyramid'", id="slot"),
-        pytest.param("float32/ray=mine", LookupError, "ray/reference_point", id="variant"),
-        pytest.param("float32/ray", ValueError, "slot=variant", id="no-variant"),
-        pytest.param("float32/ray=half_depth/ray=half_depth", ValueError, "once a slot", id="twice"),
-    ],
-)
-def test_a_bad_name_says_what_is_known(name: str, error: type[Exception], message: str) -> None:
-    with pytest.raises(error, match=message):
-        Configuration.parse(name)

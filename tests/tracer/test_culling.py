@@ -172,26 +172,6 @@ def test_shadow_rays_that_part_lose_no_hit_either() -> None:
     assert hits > 40 * LANES * PER_LANE * 0.05
 
 
-def test_points_without_neighbours_make_no_wide_beam() -> None:
-    # No image shows it: 20 000 thin rods took 1.5 times as long.
-    types = array_types("float32")
-    forest = grown(np.eye(3, dtype=np.float32)[np.newaxis], types)
-    points = [types.Vector(x, 0.0, 0.0) for x in (0.0, 5.0, 5.0, 5.001)]
-    rays = prepared([Ray(origin=point, direction=types.Vector(0.0, 0.0, 1.0)) for point in points])
-    groups = dr.zeros(types.UInt, 1)
-    way = from_the_light(forest, rays, types.Vector(0.0, 0.0, 9.0), Interval(nearest=0, farthest=1))
-
-    def counted(group: Any, turn: Any) -> tuple[Walk, Any]:
-        dr.scatter_add(groups, types.UInt(1), types.UInt(0))
-        return way(group, turn)
-
-    tile = {"points": points, "alike": turns(rays), "columns": 2, "eye": types.Vector(0.0, 0.0, 1.0), "skips": None}
-    active = [types.Bool(k in (0, 3)) for k in range(4)]
-    dr.eval(any_hit_in_groups(types, counted, **tile, sample=types.Float(0.01), active=active, width=1))
-
-    assert groups[0] == 2
-
-
 @pytest.mark.parametrize("pipelined", [False, True])
 @pytest.mark.parametrize("moved", [0.0, 1e3])
 @pytest.mark.parametrize("scale", [1e-6, 1.0, 1e6])

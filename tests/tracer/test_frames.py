@@ -1,8 +1,6 @@
 """Frames of several samples a pixel: what the finer image averages to, in one kernel."""
 
 import dataclasses
-import inspect
-from typing import Any
 
 import drjit as dr
 import numpy as np
@@ -82,29 +80,6 @@ def test_the_only_pixel_may_show_something_in_its_last_sample_alone() -> None:
     expected = averaged(what, Configuration(), 2, plan(what, Configuration()))
     assert (pixels > 0).all()
     np.testing.assert_allclose(pixels, expected, rtol=1e-6)
-
-
-def test_more_samples_soften_an_outline() -> None:
-    what = scene(dataclasses.replace(SPHERE, albedo=(0.5, 0.5, 0.5)))
-
-    one, many = ((Frames(what, Configuration(), samples=samples).pixels() > 0).sum() for samples in (1, 4))
-
-    # A pixel that the sphere only touches is lit by some of its samples.
-    assert many > one
-
-
-def test_no_frame_is_spent_on_looking_through_the_scene() -> None:
-    frames = Frames(scene(SPHERE, FLOOR), Configuration())
-
-    # Dr.Jit would look into these for arrays at every call: a thousand shapes took 34 ms.
-    frozen: Any = frames._frozen
-    known = inspect.getclosurevars(frozen.f).nonlocals.values()
-    assert not any(dataclasses.is_dataclass(value) or isinstance(value, (tuple, list, dict)) for value in known)
-
-
-def test_less_than_one_sample_is_refused() -> None:
-    with pytest.raises(ValueError, match="samples must be 1 or more, got 0"):
-        Frames(scene(SPHERE), Configuration(), samples=0)
 
 
 def test_samples_of_a_mesh_stay_in_one_kernel_though_hits_would_go_through_memory() -> None:

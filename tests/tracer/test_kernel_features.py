@@ -7,9 +7,8 @@ import drjit as dr
 import pytest
 
 from rayproof.cases.scene import IDENTITY, PointLight, Scene, Sphere, Triangle
-from rayproof.cases.stages import IMAGE_STAGES, Stage
+from rayproof.cases.stages import Stage
 from rayproof.tracer.configuration import Configuration
-from rayproof.tracer.frames import Frames
 from rayproof.tracer.plan import Plan
 from rayproof.tracer.render import render
 from tests.tracer.scenes import ALBEDO, FLOOR, LIGHT, SECOND_LIGHT, affine, octahedron, scene
@@ -73,43 +72,6 @@ def test_a_feature_takes_its_operations_only_where_it_is_asked_for(name: str) ->
     saved = operations(more, stages) - operations(less, stages)
 
     assert saved >= least
-
-
-def test_every_stage_costs_more_than_what_it_is_made_of_and_nothing_that_comes_after() -> None:
-    order = (Stage.RAY, Stage.DISTANCE, Stage.NORMAL, Stage.VISIBILITY, Stage.IRRADIANCE, Stage.RADIANCE)
-
-    counts = [operations(BOTH, (stage,)) for stage in order]
-
-    assert counts == sorted(set(counts))
-    # Asked for together they share all but what a kernel hands on: each array is an operation to read or write.
-    render(BOTH, IMAGE_STAGES, Configuration())
-    together = dr.kernel_history([dr.KernelType.JIT])
-    handed = sum(kernel["input_count"] + kernel["output_count"] for kernel in together)
-    assert sum(kernel["operation_count"] for kernel in together) <= counts[-1] + handed
-
-
-def test_shadow_rays_in_float64_are_there_only_by_the_strategy_that_wants_them() -> None:
-    def of_float64(variant: str) -> int:
-        render(BOTH, RADIANCE, Configuration(formulas={"shadow_ray": variant}))
-        (kernel,) = dr.kernel_history([dr.KernelType.JIT])
-        return kernel["ir"].getvalue().count("x double>")
-
-    assert of_float64("doubles") > 100
-    assert of_float64("normal_offset") == of_float64("minimum_t") == 0
-
-
-def test_many_samples_take_no_longer_code_than_four() -> None:
-    def length(samples: int) -> int:
-        frames = Frames(BOTH, Configuration(), samples=samples)
-        dr.kernel_history_clear()
-        frames()
-        (kernel,) = dr.kernel_history([dr.KernelType.JIT])
-        return kernel["operation_count"]
-
-    one, four, many = length(1), length(2), length(8)
-
-    assert one < four
-    assert abs(many - four) <= 4  # a division by a power of two
 
 
 def test_a_shape_that_many_share_is_looked_up_and_not_chosen() -> None:

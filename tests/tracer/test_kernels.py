@@ -10,10 +10,9 @@ import pytest
 from rayproof.cases.scene import IDENTITY, Mesh, Scene, Sphere
 from rayproof.cases.stages import Stage
 from rayproof.tracer.configuration import Configuration
-from rayproof.tracer.formulas import FORMULAS
 from rayproof.tracer.plan import plan
 from rayproof.tracer.render import render
-from tests.tracer.scenes import ALBEDO, FLOOR, LIGHT, SECOND_LIGHT, SHAPES, everything, octahedron, scene
+from tests.tracer.scenes import ALBEDO, FLOOR, SHAPES, everything, scene
 
 
 @pytest.fixture(autouse=True)
@@ -63,11 +62,6 @@ def test_a_tree_takes_one_kernel_or_two_as_planned(split: bool, precision: str) 
     assert len(dr.kernel_history([dr.KernelType.JIT])) == 1 + split
 
 
-@pytest.mark.parametrize("variant", [formula.variant for formula in FORMULAS.variants("shadow_ray")])
-def test_no_strategy_against_acne_takes_a_kernel_of_its_own(variant: str) -> None:
-    assert len(kernels(everything(), configuration=Configuration(formulas={"shadow_ray": variant}))) == 2
-
-
 @pytest.mark.parametrize("name", sorted(SHAPES))
 def test_a_shape_that_is_absent_leaves_nothing(name: str) -> None:
     others = [shape for other, shape in SHAPES.items() if other != name and not isinstance(shape, Mesh)]
@@ -75,48 +69,11 @@ def test_a_shape_that_is_absent_leaves_nothing(name: str) -> None:
     assert operations(scene(*others)) < operations(scene(*others, SHAPES[name]))
 
 
-@pytest.mark.parametrize(
-    ("slot", "variant"),
-    [
-        ("sphere", "textbook"),
-        ("cube", "entry_only"),
-        ("square", "half_vectors"),
-        ("triangle", "signed_areas"),
-        ("to_object", None),
-        ("shadow_ray", "minimum_t"),
-    ],
-)
-def test_a_formula_without_work_is_not_in_the_kernel(slot: str, variant: str | None) -> None:
-    # One plane at identity: no other shape's formula, no transform, nothing that could stand before the light.
-    configuration = Configuration(formulas={} if variant is None else {slot: variant})
-
-    assert code(scene(FLOOR), configuration) == code(scene(FLOOR), Configuration())
-
-
 def test_identity_costs_no_transform() -> None:
     moved = dataclasses.replace(SPHERE, to_world=SHAPES["sphere"].to_world)
     translated = dataclasses.replace(SPHERE, to_world=(*((*row[:3], 1.5) for row in IDENTITY[:3]), IDENTITY[3]))
 
     assert operations(scene(SPHERE)) < operations(scene(translated)) < operations(scene(moved))
-
-
-def test_without_lights_there_are_no_shadow_rays_and_no_cosines() -> None:
-    both = scene(SPHERE, FLOOR)
-
-    dark = operations(dataclasses.replace(both, lights=()))
-
-    assert dark == 0
-    assert dark < operations(both) < operations(dataclasses.replace(both, lights=(LIGHT, SECOND_LIGHT)))
-
-
-def test_where_it_is_dark_no_kernel_is_about_light() -> None:
-    seen = (Stage.RAY, Stage.OBJECT)
-    light = (Stage.VISIBILITY, Stage.IRRADIANCE, Stage.EXITANCE, Stage.RADIANCE)
-    dark = dataclasses.replace(scene(SPHERE, FLOOR), lights=())
-
-    launched = [[kernel["hash"] for kernel in kernels(dark, stages)] for stages in (seen, (*seen, *light))]
-
-    assert launched[0] == launched[1]
 
 
 @pytest.mark.parametrize("name", sorted(SHAPES))
@@ -136,27 +93,3 @@ def test_stages_that_are_not_asked_for_are_not_computed() -> None:
     counts = [operations(everything(), (stage,)) for stage in (Stage.RAY, Stage.OBJECT, Stage.NORMAL, Stage.IRRADIANCE)]
 
     assert counts == sorted(set(counts))
-
-
-def test_two_sidedness_costs_only_where_it_is_asked_for() -> None:
-    assert operations(scene(FLOOR), (Stage.NORMAL,)) < operations(
-        scene(dataclasses.replace(FLOOR, two_sided=True)), (Stage.NORMAL,)
-    )
-
-
-def test_clipping_costs_only_where_it_is_asked_for() -> None:
-    none, shell, depth = (
-        operations(scene(SPHERE, clip=clip), (Stage.DISTANCE,)) for clip in ("none", "shell", "depth")
-    )
-
-    assert none <= shell < depth
-
-
-def test_a_mesh_of_more_triangles_needs_no_longer_kernel() -> None:
-    small = octahedron()
-    large = dataclasses.replace(
-        small, vertices=small.vertices, faces=[tuple(face) for face in small.faces for _ in range(16)]
-    )
-
-    # A constant more or less may fold. Trees of an odd number of levels begin with one more choice.
-    assert abs(operations(scene(small, FLOOR)) - operations(scene(large, FLOOR))) <= 4

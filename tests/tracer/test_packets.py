@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 
-from rayproof.cases.scene import Cube, PointLight, Scene, Shape, Sphere, Square
+from rayproof.cases.scene import PointLight, Scene, Shape, Sphere, Square
 from rayproof.cases.stages import IMAGE_STAGES, Stage
 from rayproof.tracer.configuration import Configuration
 from rayproof.tracer.plan import Plan
 from rayproof.tracer.render import render
-from tests.tracer.scenes import ALBEDO, FLOOR, LIGHT, camera, matrix, scene, shapes
+from tests.tracer.scenes import ALBEDO, FLOOR, LIGHT, camera, scene, shapes
 
 SCENES = 40
 STRIP, ONE_BY_ONE = Plan(columns=4), Plan()
@@ -42,35 +42,6 @@ def test_no_hit_and_no_shadow_is_lost(precision: str) -> None:
         shadowed += (one[Stage.VISIBILITY] == 0).sum()
     assert hit > SCENES * 48 * 30 * 0.2
     assert shadowed > SCENES * 48 * 30 * 0.2
-
-
-@pytest.mark.parametrize("shadow_ray", ["none", "doubles"])
-def test_a_strategy_against_acne_means_the_same(shadow_ray: str) -> None:
-    what = scene(Sphere(albedo=ALBEDO, center=(0.0, 0.0, 1.0), two_sided=True), FLOOR, lights=(LIGHT,))
-    configuration = Configuration(formulas={"shadow_ray": shadow_ray})
-
-    one, other = (render(what, (Stage.VISIBILITY,), configuration, chosen=chosen) for chosen in (STRIP, ONE_BY_ONE))
-
-    np.testing.assert_array_equal(one[Stage.VISIBILITY], other[Stage.VISIBILITY])
-
-
-def _turned(degrees: float, axis: int) -> np.ndarray:
-    """Return a rotation about a coordinate axis."""
-    cosine, sine = np.cos(np.radians(degrees)), np.sin(np.radians(degrees))
-    return np.roll(np.array([[1, 0, 0], [0, cosine, -sine], [0, sine, cosine]]), (axis, axis), axis=(0, 1))
-
-
-@pytest.mark.parametrize("shape", [Sphere, Cube, Square])
-def test_nothing_is_lost_of_what_is_flattened_across_its_axes(shape: type) -> None:
-    flat = np.diag((1.0, 1.0, 1e-5)) @ _turned(40.0, 0) @ _turned(25.0, 2)
-    one = shape(albedo=ALBEDO, to_world=matrix(flat, (0.0, 0.0, 0.0)), two_sided=True)
-    far = camera(eye=(18.5, 15.5, 43.5), target=(0.0, 0.0, 0.0), up=(0.0, 1.0, 0.0), fovy=2.98, width=512, height=384)
-    what = scene(one, lights=(LIGHT,), camera=far)
-
-    strip, single = (render(what, (Stage.OBJECT,), Configuration(), chosen=plan) for plan in (STRIP, ONE_BY_ONE))
-
-    np.testing.assert_array_equal(strip[Stage.OBJECT], single[Stage.OBJECT])
-    assert (single[Stage.OBJECT][..., 0] >= 0).any()
 
 
 @pytest.mark.parametrize("formula", ["haines", "textbook", "half_b", "kahan", "shift", "pbrt4"])

@@ -6,7 +6,6 @@ import drjit as dr
 import numpy as np
 import pytest
 
-from rayproof.cases.benchmark_scenes import bumpy, scanned, uneven
 from rayproof.cases.scene import Mesh
 from rayproof.tracer.configuration import Configuration
 from rayproof.tracer.formulas import FORMULAS
@@ -14,10 +13,9 @@ from rayproof.tracer.kernel.arrays import array_types
 from rayproof.tracer.kernel.parameters import DeviceBuffers
 from rayproof.tracer.plan import plan
 from rayproof.tracer.rays import Interval, Ray
-from rayproof.tracer.shapes.meshes import baked
 from rayproof.tracer.trees import build
 from rayproof.tracer.trees.beams import Beam
-from rayproof.tracer.trees.build import in_parts, slanting
+from rayproof.tracer.trees.build import in_parts
 from rayproof.tracer.trees.traversal import Walk, nearest
 from rayproof.tracer.trees.trees import TriangleHierarchy, bounds, host_forest
 from tests.tracer.scenes import scene
@@ -119,13 +117,6 @@ def test_rays_meet_the_same_triangles_first_as_without_parts(precision: str) -> 
             np.testing.assert_array_equal(number[hit], which[hit], err_msg=f"seed {seed}")
             met += hit.sum()
     assert met > 6 * LANES * PER_LANE * 0.3
-
-
-def test_smooth_meshes_and_small_ones_stay_whole() -> None:
-    assert not slanting(baked(bumpy(4)))
-    assert not slanting(baked(scanned(4)))
-    assert not slanting(rods(build.FEWEST - 1, seed=3))
-    assert slanting(baked(uneven(2000)))
 
 
 def test_only_the_formula_whose_hits_are_known_to_lie_on_their_triangle_meets_parts() -> None:

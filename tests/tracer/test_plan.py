@@ -2,7 +2,6 @@
 
 import dataclasses
 
-import drjit as dr
 import numpy as np
 import pytest
 
@@ -136,14 +135,6 @@ def test_the_scene_decides() -> None:
     assert plan(large(scene(octahedron())), endless).split
 
 
-def test_a_plan_reads_as_one_line() -> None:
-    assert UNROLLED.text == "every shape unrolled; one sample per lane; one kernel"
-    assert Plan(columns=2, rows=2, split=True, trees=frozenset(("triangle",))).text == (
-        "in trees: triangle; 2 x 2 samples per lane; hits and shading in kernels of their own"
-    )
-    assert Plan(trees=frozenset(("triangle",)), pipelined=True).text.endswith("one loop through the tree of triangles")
-
-
 @pytest.mark.parametrize("what", [scene(Sphere(albedo=ALBEDO), FLOOR), everything()], ids=["unrolled", "trees"])
 @pytest.mark.parametrize("shadow_ray", ["normal_offset", "doubles"])
 def test_many_lights_are_the_sum_of_few(what: Scene, shadow_ray: str, precision: str) -> None:
@@ -161,17 +152,3 @@ def test_many_lights_are_the_sum_of_few(what: Scene, shadow_ray: str, precision:
     for stage in (Stage.IRRADIANCE, Stage.RADIANCE):
         total = sum(part[stage] for part in parts)
         np.testing.assert_allclose(together[stage], total, rtol=16 * UNIT_ROUNDOFF[precision])
-
-
-def test_a_hundred_lights_are_no_longer_kernel_than_ten() -> None:
-    def operations(count: int) -> int:
-        lights = tuple(dataclasses.replace(LIGHT, position=(2.0, -3.0, 5.0 + 0.01 * k)) for k in range(count))
-        dr.kernel_history_clear()
-        render(dataclasses.replace(everything(), lights=lights), (Stage.RADIANCE,), Configuration())
-        return sum(kernel["operation_count"] for kernel in dr.kernel_history([dr.KernelType.JIT]))
-
-    dr.set_flag(dr.JitFlag.KernelHistory, True)
-    try:
-        assert operations(100) == operations(10)
-    finally:
-        dr.set_flag(dr.JitFlag.KernelHistory, False)

@@ -99,80 +99,6 @@ def test_other_triangles_leak(variant: str) -> None:
     assert leaks(variant, away=0.0, corner=False) > 0.01
 
 
-def test_pluecker_s_triangles_leak_at_corners_alone() -> None:
-    assert leaks("pluecker", away=0.0, corner=False) == 0
-    assert leaks("pluecker", away=0.0, corner=True) > 0
-
-
-@pytest.mark.parametrize("order", [(0, 1, 2), (0, 2, 1)], ids=["one way round", "the other"])
-def test_a_triangle_by_pluecker_has_its_edges(order: tuple[int, int, int]) -> None:
-    types = array_types("float32")
-    corners = np.array([(-2.0, -2.0, 0.0), (2.0, -2.0, 0.0), (0.0, 2.0, 0.0)])
-    middles = (corners + np.roll(corners, 1, axis=0)) / 2  # whole numbers: each product with an edge is exactly zero
-    eye = np.array([(0.0, 0.0, 4.0)] * 3)
-    ray = Ray(origin=vector(types, eye), direction=vector(types, middles - eye))
-    first, second, third = (types.Vector(*map(float, corners[each])) for each in order)
-    found = FORMULAS["triangle/pluecker"].function(
-        ray, TriangleArrays(first=first, second=second, third=third), anywhere(types)
-    )
-
-    assert np.array(found).tolist() == [1.0, 1.0, 1.0]
-
-
-@pytest.mark.parametrize(("variant", "most"), [("slabs", 0.001), ("ize", 0.0), ("parallel_branch", 1.0)])
-def test_a_division_misses_fewer_edges_of_a_cube_than_a_reciprocal(variant: str, most: float) -> None:
-    types, rng = array_types("float32"), np.random.default_rng(8)
-    origin = (unit(rng.normal(size=(20_000, 3))) * 5).astype(np.float32)
-    target = rng.choice([-0.5, 0.5], (20_000, 3))
-    target[:, 1] = rng.uniform(-0.5, 0.5, 20_000)
-    direction = (target - origin).astype(np.float32)
-    o, d = origin.astype(np.longdouble), direction.astype(np.longdouble)
-    low, high = (-0.5 - o) / d, (0.5 - o) / d
-    truly = np.minimum(low, high).max(axis=1) <= np.maximum(low, high).min(axis=1)
-
-    ray = Ray(origin=vector(types, origin), direction=vector(types, direction))
-    t = np.array(FORMULAS[f"cube/{variant}"].function(ray, CubeArrays(), anywhere(types)))
-
-    missed = (~np.isfinite(t) & truly).sum() / truly.sum()
-    assert missed <= most
-    assert (missed > 0.01) == (variant == "parallel_branch")
-
-
-def ray_error(variant: str, **view: Any) -> float:
-    """Return the median angle [rad] between float32 rays and the default's in float64."""
-    what = scene(camera=camera(**view))
-    found, truth = (
-        render(what, (Stage.RAY,), configuration)[Stage.RAY]
-        for configuration in (
-            Configuration(formulas={"ray": variant}),
-            Configuration(precision="float64", formulas={"ray": "reference_free"}),
-        )
-    )
-    return float(np.median(np.linalg.norm(np.cross(found, truth), axis=-1)))
-
-
-@pytest.mark.parametrize("variant", ["reference_free", "rotated", "reference_point"])
-def test_these_rays_depend_on_neither_near_nor_far_nor_the_eye(variant: str) -> None:
-    away = {"eye": (1000003.0, 999994.0, 3.5), "target": (1000000.0, 1000000.0, 0.5)}
-
-    for view in ({}, {"near": 1e-6}, {"near": 0.01, "far": 1e9}, away):
-        assert ray_error(variant, **view) <= 8 * u
-
-
-@pytest.mark.parametrize("variant", ["matrix", "matrix_w_divide", "analytic_inverse"])
-def test_multiplied_matrices_turn_the_ray_by_the_eye_over_near(variant: str) -> None:
-    usual = ray_error(variant, near=0.1)
-
-    assert 30 <= ray_error(variant, near=0.001) / usual <= 300
-
-
-@pytest.mark.parametrize("variant", ["matrix_w_divide", "analytic_inverse", "w_divided_in_view"])
-def test_a_division_by_w_leaves_no_ray_from_a_far_plane_at_two_over_u(variant: str) -> None:
-    answers = render(scene(camera=camera(near=1.0, far=1e9)), (Stage.RAY,), Configuration(formulas={"ray": variant}))
-
-    assert np.isnan(answers[Stage.RAY]).all()
-
-
 def test_a_scaled_falloff_outlives_the_square_of_the_distance() -> None:
     types = array_types("float32")
     away, flux = types.Vector(2e19, 0.0, 0.0), types.Vector(1e8)
@@ -182,15 +108,6 @@ def test_a_scaled_falloff_outlives_the_square_of_the_distance() -> None:
 
     assert direct.x[0] == 0
     assert scaled.x[0] == pytest.approx(1e8 / (4 * np.pi) / 4e38, rel=1e-5)
-
-
-@pytest.mark.parametrize("size", [1e-30, 1.0, 1e30])
-def test_a_scaled_cosine_knows_no_size(size: float) -> None:
-    types = array_types("float32")
-
-    cosine = FORMULAS["cosine/scaled"].function(types.Vector(0.0, 0.6, 0.8), types.Vector(0.0, 0.0, size))
-
-    assert cosine[0] == pytest.approx(0.8, rel=4 * u)
 
 
 def test_a_reprojected_hit_lies_on_its_sphere() -> None:

@@ -41,18 +41,6 @@ def test_a_small_benchmark_writes_what_its_document_says(
     assert "sphere_and_floor" in capsys.readouterr().out
 
 
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [(["no_such"], "no bench scene is called"), (["--compare", "nowhere.json"], "nowhere.json")],
-)
-def test_bad_usage_is_one_line_and_2(arguments: list[str], message: str, capsys: pytest.CaptureFixture[str]) -> None:
-    assert call(bench, [*arguments]) == 2
-
-    told = capsys.readouterr().err
-    assert message in told
-    assert told.count("\n") == 1
-
-
 def test_a_scene_on_which_somebody_dies_is_left_out(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -63,28 +51,3 @@ def test_a_scene_on_which_somebody_dies_is_left_out(
 
     assert call(bench, ["sphere_and_floor", "--quick"]) == 1
     assert "error: sphere_and_floor: the worker died" in capsys.readouterr().out
-
-
-def test_what_is_no_benchmark_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    (tmp_path / "other.json").write_text("[1]")
-
-    assert call(bench, ["sphere_and_floor", "--compare", str(tmp_path / "other.json")]) == 2
-    assert "is not a benchmark" in capsys.readouterr().err
-
-
-def test_a_scene_whose_data_are_not_there_is_left_out_with_the_reason(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    asked: list[str] = []
-
-    def timed(tasks: Sequence[apart.Task]) -> Iterator[apart.BenchError]:
-        asked.extend(task.scene for task in tasks)
-        yield from ()
-
-    monkeypatch.setattr(apart, "timed_apart", timed)
-    monkeypatch.setattr("rayproof.cases.benchmark_scenes.find_spec", lambda name: None)
-
-    assert call(bench, ["mountains", "terrain"]) == 0
-
-    assert "mountains is left out: Matplotlib's sample data" in " ".join(capsys.readouterr().out.split())
-    assert set(asked) == {"terrain"}

@@ -7,7 +7,6 @@ import dataclasses
 from typing import Any
 
 import drjit as dr
-import numpy as np
 import pytest
 
 from rayproof.cases.benchmark_scenes import chosen
@@ -15,7 +14,7 @@ from rayproof.tracer.configuration import Configuration
 from rayproof.tracer.frames import Frames
 from rayproof.tracer.kernel.arrays import array_types
 from rayproof.tracer.plan import Plan
-from tests.benchmarks.bench.kernels import Kernel, Work, kernels, loops, shared, work
+from tests.benchmarks.bench.kernels import Kernel, Work, kernels, shared, work
 from tests.benchmarks.bench.limits import CHAIN, WIDTH, _add, _chained, _divide, _multiply_add, _root, limit
 
 pytestmark = pytest.mark.skipif(not dr.has_backend(dr.JitBackend.LLVM), reason="Dr.Jit finds no LLVM library")
@@ -100,43 +99,6 @@ def _lasting(found: tuple[Kernel, ...], seconds: float) -> tuple[Kernel, ...]:
     return tuple(dataclasses.replace(kernel, seconds=seconds / len(found)) for kernel in found)
 
 
-def test_pixels_count_once_however_many_a_lane_takes(precision: str) -> None:
-    def per_pixel(columns: int) -> float:
-        return in_line(frame(precision, columns=columns)) / SIDE**2
-
-    # One by one every pixel is asked about everything; four by four most pass over the sphere.
-    assert per_pixel(4) < per_pixel(1)
-    assert per_pixel(8) == pytest.approx(per_pixel(4), rel=0.1)
-
-
-def test_code_in_a_branch_counts_by_the_packets_that_run_it() -> None:
-    Float, size = array_types("float32").Float, 64 * WIDTH
-    x = dr.arange(Float, size)
-    dr.eval(x)
-    rare = dr.arange(Float, size) < size / 4
-
-    def run() -> None:
-        dr.eval(dr.if_stmt((), rare, lambda: x / (x + 3), lambda: x))
-
-    (kernel,) = kernels(run)
-    (counted,) = shared((kernel,), [np.array(rare)])
-
-    assert counted.shares == (0.25,)
-    assert work(counted.code, counted.shares)["float32"].divisions == 0.25
-    assert limit(scene(), (kernel,), MACHINE) is None  # nobody counted
-    assert limit(scene(), (counted,), MACHINE) is not None
-
-
-def test_a_pixel_of_the_sphere_takes_the_divisions_that_its_formulas_have() -> None:
-    (kernel,) = frame("float32")
-
-    found = work(kernel.code, kernel.shares)["float32"]
-    # A ray, a normal and the light's falloff; clipping; plane and sphere, for the ray and for the shadow ray; a cosine.
-    assert found.divisions <= 10
-    assert found.roots <= 5
-    assert work(kernel.code, kernel.shares)["float64"] == Work(operations=0, divisions=0, roots=0)
-
-
 def test_the_slowest_of_the_three_is_the_limit() -> None:
     found = _lasting(frame("float32"), 1.0)
 
@@ -148,11 +110,3 @@ def test_the_slowest_of_the_three_is_the_limit() -> None:
     assert by(divisions_per_second=1e6) == "divisions"
     assert by(roots_per_second=1e6) == "divisions"
     assert by(operations_per_second=1e15, divisions_per_second=1e15, roots_per_second=1e15) == "writes"
-
-
-def test_code_that_loops_has_no_limit() -> None:
-    found = kernels(Frames(scene("bumpy_1k"), Configuration()))
-
-    assert any(loops(kernel.code) for kernel in found)
-    assert limit(scene(), found, MACHINE) is None
-    assert limit(scene(), (), MACHINE) is None

@@ -8,9 +8,9 @@ import pytest
 
 from rayproof.cases.benchmark_scenes import chosen
 from rayproof.cases.scene import Scene
-from tests.benchmarks.bench import CONTENDERS, Prepared, apart, measuring
+from tests.benchmarks.bench import CONTENDERS, Prepared, measuring
 from tests.benchmarks.bench.apart import BenchError, Task, timed_apart
-from tests.benchmarks.bench.measuring import Timed, differing, ratio, timed
+from tests.benchmarks.bench.measuring import differing, ratio, timed
 from tests.benchmarks.bench.records import compared
 
 PICTURE = np.linspace(0, 1, 8 * 8 * 3).reshape(8, 8, 3)
@@ -80,48 +80,6 @@ def test_the_ratio_is_theirs_over_ours_by_the_better_of_them(rivals) -> None:
     assert len(found["ours"].seconds) == len(found["mitsuba_minimal"].seconds)
 
 
-def test_what_is_brief_runs_once_uncounted_before_it_is_timed(rivals) -> None:
-    runs = {"ours": 0, "mitsuba_minimal": 0}
-    costs = {"ours": (0.001, 0.002), "mitsuba_minimal": (0.1, 0.2)}  # after itself, and after another
-
-    def counted(name: str):
-        class Counted(contender(0.0)):
-            def prepare(self, scene: Scene) -> Prepared:
-                def run() -> None:
-                    runs[name] += 1
-                    own, other = costs[name]
-                    CLOCK.pass_by(own if last[0] == name else other)
-                    last[0] = name
-
-                return Prepared(build_seconds=0.0, run=run, image=None, does="nothing")
-
-        return Counted
-
-    last = [""]
-    names = rivals(**{name: counted(name) for name in runs})
-
-    found = timed(scene(), names, budget=1.0)
-
-    assert {round(seconds, 9) for seconds in found["ours"].seconds} == {0.001}
-    rounds = len(found["ours"].seconds)
-    assert runs["ours"] - runs["mitsuba_minimal"] == rounds
-
-
-def test_what_refuses_a_scene_is_left_out_with_its_reason(rivals) -> None:
-    names = rivals(ours=contender(0.1), radiance=contender(0.1, refuses="it traces triangles only"))
-
-    found = timed(scene(), names, budget=1.0)
-
-    assert found["radiance"].left_out == "it traces triangles only"
-    assert ratio(found, ("radiance",)) is None
-
-
-def test_what_takes_too_long_is_left_out(rivals) -> None:
-    names = rivals(ours=contender(0.1), radiance=contender(60.0))
-
-    assert "60 s" in (timed(scene(), names, budget=1.0)["radiance"].left_out or "")
-
-
 @pytest.mark.parametrize(
     ("change", "share"),
     [(lambda image: image, 0.0), (lambda image: image + 2e-3 * (np.arange(8) == 0)[:, None, None], 1 / 8)],
@@ -130,20 +88,6 @@ def test_pixels_that_differ_are_counted(rivals, change, share: float) -> None:
     names = rivals(ours=contender(0.1, picture=change(PICTURE)), mitsuba_minimal=contender(0.1))
 
     assert differing(timed(scene(), names, budget=0.1)) == pytest.approx(share)
-
-
-def test_nan_differs(rivals) -> None:
-    broken = PICTURE.copy()
-    broken[3, 4, 0] = np.nan
-    names = rivals(ours=contender(0.1, picture=broken), mitsuba_minimal=contender(0.1))
-
-    assert differing(timed(scene(), names, budget=0.1)) == pytest.approx(1 / 64)
-
-
-def test_a_contender_without_picture_agrees_with_nobody(rivals) -> None:
-    names = rivals(ours=contender(0.1), mitsuba_minimal=contender(0.1, picture=None))
-
-    assert differing(timed(scene(), names, budget=0.1)) is None
 
 
 def entry(ratio: float, interval: tuple[float, float], control: tuple[float, float] = (0.98, 1.02)) -> dict:
@@ -170,14 +114,6 @@ def test_a_regression_needs_intervals_apart_and_a_quiet_control(new: dict, verdi
     assert change["change"] == pytest.approx(2.0 / new["ratio_minimal"])
 
 
-def test_scenes_that_only_one_has_are_not_compared() -> None:
-    assert compared({"scenes": [entry(2.0, (1.9, 2.1)) | {"width": 9}]}, {"scenes": [entry(2.0, (1.9, 2.1))]}) == []
-
-
-def test_the_median_is_over_rounds() -> None:
-    assert Timed(name="ours", seconds=[3.0, 1.0, 2.0]).median == 2.0
-
-
 def task(scene: str) -> Task:
     return Task(scene=scene, size=(16, 12), contenders=("ours",), machine=MACHINE, budget=0.0)
 
@@ -196,52 +132,3 @@ def test_what_goes_wrong_says_where_and_the_others_are_timed() -> None:
     assert right["name"] == "sphere_and_floor"
     assert right["ours_ms"] > 0
     assert isinstance(wrong_again, BenchError)
-
-
-def test_while_one_is_timed_no_other_process_is_at_work(monkeypatch: pytest.MonkeyPatch) -> None:
-    class Fake:
-        def __init__(self, task: Task) -> None:
-            self._name = task.scene
-            log.append(f"{self._name} loads")
-
-        def time(self) -> None:
-            log.append(f"{self._name} is timed")
-
-        def entry(self) -> dict:
-            log.append(f"{self._name} is judged")
-            return {"name": self._name}
-
-        def close(self) -> None:
-            log.append(f"{self._name} ends")
-
-    log: list[str] = []
-    monkeypatch.setattr(apart, "_Apart", Fake)
-
-    assert list(timed_apart([task("a"), task("b")])) == [{"name": "a"}, {"name": "b"}]
-
-    assert log.index("a is timed") < log.index("b loads") < log.index("a ends") < log.index("b is timed")
-
-
-def test_who_stops_listening_leaves_no_process(monkeypatch: pytest.MonkeyPatch) -> None:
-    ended = []
-
-    class Fake:
-        def __init__(self, task: Task) -> None:
-            self._name = task.scene
-
-        def time(self) -> None:
-            pass
-
-        def entry(self) -> dict:
-            return {}
-
-        def close(self) -> None:
-            ended.append(self._name)
-
-    monkeypatch.setattr(apart, "_Apart", Fake)
-    entries = timed_apart([task("a"), task("b"), task("c")])
-
-    next(entries)
-    entries.close()
-
-    assert set(ended) == {"a", "b"}

@@ -16,7 +16,6 @@ if TYPE_CHECKING:
     from tests.benchmarks.growth.measuring import Cost, Further, SuiteCost
 
 USUAL = (100, 1000)
-REPLAYED = (1000, 10_000)
 NOT_MEASURED = 3
 COSTS = ("time [s]", "processor [s]", "largest process [MB]", "folder [MB]")
 
@@ -26,7 +25,6 @@ def growth(
     suite: bool = False,
     against: Path | None = None,
     rounds: int = 5,
-    replay: Path | None = None,
     scheduler: str | None = None,
     select: Annotated[list[str] | None, Parameter(negative=())] = None,
     json: Path | None = None,
@@ -50,10 +48,6 @@ def growth(
         environment.
     rounds
         How often both suites are run, an odd number. A round takes some four minutes on two processors.
-    replay
-        Render nothing: take the records of this results folder, up to 1000, again and again under new names,
-        through the journal and publishing, and show what the process that keeps a run takes. Default of cases: 1000 and
-        10000.
     scheduler
         local:N. Run each suite at first, once by N processes and once by a cluster of N workers on this machine, and
         show what the cluster takes over what the processes take, and how much of it the process that was called takes.
@@ -67,11 +61,9 @@ def growth(
         raise UsageError("--suite and --against CHECKOUT go together: they run the default suite of two checkouts")
     if suite and cases:
         raise UsageError(f"--suite runs the default suite; it takes no number of cases, got {cases[0]}")
-    if replay is not None and suite:
-        raise UsageError("--replay and --suite are two measurements; ask for one")
-    if scheduler is not None and (suite or replay is not None):
+    if scheduler is not None and suite:
         raise UsageError("--scheduler compares a cluster with this machine's processes; ask for nothing else with it")
-    counts = sorted(set(cases or (REPLAYED if replay is not None else USUAL)))
+    counts = sorted(set(cases or USUAL))
     if counts[0] < 1:
         raise UsageError(f"a suite has at least 1 case, got {counts[0]}")
     if json is not None:
@@ -82,8 +74,6 @@ def growth(
     try:
         if against is not None:
             _compare(against, tuple(select or ()), rounds, json)
-        elif replay is not None:
-            _replay(replay, counts, json)
         elif scheduler is not None:
             _beside(scheduler, counts, json)
         else:
@@ -137,36 +127,6 @@ def _beside(scheduler: str, counts: list[int], json: Path | None) -> None:
     names = ["cases", "processor", "seconds", "parent_share", "parent_peak"]
     ratios = [[f"{one[name]:.3g}" for name in names] for one in cluster_ratios(rows)]
     show_table(f"{scheduler} over --jobs {place.local}", names, ratios)
-
-
-def _replay(source: Path, counts: list[int], json: Path | None) -> None:
-    from rayproof.reports.results.document import load_results
-    from tests.benchmarks.growth.measuring import GrowthError
-    from tests.benchmarks.growth.replaying import Replay, ReplayError, ratios, replayed
-
-    with told_in_one_line():
-        if not load_results(source)["cases"]:
-            raise ValueError(f"{source} has no cases to replay")
-    rows: list[Replay] = []
-    try:
-        for row in replayed(source, counts):
-            rows.append(row)
-            say(f"{row['cases']} cases: {row['seconds']:.1f} s, {1000 * row['seconds'] / row['cases']:.2f} ms a case")
-            write_json(json, {"replay": rows, "ratios": ratios(rows)})
-    except ReplayError as error:
-        raise GrowthError(str(error)) from error
-    head = ["cases", "time [s]", "processor [s]", "memory of the parent [MB]", "index.html [MB]"]
-    cells = [
-        [
-            str(row["cases"]),
-            *(f"{row[name]:.1f}" for name in ("seconds", "processor_seconds")),
-            *(f"{row[name] / 1e6:.2f}" for name in ("parent_peak_bytes", "index_bytes")),
-        ]
-        for row in rows
-    ]
-    show_table("Replayed", head, cells)
-    if len(rows) > 1:
-        show_table("Longest over shortest", ["what", "ratio"], [[k, f"{v:.3f}"] for k, v in ratios(rows).items()])
 
 
 def _compare(against: Path, selectors: tuple[str, ...], count: int, json: Path | None) -> None:

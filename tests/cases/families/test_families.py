@@ -1,30 +1,16 @@
 """What every case family must keep: deterministic, named once, complete in what it covers."""
 
-import re
 from collections import Counter
-from pathlib import Path
 
 import pytest
 
-from rayproof.cases import families
 from rayproof.cases.case import ITEMS, Flux, PixelValue
-from rayproof.cases.families import CASE_FAMILIES, all_cases, cases_of, select
+from rayproof.cases.families import all_cases, cases_of, select
+from rayproof.cases.scene import Mesh
 from rayproof.cases.stages import Stage
+from rayproof.tracer.shapes.meshes import degenerate
 
 NAMES = [case.name for case in all_cases()]
-
-
-def test_every_family_whose_cases_a_page_names_is_in_the_table():
-    pages = Path(families.__file__).parent.glob("*.py")
-    named = {family for page in pages for family in re.findall(r'name=f?"(\w+)/', page.read_text())}
-
-    assert len(named) > 25
-    assert named <= set(CASE_FAMILIES)
-
-
-@pytest.mark.parametrize("family", list(CASE_FAMILIES))
-def test_a_family_yields_the_same_cases_twice(family):
-    assert list(CASE_FAMILIES[family]()) == list(CASE_FAMILIES[family]())
 
 
 def test_no_two_cases_share_a_name():
@@ -37,10 +23,15 @@ def test_no_two_cases_ask_the_same_scene():
     assert repeated == []
 
 
-def test_cases_come_by_family_in_alphabetical_order():
-    families = list(dict.fromkeys(case.family for case in all_cases()))
+def test_a_face_without_area_is_in_no_mesh_but_the_one_that_is_made_for_it():
+    flat = [
+        case.name
+        for case in all_cases()
+        for shape in case.scene.shapes
+        if isinstance(shape, Mesh) and degenerate(shape).any()
+    ]
 
-    assert families == sorted(families)
+    assert flat == ["meshes/degenerate"]
 
 
 @pytest.mark.parametrize("case", all_cases(), ids=NAMES)
@@ -90,11 +81,6 @@ def test_a_family_on_request_is_asked_about_by_its_name_alone():
     assert not set(by_name) & set(select(["*sphere*"]))
 
 
-def test_a_pattern_that_names_nothing_lists_names_like_it():
-    with pytest.raises(LookupError, match=r"no case matches 'camera'; did you mean cameras"):
-        select(["camera"])
-
-
 def test_a_family_may_neither_borrow_a_name_nor_use_one_twice(monkeypatch):
     (sphere, *_) = select(["primitives/sphere"])
     families = {"other": lambda: iter([sphere]), "primitives": lambda: iter([sphere, sphere])}
@@ -138,13 +124,6 @@ def test_the_room_receives_what_the_source_emits():
     assert flux["floor"] == pytest.approx(2210.657, abs=5e-4)
     assert flux["west"] == pytest.approx(1394.672, abs=5e-4)
     assert sum(flux.values()) == pytest.approx(10_000, rel=1e-12)
-
-
-def test_no_tolerance_is_wider_than_a_thousandth():
-    for case in all_cases():
-        for expectation in case.expectations:
-            assert getattr(expectation, "relative", 0.0) < 1e-3, case.name
-            assert getattr(expectation, "margin", 0.0) < 1e-3, case.name
 
 
 def test_the_central_radiance_is_one_number_at_every_distance_of_the_camera():

@@ -21,15 +21,15 @@ def audit(
     cases: str = "",
     seed: int = 0,
 ) -> int:
-    """Plant faults in the tracer, references, mesh loader and judge, one at a time, and print the kill matrix.
+    """Plant faults in the tracer and the references, one at a time, and print the kill matrix.
 
     Parameters
     ----------
     out
         Folder for audit.json.
     only
-        Faults to plant: a pattern such as `sphere/*`, or one of tracer, reference, loader, judge, run, report; or liar,
-        the renderer that answers rightly only where the judge looks; or a wrong formula of one's own, such as
+        Faults to plant: a pattern such as `sphere/*`, or one of tracer and reference; or liar, the renderer that
+        answers rightly only where the judge looks; or a wrong formula of one's own, such as
         sphere=./mine.py:nearest_hit.
     quick
         Fewer cases a fault at first, and fewer grades.

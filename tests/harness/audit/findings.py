@@ -1,4 +1,4 @@
-"""From what each case and guard saw to what is said of each fault, and to the score."""
+"""From what each case saw to what is said of each fault, and to the score."""
 
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
@@ -44,8 +44,8 @@ def side_is_right(fault: PlantedFault, sighting: Sighting) -> bool:
 def by_cases(fault: PlantedFault, sightings: Sequence[Sighting], stopped: str | None = None) -> FaultFinding:
     """Return the entry of audit.json of a fault that cases must kill.
 
-    `stopped` is what a guard said that would have kept the cases from being judged at all: an oracle that contradicts
-    closed forms is found out before it can blame anybody, also where no other reference could contradict it.
+    `stopped` is the message of the judge's self-test, which ends a run before any case is judged: an oracle that
+    contradicts closed forms blames nobody, also where no other reference could contradict it.
     """
     killers = [one for one in sightings if kills(fault, one)]
     blamed = blamed_stage(fault, [one.stage for one in killers if one.stage])
@@ -55,32 +55,12 @@ def by_cases(fault: PlantedFault, sightings: Sequence[Sighting], stopped: str | 
         "killed": bool(killers),
         "blamed_stage": blamed,
         "blamed": sorted({one.blamed for one in sightings if one.blamed}),
-        "blamed_right": bool(killers)
-        and (stopped is not None or not wrong)
-        and fault.stage is not None
-        and blamed == fault.stage.value,
+        "blamed_right": bool(killers) and (stopped is not None or not wrong) and blamed == fault.stage.value,
         "killed_by": [*([stopped] if stopped else []), *(f"{one.case}: {one.reason}" for one in killers[:NAMED])],
         "wrongly_blamed": [f"{one.case}: {one.blamed} {one.stage}: {one.reason}" for one in wrong[:NAMED]],
         **_items(fault, killers),
         "families": _families(fault, sightings),
         "references": _references(fault, killers) if fault.where == "tracer" else {},
-    }
-
-
-def by_guard(fault: PlantedFault, stopped: str | None) -> FaultFinding:
-    """Return the entry of audit.json of a fault that a guard must stop."""
-    return {
-        **_entry(fault),
-        "killed": stopped is not None,
-        "blamed_stage": fault.where if stopped else None,
-        "blamed": [fault.where] if stopped else [],
-        "blamed_right": stopped is not None,
-        "killed_by": [stopped] if stopped else [],
-        "wrongly_blamed": [],
-        "blamed_items": [],
-        "items_right": None,
-        "families": {},
-        "references": {},
     }
 
 
@@ -91,7 +71,7 @@ def blamed_stage(fault: PlantedFault, stages: Sequence[Stage]) -> str | None:
     a wrong object among several, and a wrong intersection may show in a shadow alone.
     """
     if fault.stage in stages:
-        return fault.stage.value if fault.stage else None
+        return fault.stage.value
     return Counter(stages).most_common(1)[0][0].value if stages else None
 
 
@@ -125,7 +105,7 @@ def _entry(fault: PlantedFault) -> FaultAbout:
     return {
         "name": fault.name,
         "where": fault.where,
-        "stage": fault.stage.value if fault.stage else fault.where,
+        "stage": fault.stage.value,
         "covers": list(fault.covers),
         "erratum": fault.erratum,
         "equivalent": fault.equivalent,

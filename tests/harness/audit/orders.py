@@ -22,7 +22,7 @@ class CaseOrder:
 
 @dataclass(frozen=True, kw_only=True)
 class GuardOrder:
-    """Plant a fault and ask every guard."""
+    """Plant a fault of the oracle and run the judge's self-test."""
 
     fault: PlantedFault
 
@@ -95,7 +95,7 @@ class CaseReport:
 
 @dataclass(frozen=True, kw_only=True)
 class GuardReport:
-    """The guard that stopped the run, in its own words, or None if none did."""
+    """What the self-test said when it stopped the run; None if it did not."""
 
     fault: str
     stopped: str | None

@@ -1,4 +1,4 @@
-"""All that can be planted: wrong formulas of the tracer, and spoilt references, loader, judge, run and report."""
+"""All that can be planted: wrong formulas of the tracer, and spoilt references."""
 
 import inspect
 import sys
@@ -12,7 +12,6 @@ from rayproof.cases.case import Case
 from rayproof.cases.stages import Stage
 from rayproof.tracer.formulas.own_file import is_own
 from tests.harness.audit.faults import FAULTS
-from tests.harness.audit.mutants.trials import selected
 
 if TYPE_CHECKING:
     from rayproof.tracer.formulas import Formula
@@ -30,8 +29,8 @@ class PlantedFault:
     """One fault, where it is planted and what must become of it."""
 
     name: str  # "slot/variant" of the tracer, else a name in `tests.harness.audit.faults`
-    where: str  # "tracer", "reference", "loader", "judge", "run" or "report"
-    stage: Stage | None  # the one to be found wrong; None: a guard must stop the run
+    where: str  # "tracer" or "reference"
+    stage: Stage  # the one to be found wrong
     also: tuple[Stage, ...] = ()  # others that a case may find wrong in its place
     covers: tuple[str, ...] = ()  # specification items
     who: tuple[str, ...] = ()  # the references that it spoils
@@ -40,15 +39,6 @@ class PlantedFault:
     equivalent: str | None = None  # the proof that it is right on every valid scene
     configuration: str | None = None  # of the tracer, where the fault is one of its formulas
     precision: str = "float32"  # of the tracer that is judged with it
-    path: str | None = (
-        None  # of the tracer, where the fault is in one of its execution paths alone (`tests.harness.paths.declared`)
-    )
-    routes: tuple[str, ...] = ()  # by which it must be rendered too, to be seen (`tests.harness.paths`)
-
-    @property
-    def on_guard(self) -> bool:
-        """Say whether guards and not cases must kill it."""
-        return self.stage is None
 
     def blames(self, stage: Stage | None) -> bool:
         """Say whether `stage` is one that may be found wrong."""
@@ -89,21 +79,12 @@ def _of_formula(formula: "Formula") -> PlantedFault:
 
 
 def other_faults() -> tuple[PlantedFault, ...]:
-    """Return the planted faults of the tracer's paths, and of references, loader, judge, run and report."""
+    """Return the planted faults of references."""
     return tuple(PlantedFault(name=name, **FAULTS.about(name)) for name in FAULTS)
 
 
-def in_paths() -> dict[str, list[str]]:
-    """Return execution path of the tracer -> the names of the faults that are planted in it alone."""
-    found: dict[str, list[str]] = {}
-    for fault in other_faults():
-        if fault.path is not None:
-            found.setdefault(fault.path, []).append(fault.name)
-    return found
-
-
 def planted(pattern: str = "*") -> tuple[PlantedFault, ...]:
-    """Return the faults whose name, or place, matches a glob; none for the liar and for mutants, which are asked apart.
+    """Return the faults whose name, or place, matches a glob; none for the liar, which is asked apart.
 
     A fault of the user's own is a formula, slot=FILE.py:function.
 
@@ -120,7 +101,7 @@ def planted(pattern: str = "*") -> tuple[PlantedFault, ...]:
         return (_of_formula(FORMULAS.named(pattern)),)
     everything = (*tracer_faults(), *other_faults())
     found = tuple(one for one in everything if fnmatchcase(one.name, pattern) or one.where == pattern)
-    if not found and not selected(pattern):
+    if not found:
         raise LookupError(f"no planted fault matches {pattern!r}; `rayproof list formulas` lists the tracer's")
     return found
 
@@ -201,13 +182,12 @@ def tables() -> str:
     lines: list[str] = []
     for where in dict.fromkeys(fault.where for fault in everything):
         some = sorted((fault for fault in everything if fault.where == where), key=lambda fault: fault.name)
-        lines += [f"### {where.capitalize()}", "", "| fault | stage | items or path | what |", "|---|---|---|---|"]
+        lines += [f"### {where.capitalize()}", "", "| fault | stage | items | what |", "|---|---|---|---|"]
         for fault in some:
             noted = f" (Erratum {fault.erratum}.)" if fault.erratum else ""
             noted += " *Equivalent.*" if fault.equivalent else ""
-            place = ", ".join((*fault.covers, *filter(None, (fault.path,)), *fault.routes))
-            stage = fault.stage.value if fault.stage else "guard"
-            lines.append(f"| `{fault.name}` | {stage} | {place} | {_what(fault)}{noted} |")
+            items = ", ".join(fault.covers)
+            lines.append(f"| `{fault.name}` | {fault.stage.value} | {items} | {_what(fault)}{noted} |")
         lines.append("")
     lines += ["### Proofs of equivalence", ""]
     lines += [f"* `{fault.name}`: {fault.equivalent}." for fault in everything if fault.equivalent]

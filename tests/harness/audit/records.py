@@ -62,47 +62,6 @@ class LiarFinding(TypedDict):
     holes: list[str]
 
 
-class MutantFinding(TypedDict):
-    """What became of one mutant; killers are "case: reason"."""
-
-    name: str
-    field: str  # of the scene, or the formula of a tolerance
-    what: str
-    equivalent: str | None  # why it is a right renderer
-    survives: str | None  # why no case kills it by radiance alone, where that is known
-    killed_by_radiance: str | None
-    killed_by_stages: str | None
-    stage: str | None  # that is blamed by all stages
-    killed_at_random: str | None  # of what no case kills: the random scene that does
-    judged: int  # scenes in which it differs from the oracle after rounding to float32, until it was killed
-
-
-class MutantFieldFinding(TypedDict):
-    """The mutants of a field or formula, counted."""
-
-    field: str
-    mutants: int
-    equivalent: int
-    killed_by_radiance: int
-    killed_by_stages: int
-    killed_by_new_families: int  # by radiance, by no case of the other families
-    survivors: list[str]  # rules
-
-
-class MutantsScore(TypedDict):
-    """The table of mutants."""
-
-    of: int  # that are not equivalent
-    equivalent: int
-    killed_by_radiance: int
-    killed_by_stages: int
-    killed_by_new_families: int
-    random_scenes: int
-    problems: list[str]
-    fields: list[MutantFieldFinding]
-    mutants: list[MutantFinding]
-
-
 class AuditScore(TypedDict):
     """What audit.json holds of the faults."""
 
@@ -129,4 +88,3 @@ class AuditRecord(AuditScore):
     only: str  # pattern of the faults that were planted
     seconds: float
     survived_at_first: list[str]  # faults that the first round of cases did not kill
-    mutants: MutantsScore | None  # None where none was asked for

@@ -22,9 +22,6 @@ from rayproof.reports.terminal import console as terminal
 from rayproof.tracer.kernel.compiler import choose_packaged_llvm
 from tests.harness.audit import findings
 from tests.harness.audit.findings import show
-from tests.harness.audit.mutants import Mutant
-from tests.harness.audit.mutants.campaign import QUICK_SHARE, Campaign, markdown
-from tests.harness.audit.mutants.trials import selected
 from tests.harness.audit.orders import (
     CaseOrder,
     CaseReport,
@@ -36,7 +33,7 @@ from tests.harness.audit.orders import (
     Sighting,
 )
 from tests.harness.audit.planted import LIAR, Assignment, PlantedFault, first_round, later_round, planted
-from tests.harness.audit.records import AuditRecord, FaultFinding, MutantsScore
+from tests.harness.audit.records import AuditRecord, FaultFinding
 from tests.harness.audit.tasks import QUANTITIES
 from tests.harness.audit.worker import serve_audit
 
@@ -50,7 +47,6 @@ GRADES = tuple(10.0 ** (-half / 2) for half in range(4, 15))  # half decades fro
 QUICK_GRADES = GRADES[::2]
 MORE, QUICK_MORE = 12, 3  # further cases a round for what no case has killed at its own stage
 NAME = "audit.json"
-MUTANTS = "mutants.md"  # beside audit.json: the lines of docs/faults.md
 CHUNK = 30  # faults an order: one that kills a worker must not cost too much
 
 
@@ -76,14 +72,13 @@ def run(request: AuditRequest) -> int:
     choose_packaged_llvm()
     start = time.perf_counter()
     console = terminal()
-    faults, wrong = planted(request.only), selected(request.only)
+    faults = planted(request.only)
     console.print(f"PLANTED FAULTS: {len(faults)}, one at a time; what fails here fails on purpose", style="bold red")
     audit = _Audit(request, console)
     try:
         entries = audit.entries(faults)
         graded = audit.graded() if request.only == "*" else []
         lies = audit.lies() if request.only in ("*", LIAR) else []
-        table = audit.mutants(wrong) if wrong else None
     finally:
         audit.close()
     result: AuditRecord = {
@@ -92,26 +87,14 @@ def run(request: AuditRequest) -> int:
         "only": request.only,
         "seconds": round(time.perf_counter() - start, 1),
         "survived_at_first": audit.at_first,
-        "mutants": table,
         **findings.score(entries, audit.healthy, graded, audit.errors, lies),
     }
-    if table is not None:
-        result["problems"] += table["problems"]
-        result["good"] = not result["problems"]
     text = json.dumps(result, indent=1, allow_nan=False) + "\n"
     request.out.mkdir(parents=True, exist_ok=True)
     write_text(request.out / NAME, text)
     if request.json is not None:
         write_text(request.json, text)
-    if table is not None:
-        write_text(request.out / MUTANTS, markdown(table))
     show(console, result)
-    if table is not None:
-        console.print(
-            f"Mutants: of {table['of']} that are not equivalent {table['killed_by_radiance']} killed by radiance, "
-            f"{table['killed_by_stages']} by all stages; {table['equivalent']} more are equivalent.",
-            soft_wrap=True,
-        )
     console.print(f"{request.out / NAME}", soft_wrap=True)
     return 0 if result["good"] else 1
 
@@ -143,10 +126,9 @@ class _Audit:
 
     def entries(self, faults: Sequence[PlantedFault]) -> list[FaultFinding]:
         """Return what is to be said of each fault."""
-        guarded = [fault for fault in faults if fault.on_guard or ORACLE in fault.who]
-        shown = [fault for fault in faults if not fault.on_guard]
+        guarded = [fault for fault in faults if ORACLE in fault.who]
         families = QUICK_FAMILIES if self._request.quick else FAMILIES
-        self._judge_cases(first_round(shown, list(self._cases.values()), families=families))
+        self._judge_cases(first_round(faults, list(self._cases.values()), families=families))
         stopped: dict[str, str | None] = {}
 
         def guard_done(fault: PlantedFault, reply: Reply) -> None:
@@ -159,8 +141,8 @@ class _Audit:
             done = lambda reply, fault=fault: guard_done(fault, reply)  # noqa: E731
             self._submit(GuardOrder(fault=fault), done)
         self._drain()
-        self.at_first = [fault.name for fault in self._unsettled(shown)]
-        while unsettled := self._unsettled(shown):
+        self.at_first = [fault.name for fault in self._unsettled(faults)]
+        while unsettled := self._unsettled(faults):
             seen = {name: {one.case for one in some} for name, some in self._sightings.items()}
             more = later_round(
                 unsettled, list(self._cases.values()), seen, most=QUICK_MORE if self._request.quick else MORE
@@ -171,12 +153,7 @@ class _Audit:
             self._console.print(f"not killed at its own stage so far: {names}", soft_wrap=True)
             self._judge_cases(more)
             self._drain()
-        return [
-            findings.by_guard(fault, stopped.get(fault.name))
-            if fault.on_guard
-            else findings.by_cases(fault, self._sightings[fault.name], stopped.get(fault.name))
-            for fault in faults
-        ]
+        return [findings.by_cases(fault, self._sightings[fault.name], stopped.get(fault.name)) for fault in faults]
 
     def graded(self) -> list[GradedReport]:
         """Return what each stage can see of small errors."""
@@ -216,18 +193,6 @@ class _Audit:
                 self._submit(LiarOrder(case=case, epsilon=epsilon), done)
         self._drain()
         return sorted(reports, key=lambda report: report.case)
-
-    def mutants(self, some: Sequence[Mutant]) -> MutantsScore:
-        """Return what became of mutants; with --quick of a sample of them."""
-        quick = self._request.quick
-        campaign = Campaign(
-            mutants=some[::QUICK_SHARE] if quick else some,
-            quick=quick,
-            submit=self._submit,
-            drain=self._drain,
-            say=self.say,
-        )
-        return campaign.run()
 
     def _unsettled(self, faults: Sequence[PlantedFault]) -> list[PlantedFault]:
         """Return the faults that no case has killed at their own stage yet, and that are not proven to be right."""

@@ -1,9 +1,8 @@
-"""What a worker does: judge one case with many faults, make one quantity ever less wrong, or ask the guards."""
+"""What a worker does: judge a case with faults, make a quantity ever less wrong, or run the judge's self-test."""
 
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
-from functools import cache
 from typing import Any
 
 import numpy as np
@@ -17,7 +16,6 @@ from rayproof.reports.judge.case import judge_case
 from rayproof.reports.results.outcomes import Outcome
 from rayproof.reports.run.worker_tasks import prepare, render_reference
 from rayproof.reports.subjects import TRACER
-from rayproof.tracer.configuration import Configuration
 from tests.harness.audit.faults import FAULTS
 from tests.harness.audit.orders import (
     REFERENCES,
@@ -31,8 +29,6 @@ from tests.harness.audit.orders import (
     Sighting,
 )
 from tests.harness.audit.planted import PlantedFault
-from tests.harness.paths.ledger import sentence
-from tests.harness.paths.routes import Comparison, compare, suiting
 
 USUAL = "float32"
 BAD = (Outcome.FAIL, Outcome.REFERENCE_SUSPECT, Outcome.ERROR, Outcome.MISSING)
@@ -82,35 +78,11 @@ def judge(case: Case, one: Answers, witnesses: Sequence[Answers], oracle: Any) -
 
 
 def _of_tracer(case: Case, fault: PlantedFault, witnesses: Mapping[str, Answers], oracle: Analytic) -> Sighting:
-    """Judge the tracer with one wrong formula, or with a fault in one of its paths."""
-    if fault.configuration is not None:
-        one, differing = candidate(fault.configuration, case.scene), None
-    else:
-        one, differing = _on_a_path(case, fault)
+    """Judge the tracer with one wrong formula."""
+    one = candidate(fault.configuration or USUAL, case.scene)
     judged = judge(case, one, list(witnesses.values()), oracle)
-    if differing is not None and judged.outcome is not Outcome.FAIL:
-        return Sighting(
-            fault=fault.name,
-            case=case.name,
-            outcome=Outcome.FAIL,
-            stage=Stage(str(differing["stage"])),
-            items=(),
-            blamed="tracer",
-            reason=sentence(differing),
-        )
     looks = {name: _look(judged, name, one, fault) for name, one in witnesses.items()}
     return _sighting(fault.name, case, judged, looks)
-
-
-def _on_a_path(case: Case, fault: PlantedFault) -> tuple[Answers, Comparison | None]:
-    """Return what the tracer answers with one of its paths spoilt, and the first of its routes that differs."""
-    scene, configuration = case.scene, Configuration(precision=fault.precision)
-    with FAULTS[fault.name]():
-        one = candidate(fault.precision, scene)
-        compared = [
-            compare(by, scene, configuration, one.answers) for by in suiting(fault.routes, scene, configuration)
-        ]
-    return one, next((entry for entry in compared if entry["verdict"] == Outcome.FAIL), None)
 
 
 def _of_reference(case: Case, fault: PlantedFault, witnesses: Mapping[str, Answers], usual: Answers) -> Sighting:
@@ -159,7 +131,7 @@ def _look(judged: Any, name: str, one: Answers, fault: PlantedFault) -> Look:
     return Look(
         kills=bool(failed),
         stage=failed[0].stage if failed else None,
-        answers=fault.stage is not None and one.answers_at(fault.stage) and one.error is None,
+        answers=one.answers_at(fault.stage) and one.error is None,
     )
 
 
@@ -262,33 +234,14 @@ def _tilted(scene: Scene, usual: Answers, amount: float, oracle: Analytic) -> An
     return replace(usual, answers=answers)
 
 
-# One fault before the guards: sentinels of the judge, and known questions to loader, ledgers and journal.
-
-
-def ask_guards(order: GuardOrder) -> GuardReport:
-    """Plant the order's fault, ask every guard, and say which one stopped the run."""
-    _in_force()  # a guard that stops a healthy harness proves nothing
-    with FAULTS[order.fault.name]():
-        return GuardReport(fault=order.fault.name, stopped=stopped_by(judge_first=order.fault.where == "judge"))
-
-
-@cache
-def _in_force() -> None:
-    """Ask every guard with nothing planted; raise RuntimeError if one cries."""
-    if cry := stopped_by():
-        raise RuntimeError(f"nothing is planted, and yet: {cry}")
-
-
-def stopped_by(*, judge_first: bool = False) -> str | None:
-    """Return what the first guard says that stops the run, or None; a run asks all of them, in whatever order."""
+def ask_guard(order: GuardOrder) -> GuardReport:
+    """Plant the order's fault, and return what the judge's self-test says of it."""
     from rayproof.reports.judge.limit_sentinels import BrokenJudgeError
     from rayproof.reports.judge.sentinels import stand_guard
-    from tests.harness.guards import BrokenHarnessError, stand_guards
 
-    guards: tuple[Callable[[], object], ...] = (stand_guards, lambda: stand_guard(Analytic()))
-    for guard in guards[::-1] if judge_first else guards:
+    with FAULTS[order.fault.name]():
         try:
-            guard()
-        except (BrokenHarnessError, BrokenJudgeError) as cry:
-            return str(cry)
-    return None
+            stand_guard(Analytic())
+        except BrokenJudgeError as broken:
+            return GuardReport(fault=order.fault.name, stopped=str(broken))
+    return GuardReport(fault=order.fault.name, stopped=None)

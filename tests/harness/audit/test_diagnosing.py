@@ -32,7 +32,7 @@ def switched(program: Path, mistake: str) -> diagnosing.Renderer:
 
 
 @pytest.mark.process
-@pytest.mark.parametrize("mistake", ["no_pi", "normal_by_model", "gamma_2_2", "linear_fov", "srgb_albedo"])
+@pytest.mark.parametrize("mistake", ["normal_by_model", "gamma_2_2", "linear_fov"])
 def test_a_mistake_is_named_by_all_stages_and_by_radiance_alone(program: Path, mistake: str, tmp_path: Path) -> None:
     for one in diagnosing.outcomes(switched(program, mistake), tmp_path, CASES):
         assert one.failing
@@ -47,10 +47,7 @@ def test_of_what_nobody_knows_nothing_is_named(program: Path, mistake: str, tmp_
         assert one.named == ()
 
 
-DAMAGES = (
-    "radiance_mirrored", "radiance_upside_down", "columns_first", "height_for_stride", "rows_padded", "one_pixel_late",
-    "strip_undrawn", "rows_left_over", "tiles_undrawn", "wrapped_bytes", "half_floats",
-)  # fmt: skip
+DAMAGES = ("radiance_upside_down", "columns_first", "one_pixel_late", "tiles_undrawn")
 DAMAGED_CASES = (*CASES, "primitives/sphere", "random_scenes/seed_1", "shadows/behind_the_light")
 
 
@@ -91,18 +88,6 @@ def test_a_name_for_a_program_that_has_no_hypothesis_is_a_wrong_name() -> None:
 
 
 @pytest.mark.process
-def test_a_pair_is_named_only_by_both(program: Path) -> None:
-    pair = diagnosing.drawn_pairs(program, 1, seed=3)[0]
-    (one,), (two,) = (sorted(names) for names in (pair.accepted[0] - pair.accepted[1], pair.accepted[1]))
-
-    assert [alone.mistakes for alone in pair.alone()] == [(pair.mistakes[0],), (pair.mistakes[1],)]
-    assert pair.told([(two,), (one,)])
-    assert not any(pair.told(names) for names in ([(one,)], [(two,)], [(one,), (two,), ("fog",)], []))
-    assert pair.slandered([(one,), ("fog",)])
-    assert not pair.slandered([(one,)]), "one of two is no wrong name"
-
-
-@pytest.mark.process
 def test_both_of_two_mistakes_are_named(program: Path, tmp_path: Path) -> None:
     first, second = switched(program, "no_pi"), switched(program, "normal_by_model")
     both = replace(
@@ -113,17 +98,3 @@ def test_both_of_two_mistakes_are_named(program: Path, tmp_path: Path) -> None:
 
     assert stages.right, stages
     assert radiance.failing
-
-
-@pytest.mark.process
-def test_a_switch_that_another_hides_is_no_pair(program: Path, tmp_path: Path) -> None:
-    of = {name: switched(program, name) for name in ("no_cosine", "cosine_squared", "no_pi")}
-
-    def both(one: str, two: str) -> diagnosing.Renderer:
-        first, second = of[one], of[two]
-        return replace(first, mistakes=(one, two), accepted=first.accepted + second.accepted)
-
-    case = ("primitives/plane",)
-    assert all(diagnosing.shows_more(both("no_cosine", "no_pi"), tmp_path, case).values())
-    hidden = replace(both("no_cosine", "no_pi"), mistakes=("no_pi", "no_pi"))
-    assert not any(diagnosing.shows_more(hidden, tmp_path, case).values())

@@ -4,7 +4,6 @@ from typing import Any
 
 from rayproof.reports.processes.worker import serve
 from rayproof.tracer.kernel.compiler import choose_packaged_llvm
-from tests.harness.audit.mutants.trials import MutantOrder
 from tests.harness.audit.orders import CaseOrder, GradedOrder, GuardOrder, LiarOrder
 
 
@@ -14,17 +13,14 @@ def serve_audit(kind: str, connection: Any) -> None:
     serve(kind, connection, handlers=lambda _: work)
 
 
-def work(order: CaseOrder | GuardOrder | GradedOrder | LiarOrder | MutantOrder) -> Any:
+def work(order: CaseOrder | GuardOrder | GradedOrder | LiarOrder) -> Any:
     """Do one order and return its report."""
     from tests.harness.audit import liar, tasks
-    from tests.harness.audit.mutants import trials
 
     if isinstance(order, CaseOrder):
         return tasks.judge_faults(order)
     if isinstance(order, GuardOrder):
-        return tasks.ask_guards(order)
+        return tasks.ask_guard(order)
     if isinstance(order, LiarOrder):
         return liar.lie(order)
-    if isinstance(order, MutantOrder):
-        return trials.work(order)
     return tasks.grade(order)

@@ -12,13 +12,13 @@ from tests.harness.fuzz import campaign
 from tests.harness.fuzz.campaign import fuzz
 from tests.harness.fuzz.targets import TARGETS, Target
 
-INPUTS = {"results": 25, "history": 40}  # of which each takes longest
+INPUTS = {"results": 15}  # of which each takes longest
 
 
 @pytest.mark.process
 @pytest.mark.parametrize("name", TARGETS)
 def test_nothing_is_found_in_a_short_campaign(name: str, tmp_path: Path) -> None:
-    figures = fuzz(name, inputs=INPUTS.get(name, 150), seconds=60, seed=7, out=tmp_path)
+    figures = fuzz(name, inputs=INPUTS.get(name, 40), seconds=60, seed=7, out=tmp_path)
 
     assert figures.findings == []
     assert figures.inputs > 10

@@ -1,7 +1,7 @@
-"""The ledger of execution paths: declared, executed by the suite, compared with something, and shown to matter.
+"""The ledger of execution paths: declared, executed by the suite, and compared with something.
 
-A cell that is empty is a hole: a path that no case meets, that nothing compares, or whose planted fault survived. What
-this machine cannot run, and what no audit was given for, is not measured: neither a pass nor a hole.
+A cell that is empty is a hole: a path that no case meets, or that nothing compares. What this machine cannot run is
+neither a pass nor a hole.
 """
 
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
@@ -33,18 +33,7 @@ from tests.harness.paths.routes import (
     suiting,
 )
 
-Faults = Mapping[str, Sequence[str]]  # path -> the planted faults in it alone
-
 JUDGED = "references", "each stage within its derived limit, end to end and given the stage before"
-ELSEWHERE = "this machine has no such backend"
-
-
-class AuditedFault(TypedDict):
-    """What is read of a fault's entry of audit.json."""
-
-    name: str
-    killed: bool
-    blamed_right: bool
 
 
 # "with" is a word of Python's.
@@ -58,10 +47,7 @@ class PathEntry(TypedDict):
     declared: str
     executed: list[str]  # cases
     compared: list[ComparedPath]
-    faults: Sequence[str]
-    killed: list[str]
-    measured: bool
-    why: str | None  # why it is not measured
+    here: bool  # whether this machine can run it
 
 
 class Ledger(TypedDict):
@@ -145,55 +131,30 @@ def sentence(entry: Comparison) -> str:
     )
 
 
-def ledger(
-    cases: Sequence[Case],
-    planted: Faults,
-    *,
-    audited: Iterable[AuditedFault] = (),
-    compared: Sequence[Comparison] = (),
-) -> Ledger:
-    """Return the ledger of the faults that are planted in paths, with what an audit and comparisons found."""
+def ledger(cases: Sequence[Case], *, compared: Sequence[Comparison] = ()) -> Ledger:
+    """Return the ledger of the paths, with the results of comparisons."""
     by_path: dict[str, dict[str, set[str]]] = {}
     for path, case, route in _executed(cases):
         by_path.setdefault(path, {}).setdefault(route, set()).add(case)
-    killed = {entry["name"]: entry["killed"] and entry["blamed_right"] for entry in audited}
     worst: dict[tuple[str, str], float] = {}
     for one in compared:
         ratio = number(one["worst"])
         if ratio is not None:
             at = one["path"], one["case"]
             worst[at] = max(worst.get(at, 0.0), ratio)
-    paths = [_entry(path.name, path.what, by_path.get(path.name, {}), planted, killed, worst) for path in PATHS]
+    paths = [_entry(path.name, path.what, by_path.get(path.name, {}), worst) for path in PATHS]
     empty = [f"{entry['name']}: {cell}" for entry in paths for cell in _holes(entry)]
-    unknown = sorted(set(planted) - {path.name for path in PATHS})
-    empty += [f"{name}: not declared" for name in unknown]
     return {"paths": paths, "empty": empty, "comparisons": list(compared)}
 
 
-def _entry(
-    name: str,
-    what: str,
-    met_by: Mapping[str, set[str]],
-    faults: Faults,
-    killed: Mapping[str, bool],
-    worst: Mapping[tuple[str, str], float],
-) -> PathEntry:
+def _entry(name: str, what: str, met_by: Mapping[str, set[str]], worst: Mapping[tuple[str, str], float]) -> PathEntry:
     kind, _, which = name.partition("/")
-    here = kind != "backend" or which == backend()
-    compared = [_compared(route, met_by[route], worst) for route in ("", *ROUTES) if met_by.get(route)]
-    # Whatever was killed was killed on this backend.
-    planted = sorted({fault for some in faults.values() for fault in some})
-    own = planted if kind == "backend" else faults.get(name, [])
-    measured = here and bool(own) and set(own) <= set(killed)
     return {
         "name": name,
         "declared": what,
         "executed": sorted(set().union(*met_by.values())) if met_by else [],
-        "compared": compared,
-        "faults": own,
-        "killed": [fault for fault in own if killed[fault]] if measured else [],
-        "measured": measured,
-        "why": None if measured else ELSEWHERE if not here else "no audit of its faults was given" if own else None,
+        "compared": [_compared(route, met_by[route], worst) for route in ("", *ROUTES) if met_by.get(route)],
+        "here": kind != "backend" or which == backend(),
     }
 
 
@@ -203,13 +164,6 @@ def _compared(route: str, cases: Collection[str], worst: Mapping[tuple[str, str]
     return {"with": beside, "how": how, "worst": max(known, default=None)}
 
 
-def _holes(entry: PathEntry) -> Iterator[str]:
-    if entry["why"] == ELSEWHERE:
-        return
-    for cell, full in (
-        ("executed", entry["executed"]),
-        ("compared", entry["compared"]),
-        ("shown to matter", entry["faults"] if not entry["measured"] else set(entry["killed"]) >= set(entry["faults"])),
-    ):
-        if not full:
-            yield cell
+def _holes(entry: PathEntry) -> list[str]:
+    cells = {"executed": entry["executed"], "compared": entry["compared"]}
+    return [cell for cell, full in cells.items() if entry["here"] and not full]

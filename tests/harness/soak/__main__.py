@@ -18,7 +18,6 @@ from rayproof.reports.commands.usage import UsageError, told_in_one_line, writab
 from rayproof.reports.processes.scratch import scratch
 from tests.command_line import call
 from tests.harness.soak.rounds import Round
-from tests.harness.soak.scenarios import SCENARIOS, Outcome
 from tests.harness.soak.site import Site, Tally
 
 MOST_CASES = 2000  # above which a run writes no results.json
@@ -32,14 +31,6 @@ class KillsRecord(TypedDict):
     target: str
     moment: str
     times: int
-
-
-class ScenarioRecord(TypedDict):
-    """What a scenario came to."""
-
-    name: str
-    outcome: str
-    said: str
 
 
 class SoakRecord(TypedDict):
@@ -58,7 +49,6 @@ class SoakRecord(TypedDict):
     processes_left: int
     folders_left: int
     sentences: list[str]
-    scenarios: list[ScenarioRecord]
 
 
 def soak(
@@ -69,7 +59,6 @@ def soak(
     jobs: int | None = None,
     cases: int = 4,
     scheduler: str | None = None,
-    scenarios: bool = True,
     json: Path | None = None,
 ) -> int:
     """Kill, stop and starve the processes of runs; show that every run, resumed, is as if nobody had.
@@ -77,7 +66,7 @@ def soak(
     Parameters
     ----------
     kills
-        How many signals to send in all; 0 for the scenarios alone.
+        How many signals to send in all.
     seconds
         Begin no further run after so long. Default: as long as it takes, some ten seconds a signal.
     seed
@@ -89,8 +78,6 @@ def soak(
     scheduler
         local:N: have the runs' cases done by N workers of a Dask cluster, and hit those, too: one that each run makes
         itself, in turn with a scheduler, nannies and workers as processes of the soak. Needs rayproof[dask].
-    scenarios
-        Also run where files, folders, memory or descriptors are scarce, and where the cache was tampered with.
     json
         Also write the figures to this file.
 
@@ -116,23 +103,20 @@ def soak(
         seconds=seconds,
         seed=seed,
         jobs=jobs or os.cpu_count() or 1,
-        scenarios=scenarios,
         cases=cases,
         workers=place.local if place is not None else 0,
     )
     with scratch():
-        tally, outcomes = soaked(request, tell=say, keep=lambda *found: write_json(json, document(seed, *found)))
-    found = document(seed, tally, outcomes)
+        tally = soaked(request, tell=say, keep=lambda found: write_json(json, document(seed, found)))
+    found = document(seed, tally)
     show_table("Signals", ("signal", "target", "moment", "times"), [tuple(one.values()) for one in found["kills"]])
-    if outcomes:
-        show_table("Scenarios", ("scenario", "", "what was seen"), [(o.name, o.word, o.said) for o in outcomes])
     for sentence in tally.sentences:
         say(f"WRONG: {sentence}")
     say(", ".join(f"{name} {found[name]}" for name in FIGURES))
-    return 0 if tally.good and all(outcome.good for outcome in outcomes) else 1
+    return 0 if tally.good else 1
 
 
-def document(seed: int, tally: "Tally", outcomes: "list[Outcome]") -> SoakRecord:
+def document(seed: int, tally: Tally) -> SoakRecord:
     """Return what `--json` writes."""
     counts = Counter(tally.kills)
     return {
@@ -152,11 +136,10 @@ def document(seed: int, tally: "Tally", outcomes: "list[Outcome]") -> SoakRecord
         "processes_left": tally.processes_left,
         "folders_left": tally.folders_left,
         "sentences": tally.sentences,
-        "scenarios": [{"name": o.name, "outcome": o.word, "said": o.said} for o in outcomes],
     }
 
 
-# A whole soak: rounds until enough signals were sent or the time is up, then the scenarios.
+# A whole soak: rounds until enough signals were sent or the time is up.
 
 
 PROGRAM_EVERY = 3  # rounds, in one of which another program is under test
@@ -170,16 +153,13 @@ class Request:
     seconds: float | None
     seed: int
     jobs: int
-    scenarios: bool
     cases: int  # of each run
     workers: int = 0  # of the cluster that does them; 0: none
 
 
-def soaked(
-    request: Request, *, tell: Callable[[str], None], keep: Callable[[Tally, list[Outcome]], None]
-) -> tuple[Tally, list[Outcome]]:
-    """Return what was found; `keep` gets it after each round and each scenario, as far as it is known."""
-    tally, outcomes = Tally(), list[Outcome]()
+def soaked(request: Request, *, tell: Callable[[str], None], keep: Callable[[Tally], None]) -> Tally:
+    """Return what was found; `keep` gets it after each round, as far as it is known."""
+    tally = Tally()
     rng, start = random.Random(request.seed), time.monotonic()
     with tempfile.TemporaryDirectory(prefix="rayproof-", ignore_cleanup_errors=True) as folder:
         site = Site(Path(folder), cases=request.cases, jobs=request.jobs, workers=request.workers)
@@ -192,12 +172,8 @@ def soaked(
             Round(site, rng, tally, program=program, number=number, most=most).play(tell)
             number += 1
             tell(f"{len(tally.kills)} of {request.kills} signals, {time.monotonic() - start:.0f} s")
-            keep(tally, outcomes)
-        for scenario in SCENARIOS if request.scenarios else ():
-            outcomes.append(scenario(site))
-            tell(f"{outcomes[-1].name}: {outcomes[-1].word}: {outcomes[-1].said}")
-            keep(tally, outcomes)
-    return tally, outcomes
+            keep(tally)
+    return tally
 
 
 if __name__ == "__main__":

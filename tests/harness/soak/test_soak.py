@@ -1,7 +1,6 @@
 """The soak itself: it hits what it says, sees what was lost or left, and says so by its exit code."""
 
 import json
-import os
 import random
 import signal
 import subprocess
@@ -13,36 +12,12 @@ import psutil
 import pytest
 
 from rayproof.reports.run.engine.cluster import LIFETIME
-from tests.command_line import Command
-from tests.harness.soak.__main__ import document, soak
-from tests.harness.soak.disturbing import MEMORY, PAUSE, STOP, Signal, _kind, chosen, hit, processes
+from tests.harness.soak.disturbing import MEMORY, PAUSE, STOP, Signal, hit, processes
 from tests.harness.soak.engine import engine
 from tests.harness.soak.rounds import Round
-from tests.harness.soak.scenarios import Outcome
 from tests.harness.soak.site import DRAWING, TIMEOUT, Ended, Site, Tally, deadlines
 
 CASE = {"name": "a", "verdict": "pass", "checks": []}
-
-
-@pytest.mark.parametrize(
-    ("name", "command", "kind"),
-    [
-        ("rayproof-tracer", "", "tracer"),
-        ("rayproof-refere", "", "reference"),
-        ("rayproof-draw", "", "draw"),
-        ("rayproof-exec", "", "caller"),
-        ("python", "python -I -S /x/keeper.py 1 2 3 /y/program", "keeper"),
-        ("python", "python -c import sys; from rayproof.reports.processes.pool import begin", "starting"),
-        ("program", "/bin/sh /y/program scene", "program"),
-        ("sleep", "sleep 600", "child"),
-        ("python", "python -c from multiprocessing.spawn import spawn_main; spawn_main(tracker_fd=9)", "engine worker"),
-        ("python", "python -c from multiprocessing.resource_tracker import main;main(9)", None),
-        ("python", "python -m dask worker tls://127.0.0.1:9 --nthreads 1", "nanny"),
-        ("python", "python -m dask scheduler --host 127.0.0.1", "scheduler"),
-    ],
-)
-def test_processes_are_known_by_what_they_do(name: str, command: str, kind: str | None) -> None:
-    assert _kind(name, command) == kind
 
 
 @pytest.mark.process
@@ -67,14 +42,6 @@ def test_a_hit_is_what_it_is_called(name: str) -> None:
     finally:
         child.kill()
         child.communicate()
-
-
-def test_the_main_process_is_never_stopped_for_good() -> None:
-    rng = random.Random(0)
-
-    assert STOP not in {chosen(rng, "main", patient=False) for _ in range(500)}
-    assert STOP not in {chosen(rng, "judge", patient=True) for _ in range(500)}
-    assert STOP in {chosen(rng, "judge", patient=False) for _ in range(500)}
 
 
 def test_only_what_stops_a_process_is_waited_for() -> None:
@@ -140,16 +107,6 @@ def test_what_is_left_is_counted_and_ended(site: Site) -> None:
     assert site.folders(out) == []
 
 
-def test_the_figures_name_every_signal_and_every_scenario() -> None:
-    tally = Tally(kills=[("SIGKILL", "judge", "random")] * 2, planned=4, recorded=4)
-
-    found = document(7, tally, [Outcome(name="cache full", good=False, said="it hung")])
-
-    assert found["kills"] == [{"signal": "SIGKILL", "target": "judge", "moment": "random", "times": 2}]
-    assert (found["seed"], found["signals"], found["planned"], found["hung"]) == (7, 2, 4, 0)
-    assert found["scenarios"] == [{"name": "cache full", "outcome": "DID NOT HOLD", "said": "it hung"}]
-
-
 @pytest.mark.process
 def test_a_worker_of_the_cluster_that_is_hit_has_a_successor(site: Site) -> None:
     with engine(site.folder / "engine", site.environment, workers=1) as one:
@@ -169,23 +126,3 @@ def test_a_worker_of_the_cluster_that_is_hit_has_a_successor(site: Site) -> None
 
     assert site.left() == []
     assert site.folders(site.folder / "out") == []
-
-
-@pytest.mark.parametrize(
-    ("option", "value"),
-    [
-        ("--kills", -1), ("--seconds", 0), ("--seconds", "nan"), ("--cases", 0), ("--scheduler", "local:0"),
-        ("--scheduler", "tls://127.0.0.1:8786"),
-    ],
-)  # fmt: skip
-def test_a_soak_of_nothing_is_refused(command: Command, option: str, value: object) -> None:
-    ended = command(soak, option, value)
-
-    assert ended.code == 2
-    assert option in ended.error
-
-
-def test_nothing_was_left_behind_by_these_tests() -> None:
-    # Ended children of other files' tests may wait here for nobody: those are gone but for their names.
-    children = psutil.Process(os.getpid()).children()
-    assert [one for one in children if one.name() == "sleep" and one.status() != psutil.STATUS_ZOMBIE] == []

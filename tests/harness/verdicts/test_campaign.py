@@ -8,12 +8,9 @@ from pathlib import Path
 
 import pytest
 
-from rayproof.cases.random_scenes import random_case
-from rayproof.reports.subjects import PROGRAM, Subject
 from tests.command_line import Command
 from tests.harness.verdicts.__main__ import verdicts
 from tests.harness.verdicts.campaign import SCENES, Tally
-from tests.harness.verdicts.trials import fault_for, trials
 
 
 @pytest.mark.process
@@ -39,36 +36,6 @@ def test_a_campaign_counts_wrong_verdicts_and_goes_on(command: Command, tmp_path
 
     assert ended.code == 1
     assert "wrong: random/1/0 float32 ray: pass: hand" in ended.out
-
-
-@pytest.mark.parametrize(
-    ("words", "said"), [(("--count", 0), "--count must be from 1"), (("--seed", -1), "--seed must be from 0")]
-)
-def test_what_cannot_be_drawn_is_refused_in_one_line(command: Command, words: tuple[object, ...], said: str) -> None:
-    ended = command(verdicts, *words)
-
-    assert (ended.code, ended.error.count("\n")) == (2, 1)
-    assert said in ended.error
-
-
-def test_each_tenth_scene_has_a_fault_that_concerns_it() -> None:
-    cases = [random_case(4, number) for number in range(60)]
-    faults = {case.name: fault for case in cases if (fault := fault_for(case)) is not None}
-
-    assert {name.rpartition("/")[2] for name in faults} <= {str(number) for number in range(9, 60, 10)}
-    assert len(faults) >= 5
-    assert len({fault.name for fault in faults.values()}) >= 3
-    assert all(
-        set(fault.covers) & set(random_case(4, int(name.split("/")[2])).covers) for name, fault in faults.items()
-    )
-
-
-def test_the_example_is_tried_on_each_fifth_scene() -> None:
-    program = Subject(name=PROGRAM, transport=PROGRAM, title="exec:lecture")
-
-    tried = [any(one.name == PROGRAM for one in trials(random_case(4, number), program)) for number in range(10)]
-
-    assert tried == [True, False, False, False, False] * 2
 
 
 def test_one_wrong_verdict_or_too_many_undecided_scenes_are_no_sound_run() -> None:

@@ -23,12 +23,6 @@ def every_pixel(scene: Scene) -> list[tuple[int, int]]:
     return [(x, y) for y in range(scene.camera.height) for x in range(scene.camera.width)]
 
 
-def test_the_registry_finds_it_a_witness_on_request() -> None:
-    assert REFERENCES["certified"] is Certified
-    assert REFERENCES.about("certified")["independent"]
-    assert REFERENCES.about("certified")["on_request"]
-
-
 def test_a_floor_seen_from_above_in_rationals() -> None:
     scene = Scene(
         camera=looking_down(3.0, fovy=90.0, width=14, height=10),
@@ -147,20 +141,6 @@ def test_a_solid_seen_from_inside_shadows_itself_by_algebra(
         assert (found[Stage.VISIBILITY] == expected).all()
 
 
-def test_no_acne_on_a_lit_sphere() -> None:
-    scene = Scene(
-        camera=looking_down(4, width=31, height=31, fovy=40),
-        shapes=(Sphere(albedo=GREY),),
-        lights=(PointLight(position=(1e5, 2e5, 3e5), flux=(1.0, 1.0, 1.0)),),
-    )
-
-    found = ORACLE.render(scene, [Stage.OBJECT, Stage.POSITION, Stage.NORMAL, Stage.VISIBILITY])
-
-    towards = np.array(scene.lights[0].position) - found[Stage.POSITION]
-    above = (found[Stage.NORMAL] * towards).sum(axis=-1) > 0
-    assert np.array_equal(found[Stage.VISIBILITY][..., 0] > 0, above & (found[Stage.OBJECT][..., 0] == 0))
-
-
 def aligned(shapes: Any, **changes: Any) -> Scene:
     """Return shapes seen along -z, the central ray through the origin."""
     return Scene(camera=looking_down(4, **changes), shapes=shapes)
@@ -222,29 +202,6 @@ def test_what_cannot_be_decided_is_listed_and_not_guessed(monkeypatch: pytest.Mo
     assert np.isfinite(record["stages"]["ray"]).all()
 
 
-def test_a_light_that_cannot_be_decided_leaves_the_hit_known(monkeypatch: pytest.MonkeyPatch) -> None:
-    def refuse(*_: Any) -> None:
-        raise UndecidedError
-
-    monkeypatch.setattr("rayproof.reference.certified.light_paths.is_lit", refuse)
-    (record,) = ORACLE.enclose(oblique(), IMAGE_STAGES, [(8, 16)])
-
-    assert record["undecided"] == ["visibility.0"]
-    assert np.isfinite(record["stages"]["normal"]).all()
-    assert np.isnan(record["stages"]["visibility"]).all()
-    assert np.isnan(record["stages"]["irradiance"]).all()
-
-
-def test_a_value_beyond_float64_is_enclosed_and_a_light_on_the_surface_is_dark() -> None:
-    lights = tuple(PointLight(position=(0.0, 0.0, height), flux=(1e300, 0.0, 0.0)) for height in (0.0, 1e-200))
-    scene = Scene(camera=looking_down(2), shapes=(Plane(albedo=GREY),), lights=lights)
-
-    (record,) = ORACLE.enclose(scene, IMAGE_STAGES, [(7, 5)])
-
-    assert record["stages"]["visibility"] == [[0, 0], [1, 1]]
-    assert record["stages"]["irradiance"] == [[np.finfo(np.float64).max, np.inf], [0, 0], [0, 0]]
-
-
 def test_meshes_are_certified_point_by_point() -> None:
     ball = icosphere(3)
     scene = Scene(camera=looking_down(4), shapes=(ball,), lights=(PointLight(position=(2.0, 1.0, 5.0), flux=GREY),))
@@ -256,20 +213,6 @@ def test_meshes_are_certified_point_by_point() -> None:
     truth, found = (one.at(scene, IMAGE_STAGES, points) for one in (ORACLE, analytic))
     assert np.array_equal(truth[Stage.OBJECT], found[Stage.OBJECT])
     assert found[Stage.RADIANCE] == pytest.approx(truth[Stage.RADIANCE], rel=1e-10)
-
-
-def test_lights_without_a_shape_light_nothing() -> None:
-    light = PointLight(position=(1.0, 2.0, 3.0), flux=(1.0, 1.0, 1.0))
-    scene = Scene(camera=camera(width=3, height=2), shapes=(), lights=(light, light))
-
-    found = ORACLE.render(scene, IMAGE_STAGES)
-    (record,) = ORACLE.enclose(scene, IMAGE_STAGES, [(1, 1)])
-
-    assert (found[Stage.OBJECT] == -1).all()
-    assert found[Stage.VISIBILITY].shape == (2, 3, 2)
-    assert not found[Stage.VISIBILITY].any()
-    assert not found[Stage.RADIANCE].any()
-    assert record["stages"]["visibility"] == [[0.0, 0.0]] * 2
 
 
 def test_the_camera_stage_agrees_with_the_analytic_one() -> None:
@@ -290,18 +233,3 @@ def test_each_stage_can_be_asked_alone(last: Stage) -> None:
 
     assert list(alone) == [last]
     assert np.array_equal(alone[last], together[last])
-
-
-def test_samples_are_averaged_and_misuse_is_refused() -> None:
-    scene = random_scene(0, width=6, height=4)
-    analytic: Any = REFERENCES["analytic"]()
-
-    truth, found = (one.render(scene, [Stage.RADIANCE], samples=3)[Stage.RADIANCE] for one in (ORACLE, analytic))
-
-    assert found == pytest.approx(truth, rel=1e-10, abs=1e-12)
-    with pytest.raises(ValueError, match="samples"):
-        ORACLE.render(scene, [Stage.RAY], samples=2)
-    with pytest.raises(ValueError, match="camera"):
-        ORACLE.at(scene, [Stage.CAMERA], np.zeros((1, 2)))
-    with pytest.raises(ValueError, match="image stages"):
-        ORACLE.enclose(scene, [], [(0, 0)])

@@ -4,10 +4,8 @@ from typing import Any
 
 import numpy as np
 import pytest
-from flint import arb, fmpq
 
-from rayproof.reference.certified.columns import decided, evaluated, single, witnessed
-from rayproof.reference.certified.fields import exact
+from rayproof.reference.certified.columns import decided, evaluated, witnessed
 from rayproof.reference.certified.meetings import SHAPES, ExactHit, towards
 
 
@@ -93,11 +91,3 @@ def test_a_witness_sees_a_truth_that_is_off() -> None:
     assert seen == 16
     assert worst < 2.0**-90
     assert off > 2.0**-41
-
-
-def test_one_text_of_mathematics_serves_balls_and_rationals() -> None:
-    inputs = {"o": np.array([[0.0, 0, 5]]), "d": np.array([[0.0, 0, -1]]), "c": np.zeros((1, 3)), "r": np.ones(1)}
-    shape = SHAPES["sphere"]()
-
-    assert shape.predicates(single(inputs, 0, exact))["margin"] == fmpq(1)
-    assert shape.values(single(inputs, 0, arb))["near"] == arb(4)

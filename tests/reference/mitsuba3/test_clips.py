@@ -61,15 +61,3 @@ def test_a_plane_reaches_exactly_to_the_far_limit(mitsuba, clip):
     inside = (expected > 0) & ((expected * (ray @ forward) if clip == "depth" else expected) < camera.far)
     assert np.array_equal(np.isfinite(distance[..., 0]), inside)
     assert np.abs(distance[..., 0] / expected - 1)[inside].max() <= 300 * 2.0**-24
-
-
-def test_without_clipping_a_plane_reaches_to_the_horizon(mitsuba):
-    camera = looking_down(height=2, near=0.1, far=1.0, rows=26)
-    camera = replace(camera, target=(0.0, 1.0, 2.0), up=(0, 0, 1))
-    scene = Scene(camera=camera, shapes=(Plane(albedo=WHITE),), clip="none")
-
-    (shape,) = answer(mitsuba, scene, Stage.OBJECT)
-
-    below = directions(camera)[:, :, 0, 2] < 0
-    assert np.array_equal(shape[..., 0] == 0, below)
-    assert "disc" in mitsuba.notes(scene)[0]

@@ -5,7 +5,6 @@ import pytest
 
 from rayproof.cases.scene import Plane, PointLight, Scene, Sphere, Square
 from rayproof.cases.stages import IMAGE_STAGES, Stage
-from rayproof.reference import REFERENCES
 from rayproof.reference.mitsuba3.scene import RAY_EPSILON, SHADOW_EPSILON, offsets
 from tests.reference.mitsuba3.geometry import WHITE, answer, looking_down
 
@@ -42,15 +41,6 @@ def test_every_stage_of_an_ordinary_scene_is_answered(mitsuba):
 )
 def test_what_mitsuba_cannot_do_is_declared_and_nothing_else(mitsuba, about, expected):
     assert refused(mitsuba, **about) == set(expected)
-
-
-def test_an_albedo_above_one_stops_only_the_image(mitsuba):
-    camera, bright = looking_down(height=5), Plane(albedo=(2.0, 0.5, 3.0))
-    scene = Scene(camera=camera, shapes=(bright,), lights=(LIGHT,))
-
-    irradiance, exitance = answer(mitsuba, scene, Stage.IRRADIANCE, Stage.EXITANCE)
-
-    assert np.array_equal(exitance, irradiance * bright.albedo)
 
 
 @pytest.mark.parametrize(("gap", "seen"), [(0.5, False), (2.0, True)], ids=["within-the-offset", "beyond-the-offset"])
@@ -100,18 +90,3 @@ def test_epsilon_is_the_largest_offset_that_the_camera_sees(mitsuba):
     assert mitsuba.epsilon(scene) == pytest.approx(3 * RAY_EPSILON, rel=1e-6)
     assert per_pixel[0, 0] == 0
     assert per_pixel.shape == (scene.camera.height, scene.camera.width)
-
-
-def test_notes_name_what_stands_in_for_a_plane_and_where_shadow_rays_end(mitsuba):
-    camera = looking_down(height=5)
-    bare = Scene(camera=camera, shapes=(Sphere(albedo=WHITE),))
-    lit = Scene(camera=camera, shapes=(Sphere(albedo=WHITE), Plane(albedo=WHITE)), lights=(LIGHT,))
-
-    assert mitsuba.notes(bare) == []
-    assert [note.split()[0] for note in mitsuba.notes(lit)] == ["Infinite", "Blockers"]
-
-
-def test_the_references_say_what_they_are():
-    assert REFERENCES.about("mitsuba_scalar")["independent"] is True
-    assert REFERENCES.about("mitsuba_llvm")["independent"] is False
-    assert REFERENCES["mitsuba_scalar"]().version() == "Mitsuba 3.9.1 (scalar_rgb)"

@@ -30,13 +30,6 @@ def largest_coordinate(points):
     return np.eye(3)[axis] * np.sign(np.take_along_axis(points, axis[..., None], -1))
 
 
-def test_rays_pass_through_pixel_centers(radiance):
-    ray, shape = answer(radiance, Scene(camera=GENERIC, shapes=()), Stage.RAY, Stage.OBJECT)
-
-    assert np.abs(ray - directions(GENERIC)[:, :, 0]).max() <= 8 * 2.0**-53
-    assert np.all(shape == -1)
-
-
 def test_a_miss_has_the_values_that_the_specification_gives_it(radiance):
     scene = Scene(camera=looking_down(height=5), shapes=(Sphere(albedo=WHITE, center=(0, 0, 9)),))
 
@@ -63,23 +56,6 @@ def test_a_sphere_is_where_geometry_says_and_its_normals_point_outward(radiance,
     assert np.abs(position - expected)[clear].max() <= CLOSE
     outward = gradient_normals(to_world, expected, lambda local: local)
     assert np.abs(normal - outward)[clear].max() <= 10 * CLOSE
-
-
-def test_a_sphere_far_away_keeps_its_digits(radiance):
-    # rtrace's quadratic from the eye would lose the square of a thousand in roundings.
-    camera = looking_down(height=1000, fovy=0.08, far=2000)
-    first, _, depth = unit_sphere_roots(camera, IDENTITY)
-    clear = depth > 0.1
-
-    (distance,) = answer(radiance, Scene(camera=camera, shapes=(Sphere(albedo=WHITE),)), Stage.DISTANCE)
-
-    assert clear.sum() > 100
-    # The eye's distance, rounded, times some; the closed form itself is a quadratic from the eye.
-    lateral = 1 - depth[clear]
-    heights = np.sqrt(1 - lateral)
-    cosine = -directions(camera)[:, :, 0, 2][clear]
-    assert np.abs(distance[..., 0][clear] - (1000 * cosine - heights)).max() <= 1e-9
-    assert np.abs(distance[..., 0][clear] - first[clear]).max() <= 1e-8
 
 
 @pytest.mark.parametrize("to_world", [IDENTITY, SHEARED, MIRRORED], ids=["unit", "sheared", "mirrored"])
@@ -158,15 +134,3 @@ def test_the_size_of_a_scene_costs_no_digits(radiance, size):
     first, _, depth = unit_sphere_roots(looking_down(height=5, near=0.1, far=10), IDENTITY)
     clear = depth > 0.01
     assert np.abs(distance[..., 0] / size - first)[clear].max() <= CLOSE
-
-
-def test_a_face_that_a_mesh_has_many_times_is_met_once(radiance):
-    corners = np.array(((-1.0, -1.0, 0.0), (1.0, -1.0, 0.0), (0.0, 1.0, 0.0)))
-    once, often = (
-        answer(radiance, Scene(camera=GENERIC, shapes=(Mesh(albedo=WHITE, vertices=corners, faces=faces),)), *HIT)
-        for faces in (np.array([(0, 1, 2)]), np.tile((0, 1, 2), (30, 1)))
-    )
-
-    assert np.count_nonzero(once[0] == 0) > 100
-    for single, repeated in zip(once, often, strict=True):
-        np.testing.assert_array_equal(single, repeated)

@@ -1,15 +1,7 @@
 """rayproof from Python: what the names answer, what they refuse, and a function of one's own under test."""
 
-import json
-import os
-import signal
-import subprocess
-import sys
-import threading
-import time
 from collections.abc import Sequence
 from pathlib import Path
-from textwrap import dedent
 from typing import Any
 
 import numpy as np
@@ -39,20 +31,6 @@ def twice_as_bright(scene: Scene, stages: Sequence[Stage]) -> dict[str, np.ndarr
 def finished(tmp_path_factory: pytest.TempPathFactory) -> Run:
     cases = [f"primitives/{name}" for name in ("plane", "cube", "triangle")]
     return rayproof.run([*cases, SCENE], twice_as_bright, out=tmp_path_factory.mktemp("run") / "out", quiet=True)
-
-
-@pytest.mark.process
-def test_importing_imports_nothing_else() -> None:
-    code = "import rayproof, sys; print(*(n for n in sys.modules if n.startswith('rayproof.')), dir(rayproof)[-1])"
-
-    told = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True).stdout
-    assert told.split() == ["view3d"]
-
-
-def test_every_name_is_there_and_no_other() -> None:
-    assert all(callable(getattr(rayproof, name)) for name in rayproof.__all__)
-    with pytest.raises(AttributeError, match="no attribute 'trace'"):
-        _ = rayproof.trace
 
 
 def test_scenes_and_cases_are_found_by_name() -> None:
@@ -88,21 +66,6 @@ def test_an_answer_in_float64_is_judged_as_such(factor: float, verdict: str) -> 
     assert str(judged).startswith("1 of 10 checks measured, by analytic: " + verdict)
     with pytest.raises(TypeError, match="neither true nor false"):
         bool(judged)
-
-
-@pytest.mark.parametrize(
-    ("answers", "complaint"),
-    [
-        ({"radiance": np.zeros((3, SIZE[0] * SIZE[1]))}, r"got \(3, 6912\); components come first in it: transpose it"),
-        ({"radiance": np.zeros(SIZE)}, r"radiance must have shape \(72, 96, 3\)"),
-        ({"radiant": np.zeros(SIZE)}, "no image stage is called 'radiant'"),
-        ({"radiance": [["a"]]}, "radiance is no array of numbers: list"),
-        ({}, "there is nothing to judge"),
-    ],
-)
-def test_what_is_no_image_of_a_stage_is_refused(answers: dict[str, Any], complaint: str) -> None:
-    with pytest.raises((TypeError, ValueError), match=complaint):
-        rayproof.judge(SCENE, answers)
 
 
 def test_arrays_of_other_libraries_are_taken() -> None:
@@ -157,85 +120,6 @@ def test_a_case_has_its_images_and_their_limits(finished: Run) -> None:
         case.image("radiance", "pbrt")
     with pytest.raises(LookupError, match="no case 'primitives/spher'"):
         finished.case("primitives/spher")
-
-
-@pytest.mark.process
-def test_a_notebook_shows_coverage_causes_and_pictures(finished: Run) -> None:
-    shown = finished._repr_html_()
-
-    assert shown.index("2 measured") < shown.index("2 pi instead of 4 pi") < shown.index("data:image/png;base64,")
-    assert shown.count("<img") == 2
-    assert "<td>primitives/triangle</td>" in shown
-
-
-@pytest.mark.process
-def test_two_runs_are_compared(finished: Run, tmp_path: Path) -> None:
-    record = json.loads((finished.folder / "results.json").read_text())
-    for case in record["cases"]:
-        case["verdict"] = "pass"
-    (tmp_path / "results.json").write_text(json.dumps(record))
-
-    told = rayproof.compare(finished, tmp_path)
-
-    assert {row["case"] for row in told.rows} >= {"primitives/plane", "file/scene-3"}
-    with pytest.raises(ValueError, match="only be compared with another run"):
-        rayproof.compare(finished, "sphere/haines")
-
-
-def test_formulas_are_compared() -> None:
-    told = rayproof.compare("sphere/haines", "sphere/textbook", ["primitives/sphere"], repetitions=9)
-
-    assert str(told) == told.record["verdict"]
-    assert [row["family"] for row in told.rows] == ["primitives"]
-
-
-@pytest.mark.process
-def test_what_the_command_refuses_is_refused_in_its_words() -> None:
-    with pytest.raises(ValueError, match=r"^no case matches 'no/such'"):
-        rayproof.run(["no/such"])
-    with pytest.raises(ValueError, match="no case is named"):
-        rayproof.run([])
-    with pytest.raises(ValueError, match="the subject is none"):
-        rayproof.run(["primitives/plane"], stages=["radiance"])
-
-
-@pytest.mark.process
-def test_ctrl_c_reaches_the_run_and_loses_nothing(tmp_path: Path) -> None:
-    before = signal.signal(signal.SIGINT, signal.default_int_handler)  # a test run in the background ignores it
-
-    def slow(scene: Scene, stages: Sequence[Stage]) -> dict[str, np.ndarray]:
-        if len(called) == 1:
-            threading.Timer(0.2, os.kill, (os.getpid(), signal.SIGINT)).start()
-            time.sleep(0.4)
-        called.append(scene)
-        return rayproof.oracle(scene, [stage.value for stage in stages])
-
-    called: list[Scene] = []
-    try:
-        with pytest.raises(KeyboardInterrupt):
-            rayproof.run(["primitives"], slow, out=tmp_path / "out", jobs=1, quiet=True)
-    finally:
-        signal.signal(signal.SIGINT, before)
-    assert json.loads((tmp_path / "out" / "results.json").read_text())["finished"] is False
-
-
-@pytest.mark.process
-def test_a_script_without_a_guard_is_run_once(tmp_path: Path) -> None:
-    script = tmp_path / "script.py"
-    script.write_text(
-        dedent("""
-        import rayproof
-        with open("count", "a") as file:
-            file.write("once ")
-        rayproof.run(["primitives/plane"], configurations=["float32"], quiet=True).raise_if_failed()
-        print("passed")
-        """)
-    )
-
-    ended = subprocess.run([sys.executable, str(script)], cwd=tmp_path, capture_output=True, text=True)
-
-    assert (ended.returncode, ended.stdout) == (0, "passed\n"), ended.stderr
-    assert (tmp_path / "count").read_text() == "once "
 
 
 class Wavering:

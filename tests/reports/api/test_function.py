@@ -9,7 +9,6 @@ import pytest
 
 from rayproof.cases.stages import Stage
 from rayproof.reports.judge.answers import Answers
-from rayproof.reports.results.provenance import _named
 from rayproof.reports.subjects import Subject
 from rayproof.reports.subjects.choosing import chosen
 from rayproof.reports.subjects.program import ask_capabilities, ask_program
@@ -97,15 +96,3 @@ def test_it_may_say_that_it_cannot(ask: Ask) -> None:
     _, (answer,) = ask("unable")
 
     assert {*answer.unsupported.values()} == {"no cubes"}
-
-
-def test_what_cannot_be_loaded_says_why(ask: Ask, tmp_path: Path) -> None:
-    with pytest.raises(ValueError, match=r"it cannot be loaded: LookupError: mine.py has no function nothing"):
-        ask("nothing")
-    (tmp_path / "mine.py").write_text("import os\n\ndef broken(:\n")
-    with pytest.raises(ValueError, match=r"it cannot be loaded: SyntaxError: invalid syntax \(mine.py, line 3\)"):
-        ask("broken")
-
-
-def test_a_function_under_test_is_no_formula_that_a_run_keeps() -> None:
-    assert [*_named(["run", "--subject", "python:mine.py:right", "--subject=python:mine.py:right"])] == []

@@ -157,22 +157,6 @@ def test_a_wrong_formula_fails_and_names_the_stage(said: Callable[[str], Said]) 
 
 
 @pytest.mark.process
-def test_a_renderer_s_own_suite_runs_the_cases(said: Callable[[str], Said]) -> None:
-    found = said("right")
-
-    assert found.outcomes == {"passed"}, found.text
-    assert len(found.names) >= 2
-
-
-@pytest.mark.process
-def test_a_renderer_is_asked_for_the_finer_image_where_a_case_averages(said: Callable[[str], Said]) -> None:
-    found = said("finer")
-
-    assert found.outcomes == {"passed"}, found.text
-    assert len(found.names) == 1
-
-
-@pytest.mark.process
 @pytest.mark.parametrize(
     ("name", "message"),
     [
@@ -194,21 +178,3 @@ def test_a_renderer_that_is_wrong_fails_and_so_does_one_that_answers_too_little(
 @pytest.mark.process
 def test_what_cannot_be_measured_is_skipped_and_not_passed(said: Callable[[str], Said]) -> None:
     assert said("unmeasured").outcomes == {"skipped"}
-
-
-@pytest.mark.process
-@pytest.mark.parametrize("number", range(len(WRONG_MARKERS)), ids=list(WRONG_MARKERS.values()))
-def test_a_wrong_marker_is_told(said: Callable[[str], Said], number: int) -> None:
-    found = said(f"marker{number}")
-
-    assert found.outcomes <= {"error", "failure"}
-    assert list(WRONG_MARKERS.values())[number] in found.text
-
-
-@pytest.mark.process
-def test_a_suite_that_does_not_use_it_imports_nothing_of_it(tmp_path: Path) -> None:
-    (tmp_path / "test_it.py").write_text(
-        "import sys\ndef test_it():\n    assert not {'drjit', 'mitsuba', 'numpy', 'trimesh'} & set(sys.modules)\n"
-    )
-
-    assert "1 passed" in pytest_on(tmp_path)

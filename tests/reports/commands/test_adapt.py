@@ -29,22 +29,3 @@ def test_the_starter_in_python_passes_on_spheres(rayproof: Rayproof, tmp_path: P
     (sphere,), (cube,) = select(["primitives/sphere"]), select(["primitives/cube"])
     assert judged(able, sphere).outcome == "pass"
     assert "draws no cube" in next(iter(ask_program(able, cube.scene, samples=1).unsupported.values()))
-
-
-def test_what_exists_is_left_alone(rayproof: Rayproof, tmp_path: Path) -> None:
-    (tmp_path / "rayproof.hpp").write_text("mine")
-
-    ended = rayproof("new", "adapter", tmp_path / "new.cpp")
-
-    assert ended.code == 2
-    assert ended.error == f"rayproof: {tmp_path / 'rayproof.hpp'}: exists already, and is not overwritten\n"
-    assert [path.name for path in tmp_path.iterdir()] == ["rayproof.hpp"]
-
-
-def test_the_language_is_the_endings_unless_it_is_said(rayproof: Rayproof, tmp_path: Path) -> None:
-    assert rayproof("new", "adapter", tmp_path / "a" / "renderer", "--language", "c++").code == 0
-    assert rayproof("new", "adapter", tmp_path / "b" / "renderer").code == 0
-
-    assert "#include" in (tmp_path / "a" / "renderer").read_text()
-    assert "import json" in (tmp_path / "b" / "renderer").read_text()
-    assert rayproof("new", "adapter", tmp_path / "c", "--language", "fortran").code == 2

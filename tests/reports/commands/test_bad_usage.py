@@ -75,27 +75,6 @@ def test_a_bad_scene_ends_in_one_line_that_names_the_file(rayproof: Rayproof, tm
     assert not (tmp_path / "out").exists()
 
 
-@pytest.mark.process
-@pytest.mark.parametrize("option", ["--out", "--json"])
-def test_a_place_that_cannot_be_written_is_refused(rayproof: Rayproof, tmp_path: Path, option: str) -> None:
-    (tmp_path / "file").touch()
-    places = {"--out": tmp_path / "out", "--json": tmp_path / "json"} | {option: tmp_path / "file" / "below"}
-
-    ended = rayproof("run", "primitives/sphere", *(word for pair in places.items() for word in pair))
-
-    assert ended.code == 2
-    assert ended.error.count("\n") == 1
-    assert str(tmp_path / "file") in ended.error
-
-
-def test_json_onto_a_folder_is_refused(rayproof: Rayproof, tmp_path: Path) -> None:
-    ended = rayproof("list", "cases", "--json", tmp_path)
-
-    assert ended.code == 2
-    assert ended.error.count("\n") == 1
-    assert str(tmp_path) in ended.error
-
-
 def test_an_interrupt_ends_with_130(rayproof: Rayproof, monkeypatch: pytest.MonkeyPatch) -> None:
     def interrupted(family: str) -> None:
         raise KeyboardInterrupt
@@ -106,18 +85,6 @@ def test_an_interrupt_ends_with_130(rayproof: Rayproof, monkeypatch: pytest.Monk
 
     assert ended.code == 130
     assert ended.error == "rayproof: interrupted\n"
-
-
-def test_a_bug_is_no_verdict(rayproof: Rayproof, monkeypatch: pytest.MonkeyPatch) -> None:
-    def broken(family: str) -> None:
-        raise ZeroDivisionError("a bug")
-
-    monkeypatch.setattr("rayproof.cases.families.cases_of", broken)
-
-    ended = rayproof("list", "cases")
-
-    assert ended.code == 3
-    assert "ZeroDivisionError: a bug" in ended.error
 
 
 @pytest.mark.parametrize(

@@ -29,11 +29,6 @@ def test_list_shows_what_is_there(rayproof: Rayproof, tmp_path: Path) -> None:
     assert [entry["renderer"] for entry in listed["entries"]] == ["mitsuba_scalar"] * 2
 
 
-def test_an_empty_cache_is_nothing_wrong(rayproof: Rayproof, tmp_path: Path) -> None:
-    for what in ("list", "verify", "clear"):
-        assert rayproof("cache", what, "--folder", tmp_path / "none").code == 0
-
-
 def test_verify_names_and_removes_what_is_damaged(rayproof: Rayproof, tmp_path: Path) -> None:
     store = filled(tmp_path)
     path = store.path("a" * 64)

@@ -21,26 +21,6 @@ def script(folder: Path, *lines: str) -> str:
     return f"exec:{sys.executable} -S {path} {{scene}} {{output}}"
 
 
-@pytest.mark.process
-def test_a_call_that_fails_is_told_with_its_exit_code_and_its_words(rayproof: Rayproof, tmp_path: Path) -> None:
-    subject = script(tmp_path, "SCENE and sys.exit('the model is missing')")
-
-    ended = rayproof("call", "transforms/mesh_sheared", tmp_path / "call", "--subject", subject)
-
-    assert ended.code == 1
-    assert "exit code: 1" in ended.out
-    assert "the model is missing" in ended.out
-    assert {"scene.json", "mesh-0.obj", "call.txt"} <= {path.name for path in (tmp_path / "call").iterdir()}
-
-
-def test_a_call_of_what_is_no_program_is_refused_in_one_line(rayproof: Rayproof, tmp_path: Path) -> None:
-    ended = rayproof("call", "primitives/sphere", tmp_path / "call", "--subject", "radiance")
-
-    assert ended.code == 2
-    assert len(ended.error.splitlines()) == 1
-    assert not (tmp_path / "call").exists()
-
-
 @pytest.mark.references
 def test_a_program_s_pixel_stands_beside_those_of_the_panel(rayproof: Rayproof, tmp_path: Path) -> None:
     scene = select(["primitives/sphere"])[0].scene

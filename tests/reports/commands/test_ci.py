@@ -101,47 +101,6 @@ def test_the_subject_and_the_gate_are_in_the_command(rayproof: Rayproof, tmp_pat
     assert "is not overwritten" in again.error
 
 
-def test_a_family_that_does_not_exist_is_refused(rayproof: Rayproof, tmp_path: Path) -> None:
-    options = ("--from", "x.whl", "--build", BUILD, "--subject", SUBJECT, "--out", tmp_path / "job.yml")
-
-    ended = rayproof("new", "workflow", "gitlab", "primitves", "mine/scene.json", *options)
-
-    assert (ended.code, ended.error.count("\n")) == (2, 1)
-    assert "primitives" in ended.error
-    assert not (tmp_path / "job.yml").exists()
-
-
-@pytest.mark.parametrize("left_out", ["--build", "--subject"])
-def test_what_the_command_cannot_know_it_asks_for(rayproof: Rayproof, left_out: str) -> None:
-    options = {"--from": "x.whl", "--build": BUILD, "--subject": SUBJECT}
-    del options[left_out]
-    ended = rayproof("new", "workflow", "github", *(word for pair in options.items() for word in pair))
-
-    assert (ended.code, left_out in ended.error) == (2, True)
-
-
-@pytest.mark.parametrize("word", ["a\nb", "it's", "\x1b[31m", "rayproof"])
-def test_what_would_end_a_string_and_what_another_could_publish_are_refused(
-    rayproof: Rayproof, tmp_path: Path, word: str
-) -> None:
-    ended = rayproof(
-        "new",
-        "workflow",
-        "gitlab",
-        "--from",
-        word,
-        "--build",
-        BUILD,
-        "--subject",
-        SUBJECT,
-        "--out",
-        tmp_path / "job.yml",
-    )
-
-    assert (ended.code, ended.error.count("\n")) == (2, 1)
-    assert list(tmp_path.iterdir()) == []
-
-
 @pytest.mark.process
 def test_the_action_s_lines_run_gate_and_keep_a_report(tmp_path: Path) -> None:
     text = (Path(__file__).parents[3] / "action.yml").read_text()

@@ -6,7 +6,6 @@ from pathlib import Path
 import pytest
 
 from rayproof.reports.cli import main
-from rayproof.reports.commands.gate import _listed
 from rayproof.reports.results.document import load_results
 
 pytestmark = pytest.mark.process
@@ -76,13 +75,6 @@ def test_selectors_and_a_cause_are_accepted_with_a_reason_each(
     assert second["cause"] == diagnosis["mistake"]
     assert main(["gate", "check", str(out), "--file", str(known)]) == 0
     assert main(["gate", "check", str(out), CASE, "--file", str(known)]) == 2
-
-
-def test_a_list_of_any_length_is_printed_in_nine_lines_before_its_sum(capsys: pytest.CaptureFixture[str]) -> None:
-    _listed([f"case {number}" for number in range(200)])
-
-    lines = capsys.readouterr().out.splitlines()
-    assert (len(lines), lines[-1]) == (9, "and 192 more; --json FILE writes them all")
 
 
 def test_a_bad_file_of_expectations_ends_before_anything_is_done(

@@ -1,7 +1,5 @@
 """The starter of a formula of one's own: of every slot, and it computes what the slot's default does."""
 
-import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -49,38 +47,3 @@ def test_it_works_as_it_stands(rayproof: Rayproof, tmp_path: Path) -> None:
     mine = render(scene, [Stage.RADIANCE], Configuration(formulas=chosen))[Stage.RADIANCE]
 
     assert np.array_equal(mine, render(scene, [Stage.RADIANCE], Configuration())[Stage.RADIANCE])
-
-
-def test_what_cannot_be_written_is_refused(rayproof: Rayproof, tmp_path: Path) -> None:
-    (tmp_path / "there.py").write_text("x = 1\n")
-
-    for arguments, named in (
-        (("cylinder", tmp_path / "a.py"), "cylinder"),
-        (("sphere", tmp_path / "there.py"), "exists already"),
-        (("sphere", tmp_path / "a.txt"), ".py"),
-    ):
-        ended = rayproof("new", "formula", *arguments)
-        assert (ended.code, ended.error.count("\n")) == (2, 1)
-        assert named in ended.error
-    assert (tmp_path / "there.py").read_text() == "x = 1\n"
-
-
-@pytest.mark.process
-def test_the_starter_is_compared_with_another_form_and_has_a_test_that_can_fail(
-    rayproof: Rayproof, tmp_path: Path
-) -> None:
-    ended = rayproof("new", "formula", "sphere", tmp_path / "mine.py")
-    (compared,) = (line.split() for line in ended.out.splitlines() if " compare " in line)
-
-    def passes() -> bool:
-        words = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", tmp_path / "test_mine.py"]
-        return subprocess.run(words, cwd=tmp_path, capture_output=True, check=False).returncode == 0
-
-    base = FORMULAS.named(compared[compared.index("compare") + 1])
-    assert (base.slot, base.default, base.kind) == ("sphere", False, "right")
-    assert passes()
-    text = (tmp_path / "mine.py").read_text()
-    (tmp_path / "mine.py").write_text(text.replace("dr.square(sphere.radius)", "dr.square(sphere.radius) * 2"))
-    assert (tmp_path / "mine.py").read_text() != text
-    assert not passes()
-    assert rayproof("new", "formula", "sphere", tmp_path / "mine.py").code == 2

@@ -44,31 +44,3 @@ def test_one_pixel_is_shown_and_stages_can_be_chosen(rayproof: Rayproof, tmp_pat
     assert "distance.V" in ended.out
     (record,) = json.loads((tmp_path / "o.json").read_text())["pixels"]
     assert record["stages"] == {"object": [[-1, -1], [-1, -1]], "distance": [["inf", "inf"]]}
-
-
-WRONG = {
-    "too few": ("1,2,3", "x0,y0,x1,y1"),
-    "no numbers": ("a,b,c,d", "x0,y0,x1,y1"),
-    "outside": ("0,0,96,3", "x from 0 to 95, y from 0 to 71"),
-    "negative": ("-1,0,3,3", "outside"),
-    "nothing inside": ("5,5,4,5", "x0 must not exceed x1"),
-}
-
-
-@pytest.mark.parametrize(("pixels", "named"), WRONG.values(), ids=WRONG.keys())
-def test_wrong_pixels_end_with_2_and_one_line(rayproof: Rayproof, pixels: str, named: str) -> None:
-    ended = rayproof("certify", "primitives/sphere", f"--pixels={pixels}")
-
-    assert ended.code == 2
-    assert ended.out == ""
-    assert ended.error.count("\n") == 1
-    assert named in ended.error
-
-
-def test_too_many_pixels_are_refused(rayproof: Rayproof, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("rayproof.reports.commands.certify.MOST_PIXELS", 10)
-
-    ended = rayproof("certify", "primitives/sphere")
-
-    assert ended.code == 2
-    assert "at most 10 pixels" in ended.error

@@ -1,6 +1,5 @@
 """A formula of one's own, slot=FILE.py:function, in the commands that take formulas."""
 
-import json
 from functools import partial
 from pathlib import Path
 
@@ -14,10 +13,8 @@ from rayproof.reports.run.engine.machine import write
 from rayproof.reports.run.options import CaseOptions, RunOptions, case_options
 from rayproof.reports.run.worker_tasks import render_tracer
 from rayproof.reports.run.workers import workers
-from rayproof.reports.studies.tradeoff.diagrams import tasks
 from rayproof.reports.subjects import TRACER
 from rayproof.tracer.configuration import Configuration
-from rayproof.tracer.formulas import FORMULAS
 from rayproof.tracer.formulas.own_file import forget, sources
 from rayproof.tracer.render import render
 from tests.reports.commands.conftest import Rayproof
@@ -78,37 +75,6 @@ def test_a_file_that_changes_during_a_run_is_an_error_and_its_content_is_in_ever
     assert case_options(request, ()).own != before.own
     with pytest.raises(RuntimeError, match=r"mine.py:nearest_hit has changed since the run began"):
         render_tracer(case, before, NAME)
-
-
-@pytest.mark.references
-def test_probe_and_render_take_it(rayproof: Rayproof, folder: Path) -> None:
-    probed = rayproof("probe", CASE, 48, 36, "--formula", FORMULA, "--json", "p.json")
-    rendered = rayproof("render", CASE, "a.exr", "--formula", FORMULA)
-
-    assert (probed.code, rendered.code) == (0, 0), probed.error + rendered.error
-    columns = json.loads((folder / "p.json").read_text())["renderers"]
-    mine, truth = columns[f"tracer-{NAME}"], columns["analytic"]
-    assert np.isclose(mine["distance.V"], truth["distance.V"], rtol=1e-5)
-
-
-def test_it_climbs_ladders_where_nothing_is_expected_of_it(rayproof: Rayproof, folder: Path) -> None:
-    arguments = ("SPH-FAR", "--precision", "float32", "--quick", "--json", "s.json", "--out", "o")
-    ended = rayproof("stability", FORMULA, *arguments)
-
-    assert ended.code == 0
-    climbs = json.loads((folder / "s.json").read_text())["ladders"]
-    (climb,) = (one for one in climbs if one["formula"] == FORMULA)
-    assert climb["expected"] == "none"
-    assert climb["slope"] == pytest.approx(2, abs=0.2)  # as the textbook's: it subtracts two squares
-
-
-def test_error_against_time_shows_it_beside_the_default_alone(folder: Path) -> None:
-    formulas, sampled, climbed = tasks(
-        ["far_sphere_1e3", "far_cube_1e3", "SPH-FAR", "BOX-FAR"], [FORMULAS.named(FORMULA)]
-    )
-
-    assert [[one.name for one in task.formulas] for task in formulas] == [["sphere/haines", FORMULA]]
-    assert (sampled, [ladder.name for ladder in climbed]) == ((), ["SPH-FAR"])
 
 
 @pytest.mark.process

@@ -1,8 +1,5 @@
 """A folder has one writer: the second is refused in a line that names the first, however the first was started."""
 
-import errno
-import json
-import os
 import signal
 import subprocess
 import sys
@@ -10,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from rayproof.reports.ownership import NAME, OwnedError, abandoned, owned
+from rayproof.reports.ownership import OwnedError, abandoned, owned
 from tests.reports.commands.conftest import Rayproof
 
 CHECKOUT = Path(__file__).parents[3]
@@ -66,40 +63,3 @@ def test_a_stopped_owner_still_owns(owner, tmp_path: Path):
 
     with pytest.raises(OwnedError, match="is writing it"), owned(tmp_path / "out"):
         pass
-
-
-@pytest.mark.process
-@pytest.mark.parametrize("said", ["", "[", "[]", '{"pid": "x"}', '{"pid": 1, "command": "\\u001b[2J", "since": "\\n"}'])
-def test_whatever_the_file_says_a_refusal_is_one_plain_line(said, owner, tmp_path: Path):
-    (tmp_path / "out" / NAME).write_text(said)
-
-    with pytest.raises(OwnedError) as refused, owned(tmp_path / "out"):
-        pass
-
-    assert (refused.value.strerror or "").isprintable()
-
-
-def test_who_owns_it_is_said_in_the_file(tmp_path: Path):
-    with owned(tmp_path):
-        assert json.loads((tmp_path / NAME).read_text())["pid"] == os.getpid()
-
-
-@pytest.mark.process
-def test_what_starts_meanwhile_does_not_own(tmp_path: Path):
-    with owned(tmp_path):
-        child = subprocess.Popen([sys.executable, "-c", "import time; time.sleep(60)"], close_fds=False)
-    try:
-        with owned(tmp_path):
-            pass
-    finally:
-        child.kill()
-        child.wait()
-
-
-def test_where_there_are_no_locks_nobody_is_refused_and_nothing_is_taken_for_abandoned(tmp_path: Path, monkeypatch):
-    def none(*_: object) -> None:
-        raise OSError(errno.ENOLCK, "No locks available")
-
-    monkeypatch.setattr("fcntl.flock", none)
-    with owned(tmp_path), owned(tmp_path):
-        assert not abandoned(tmp_path)

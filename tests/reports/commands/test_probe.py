@@ -1,6 +1,5 @@
 """`rayproof probe` shows what each renderer says about one pixel, and where it says nothing."""
 
-import dataclasses
 import json
 from pathlib import Path
 
@@ -72,34 +71,6 @@ def test_a_planted_fault_is_shouted_first(rayproof: Rayproof, tmp_path: Path, fa
     assert json.loads((tmp_path / "pixel.json").read_text())["faults"] == [fault]
 
 
-def test_a_reference_on_request_is_asked_if_required(rayproof: Rayproof, tmp_path: Path) -> None:
-    small = dataclasses.replace(scene := select(["primitives/plane"])[0].scene, lights=scene.lights[:1])
-    camera = dataclasses.replace(small.camera, width=4, height=3)
-    save_scene(dataclasses.replace(small, camera=camera), tmp_path / "scene.json")
-    asked = [name for name in REFERENCES if REFERENCES.about(name).get("on_request", False)]
-
-    ended = rayproof("probe", tmp_path / "scene.json", 1, 1, *(word for name in asked for word in ("--require", name)))
-
-    assert ended.code == 0
-    assert all(name in ended.out for name in asked)
-
-
-def test_a_pixel_fits_80_columns_and_absent_programs_take_one_line(
-    rayproof: Rayproof, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    for name in ("mitsuba_llvm", "mitsuba_scalar"):
-        monkeypatch.setattr(REFERENCES[name], "missing", staticmethod(lambda: "it is not installed. " * 9))
-
-    ended = rayproof("probe", "primitives/sphere", 48, 36, "--formula", "sphere/textbook")
-
-    lines = ended.out.splitlines()
-    assert max(map(len, lines)) <= 80
-    (told,) = (line for line in lines if "mitsuba" in line)
-    assert "mitsuba_llvm, mitsuba_scalar" in told
-    assert any(line.split()[:1] == ["analytic"] and len(line.split()) == 4 for line in lines)
-    assert "tracer-float32/sphere=textbook" in ended.out
-
-
 # Rays at vertices of a mesh: rounding decides which of the faces there is named.
 VERTEX = ("watertight/vertices", 10, 0)
 
@@ -131,11 +102,3 @@ def test_a_wrong_value_is_shown_as_wrong(rayproof: Rayproof, tmp_path: Path) -> 
     assert found["stages"]["radiance"]["continued"] == "wrong"
     assert set(found["stages"]) == {"radiance"}
     assert "analytic" not in written["over_limit"]
-
-
-def test_a_pixel_within_every_limit_names_the_renderers(rayproof: Rayproof) -> None:
-    ended = rayproof("probe", "primitives/sphere", 48, 36)
-
-    (line,) = (line for line in ended.out.splitlines() if line.startswith("within every limit: "))
-    assert {"tracer-float32,", "tracer-float64,"} <= set(line.split())
-    assert "over its limit" not in ended.out

@@ -1,6 +1,5 @@
 """`rayproof render` writes the tracer's stages as OpenEXR."""
 
-import dataclasses
 from pathlib import Path
 
 import numpy as np
@@ -11,7 +10,6 @@ from rayproof.cases.scene_json import save_scene
 from rayproof.cases.stages import Stage
 from rayproof.reports.results.images import read_answers
 from rayproof.tracer.configuration import Configuration
-from rayproof.tracer.formulas import FORMULAS
 from rayproof.tracer.render import render
 from tests.reports.commands.conftest import Rayproof
 
@@ -29,42 +27,11 @@ def test_the_stages_asked_for_are_in_the_image(rayproof: Rayproof, tmp_path: Pat
     assert all(np.array_equal(found[stage], own[stage].astype(np.float32)) for stage in found)
 
 
-def test_the_default_is_radiance_alone(rayproof: Rayproof, tmp_path: Path) -> None:
-    rayproof("render", "primitives/sphere", tmp_path / "a.exr")
-
-    assert set(read_answers(tmp_path / "a.exr")) == {Stage.RADIANCE}
-
-
 def test_the_image_says_what_made_it(rayproof: Rayproof, tmp_path: Path) -> None:
     rayproof("render", "primitives/sphere", tmp_path / "a.exr", "--configuration", "float64/sphere=textbook")
 
     with OpenEXR.File(str(tmp_path / "a.exr")) as file:
         assert file.header()["comments"] == "float64/sphere=textbook"
-
-
-def test_an_image_made_with_a_planted_fault_says_so(rayproof: Rayproof, tmp_path: Path) -> None:
-    fault = next(formula for formula in FORMULAS.values() if formula.kind == "fault" and formula.slot == "lambert")
-
-    ended = rayproof(
-        *("render", "primitives/sphere", tmp_path / "a.exr"),
-        *("--configuration", f"float32/{fault.slot}={fault.variant}"),
-    )
-
-    assert ended.out.startswith("PLANTED FAULT IN USE")
-    with OpenEXR.File(str(tmp_path / "a.exr")) as file:
-        assert file.header()["comments"].startswith("PLANTED FAULT IN USE")
-
-
-def test_a_scene_beyond_the_precision_is_refused_in_one_line(rayproof: Rayproof, tmp_path: Path) -> None:
-    scene = select(["primitives/sphere"])[0].scene
-    far = dataclasses.replace(scene, camera=dataclasses.replace(scene.camera, eye=(1e20, 2e20, 3e20)))
-    save_scene(far, tmp_path / "far.json")
-
-    ended = rayproof("render", tmp_path / "far.json", tmp_path / "a.exr")
-
-    assert ended.code == 2
-    assert ended.error.splitlines()[-1].endswith("the squares of lengths beyond 1.15e+18 m overflow float32")
-    assert not (tmp_path / "a.exr").exists()
 
 
 def test_double_writes_every_digit_of_float64_in_either_format(rayproof: Rayproof, tmp_path: Path) -> None:

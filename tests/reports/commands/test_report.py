@@ -1,15 +1,12 @@
 """`rayproof report`: a folder published again, two folders compared, and bad folders refused in one line."""
 
 import json
-import sqlite3
-from contextlib import closing
 from pathlib import Path
 
 import pytest
 
 from rayproof.reports.cli import main
-from rayproof.reports.results.case_table import CaseTable
-from rayproof.reports.results.document import load_results, save_results
+from rayproof.reports.results.document import save_results
 from tests.reports.publish.sample import make_folder
 
 
@@ -47,52 +44,3 @@ def test_two_runs_are_compared_in_the_terminal_and_as_json(
     assert "1 of 9 verdicts changed, 1 for the worse" in out
     assert json.loads((tmp_path / "both.json").read_text())["rows"][0]["case"] == "sphere/plain"
     assert not (tmp_path / "index.html").exists()
-
-
-@pytest.mark.parametrize("words", [["report", "{folder}"], ["gate", "accept", "{folder}", "--file", "{folder}/k.json"]])
-def test_a_damaged_record_is_told_in_one_line(
-    words: list[str], run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    results = load_results(run)
-    table = CaseTable(tmp_path / "results.sqlite")
-    for place, case in enumerate(results["cases"]):
-        table.keep(case["name"], case, place=place)
-    save_results(tmp_path, {**results, "cases": table.cases()})
-    (tmp_path / "results.json").unlink()
-    with closing(sqlite3.connect(tmp_path / "results.sqlite")) as connection:
-        connection.execute("UPDATE cases SET record = x'0011' WHERE place = 3")
-        connection.commit()
-
-    assert main([word.format(folder=tmp_path) for word in words]) == 2
-
-    told = capsys.readouterr().err
-    assert told.count("\n") == 1
-    assert "results.sqlite: holds a damaged record" in told
-
-
-@pytest.mark.parametrize(
-    ("arguments", "said"),
-    [
-        (["{run}", "{empty}", "--out", "{empty}/both"], "results.json: no such file"),
-        (["{empty}", "{run}"], "results.json: no such file"),
-        (["{run}", "{broken}"], "not JSON"),
-        (["{run}", "{run}", "--out", "{run}"], "is the folder of one of the two runs"),
-        (["{run}", "{run}", "--single-file"], "--single-file needs --out"),
-        (["{run}", "--out", "{empty}"], "need the folders of two runs"),
-    ],
-)
-def test_bad_folders_are_one_line_and_2(
-    run: Path, tmp_path: Path, arguments: list[str], said: str, capsys: pytest.CaptureFixture[str]
-) -> None:
-    empty, broken = tmp_path / "empty", tmp_path / "broken"
-    empty.mkdir()
-    broken.mkdir()
-    (broken / "results.json").write_text("{")
-
-    given = [text.format(run=run, empty=empty, broken=broken) for text in arguments]
-
-    assert main(["report", *given]) == 2
-    told = capsys.readouterr()
-    assert said in told.err
-    assert told.err.count("\n") == 1
-    assert told.out == ""

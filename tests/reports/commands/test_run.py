@@ -6,7 +6,6 @@ import pytest
 
 from rayproof.reports.run.options import RunOptions
 from rayproof.reports.subjects import Subject
-from rayproof.reports.subjects.protocol import Capabilities
 from tests.reports.commands.conftest import Rayproof
 
 
@@ -78,33 +77,3 @@ def test_a_limit_of_workers_memory_is_read_from_the_environment(
     assert asked[0].worker_memory == 1.5 * 2**30
     assert (ended.code, len(asked)) == (2, 1)
     assert ended.error.startswith("rayproof: RAYPROOF_WORKER_MEMORY is a number of GiB")
-
-
-@pytest.mark.process
-def test_a_program_comes_with_what_it_declares(rayproof: Rayproof, asked: list[RunOptions], tmp_path: Path) -> None:
-    script = tmp_path / "render"
-    script.write_text("""#!/bin/sh\necho '{"protocol": 1, "name": "mine", "shapes": ["mesh"]}'\n""")
-    script.chmod(0o755)
-
-    command = f"exec:{script} {{scene}} {{output}}"
-    rayproof("run", "--out", tmp_path / "out", "--subject", command, "--timeout", 7, "--memory", 0.5)
-
-    subject = asked[0].subject
-    assert subject.command == (str(script), "{scene}", "{output}")
-    assert subject.capabilities == Capabilities(name="mine", shapes=("mesh",))
-    assert (subject.seconds, subject.memory) == (7.0, 2**29)
-
-
-@pytest.mark.process
-def test_the_default_is_the_whole_suite_into_report(
-    rayproof: Rayproof, asked: list[RunOptions], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.chdir(tmp_path)
-
-    rayproof("run")
-
-    assert asked[0].selectors == ()
-    assert asked[0].configurations == ()
-    assert asked[0].out == Path("report")
-    assert asked[0].jobs >= 1
-    assert not asked[0].resume

@@ -1,7 +1,6 @@
 """`rayproof list schema` prints a JSON Schema, the same as the library's."""
 
 import json
-from pathlib import Path
 
 import pytest
 from jsonschema import Draft202012Validator
@@ -22,14 +21,6 @@ def test_the_printed_schema_is_valid_json_and_a_valid_schema(rayproof: Rayproof,
     Draft202012Validator.check_schema(printed)
     assert printed == schema()
     assert len(ended.out.splitlines()) > 100, "a line for each key, to be read by eye"
-
-
-@pytest.mark.parametrize(("what", "schema"), SCHEMAS)
-def test_the_schema_goes_to_a_file_if_asked(rayproof: Rayproof, tmp_path: Path, what, schema) -> None:
-    ended = rayproof("list", "schema", *what, "--json", tmp_path / "schema.json")
-
-    assert ended.out == ""
-    assert json.loads((tmp_path / "schema.json").read_text()) == schema()
 
 
 def test_a_sample_of_results_fits_its_schema(published) -> None:

@@ -50,35 +50,3 @@ def test_a_wrong_prediction_is_a_surprise(rayproof: Rayproof, monkeypatch: pytes
     assert ended.code == 1
     assert "SURPRISE" in ended.out
     assert "a test says so" in ended.out
-
-
-def test_files_of_every_ladder(rayproof: Rayproof, tmp_path: Path) -> None:
-    ended = rayproof("stability", "plane", "--quick", "--out", tmp_path)
-
-    assert ended.code == 0
-    names = json.loads((tmp_path / "stability" / "ladders.json").read_text())
-    assert names
-    for name in names:
-        for kind in ("json", "csv", "svg"):
-            assert (tmp_path / "stability" / f"{name}.{kind}").stat().st_size
-    about = json.loads((tmp_path / "stability" / "about.json").read_text())
-    assert (about["surprises"], about["quick"]) == (0, True)
-    rung = json.loads((tmp_path / "stability" / "PLN-FAR.json").read_text())["climbs"][0]["values"][0]
-    assert rung["median_low"] <= rung["median"] <= rung["median_high"]
-
-
-@pytest.mark.parametrize(
-    ("arguments", "named"),
-    [
-        (("sphere/mine",), "sphere/mine"),
-        (("NO-SUCH",), "NO-SUCH"),
-        (("sphere", "TRI-EDGE"), "none of these formulas"),
-        (("--precision", "float16"), "float16"),
-    ],
-)
-def test_what_is_not_known_is_named_in_one_line(rayproof: Rayproof, arguments: tuple[str, ...], named: str) -> None:
-    ended = rayproof("stability", *arguments)
-
-    assert ended.code == 2
-    assert named in ended.error
-    assert ended.error.count("\n") == 1

@@ -3,8 +3,6 @@
 from pathlib import Path
 from xml.etree import ElementTree
 
-import pytest
-
 from tests.reports.commands.conftest import Rayproof
 from tests.reports.vectors.answers import of_formula, written
 
@@ -29,29 +27,3 @@ def test_it_judges_answers_and_publishes(rayproof: Rayproof, tmp_path: Path) -> 
     suites = ElementTree.parse(tmp_path / "judged" / "junit.xml").getroot()
     assert [suite.get("failures") for suite in suites] == ["0"]
     assert (tmp_path / "judged" / "vectors.md").read_text().startswith("# mine, float32\n")
-
-
-def test_answers_that_are_all_skipped_measure_nothing(rayproof: Rayproof, tmp_path: Path) -> None:
-    cells = {i: {"hit": "skip", "t": ""} for i in of_formula("plane/dot_products", "plane", "float32")}
-
-    assert rayproof("vectors", "judge", written(tmp_path / "none.csv", cells)).code == 3
-
-
-@pytest.mark.parametrize(
-    ("arguments", "named"),
-    [
-        (("write",), "--out"),
-        (("write", "corners", "--out", "x"), "frustum"),
-        (("write", "juggling", "--out", "x"), "juggling"),
-        (("judge", "nowhere.csv"), "nowhere.csv"),
-    ],
-)
-def test_bad_usage_ends_in_one_line(
-    rayproof: Rayproof, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, arguments: tuple[str, ...], named: str
-) -> None:
-    monkeypatch.chdir(tmp_path)
-
-    ended = rayproof("vectors", *arguments)
-
-    assert (ended.code, ended.out, ended.error.count("\n")) == (2, "", 1)
-    assert named in ended.error

@@ -6,10 +6,9 @@ from typing import Any
 import pytest
 
 from rayproof.cases.case import Case
-from rayproof.cases.families import all_cases, select
+from rayproof.cases.families import select
 from rayproof.cases.stages import Stage
 from rayproof.reference.analytic import Analytic
-from rayproof.reports.api.conformance import Conformance
 from rayproof.reports.diagnosis.blaming import Blamed, by_stages, narrowed, put
 from rayproof.reports.diagnosis.diagnosing import causes_of, entries, narrow
 from rayproof.reports.diagnosis.evidence import Evidence
@@ -18,16 +17,12 @@ from rayproof.reports.judge.case import judge_case
 from rayproof.reports.judge.oracle import stages_of
 from rayproof.reports.judge.verdict import of_what_is_supported
 from rayproof.reports.mistakes import MISTAKES
-from rayproof.reports.results.outcomes import Outcome
 from rayproof.reports.subjects import PROGRAM, Subject
 from rayproof.reports.subjects.program import ask_program
-from rayproof.tracer.configuration import Configuration
 from tests.harness.audit import diagnosing
-from tests.harness.audit.planted import candidates, tracer_faults
 from tests.reports.checks import recorded
 
 ORACLE = Analytic()
-FAULTS_COMPARED = 40
 needs_compiler = pytest.mark.skipif(diagnosing.compiler() is None, reason="there is no C++ compiler")
 
 
@@ -169,49 +164,3 @@ def test_radiance_alone_leaves_every_item_that_its_shapes_ask_for() -> None:
         blamed.items
     )
     assert not {"HIT-3", "NRM-2", "HIT-7"} & set(blamed.items)
-
-
-def test_shadows_alone_may_come_of_a_shape_that_only_shadow_rays_meet_wrongly() -> None:
-    blamed = by_stages(failing("visibility", "ray", "object", "distance", "position", "normal"), ran=False)
-
-    assert blamed is not None
-    assert {"HIT-1", "XF-1", "LIT-1", "LIT-5"} <= set(blamed.items)
-
-
-def test_one_item_is_named_only_where_nothing_else_is_left() -> None:
-    record = failing("exitance", "ray", "object", "distance", "position", "normal", "visibility", "irradiance")
-    blamed = by_stages(record, ran=False)
-    assert blamed is not None
-
-    put(record, blamed)
-
-    assert (record["item"], record["blamed_items"]) == ("RAD-4", ["RAD-4"])
-
-
-def test_one_case_alone_blames_what_a_run_does_for_forty_planted_faults() -> None:
-    """The API, the plug-in and the audit judge a case without a run's record; both ways leave the same items."""
-    blamed: dict[str, tuple[str, ...]] = {}
-    for fault in tracer_faults():
-        some = [case for case in candidates(fault, all_cases()) if case.samples == 1][:2]
-        for case in some if fault.configuration is not None and fault.equivalent is None else ():
-            judged = Conformance(case=case, folder=Path(), configuration=fault.configuration).judged()
-            if judged.outcome is not Outcome.FAIL:
-                continue
-            checks = [check.recorded() for check in judged.checks]
-            record: Any = {
-                "verdict": "fail",
-                "stage": judged.stage,
-                "checks": checks,
-                "shapes": [type(shape).__name__ for shape in case.scene.shapes],
-                "ran": {fault.configuration: sorted(Configuration.parse(fault.configuration).items)},
-            }
-            of_run = by_stages(record, ran=True)
-            assert of_run is not None
-            assert of_run.items == judged.blamed, fault.name
-            blamed[fault.name] = judged.blamed
-            break
-        if len(blamed) == FAULTS_COMPARED:
-            break
-
-    assert len(blamed) == FAULTS_COMPARED
-    assert len({*blamed.values()}) > 5

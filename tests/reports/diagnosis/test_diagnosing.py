@@ -15,7 +15,7 @@ from rayproof.cases.scene import Plane, Scene, Sphere
 from rayproof.cases.stages import Stage, StageImages
 from rayproof.reference.analytic import Analytic
 from rayproof.reports.diagnosis import diagnosing
-from rayproof.reports.diagnosis.diagnosing import _worst, causes_of, entries
+from rayproof.reports.diagnosis.diagnosing import causes_of
 from rayproof.reports.diagnosis.evidence import Evidence
 from rayproof.reports.judge.oracle import stages_of
 from rayproof.reports.mistakes import FAMILIES, MISTAKES, Mistake, for_kinds, together
@@ -112,15 +112,6 @@ def test_a_black_image_is_no_mistake_of_a_formula() -> None:
     }
 
 
-def test_where_nothing_is_hit_that_is_said() -> None:
-    def nothing(scene: Scene, stages: tuple[Stage, ...]) -> StageImages:
-        empty = {Stage.OBJECT: -1.0, Stage.DISTANCE: np.inf}
-        images = Analytic().render(scene, stages)
-        return {s: i if s is Stage.RAY else np.full_like(i, empty.get(s, 0.0)) for s, i in images.items()}
-
-    assert named(shown(nothing, staged=True)) == {"nothing_hit"}
-
-
 def test_shadow_rays_from_the_front_of_two_sided_surfaces_are_told_from_one_sided_surfaces() -> None:
     names = ["sidedness/square*", "sidedness/mesh*", "primitives/sphere"]
     evidence = shown(by(MISTAKES["shadow_rays_from_the_front"]), names=names, staged=True)
@@ -136,18 +127,6 @@ def test_two_mistakes_in_one_image_are_both_named() -> None:
     assert found >= {"no_four_pi"}
     assert len(found) == 2
     assert found & {"fovx_for_fovy", "diagonal_fov", "fixed_fov", "one_fov", "smaller_side_fov"}
-
-
-def test_several_causes_of_different_cases_are_all_named() -> None:
-    def renderer(scene: Scene, stages: tuple[Stage, ...]) -> StageImages:
-        wrong = MISTAKES["clips_nothing"]() if scene.clip == "depth" else MISTAKES["mean_of_lights"]()
-        return wrong.render(scene, stages)
-
-    names = ["clipping/sphere_depth", "several_lights/*", "primitives/sphere"]
-    _, searched = causes_of(shown(renderer, names=names))
-
-    assert {cause.mistake.name for cause in searched.causes} <= {"clips_nothing", "mean_of_lights"}
-    assert not searched.left
 
 
 def test_a_mistake_of_some_kinds_of_shapes_is_named_for_these() -> None:
@@ -183,26 +162,6 @@ def test_eight_bits_of_srgb_decoded_are_stored_wrongly() -> None:
     assert named(shown(renderer, names=["primitives/sphere", "primitives/cube", "primitives/plane"])) == {
         "too_few_bits"
     }
-
-
-def test_normals_in_ten_bits_are_stored_wrongly() -> None:
-    def renderer(scene: Scene, stages: tuple[Stage, ...]) -> StageImages:
-        images = Analytic().render(scene, stages)
-        images[Stage.NORMAL] = np.round((images[Stage.NORMAL] + 1) / 2 * 1023) / 1023 * 2 - 1
-        return images
-
-    found, searched = causes_of(shown(renderer, names=["primitives/sphere"], staged=True))
-
-    assert [(finding.name, finding.items) for finding in found] == [("too_few_bits", ("IMG-1",))]
-    assert "normal in 10 bits" in found[0].sentence
-    assert not searched.causes
-
-
-def test_objects_in_one_byte_are_stored_wrongly() -> None:
-    evidence = shown(by(MISTAKES["ids_in_8_bits"].variants[1]), names=["meshes/icosphere", "meshes/torus"], staged=True)
-
-    assert any(one.failed for one in evidence)
-    assert named(evidence) == {"ids_in_8_bits"}
 
 
 def test_widened_triangles_are_named() -> None:
@@ -337,27 +296,8 @@ def test_noise_is_no_mistake_of_a_formula() -> None:
     assert named(shown(renderer, names=["primitives/sphere", "primitives/plane", "primitives/cube"])) == {"noise"}
 
 
-def test_one_sentence_a_cause_with_its_items_and_what_has_the_same_pixels() -> None:
-    evidence = shown(by(MISTAKES["left_handed"]))
-    found, searched = causes_of(evidence)
-
-    (entry,) = entries(found, searched, of=9)
-
-    same = {entry["mistake"], *(one["mistake"] for one in entry["alternatives"])}
-    assert same == {"left_handed", "image_mirrored"}
-    assert "CAM-1" in {item for one in (entry, *entry["alternatives"]) for item in one["items"]}
-    assert f"this explains {len(entry['cases'])} of 9 failing cases" in entry["sentence"]
-
-
 def case(name: str, **failing: int) -> Any:
     """Return a case's record in which each configuration fails so many checks."""
     checks = [recorded(configuration=one, verdict="fail") for one, count in failing.items() for _ in range(count)]
     renders = [{"renderer": f"tracer-{one}", "configuration": one} for one in failing]
     return {"name": name, "checks": [*checks, recorded(configuration="float64")], "renders": renders}
-
-
-def test_who_fails_most_is_diagnosed() -> None:
-    several = [case("a/one", float64=1, float32=2), case("a/two", float64=1, float32=1)]
-
-    assert _worst({"cases": several}) == ("tracer-float32", "float32")  # type: ignore[typeddict-item]
-    assert _worst({"cases": [case("a/one")]}) == (None, "")  # type: ignore[typeddict-item]

@@ -7,11 +7,10 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from rayproof.cases.case import BLAMABLE
 from rayproof.cases.families import select
 from rayproof.cases.stages import Stage
 from rayproof.reference.analytic import Analytic
-from rayproof.reports.diagnosis.pages import GAP, LARGER, SPECIFICATION, formulas, listed, page, picture
+from rayproof.reports.diagnosis.pages import GAP, LARGER, listed, page, picture
 from rayproof.reports.mistakes import MISTAKES
 
 STAGES = (Stage.RADIANCE, Stage.NORMAL, Stage.DISTANCE)
@@ -22,10 +21,6 @@ def test_the_page_in_the_documents_is_what_is_declared_now() -> None:
 
     assert written == page(), "write it anew: rayproof list mistakes --pages FOLDER, without pictures"
     assert all(f"* `{name}`: " in written for name in listed())
-
-
-def test_every_item_has_its_right_formula_in_the_specification() -> None:
-    assert set(formulas(SPECIFICATION.read_text(encoding="utf-8"))) == set(BLAMABLE)
 
 
 @pytest.mark.parametrize("name", ["left_handed", "no_pi", "depth_for_distance"])

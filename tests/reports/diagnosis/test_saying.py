@@ -48,17 +48,6 @@ def test_a_mistake_is_said_with_its_item_and_with_what_has_the_same_pixels() -> 
     assert "writes each row of its image from right to left" in entry["sentence"]
 
 
-def test_the_headline_says_the_cause_without_its_other_names() -> None:
-    (entry,) = entries([], searched("left_handed", "image_mirrored"), of=3)
-
-    said = headline(results([entry | {"cases": ["a/b"]}]))
-
-    assert "; the renderer builds a left-handed camera, so" in said
-    assert said.endswith("[CAM-1 view basis and view matrix] in 1 case.")
-    assert "The same pixels" not in said
-    assert "RAD-4" not in said
-
-
 def test_a_case_tells_the_causes_that_explain_it_alone() -> None:
     (entry,) = entries([], searched("left_handed"), of=3)
     entry["cases"] = ["a/b"]
@@ -66,11 +55,6 @@ def test_a_case_tells_the_causes_that_explain_it_alone() -> None:
 
     assert cause_of(told, {"name": "a/b"}) == entry["sentence"]
     assert cause_of(told, {"name": "a/c"}) == ""
-
-
-def test_what_an_unknown_hand_wrote_is_no_cause() -> None:
-    assert causes({"diagnosis": [None, {"sentence": None}, {"mistake": "x"}]}) == []
-    assert cause_of({"diagnosis": "left_handed"}, {"name": "a/b"}) == ""
 
 
 def test_images_that_change_beyond_the_limits_are_one_finding() -> None:

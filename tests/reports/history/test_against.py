@@ -1,20 +1,15 @@
 """Held against an earlier run: what became worse is red, what fails as before is let through and named."""
 
-from pathlib import Path
 from typing import Any
 
 import pytest
-from msgspec.structs import replace
 
-from rayproof.reports.history.database import append
-from rayproof.reports.history.expectations import Expectation, KnownFailures
-from rayproof.reports.history.gating import Base, Demanded, coverage, held, load_base, standing
-from tests.reports.history.test_gating import CHECK, ENTRY, TODAY, as_of, check, run
+from rayproof.reports.history.expectations import KnownFailures
+from rayproof.reports.history.gating import Base, Demanded, coverage, held, standing
+from tests.reports.history.test_gating import ENTRY, TODAY, check, run
 
 FIRST, LAST = "8" + "0" * 15, "0" * 15 + "1"
 WRONG, MORE = (run(check(ratio=float("inf"), examined={"wrong": count})) for count in (400, 11_998))
-AT = {"started": "2026-11-22T00:00:00+00:00", "verdict": "fail"}
-LEDGER = {"planned": 4, "pass": 2, "warn": 0, "fail": 1, "unsupported": 1}
 
 
 def against(earlier: dict[str, Any]) -> Demanded:
@@ -97,35 +92,3 @@ def test_too_little_coverage_is_red_whatever_passes():
     assert found.uncovered == ["3 of 4 cases (75.0 %) were answered, and 76 % are demanded"]
     assert found.red
     assert held({**results, "answered": {}}, Demanded(least_coverage=1)).red
-
-
-def test_the_record_has_every_list_that_keeps_a_gate_shut():
-    stale = replace(ENTRY, checks={"float32 analytic normal": CHECK})
-    old = replace(ENTRY, expires="2026-11-21")
-    less = as_of(ratio=(5.0, 9.0))
-
-    def shut(*entries: Expectation, **more: Any) -> set[str]:
-        record = held(
-            run(check(**more)), Demanded(expected=("known.json", KnownFailures(expected=entries))), today=TODAY
-        ).record()
-        assert set(record) >= {"regressions", "tighten", "stale", "expired", "matched"}
-        assert record["red"] == any(record[key] for key in ("regressions", "tighten", "stale", "expired"))
-        return {key for key in ("regressions", "tighten", "stale", "expired") if record[key]}
-
-    assert shut(ENTRY) == set()
-    assert shut() == {"regressions"}
-    assert shut(ENTRY, stale) == {"stale"}
-    assert shut(ENTRY, old) == {"expired"}
-    assert shut(less) == {"tighten"}
-    assert shut(ENTRY, ratio=float("nan")) == {"regressions"}
-
-
-@pytest.mark.process
-def test_more_wrong_pixels_than_in_a_history_are_red(tmp_path: Path):
-    file = tmp_path / "history.sqlite"
-    append(file, AT | WRONG, "")
-
-    assert held(AT | WRONG, Demanded(against=load_base(file))).worse == []
-    found = held(AT | MORE, Demanded(against=load_base(file)))
-    assert found.worse == ["shadows/one: 11998 wrong pixels, at most 400 in the runs before"]
-    assert held(AT | MORE | {"subject": "another"}, Demanded(against=load_base(file))).worse == []

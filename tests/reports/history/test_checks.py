@@ -37,15 +37,6 @@ def test_a_changed_verdict_comes_before_any_change_of_error() -> None:
     ]
 
 
-def test_a_renamed_configuration_is_compared_under_the_later_name() -> None:
-    before = {"checks": [check("ray", 0.5, configuration="float32/ray=a")]}
-    after = {"checks": [check("ray", 0.25, configuration="float32/ray=b")]}
-
-    (row,) = compared(before, after, {"float32/ray=b": "float32/ray=a"})
-
-    assert (row["configuration"], row["before"], row["after"]) == ("float32/ray=b", ["pass", 0.5], ["pass", 0.25])
-
-
 def test_the_means_of_a_renamed_configuration_are_compared_too() -> None:
     before = {"checks": [check("radiance", 0.5, configuration="float32/ray=a x16")]}
     after = {"checks": [check("radiance", 0.25, configuration="float32/ray=b x16")]}

@@ -3,20 +3,18 @@
 import copy
 import json
 from pathlib import Path
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
 import pytest
 from msgspec.structs import replace
 
 from rayproof.cases.stages import Stage
-from rayproof.reports.history import run_difference as difference
 from rayproof.reports.history.image_difference import write_both, write_folder
-from rayproof.reports.history.run_difference import comparison, moved, names_of, sentence
+from rayproof.reports.history.run_difference import comparison, moved, sentence
 from rayproof.reports.publish import publish_all
 from rayproof.reports.publish.page.comparisons import comparison_front
-from rayproof.reports.results.case_records import CaseRecord, Measurement
-from rayproof.reports.results.case_table import CaseTable
+from rayproof.reports.results.case_records import Measurement
 from rayproof.reports.results.document import load_results, save_results
 from rayproof.reports.results.images import kept_images, read_answers, read_pixels, write_answers, write_pixels
 from rayproof.reports.results.outcomes import Outcome
@@ -122,26 +120,6 @@ def test_two_equal_runs_differ_in_nothing(runs: tuple[Path, Path]) -> None:
     assert sentence(found).startswith("0 of 9 verdicts changed, 0 for the worse; worst errors grew in 0")
 
 
-def test_long_runs_are_told_by_what_moved_alone(
-    runs: tuple[Path, Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    loaded = [load_results(folder) for folder in runs]
-    short = comparison(loaded[0], loaded[1], ("old", "new"))
-    for name, results in zip(("old", "new"), loaded, strict=True):
-        table = CaseTable(tmp_path / name)
-        with table.writing():
-            for place, case in enumerate(results["cases"]):
-                table.keep(case["name"], case, place=place)
-        results["cases"] = cast("list[CaseRecord]", table.cases())  # read one at a time
-    monkeypatch.setattr(difference, "LISTED", 1)
-
-    long = comparison(loaded[0], loaded[1], ("old", "new"))
-
-    assert long == {**short, "rows": [*filter(moved, short["rows"])]}
-    assert 0 < len(long["rows"]) < len(short["rows"])
-    assert sentence(long) == sentence(short)
-
-
 def test_what_all_cases_share_is_no_case_s_own_slowness(runs: tuple[Path, Path]) -> None:
     results = load_results(runs[0])
     slower = copy.deepcopy(results)
@@ -153,33 +131,6 @@ def test_what_all_cases_share_is_no_case_s_own_slowness(runs: tuple[Path, Path])
 
     assert found["time"] == pytest.approx(5)
     assert not any(row["stands_out"] for row in found["rows"])
-
-
-def test_runs_without_a_common_case_cannot_be_compared(runs: tuple[Path, Path]) -> None:
-    results = load_results(runs[0])
-
-    with pytest.raises(ValueError, match="share no case"):
-        comparison(results, results | {"cases": []}, ("a", "b"))
-
-
-def test_images_that_no_run_made_are_left_alone(runs: tuple[Path, Path], tmp_path: Path) -> None:
-    (tmp_path / "images").mkdir()
-    (tmp_path / "images" / "holiday.png").write_bytes(b"")
-    loaded = (load_results(runs[0]), load_results(runs[1]))
-
-    write_folder(tmp_path, runs, loaded, comparison(*loaded, ("old", "new")))
-    stale = tmp_path / "images" / "9999.js"
-    stale.write_text("")
-
-    write_folder(tmp_path, runs, loaded, comparison(*loaded, ("old", "new")))
-
-    assert (tmp_path / "images" / "holiday.png").is_file()
-    assert not stale.exists()
-
-
-def test_folders_of_one_name_are_told_apart(tmp_path: Path) -> None:
-    assert names_of(tmp_path / "a" / "report", tmp_path / "b" / "report") == ("before", "after")
-    assert names_of(tmp_path / "old", tmp_path / "new") == ("old", "new")
 
 
 @pytest.mark.parametrize(
@@ -211,39 +162,4 @@ def test_the_page_shows_the_table_and_both_images(browser: Any, folder: Path) ->
     assert "50 of 1200 pixels differ" in page.locator(".panes").inner_text()
     panel = page.get_by_role("region", name="Before and after")
     assert "4 of 38 checks changed; 50 pixels differ" in panel.inner_text()
-    visit.end()
-
-
-@pytest.mark.browser
-@pytest.mark.parametrize("scheme", ["light", "dark"])
-def test_the_comparison_keeps_nobody_out(browser: Any, folder: Path, scheme: str) -> None:
-    for address in ({}, {"case": "sphere/plain"}):
-        for width in (1280, 390):
-            visit = Visit(browser, folder, color_scheme=scheme, viewport={"width": width, "height": 800})
-            page = visit.open(**address)
-            page.wait_for_selector(".panel")
-            assert visit.barriers() == []
-            assert page.evaluate("document.documentElement.scrollWidth <= innerWidth")
-            visit.end()
-
-
-@pytest.mark.browser
-def test_the_comparison_can_be_used_by_keyboard(browser: Any, folder: Path) -> None:
-    visit = Visit(browser, folder)
-    page = visit.open()
-
-    # To the first link of the table, into its case, through the images of both runs, and back.
-    for _ in range(40):
-        page.keyboard.press("Tab")
-        if page.evaluate("document.activeElement.closest('.comparison td, .comparison th') !== null"):
-            break
-    page.keyboard.press("Enter")
-    page.wait_for_selector(".pane .frame > canvas")
-    assert page.locator("h1 bdi").inner_text() == "sphere/plain"
-    page.keyboard.press("w")
-    page.wait_for_selector("[data-mode=swipe][aria-checked=true]")
-    page.keyboard.press("r")
-    page.wait_for_selector("figcaption:has-text('tracer-float32 over'):not(:has-text('over old: tracer-float32'))")
-    page.keyboard.press("Escape")
-    page.wait_for_selector(".comparison")
     visit.end()

@@ -7,15 +7,8 @@ import numpy as np
 import pytest
 from msgspec.structs import replace
 
-from rayproof.reports.history.expectations import (
-    Expectation,
-    KnownCheck,
-    KnownFailures,
-    entries,
-    load_known,
-    save_known,
-)
-from rayproof.reports.history.gating import Acceptance, GateResult, accepted, gate, pruned
+from rayproof.reports.history.expectations import Expectation, KnownCheck, KnownFailures, load_known, save_known
+from rayproof.reports.history.gating import Acceptance, GateResult, accepted, figures, gate, pruned
 from rayproof.reports.judge.measurement import cells_of
 from rayproof.reports.results.case_records import Check
 from tests.reports.checks import recorded
@@ -50,6 +43,15 @@ def held(results: dict[str, Any], *entries: Expectation) -> GateResult:
 def as_of(**more: Any) -> Expectation:
     """Return the entry with something else about its check."""
     return replace(ENTRY, checks={NAME: replace(CHECK, **more)})
+
+
+def test_the_mean_error_is_the_first_that_there_is_end_to_end_or_continued():
+    def mean(**means: float) -> float:
+        return figures(check(**{name: {"ours": [1.0], "mean_wrong": value} for name, value in means.items()}))[2]
+
+    assert mean(end_to_end=0.0, continued=0.3) == 0.3
+    assert mean(end_to_end=0.2, continued=0.3) == 0.2
+    assert mean(end_to_end=0.0) == 0.0
 
 
 def test_what_fails_as_written_down_passes_and_is_named():
@@ -143,29 +145,6 @@ def test_what_is_accepted_passes_and_what_passes_is_pruned(tmp_path):
     assert done == ["shadows/one (HIT-4): of 2 checks 1 pass now or are gone, 1 fail less and are narrowed"]
     assert not held(better, *left.expected).red
     assert held(results, *left.expected).regressions
-
-
-def test_the_file_has_an_entry_a_cause_with_its_cases_in_short(tmp_path):
-    cases = [
-        {**run(check(), check(stage="normal", ratio=7.0))["cases"][0], "name": f"shadows/{number}", "cause": ["no_pi"]}
-        for number in range(25)
-    ]
-    results = run() | {"cases": [*cases, run(check(), name="other/case")["cases"][0] | {"cause": []}]}
-    known, new, _ = accepted(results, KnownFailures(), Acceptance(reason="1 / pi is left out.", cause="no_pi"))
-    known, more, _ = accepted(results, known, Acceptance(reason="another", cases=("other/case",)))
-    save_known(tmp_path / "known.json", known)
-
-    text = (tmp_path / "known.json").read_text()
-    read = load_known(tmp_path / "known.json", patterns=False)
-    assert (new, more, [len(entry.cases) for entry in entries(read)]) == (50, 1, [25, 1])
-    assert [(entry.cause, entry.reason) for entry in entries(read)] == [
-        ("no_pi", "1 / pi is left out."),
-        (None, "another"),
-    ]
-    assert read == known
-    assert '"float32 analytic": {"distance":[3.0,10,0.0,"' in text.replace(", ", ",")
-    assert len(text) < 25 * 200
-    assert not held(results, *read.expected).red
 
 
 def test_a_number_in_the_file_has_a_tenth_of_room():
@@ -273,36 +252,6 @@ def test_an_entry_that_opens_more_than_it_names_is_refused_unless_it_is_allowed(
     with pytest.raises(ValueError, match="--any allows such entries"):
         load_known(tmp_path / "known.json", patterns=False)
     assert [*load_known(tmp_path / "known.json", patterns=True).expected] == [entry]
-
-
-def test_a_name_with_brackets_means_itself(tmp_path):
-    odd = run(check(), name="file/[a]*")
-    known, *_ = accepted(odd, KnownFailures(), Acceptance(reason="known"))
-    save_known(tmp_path / "known.json", known)
-
-    assert not held(odd, *load_known(tmp_path / "known.json", patterns=False).expected).red
-
-
-@pytest.mark.parametrize(
-    ("text", "named"),
-    [
-        ("{", "no JSON"),
-        ('{"schema": 7, "expected": []}', "schema 1; `rayproof gate accept` writes one"),
-        ('{"schema": 1, "expected": [{"cases": {}}]}', r"missing required field `reason` - at `\$.expected\[0\]`"),
-        ('{"schema": 1, "expected": [{"case": "a"}]}', "unknown field `case`"),
-        ('{"schema": 1, "expected": [7]}', "Expected `object`, got `int`"),
-        (
-            '{"schema": 1, "expected": [{"reason": "b", "cases": {"a": {"checks": {"c d": {"ray": [[2, 1], 5]}}}}}]}',
-            "ratio must begin with the lowest",
-        ),
-        ('{"schema": 1, "expected": [{"reason": "b", "cases": {"a": {"checks": {"c": {"ray": [2, 5]}}}}}]}', "'c ray'"),
-    ],
-)
-def test_a_bad_file_is_told_with_the_entry(tmp_path, text, named):
-    (tmp_path / "known.json").write_text(text)
-
-    with pytest.raises(ValueError, match=named):
-        load_known(tmp_path / "known.json", patterns=True)
 
 
 @pytest.mark.parametrize(

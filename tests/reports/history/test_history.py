@@ -1,6 +1,5 @@
 """The results database: runs go in whole, series come out, and a worse run says so."""
 
-import json
 import sqlite3
 from contextlib import closing
 from pathlib import Path
@@ -9,7 +8,6 @@ from typing import Any
 import pytest
 from msgspec.structs import replace
 
-from rayproof.reports.cli import main
 from rayproof.reports.history.database import LAST, HistoryError, Series, append, opened, read_series, worse
 from tests.reports.checks import recorded
 
@@ -60,6 +58,23 @@ def test_of_a_stages_checks_the_worst_is_kept_with_its_place(tmp_path: Path) -> 
     (points,) = kept(tmp_path / "h.sqlite", [run]).values()
 
     assert [(point.ratio, point.place) for point in points] == [(0.7, "float32 radiance")]
+
+
+def test_the_error_of_a_check_is_the_one_that_decides_it(tmp_path: Path) -> None:
+    run = results(0.2)
+    (check,) = run["cases"][0]["checks"]
+    small, large = ({"worst_error": 1e-7, "worst_ratio": ratio} for ratio in (0.2, 0.7))
+    run["cases"][0]["checks"] = [
+        recorded(
+            configuration="float32", reference="analytic", stage="normal", verdict="pass", ratio=0.7,
+            end_to_end=small, continued=large, examined={"wrong": 0},
+        ),
+        replace(check, ratio=0.5),
+    ]  # fmt: skip
+
+    (points,) = kept(tmp_path / "h.sqlite", [run]).values()
+
+    assert [point.ratio for point in points] == [0.7]
 
 
 def test_each_subject_has_a_history_of_its_own(tmp_path: Path) -> None:
@@ -198,18 +213,6 @@ def test_what_is_no_history_is_refused_and_left_alone(tmp_path: Path) -> None:
     assert [file.read_bytes() for file in (text, foreign, newer)] == before
 
 
-def test_a_name_that_is_no_text_is_kept_as_reports_write_it(tmp_path: Path) -> None:
-    odd = results()
-    odd["command"] = odd["subject"] = odd["cases"][0]["name"] = "file/caf\udce9"
-
-    for _ in range(2):
-        append(tmp_path / "h.sqlite", odd, "")
-    with opened(tmp_path / "h.sqlite") as connection:
-        series = read_series(connection, odd["subject"])
-
-    assert {name: len(points) for name, points in series.items()} == {"file/caf?": 2}
-
-
 def test_a_history_is_made_whole_or_not_at_all(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """As another run sees it that begins at the same moment, and the next one after a run that was killed."""
     path = tmp_path / "h.sqlite"
@@ -248,77 +251,3 @@ def test_a_run_that_cannot_be_kept_whole_is_not_kept(tmp_path: Path) -> None:
     append(path, results(), "")
     with opened(path) as connection:
         assert connection.execute("SELECT count(*) FROM runs").fetchone() == (1,)
-
-
-def test_the_command_shows_and_writes_it(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    path, file = tmp_path / "h.sqlite", tmp_path / "h.json"
-    kept(path, [results(0.2), results(0.2), results(0.5)])
-
-    assert main(["report", "history", "shadows", "--history", str(path), "--json", str(file)]) == 0
-
-    told = capsys.readouterr().out
-    assert "worse than its history: shadows/one: worst error / limit 0.5" in " ".join(told.split())
-    document = json.loads(file.read_text())
-    assert [point["ratio"] for point in document["cases"][0]["points"]] == [0.2, 0.2, 0.5]
-    assert [run["run"] for run in document["runs"]] == [1, 2, 3]
-    assert document["worse"][0]["what"] == "error"
-
-
-def test_the_only_subject_of_a_history_is_shown(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    path = tmp_path / "h.sqlite"
-    append(path, {**results(), "subject": "exec:./mine"}, "")
-
-    assert main(["report", "history", "--history", str(path)]) == 0
-    assert "1 cases over 1 runs of exec:./mine" in capsys.readouterr().out
-
-    append(path, results(), "")
-    assert main(["report", "history", "--history", str(path)]) == 2
-    said = capsys.readouterr().err
-    assert "runs of exec:./mine, tracer: choose one with --subject" in " ".join(said.split())
-    assert said.count("\n") == 1
-    assert main(["report", "history", "--history", str(path), "--subject", "tracer"]) == 0
-    assert "1 cases over 1 runs of tracer" in capsys.readouterr().out
-
-
-@pytest.mark.parametrize(
-    ("arguments", "said"),
-    [
-        (["--history", "nowhere.sqlite"], "nowhere.sqlite: there is no such history"),
-        (["none/such"], "h.sqlite has no case called none/such"),
-        (["--subject", "stranger"], "h.sqlite has no run of stranger, only of tracer"),
-    ],
-)
-def test_what_is_not_there_is_one_line_and_2(
-    arguments: list[str],
-    said: str,
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
-) -> None:
-    monkeypatch.setenv("RAYPROOF_HISTORY", str(tmp_path / "h.sqlite"))
-    append(tmp_path / "h.sqlite", results(), "")
-
-    assert main(["report", "history", *arguments]) == 2
-
-    error = capsys.readouterr().err
-    assert said in error
-    assert error.count("\n") == 1
-
-
-def test_a_history_without_a_run_is_one_line_and_2(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    with opened(tmp_path / "h.sqlite", create=True):
-        pass
-
-    assert main(["report", "history", "--history", str(tmp_path / "h.sqlite")]) == 2
-    assert "h.sqlite has no run of any subject" in capsys.readouterr().err
-
-
-def test_a_row_that_no_run_wrote_is_one_line_and_2(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    append(tmp_path / "h.sqlite", results(), "")
-    with closing(sqlite3.connect(tmp_path / "h.sqlite")) as connection, connection:
-        connection.execute("UPDATE cases SET verdict = 'splendid'")
-
-    assert main(["report", "history", "--history", str(tmp_path / "h.sqlite")]) == 2
-    error = capsys.readouterr().err
-    assert "cannot be used as a history: Invalid enum value 'splendid'" in error
-    assert error.count("\n") == 1

@@ -7,8 +7,7 @@ from typing import Any
 import pytest
 from msgspec.structs import replace
 
-from rayproof.reports.history.run_difference import compare_runs, comparison
-from rayproof.reports.results.case_records import Measurement
+from rayproof.reports.history.run_difference import compare_runs
 from rayproof.reports.results.document import save_results
 from tests.reports.commands.conftest import Rayproof
 from tests.reports.publish.sample import make_folder
@@ -81,36 +80,6 @@ def test_a_family_that_lost_digits_makes_it_mixed_and_is_named_first(tmp_path: P
     assert "verdicts changed; errors grew in f5 (-0.48 digits); worst errors +0." in result["verdict"]
 
 
-def test_few_families_give_no_verdict_and_no_interval(tmp_path: Path, before: Results) -> None:
-    # "Worse, -0.18 [-0.18, -0.18]" was said of one family.
-    results = in_families(before, 5)
-    folders = write(tmp_path / "before", results), write(tmp_path / "after", scaled(results, 2))
-
-    result = compare_runs(*folders)
-
-    assert result["outcome"] == "no difference shown"
-    assert result["digits_interval"] is None
-    assert "-0.30 digits, which fewer than 6 families cannot tell from chance" in result["verdict"]
-
-
-def test_the_largest_change_is_the_one_that_the_report_of_both_names(tmp_path: Path, before: Results) -> None:
-    after = copy.deepcopy(before)
-    case = next(case for case in after["cases"] if len(case["checks"]) > 2)
-    # More digits in one stage, but a larger part of the limit in another.
-    first, second = case["checks"][:2]
-    case["checks"][0] = replace(first, end_to_end=Measurement(worst_error=1e-30))
-    case["checks"][1] = replace(second, ratio=0.9)
-    write(tmp_path / "after", after)
-
-    told = {row["case"]: row["check"] for row in compare_runs(tmp_path / "before", tmp_path / "after")["changed"]}
-    (row, *_) = comparison(before, after, ("before", "after"))["rows"]
-
-    assert row["case"] == case["name"]
-    where = f"{second.name}: error / limit x"
-    assert where.split(":")[0] == f"{row['worst']['configuration']} {row['worst']['reference']} {row['worst']['stage']}"
-    assert told[case["name"]].startswith(where)
-
-
 def test_an_error_that_moved_by_a_hundredth_is_no_difference(tmp_path: Path, before: Results) -> None:
     results = in_families(before, 6)
     folders = write(tmp_path / "before", results), write(tmp_path / "after", scaled(results, 0.99))
@@ -150,10 +119,3 @@ def test_a_changed_verdict_is_named(rayproof: Rayproof, tmp_path: Path, before: 
     assert ended.code == 0
     assert ended.out.startswith("Worse")
     assert f"{passed['name']} pass -> fail" in ended.out
-
-
-def test_a_run_is_compared_with_runs_only(rayproof: Rayproof, tmp_path: Path, before: Results) -> None:
-    ended = rayproof("compare", tmp_path / "before", "sphere/haines")
-
-    assert ended.code == 2
-    assert ended.error.count("\n") == 1

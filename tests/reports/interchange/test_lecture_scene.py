@@ -7,8 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from rayproof.cases.scene import Cube, Mesh, Scene, SceneError, Sphere, Square
-from rayproof.cases.scene_json import load_scene
+from rayproof.cases.scene import Cube, Mesh, Scene, Sphere, Square
 from rayproof.cases.stages import Stage
 from rayproof.reference.analytic import Analytic
 from rayproof.reports.interchange import Imported, ImportOptions, import_scene
@@ -122,31 +121,6 @@ def test_what_has_no_counterpart_is_listed(sentence: str, tmp_path: Path) -> Non
     assert len(dropped) == (2 if "DiffuseAreaLight" in sentence else 1)
 
 
-BROKEN: dict[str, Any] = {
-    "frames must be an array of at least one": lambda d: d.update(frames=[]),
-    r"frames\[0\] lacks the key .scene": lambda d: d["frames"][0].pop("scene"),
-    r"primitives\[1\] lacks the key .shape": lambda d: primitive(d).pop("shape"),
-    r"frames\[0\].scene.camera lacks the key .eye": lambda d: d["frames"][0]["scene"]["camera"].pop("eye"),
-    r"primitives\[1\].transform.scale must be an array of 3": lambda d: primitive(d)["transform"].update(scale=[1, 1]),
-    r"primitives\[1\].material must be a string": lambda d: primitive(d).update(material=7),
-    r"lights\[0\].intensity must be a number": lambda d: lamp(d).update(intensity="2"),
-    r"primitives\[3\]: filename must be a relative path inside.*--allow-folder": lambda d: d["frames"][0]["scene"][
-        "primitives"
-    ][3].update(filename="../pot.obj"),
-}
-
-
-@pytest.mark.parametrize("message", BROKEN)
-def test_a_broken_file_ends_in_one_line(message: str, tmp_path: Path) -> None:
-    document = lecture_scene()
-    BROKEN[message](document)
-
-    with pytest.raises(SceneError, match=f"lecture.json: .*{message}") as caught:
-        read(tmp_path, document)
-
-    assert "\n" not in str(caught.value)
-
-
 def test_a_mesh_lies_in_an_allowed_folder(tmp_path: Path) -> None:
     document = lecture_scene()
     document["frames"][0]["scene"]["primitives"][3]["filename"] = "../meshes/pot.obj"
@@ -157,15 +131,3 @@ def test_a_mesh_lies_in_an_allowed_folder(tmp_path: Path) -> None:
     imported = read(tmp_path / "scenes", document, ImportOptions(allowed=(tmp_path / "meshes",)))
 
     assert isinstance(imported.scene.shapes[3], Mesh)
-
-
-def test_files_of_other_kinds_are_named(tmp_path: Path) -> None:
-    document = lecture_scene()
-    (tmp_path / "lecture.json").write_text(json.dumps(document))
-
-    with pytest.raises(SceneError, match=r"lecture \(CIS 561\); `rayproof import`"):
-        load_scene(tmp_path / "lecture.json")
-    with pytest.raises(SceneError, match="a scene file already; `rayproof run`"):
-        read(tmp_path, {"camera": {}, "shapes": []})
-    with pytest.raises(SceneError, match="no scene of the lecture"):
-        read(tmp_path, [1, 2])

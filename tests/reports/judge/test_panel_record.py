@@ -16,7 +16,7 @@ from rayproof.reports.judge.case import adjudication, judge_case
 from rayproof.reports.judge.oracle import stages_of
 from rayproof.reports.judge.verdict import Judged
 from rayproof.reports.results.outcomes import Outcome
-from tests.reports.judge.scenes import CAMERA, CASE, LIGHT, ORACLE, SCENE, candidate, rounded, truth, witness
+from tests.reports.judge.scenes import CAMERA, CASE, ORACLE, SCENE, candidate, rounded, truth, witness
 
 HEIGHT, WIDTH = CAMERA.height, CAMERA.width
 
@@ -130,17 +130,6 @@ def test_two_references_with_shared_code_cannot_outvote_the_oracle(monkeypatch, 
     assert judged.outcome is (Outcome.FAIL if shared else Outcome.REFERENCE_SUSPECT)
 
 
-def test_who_lacks_a_stage_is_not_compared_there():
-    some = {stage: truth()[stage] for stage in (Stage.OBJECT, Stage.RADIANCE)}
-    rest = {stage: "It cannot." for stage in Stage if stage not in some}
-
-    _, record = heard(candidate(rounded(truth())), [witness(truth()), other(some, "images", unsupported=rest)])
-
-    assert record["normal"]["ratio"][0][2] is None
-    assert record["normal"]["differing"][2][1] is None
-    assert record["radiance"]["ratio"][0][2] <= 1
-
-
 def at_corners(down: int, right: int) -> StageImages:
     """Return the oracle's answers at a corner of each pixel."""
     rows, columns = np.mgrid[:HEIGHT, :WIDTH]
@@ -162,13 +151,6 @@ def test_a_reference_that_samples_corners_is_found_out(down, right, words):
         f"samples each pixel at its {words} corner"
     ]
     assert "off from ray on" in record["radiance"]["why"]
-
-
-def test_a_plain_blunder_is_explained_by_no_convention():
-    _, record = heard(candidate(rounded(truth())), [witness(truth()), other(spoilt(Stage.RADIANCE), "second")])
-
-    assert "Not explained by any of" in record["radiance"]["why"]
-    assert not any(one["explains"] for one in record["radiance"]["conventions"])
 
 
 def seen(scene: Scene) -> tuple[Case, StageImages]:
@@ -200,19 +182,6 @@ def test_a_reference_that_lights_both_sides_is_found_out():
 
     assert record["normal"]["alone"] == "second"
     assert "both sides of every surface" in record["normal"]["why"]
-
-
-def test_a_reference_that_picks_a_light_at_random_is_found_out():
-    scene = replace(SCENE, lights=(LIGHT, PointLight(position=(-2.0, -2.0, 3.0), flux=(50.0, 90.0, 70.0))))
-    case, answers = seen(scene)
-    each = [ORACLE.render(replace(scene, lights=(one,)), [Stage.RADIANCE])[Stage.RADIANCE] for one in scene.lights]
-    picked = np.random.default_rng(1).random((HEIGHT, WIDTH, 1)) < 0.5
-    random = answers | {Stage.RADIANCE: 2 * np.where(picked, *each)}
-
-    _, record = heard(candidate(rounded(answers)), [witness(answers), other(random, "second")], case)
-
-    assert record["radiance"]["alone"] == "second"
-    assert "picks one light at random" in record["radiance"]["why"]
 
 
 class Continuing(Analytic):

@@ -72,13 +72,6 @@ def test_a_stage_that_is_missing_costs_that_stage_and_not_the_case(wrong: Stage 
     assert (found.outcome, found.stage) == expected
 
 
-def test_nothing_at_all_is_unsupported() -> None:
-    found = judged(subject())
-
-    assert found.outcome is Outcome.UNSUPPORTED
-    assert CANNOT in found.reason
-
-
 def test_a_stage_that_is_missing_without_a_word_is_not_passed_over() -> None:
     found = judged(replace(subject(Stage.NORMAL), unsupported={}))
 
@@ -102,14 +95,3 @@ def test_a_run_goes_by_the_cases_that_its_subject_can_do() -> None:
     assert of(records("pass", "unsupported")).verdict(planned=2) is Outcome.UNSUPPORTED
     assert of(records("unsupported")).verdict(planned=1, tracer=False) is Outcome.UNSUPPORTED
     assert of(records("pass")).verdict(planned=2, tracer=False) is Outcome.MISSING
-
-
-def test_the_reason_of_a_lost_stage_is_its_own_and_not_a_declared_ones() -> None:
-    complete = subject(Stage.NORMAL, Stage.RADIANCE)
-    assert complete.answers
-    lost = replace(complete, answers={Stage.NORMAL: complete.answers[Stage.NORMAL]})
-
-    found = judged(lost)
-
-    assert (found.outcome, found.stage) == (Outcome.MISSING, Stage.RADIANCE)
-    assert found.reason == "subject against analytic, radiance: subject gave no radiance"

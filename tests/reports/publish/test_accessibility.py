@@ -4,7 +4,6 @@ import hashlib
 
 import pytest
 
-from rayproof.cases.stages import Stage
 from tests.reports.publish.everything import PAGES
 from tests.reports.publish.visits import VENDOR, Visit
 
@@ -21,7 +20,7 @@ CUT = """() => [...document.querySelectorAll("main, main *")]
     .filter((node) => !node.closest("svg, select, .offscreen, .plot, .ratio-axis"))
     .filter((node) => getComputedStyle(node).display !== "inline" && getComputedStyle(node).textOverflow !== "ellipsis")
     .map((node) => `${node.tagName}.${node.className} ${node.scrollWidth} > ${node.clientWidth}`)"""
-PHONE, DESK, WALL = ({"width": width, "height": height} for width, height in ((390, 844), (1280, 720), (3840, 2160)))
+PHONE, DESK = ({"width": width, "height": height} for width, height in ((390, 844), (1280, 720)))
 # What is wide scrolls on a phone alone; colours differ by scheme.
 SEEN = pytest.mark.parametrize(
     "context", [{"color_scheme": "light", "viewport": DESK}, {"color_scheme": "dark", "viewport": PHONE}],
@@ -55,10 +54,9 @@ def test_axe_finds_nothing_serious_on_any_page(browser, everything, context, nam
     visit.end()
 
 
-@pytest.mark.parametrize("size", [PHONE, DESK, WALL], ids=["phone", "desk", "4K"])
+@pytest.mark.parametrize("size", [PHONE, DESK], ids=["phone", "desk"])
 def test_nothing_overflows_and_nothing_is_cut(browser, published, everything, size):
-    stages = [{"case": "sphere/sheared", "stage": stage.value} for stage in Stage]
-    views = [(published.folder, address) for address in [*VIEWS, *stages]]
+    views = [(published.folder, address) for address in VIEWS]
     views += [(everything, {"page": name}) for name in PAGES]
     for folder, address in views:
         visit = Visit(browser, folder, viewport=size)

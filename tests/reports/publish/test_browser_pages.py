@@ -53,18 +53,6 @@ def test_the_view_is_drawn_and_its_layers_can_be_switched(opened: Any) -> None:
     assert len(np.unique(empty.reshape(-1, 3), axis=0)) < 20
 
 
-def test_the_points_take_the_colours_of_what_is_asked(opened: Any) -> None:
-    page = opened
-    frame = page.frame_locator("iframe")
-
-    before = photographed(page)
-    frame.get_by_label("measure").select_option("digits")
-    assert "digits" in frame.locator(".scale").inner_text()
-    frame.get_by_label("points coloured by").select_option("normal")
-
-    assert (photographed(page) != before).any()
-
-
 def test_a_pixel_shows_its_ray_and_a_point_marks_its_pixel(opened: Any) -> None:
     page = opened
     page.locator("figure canvas, .pane canvas, canvas").first.hover(position={"x": 60, "y": 60})
@@ -109,62 +97,3 @@ def test_without_webgl_the_poster_stays_and_says_why(visit: Visit) -> None:
 
     page.wait_for_selector(".scene :text('This browser offers no WebGL 2')")
     assert page.locator("iframe").count() == 0
-
-
-def test_ladders_are_plotted_with_slopes_and_commands(visit: Visit) -> None:
-    page = visit.open(page="stability", slot="sphere")
-    page.wait_for_selector(".plot[data-drawn]")
-
-    assert page.locator("h1").inner_text() == "1 ladder, 2 climbs, 0 known failures, 1 surprise"
-    assert "1.0e+6" in page.locator(".breakpoints").inner_text()
-    page.get_by_text("slopes and breakpoints").click()
-    assert "1.02 [1, 1.1]" in page.locator(".ladder table").inner_text()
-    point = page.locator(".plot .points path").first.bounding_box()
-    page.mouse.move(point["x"] + point["width"] / 2, point["y"] + point["height"] / 2)
-    page.wait_for_timeout(200)
-    page.mouse.click(point["x"] + point["width"] / 2, point["y"] + point["height"] / 2)
-    page.wait_for_selector(".ladder [role=status] code")
-    command = page.locator(".ladder [role=status] code").inner_text()
-    assert command.startswith("rayproof stability")
-    assert command.endswith(" SPH-FAR --precision float32")
-
-
-def test_a_hostile_name_is_text_in_plots_too(visit: Visit) -> None:
-    page = visit.open(page="stability", slot="sphere")
-    page.wait_for_selector(".plot[data-drawn]")
-
-    assert page.locator(".plot a").count() == 0
-    assert "<b>" in page.locator(".breakpoints").inner_text()
-
-
-def test_error_against_time_is_plotted_and_its_points_say_where_they_come_from(visit: Visit) -> None:
-    page = visit.open(page="tradeoff")
-    page.wait_for_selector(".plot[data-drawn]")
-
-    page.get_by_text("numbers", exact=True).click()
-    page.get_by_role("button", name="haines, float32").click()
-
-    assert "3.9 ns [1.9, 4.2] by kernel times" in page.locator(".ladder [role=status]").inner_text()
-    assert page.get_by_role("link", name="cases of sphere").get_attribute("href") == "#family=sphere"
-    assert page.locator(".ladder [role=status] code").inner_text() == "rayproof tradeoff sphere"
-
-
-def test_references_tell_versions_settings_notes_and_who_is_absent(visit: Visit) -> None:
-    page = visit.open(page="references")
-
-    text = page.get_by_role("region", name="References").inner_text()
-    for expected in (
-        "numpy <b>2</b>",
-        "ray epsilon",
-        "0.001 m",
-        "a disc for a plane (2 cases",
-        "It is under test.",
-        "cannot answer",
-    ):
-        assert expected in text
-    assert "drjit" in page.get_by_role("region", name="Environment").inner_text()
-    findings = page.get_by_role("region", name="Findings")
-    assert findings.locator("tbody tr").count() == 2
-    assert "normal, radiance" in findings.inner_text()
-    assert findings.locator("code").inner_text() == "rayproof run 'examples/findings/<b>.json'"
-    assert findings.get_by_role("link", name="sphere/plain").count() == 1

@@ -7,7 +7,6 @@ from msgspec import convert
 from msgspec.structs import replace
 
 from rayproof.reports.publish.page.page import publish
-from rayproof.reports.publish.summaries import publish_summary
 from rayproof.reports.results.case_records import Bias, Examined
 from rayproof.reports.results.headline import examined_line, headline, no_say, remarks
 from rayproof.reports.results.outcomes import Outcome
@@ -76,41 +75,6 @@ def test_a_run_that_lost_a_reference_on_the_way_does_not_say_that_all_was_checke
         silent,
     ]
     assert remarks(run | late) == ["A time limit stopped Radiance (rtrace) in a/b.", f"{silent}."]
-
-
-def test_the_headline_says_that_the_panel_lost_a_member_and_why():
-    counts = {"planned": 6, **dict.fromkeys((outcome.value for outcome in Outcome), 0)}
-    cases = [f"primitives/{shape}" for shape in ("cube", "mesh", "sphere")]
-    run = {
-        "summary": counts | {"planned": 4, "pass": 3, "missing": 1},
-        "checks": counts | {"pass": 3, "undecided": 3},
-        "cases": [],
-        "abstained": {
-            "radiance": dict.fromkeys(cases, "Radiance is not installed; pip install pyradiance."),
-            "mitsuba_scalar": {cases[0]: "a crash"},
-        },
-    }
-    lost = "The panel lost Radiance (rtrace): Radiance is not installed; pip install pyradiance"
-
-    assert headline(run).endswith(f"; t{lost[1:]}.")
-    assert no_say(run) == [lost, "mitsuba_scalar had no say in primitives/cube, where it was asked: a crash"]
-
-
-def test_the_summary_says_so_too(tmp_path):
-    results = told(make_folder(tmp_path))
-
-    (path,) = publish_summary(tmp_path, results)
-
-    text = path.read_text()
-    assert "4,300,000 strictly" in text
-    assert "had no say in lights/acne and 1 more, where it was asked" in text
-    assert FACTOR in text.splitlines()[0].replace("\\", "")
-
-
-def test_the_summary_cuts_off_no_kind_of_pixels(tmp_path):
-    (path,) = publish_summary(tmp_path, told(make_folder(tmp_path)) | {"examined": dict.fromkeys(LEDGER, 123_456_789)})
-
-    assert "123,456,789 not examined." in path.read_text()
 
 
 @pytest.mark.browser

@@ -25,59 +25,6 @@ def test_the_first_screen_says_verdict_totals_and_coverage(visit):
     assert page.locator(".shout").count() == 0
 
 
-def test_only_what_is_blamed_is_red_in_the_coverage(visit):
-    page = visit.open()
-
-    row = page.locator(".coverage tbody tr")
-    assert [row.nth(i).locator("th").inner_text() for i in range(29) if row.nth(i).locator(".v-fail").count()] == [
-        "NRM-3",
-        "LIT-5",
-        "RAD-4",
-    ]
-
-
-def test_a_run_that_passes_shows_a_contact_sheet_first_and_a_key_changes_its_stage(browser, tmp_path):
-    results = make_folder(tmp_path, extra_cases=3)
-    publish(tmp_path, results_of([case for case in results["cases"] if case["verdict"] in ("pass", "warn")]))
-    visit = Visit(browser, tmp_path, viewport={"width": 1280, "height": 720})
-    page = visit.open()
-    pictures = """() => Array.from(document.querySelectorAll('.sheet canvas'), (canvas) => canvas.toDataURL())"""
-
-    page.wait_for_selector(".sheet[data-painted=radiance]")
-    assert page.locator(".sheet a").first.inner_text().split()[-1] == "plane/tilted"
-    assert page.locator(".sheet a").count() == 5
-    box = page.locator(".sheet").bounding_box()
-    assert box["y"] + box["height"] < 720
-    radiance = page.evaluate(pictures)
-    page.keyboard.press("[")
-    page.keyboard.press("[")
-    page.wait_for_selector(".sheet[data-painted=irradiance]")
-    assert all(a != b for a, b in zip(radiance, page.evaluate(pictures), strict=True))
-    page.locator(".sheet a").first.click()
-    page.wait_for_selector("#tab-irradiance[aria-selected=true]")
-    visit.end()
-
-
-def test_what_differs_is_seen_at_once_the_worst_first_and_by_what_is_wrong(browser, tmp_path):
-    make_folder(tmp_path)
-    publish_all(tmp_path)
-    visit = Visit(browser, tmp_path)  # of its own: another test publishes the shared one again, without small pictures
-    page = visit.open()
-
-    first, *others = page.locator(".differences img").all()
-    assert page.locator(".differences figcaption").inner_text().startswith("The worst: ")
-    assert first.get_attribute("alt").split(":")[0] == page.locator(".differences figcaption a").inner_text()
-    page.wait_for_function(
-        "[...document.querySelectorAll('.differences img')].every(i => i.complete && i.naturalWidth > 100)"
-    )
-    assert len(others) == page.locator(".thumbnails a").count() >= 2
-    headings = page.locator(".differences h3").all_inner_texts()
-    assert len(headings) == len(set(headings)) >= 2
-    page.locator(".thumbnails a").first.click()
-    page.wait_for_selector("main.case")
-    visit.end()
-
-
 def test_filters_narrow_the_list_and_live_in_the_address(visit):
     page = visit.open()
 
@@ -96,13 +43,6 @@ def test_filters_narrow_the_list_and_live_in_the_address(visit):
     assert visit.names() == ["lights/acne"]
 
 
-def test_family_and_stage_filters(visit):
-    visit.open(family="mesh")
-    assert sorted(visit.names()) == ["mesh/crash", "mesh/empty", "mesh/huge"]
-    visit.open(stage="camera", verdict="warn")
-    assert visit.names() == ["plane/tilted"]
-
-
 def test_columns_sort_and_the_order_lives_in_the_address(visit):
     page = visit.open()
 
@@ -116,57 +56,6 @@ def test_columns_sort_and_the_order_lives_in_the_address(visit):
     assert visit.names()[0] == "lights/broken"
     page.reload()
     assert page.locator("th[aria-sort=descending]").inner_text().startswith("error / limit")
-
-
-def test_the_matrix_has_a_column_per_reference_or_per_configuration(visit):
-    page = visit.open()
-    assert page.locator(".cases thead th.matrix").all_inner_texts() == ["analytic", "mitsuba_scalar"]
-    row = page.locator(".cases tbody tr", has_text="sphere/sheared")
-    assert "fail" in row.locator("td.matrix").first.inner_text()
-
-    page.get_by_label("columns").select_option("ours")
-
-    assert page.locator(".cases thead th.matrix").all_inner_texts() == ["float32", "float64"]
-    page.get_by_title("sort by float32", exact=True).click()
-    assert visit.names()[0] == "lights/broken"
-
-
-def test_totals_stand_once_on_the_first_screen(browser, published):
-    visit = Visit(browser, published.folder, viewport={"width": 1280, "height": 900})
-    page = visit.open()
-
-    screen = page.evaluate("""() => [...document.querySelectorAll("main *")].filter((node) => !node.children.length
-        && node.getBoundingClientRect().top < innerHeight).map((node) => node.textContent).join("\\n")""")
-
-    assert screen.count("9 cases") == 1
-    assert "planned" not in screen
-    assert page.get_by_role("region", name="Totals").count() == 1
-    visit.end()
-
-
-def test_the_keyboard_searches_walks_and_opens(visit):
-    page = visit.open()
-
-    page.keyboard.press("/")
-    page.keyboard.type("sphere")
-    page.keyboard.press("Escape")
-    assert len(visit.names()) == 9
-    page.locator("h1").click()
-    page.keyboard.press("j")
-    page.keyboard.press("j")
-    assert page.evaluate("document.activeElement.textContent") == visit.names()[1]
-    page.keyboard.press("Enter")
-    page.wait_for_selector(".case")
-
-
-def test_what_was_slow_names_cases_and_renderers(visit):
-    page = visit.open()
-
-    page.get_by_text("What was slow").click()
-
-    slow = page.locator("details[open]", has_text="What was slow").inner_text()
-    assert "sphere/plain" in slow
-    assert "tracer-float64" in slow
 
 
 def test_a_thousand_cases_are_a_window_of_rows(browser, tmp_path):
@@ -226,54 +115,6 @@ def test_one_row_a_cause_with_its_cases_and_the_rest_by_what_may_be_to_blame(bro
     assert any("LIT-3 (against acne: a minimum t) or LIT-5 (" in row and "lights/acne" in row for row in rows)
     page = visit.open(case="lights/acne")
     assert "LIT-1 (by mesh/empty: visibility)" in page.locator("main").inner_text()
-    visit.end()
-
-
-def test_what_failed_is_in_sight_on_a_telephone(browser, tmp_path):
-    publish(tmp_path, make_folder(tmp_path))
-    visit = Visit(browser, tmp_path, viewport={"width": 390, "height": 844})
-
-    page = visit.open()
-
-    for cell in page.locator(".ledger tbody td:visible").all():
-        box = cell.bounding_box()
-        assert box is not None
-        assert box["x"] + box["width"] <= 390
-    assert page.locator('.ledger td[data-word="fail"]:visible').count() == 2
-
-
-@pytest.mark.parametrize("name", ["stability", "tradeoff"])
-def test_the_tabs_of_studies_are_there_and_name_the_commands_that_fill_them(visit, name):
-    page = visit.open()
-    tabs = ["Cases", "Stability", "Error against time", "References", "Terms"]
-    assert page.locator("nav.pages a").all_inner_texts() == tabs
-
-    page = visit.open(page=name)
-
-    command = f"rayproof {name} --quick --out FOLDER && rayproof report FOLDER"
-    assert page.locator(".command code").all_inner_texts() == [command]
-
-
-def test_a_run_shows_its_own_errors_against_times(browser, tmp_path):
-    results = make_folder(tmp_path)
-    case = next(case for case in results["cases"] if case["name"] == "sphere/plain")
-    case["renders"][0] |= {"configuration": "float32", "kernels": 0.0002, "launches": 3}
-    case["renders"][1] |= {"configuration": "float64", "cached": True}
-    case["renders"][2] |= {"cached": True}
-    publish_all(tmp_path, results)
-    visit = Visit(browser, tmp_path)
-    page = visit.open(page="tradeoff")
-
-    page.wait_for_selector(".plot[data-drawn]")
-    own = page.get_by_role("region", name="Error against time of this run")
-    assert own.locator(".plot .points path").count() == 1  # by the reference against which it does worst
-    rows = [row.split() for row in own.locator("tbody tr").all_inner_texts()]
-    cache, scalar = ["from", "the", "cache"], ["120"]
-    assert sorted(row[2:3] + row[4:] for row in rows) == [
-        ["analytic", "0.21", "0.2", "3", *cache], ["mitsuba_scalar", "0.21", "0.2", "3", *scalar],
-    ]  # fmt: skip
-    page.get_by_label("reference", exact=True).select_option("analytic")
-    assert own.locator("tbody tr").count() == 1
     visit.end()
 
 

@@ -177,13 +177,6 @@ def test_pixels_are_unpacked_bit_for_bit_by_every_prediction(run, tmp_path: Path
             assert np.array_equal(np.array(found[name][stage], np.uint32), expected.view(np.uint32).reshape(-1))
 
 
-def test_colour_maps_grow_lighter_so_that_they_read_without_colour(run):
-    for name in ("viridis", "cividis", "grey"):
-        colours = np.array(run("(n) => Array.from({ length: 64 }, (_, i) => rayproof.mapped(n, i / 63))", name)) / 255
-        linear = np.where(colours <= 0.04045, colours / 12.92, ((colours + 0.055) / 1.055) ** 2.4)
-        assert np.all(np.diff(linear @ [0.2126, 0.7152, 0.0722]) > 0), name
-
-
 def test_filters_combine_and_every_order_is_total(run):
     row = {"stresses": "", "stages": ["normal"], "cells": {"a": ["fail", 1, 2, "inf", 0]}, "family": "f", "reason": ""}
     rows = [
@@ -222,15 +215,3 @@ def test_settings_read_whatever_an_address_says(run):
     odd = settings("#at=-1,2&metric=__proto__&exposure=1e99&low=-1&high=x&zoom=NaN&channel=0.6")
     assert (odd["pixel"], odd["metric"], odd["exposure"]) == (None, "absolute", 20)
     assert (odd["low"], odd["high"], odd["zoom"], odd["channel"]) == (None, None, 1, 1)
-
-
-def test_a_check_that_came_to_nothing_has_no_bar(run):
-    common = {"configuration": "exec", "reference": "analytic", "stage": "camera", "reason": "", "because": ""}
-    checks = [
-        common | {"verdict": "error", "ratio": 0.0, "end_to_end": None, "continued": None},
-        common | {"verdict": "pass", "ratio": 0.25, "end_to_end": None, "continued": None},
-    ]
-    code = """(checks) => [...rayproof.checkTable(checks, {}).querySelectorAll("tbody tr:not(.derivation)")]
-        .map((row) => row.cells[3].textContent)"""
-
-    assert run(code, checks) == ["\u2013", "0.25"]

@@ -6,7 +6,7 @@ import pytest
 
 from rayproof.reports.publish import PUBLISHERS, publish_all
 from rayproof.reports.results.document import save_results
-from rayproof.reports.results.headline import headline, shouts
+from rayproof.reports.results.headline import shouts
 from tests.reports.publish.sample import make_folder, results_of
 
 
@@ -28,10 +28,6 @@ def test_planted_faults_stand_on_the_first_line(tmp_path, name):
     assert "flipped" in first
 
 
-def test_a_run_without_faults_shouts_nothing(published):
-    assert shouts(published.results) == []
-
-
 def test_a_ledger_that_does_not_add_up_and_an_unfinished_run_are_shouted():
     results = results_of([])
     results["finished"] = False
@@ -41,22 +37,6 @@ def test_a_ledger_that_does_not_add_up_and_an_unfinished_run_are_shouted():
 
     assert "UNFINISHED" in loud
     assert "7 checks planned, 0 have a verdict" in loud
-
-
-def test_the_headline_counts_and_blames(published):
-    assert headline(published.results).startswith("9 cases: 3 fail, 1 error, 1 reference suspect, 1 missing")
-    assert "normal NRM-3" in headline(published.results)
-
-
-def test_the_headline_names_who_was_under_test_if_not_the_tracer(published):
-    usual = headline(published.results | {"subject": "tracer"})
-
-    assert headline(published.results | {"subject": "radiance"}) == f"radiance: {usual}"
-    assert usual == headline(published.results)
-
-
-def test_nothing_measured_is_not_a_pass():
-    assert headline(results_of([])) == "Nothing was measured."
 
 
 def test_publishing_again_removes_the_data_of_cases_that_are_gone(tmp_path):

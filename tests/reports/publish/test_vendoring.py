@@ -27,18 +27,3 @@ def test_the_viewer_is_the_installed_one_with_the_cuts() -> None:
     page = files("trame_vtk").joinpath("tools", "static_viewer.html").read_text(encoding="utf-8")
 
     assert vtk_viewer(page) == (VENDOR / "vtk-viewer.js").read_text(encoding="utf-8")
-
-
-def test_the_viewer_asks_for_nothing_and_stays_silent() -> None:
-    viewer = (VENDOR / "vtk-viewer.js").read_text(encoding="utf-8")
-
-    assert "favicon" not in viewer
-    assert "image/jpeg;base64,/" not in viewer
-    assert "loadDataSet" not in viewer
-
-
-def test_another_page_is_refused_and_named() -> None:
-    with pytest.raises(ValueError, match="no module script"):
-        vtk_viewer("<html>404</html>")
-    with pytest.raises(ValueError, match="found 0 times"):
-        vtk_viewer('<script type="module">let a;</script>')

@@ -21,7 +21,7 @@ from rayproof.reports.publish import publish_all
 from rayproof.reports.publish.page.case_data import SCRIPTS, digests_in_one, page, page_in_one, vendored
 from rayproof.reports.publish.page.case_data import view_of as shown_of
 from rayproof.reports.publish.scene3d import stills
-from rayproof.reports.publish.scene3d.parts import ball, chosen_hits, look, shares_of, view_of
+from rayproof.reports.publish.scene3d.parts import ball, look, view_of
 from rayproof.reports.results.document import save_results
 from tests.reports.publish.modules import REVIVE, image
 from tests.reports.publish.sample import SCENE, answers, make_folder
@@ -109,36 +109,6 @@ def test_the_page_makes_the_parts_of_the_stills(run: Any, scene: Scene, blamed: 
         assert (mine["normals"] is None) == (part.normals is None)
         if part.normals is not None:
             np.testing.assert_allclose(mine["normals"], part.normals.ravel(), rtol=2**-23, atol=1e-12)
-
-
-@pytest.mark.browser
-def test_exact_and_undefined_errors_are_told_apart(run: Any) -> None:
-    theirs = np.ones((1, 4, 3), np.float32)
-    ours = np.array([[[1, 1, 1], [1, 1.5, 1], [1, np.nan, 1], [1, 1, np.inf]]], np.float32)
-    code = f"""([a, b]) => {{ {REVIVE}
-        const {{ error, digits }} = rayproof.pointErrors(revive(a), revive(b), [0, 1, 2, 3]);
-        return [error, digits].map((values) => Array.from(values, String)); }}"""
-
-    error, digits = run(code, [image(ours), image(theirs)])
-
-    assert [float(value) for value in error[:2]] == [-np.inf, pytest.approx(np.log10(0.5))]
-    assert [float(value) for value in digits[:2]] == [np.inf, pytest.approx(-np.log10(0.5))]
-    assert error[2:] == digits[2:] == ["NaN", "NaN"]
-    shares, limits = shares_of(np.array([float(value) for value in error]))
-    assert shares.tolist() == [0.0, 0.0, 1.0, 1.0]
-    assert limits == (pytest.approx(np.log10(0.5)),) * 2
-
-
-def test_the_worst_pixels_are_among_the_points() -> None:
-    ours = answers(width=80, height=60)
-    error = np.zeros((60, 80))
-    row, column = np.argwhere(ours[Stage.OBJECT][..., 0] >= 0)[1234]
-    error[row, column] = 1.0
-
-    hits = chosen_hits(ours, error)
-
-    assert hits is not None
-    assert (row, column) in set(zip(hits.rows.tolist(), hits.columns.tolist(), strict=True))
 
 
 @pytest.mark.parametrize(
@@ -233,24 +203,3 @@ def test_the_view_shows_what_the_still_shows(visit: Visit, drawn: Path, kind: st
         here, there = (np.abs(both - color).max(axis=-1) < 12).sum(axis=(1, 2))
         assert here == pytest.approx(there, rel=0.3)
         assert here > 30
-
-
-@pytest.mark.browser
-def test_a_view_of_ten_thousand_points_opens(browser: Any, drawn: Path) -> None:
-    text = (drawn / "index.html").read_text()
-    assert '"points":1000,' in text
-    (drawn / "many.html").write_text(text.replace('"points":1000,', '"points":10000,'))
-    visit = Visit(browser, drawn, file="many.html")
-    page = visit.open(case=CASES["mesh"])
-
-    page.get_by_role("button", name="open in 3-D").click()
-    page.wait_for_selector("iframe[data-drawn]")
-    frame = page.frame_locator("iframe")
-    box, tip = page.locator("iframe").bounding_box(), frame.locator("#tip")
-    for step in range(200):
-        page.mouse.move(box["x"] + 280 + step * 3, box["y"] + box["height"] * 0.55)
-        if tip.is_visible():
-            break
-
-    assert tip.inner_text().startswith("column ")
-    visit.end()

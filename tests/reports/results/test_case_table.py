@@ -1,11 +1,10 @@
 """A run whose records lie in results.sqlite publishes what the same records in memory do, whatever stays in memory."""
 
 import shutil
-from xml.etree import ElementTree
 
 import pytest
 
-from rayproof.reports.publish import PUBLISHERS, junit, publish_all
+from rayproof.reports.publish import publish_all
 from rayproof.reports.results import case_table, document
 from rayproof.reports.results.case_table import NAME, Cases, CaseTable, amend, named
 from rayproof.reports.results.document import ResultsError, load_results, save_results, write_results
@@ -60,20 +59,6 @@ def test_what_is_found_out_later_lies_over_the_record(stored):
     assert (case["item"], case["cause"]) == ("NRM-1", ["normals/flipped"])
     assert named(results["cases"], "sphere/sheared") == case
     assert case["checks"]
-
-
-def test_of_a_long_run_what_did_not_pass_is_listed_and_the_rest_counted(stored, monkeypatch):
-    monkeypatch.setattr(junit, "MOST_LISTED", 8)
-    results = load_results(stored)
-
-    PUBLISHERS["junit"](stored, results)
-
-    root = ElementTree.parse(stored / "junit.xml").getroot()
-    assert root.get("tests") == "9"
-    assert sum(int(suite.get("tests") or 0) for suite in root) == 9
-    assert len(list(root.iter("testcase"))) == 7
-    said = [one.get("value") for one in root.iter("property") if one.get("name") == "left out"]
-    assert said == ["2 cases that passed or warned are counted and not listed, since the run has more than 8."]
 
 
 def test_a_run_that_did_not_end_and_a_damaged_file_are_told_in_a_line(stored):

@@ -110,13 +110,3 @@ def test_a_matrix_is_written_by_its_half_only_where_nobody_differs_and_it_is_sym
     assert written[2] == panels[2]
     for panel in panels:
         assert there_and_back(results_of(adjudication={"ray": panel})) == results_of(adjudication={"ray": panel})
-
-
-def test_a_place_beyond_the_table_says_nothing_rather_than_fail():
-    stages = {"ray": {"because": 7}, "normal": {"because": -1}}
-    group = {"configuration": "float32", "reference": "analytic", "stages": stages}
-    damaged = {"derivations": ["a"], "cases": [{"width": 4, "height": 3, "checks": [group]}]}
-
-    expand(damaged)
-
-    assert [check.because for check in damaged["cases"][0]["checks"]] == ["", ""]

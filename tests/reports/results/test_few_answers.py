@@ -8,7 +8,7 @@ from rich.console import Console
 
 from rayproof.reports.history.expectations import KnownFailures
 from rayproof.reports.history.gating import Demanded
-from rayproof.reports.results.headline import few_answers, headline, last_line
+from rayproof.reports.results.headline import few_answers
 from rayproof.reports.results.outcomes import Outcome
 from rayproof.reports.run.options import RunOptions
 from rayproof.reports.run.suite import code_of, least_coverage
@@ -76,11 +76,3 @@ def test_few_answers_end_with_exit_code_3(outcomes, answered: int, least, demand
 
     assert found == code
     assert bool(few_answers(results)) == (code == 3)
-
-
-def test_that_few_were_answered_comes_first() -> None:
-    _, results = run(FEW, 1, options(None))
-
-    assert few_answers(results) == ["few answers: 1 of 6 cases answered, and 50 % are asked for"]
-    assert headline(results).startswith("Few answers: 1 of 6 cases answered, and 50 % are asked for. ")
-    assert last_line(results).startswith("few answers: 1 of 6 cases answered")

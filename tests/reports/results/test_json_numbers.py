@@ -19,10 +19,6 @@ def test_what_json_lacks_becomes_strings(indent):
     assert json.loads(as_json(ODD, indent=indent), parse_constant=pytest.fail) == expected
 
 
-def test_what_json_has_is_written_as_it_is_and_short():
-    assert as_json({"a": [1, 2.5, None], "b": "x"}) == '{"a":[1,2.5,null],"b":"x"}'
-
-
 @pytest.mark.parametrize(
     ("value", "expected"),
     [

@@ -41,14 +41,6 @@ def test_rays_are_foretold_by_the_camera(own):
     assert np.allclose(through(rays, 30, 40), own[Stage.RAY], atol=2**-23)
 
 
-@pytest.mark.parametrize(
-    "camera",
-    [None, {}, {"eye": "x"}, SCENE["camera"] | {"target": SCENE["camera"]["eye"]}, SCENE["camera"] | {"up": 3}],
-)
-def test_a_camera_without_a_view_foretells_nothing(camera):
-    assert pinhole(camera) is None
-
-
 def test_hit_points_are_foretold_by_the_ray_and_misses_by_0(own):
     foretold = along(own[Stage.RAY], own[Stage.DISTANCE], EYE)
 
@@ -80,23 +72,6 @@ def test_irradiance_is_foretold_by_the_lights(own):
     # Of hit points, normals and E that are rounded to float32.
     assert np.allclose(foretold, own[Stage.IRRADIANCE], rtol=1e-4, atol=1e-6)
     assert (foretold > 0).mean() > 0.2
-
-
-@pytest.mark.parametrize(
-    "wrong", [{"shading": "simplified"}, {"lights": 3}, {"lights": [{"position": [1], "flux": [1]}]}]
-)
-def test_lights_that_are_not_known_foretell_nothing(wrong):
-    assert intensities(SCENE | wrong) is None
-
-
-def test_without_objects_or_with_indices_that_are_no_numbers_nothing_breaks(own):
-    own[Stage.OBJECT] = np.full_like(own[Stage.OBJECT], np.nan)
-    own[Stage.IRRADIANCE] = np.full_like(own[Stage.IRRADIANCE], np.inf)
-
-    (*_, (how, foretold)) = predictions(Stage.EXITANCE, own, None, (0, 0, 0))
-
-    assert how["by"] == "factors"
-    assert np.isfinite(foretold).all()
 
 
 @pytest.mark.parametrize("seed", range(20))

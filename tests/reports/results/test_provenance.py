@@ -9,7 +9,7 @@ import pytest
 from rayproof.cases.families import select
 from rayproof.cases.scene_json import save_scene
 from rayproof.reports.results import provenance
-from rayproof.reports.results.provenance import caption, differences, origin, without_values
+from rayproof.reports.results.provenance import caption, differences, origin
 from tests.conftest import GIT
 from tests.reports.commands.conftest import Rayproof
 
@@ -50,21 +50,6 @@ def test_numbers_between_their_bounds_are_equal_within_limits_and_words_never() 
     assert differences(before, {"a": before["a"], "c": before["c"]}) == (False, ["b: not there now"])
 
 
-def test_values_of_the_environment_are_never_kept() -> None:
-    words = ["run", "--env", "TOKEN=secret", "--env=KEY=secret", "--env", "NAME", "--formula", "sphere=a.py:b"]
-
-    assert without_values(words) == [
-        "run",
-        "--env",
-        "TOKEN",
-        "--env=KEY",
-        "--env",
-        "NAME",
-        "--formula",
-        "sphere=a.py:b",
-    ]
-
-
 @pytest.mark.process
 def test_the_commit_is_that_of_this_checkout(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(provenance, "git", GIT)
@@ -96,67 +81,3 @@ def test_a_comparison_is_computed_again_from_its_folder_alone(rayproof: Rayproof
     assert set(kept["files"]) == {"0/mine.py", "0/factor.py", "1/scene.json"}
     assert all(digest in told.out for digest in [*kept["files"].values(), kept["result"]])
     assert "compare: equal, 2 results" in again.out
-
-
-@pytest.mark.process
-def test_what_differs_is_named_and_a_changed_input_is_not_executed(rayproof: Rayproof, folder: Path) -> None:
-    assert (
-        rayproof(
-            "stability",
-            "sphere=mine.py:hit",
-            "SPH-TAN",
-            "--quick",
-            "--precision",
-            "float32",
-            "--out",
-            "kept",
-        ).code
-        == 0
-    )
-    record = folder / "kept" / "stability" / "SPH-TAN.json"
-    document = json.loads(record.read_text())
-    climb = next(one for one in document["climbs"] if one["formula"] == "sphere=mine.py:hit")
-    climb["slope"] += 7.0
-    climb["slope_interval"] = [7.0, 8.0]
-    record.write_text(json.dumps(document))
-
-    differs = rayproof("report", "reproduce", "kept", "--trust")
-    source = folder / "kept" / "origin" / "stability" / "0" / "mine.py"
-    source.write_text("raise SystemExit('executed')\n")
-    changed = rayproof("report", "reproduce", "kept", "--trust")
-
-    assert differs.code == 1
-    assert "stability: 1 of 2 results differ" in differs.out
-    assert "SPH-TAN sphere=mine.py:hit float32: " in differs.out
-    assert changed.code == 2
-    assert "mine.py is not what it was" in changed.error
-    assert rayproof("report", "reproduce", folder).code == 2
-
-
-@pytest.mark.process
-@pytest.mark.references
-def test_a_run_is_computed_again_too_and_holds_no_value_of_a_variable(
-    rayproof: Rayproof, folder: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setenv("RAYPROOF_SECRET", "tO0k3n")
-    options = (
-        "--formula",
-        "sphere=./mine.py:hit",
-        "--configuration",
-        "float32",
-        "--jobs",
-        1,
-        "--out",
-        "kept",
-        "--no-cache",
-    )
-    assert rayproof("run", "scene.json", *options).code == 0
-
-    again = rayproof("report", "reproduce", "kept", "--trust")
-
-    assert again.code == 0, again.error
-    assert "run: equal, " in again.out
-    kept = json.loads((folder / "kept" / "origin" / "run" / "origin.json").read_text())
-    assert set(kept["files"]) == {"0/scene.json", "1/mine.py", "1/factor.py"}
-    for file in (folder / "kept").rglob("*"):
-        assert not file.is_file() or b"tO0k3n" not in file.read_bytes()

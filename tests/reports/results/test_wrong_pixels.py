@@ -4,7 +4,7 @@ from typing import Any
 
 import pytest
 
-from rayproof.reports.results.wrong_pixels import plain_reason, stated_reason, wrong_pixels
+from rayproof.reports.results.wrong_pixels import wrong_pixels
 from tests.reports.checks import recorded
 
 FAILS = {"verdict": "fail", "stage": "irradiance", "configuration": "float32", "reference": "radiance", "ratio": "inf"}
@@ -48,22 +48,3 @@ def test_of_several_checks_the_one_with_the_most_wrong_pixels_decides() -> None:
 
     assert wrong_pixels(case(FAILS | few, FAILS | many)).startswith("60 of 64")
     assert wrong_pixels(case(FAILS | many, verdict="pass")) == ""
-
-
-@pytest.mark.parametrize("times", ["inf", "nan", "3.47e+47", "72900"])
-def test_no_reason_says_how_many_times_a_limit_of_nothing_is_exceeded(times: str) -> None:
-    reason = f"float32 against radiance, normal: pixel (3, 4) is off by 0.64, limit 0 ({times} times)"
-
-    assert plain_reason(reason) == "float32 against Radiance (rtrace), normal: pixel (3, 4) is off by 0.64, limit 0"
-    assert plain_reason("off by 2, limit 1 (2 times)") == "off by 2, limit 1 (2 times)"
-    assert plain_reason("radiance is off") == "radiance is off"  # a stage's name, not the reference's
-
-
-def test_whose_pixels_are_wrong_is_said_where_it_is_not_the_subject() -> None:
-    suspect = FAILS | {"verdict": "reference_suspect"}
-    known = FAILS | {"verdict": "warn", "finding": "radiance_epsilon"}
-
-    for check in (suspect, known):
-        said = stated_reason(case(check, verdict=check["verdict"], reason="off by 1"))
-        assert said == "Wrong are the pixels of Radiance (rtrace), not those of float32: off by 1"
-    assert stated_reason(case(FAILS, reason="off by 1")) == "off by 1"

@@ -63,30 +63,3 @@ def test_a_program_that_is_right_about_a_scene_only_once_fails(
     assert growing == ["at primitives/sphere the program's memory grew by 2.1 MB a scene over 100 scenes"]
     assert no_say({**results, "growing": growing})[0] == growing[0]
     assert f"A{growing[0][1:]}." in remarks({**results, "growing": growing})
-
-
-DYING = """
-import json, sys
-for line in sys.stdin:
-    number = json.loads(line)["id"]
-    if number == 0:
-        print(json.dumps({"id": 0, "capabilities": {"protocol": 2}}), flush=True)
-    else:
-        sys.exit("out of memory")
-"""
-
-
-def test_three_deaths_in_a_row_end_the_run(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    program = tmp_path / "dying.py"
-    program.write_text(DYING)
-
-    arguments = ["run", "primitives", "--subject", f"serve:{sys.executable} -S {program}", "--jobs", "1"]
-    code = main([*arguments, "--out", str(tmp_path / "out")])
-
-    printed = capsys.readouterr().out
-    assert code == 3
-    assert (
-        "stopped: the program died or exceeded a limit 3 times in a row, without an answer: the program gave" in printed
-    )
-    assert "it ended with exit code 1 without an answer: out of memory" in printed
-    assert json.loads((tmp_path / "out" / "results.json").read_text())["summary"]["missing"] >= 1

@@ -18,8 +18,7 @@ import pytest
 
 from rayproof.reports.processes.signals import descendants
 from rayproof.reports.results.case_table import NAME as JOURNAL
-from tests.harness.soak.disturbing import ENGINE_WORKER, processes
-from tests.reports.run.test_scheduler import CHECKOUT, found, scenes, site, slow_program
+from tests.reports.run.test_scheduler import CHECKOUT, found, scenes, slow_program
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="signals, limits and mounts of Linux")
 
@@ -120,47 +119,6 @@ def test_what_a_worker_had_that_dies_or_hangs_is_done_by_others(tmp_path: Path, 
 
 
 @pytest.mark.process
-@pytest.mark.parametrize(
-    ("how", "why"),
-    [(signal.SIGKILL, "the scheduler has gone"), (signal.SIGSTOP, "no worker is left, and no other one came")],
-)
-def test_a_scheduler_that_goes_or_hangs_costs_what_was_under_way_and_no_more(
-    tmp_path: Path, how: signal.Signals, why: str
-) -> None:
-    paths = scenes(tmp_path, 14)
-    about = (*paths, "--subject", slow_program(tmp_path), "--out", tmp_path / "out", "--diagnose", "off")
-    largest = 2
-    settings = {"dispatch.LARGEST": largest, "dispatch.WAIT": 20.0}
-    with site(tmp_path / "site") as cluster:
-        worker = cluster.worker()
-        at = ("--scheduler", cluster.address, *cluster.tls)
-        with started(tmp_path, *about, *at, settings=settings) as process:
-            eventually(lambda: kept(tmp_path / "out"))
-            cluster.scheduler.send_signal(how)
-            printed, complaint = process.communicate(timeout=100)
-
-        assert (process.returncode, complaint) == (3, "")
-        assert printed.count(why) == 1
-        assert json.loads((tmp_path / "out" / "results.json").read_text())["finished"] is False
-        first = {one["name"] for one in found(tmp_path / "out")}
-        assert 0 < len(first) < len(paths)
-        assert how == signal.SIGSTOP or eventually(lambda: not below(worker.pid), 60.0), (
-            "its processes end with the worker"
-        )
-
-    if how == signal.SIGKILL:
-        before = calls(tmp_path)
-        with started(tmp_path, *about, "--resume") as again:
-            printed, complaint = again.communicate(timeout=200)
-
-        assert (again.returncode, complaint) == (1, "")
-        assert len(found(tmp_path / "out")) == len(paths)
-        done = calls(tmp_path) - before
-        assert len(done) == len(paths) - len(first), "what was finished is not done again"
-        assert sum((before & done).values()) <= 2 * largest, "of what was begun, the batches on their way to the worker"
-
-
-@pytest.mark.process
 @pytest.mark.parametrize(("how", "times"), [(signal.SIGINT, 1), (signal.SIGINT, 2), (signal.SIGTERM, 1)])
 def test_a_run_that_is_told_to_stop_keeps_what_is_finished_and_leaves_nothing(
     tmp_path: Path, how: signal.Signals, times: int
@@ -195,45 +153,7 @@ def kept(out: Path) -> int:
         return 0
 
 
-@pytest.mark.process
-def test_a_run_that_is_stopped_while_its_cluster_starts_ends_in_one_line(tmp_path: Path) -> None:
-    with started(tmp_path, "primitives/sphere", "--out", tmp_path / "out", "--scheduler", "local:2") as process:
-        assert eventually(lambda: processes(process.pid).get(ENGINE_WORKER))
-        process.send_signal(signal.SIGTERM)
-        _, complaint = process.communicate(timeout=60)
-
-    assert (process.returncode, complaint) == (130, "rayproof: interrupted\n")
-    assert eventually(lambda: not running(tmp_path), 10.0)
-    assert list((tmp_path / "tmp").iterdir()) == []
-    assert not (tmp_path / "out").exists()
-
-
-@pytest.mark.process
-def test_a_run_that_is_killed_leaves_nothing_running_though_its_workers_are_stopped(tmp_path: Path) -> None:
-    about = (*scenes(tmp_path, 9), "--subject", slow_program(tmp_path), "--out", tmp_path / "out", "--diagnose", "off")
-    with started(tmp_path, *about, "--scheduler", "local:2") as process:
-        workers = eventually(lambda: engine_workers(process))
-        for one in workers:
-            one.suspend()
-
-    assert workers
-    assert eventually(lambda: not running(tmp_path), 10.0)
-
-
 def running(folder: Path) -> list[psutil.Process]:
     """Return the processes whose temporary files are below a folder."""
     place = str(folder / "tmp")
     return [one for one in psutil.process_iter(["environ"]) if place in ((one.info["environ"] or {}).get("TMPDIR", ""))]
-
-
-@pytest.mark.process
-def test_the_processes_of_a_worker_end_with_the_run_and_the_worker_stays(tmp_path: Path) -> None:
-    about = (*scenes(tmp_path, 1), "--subject", slow_program(tmp_path), "--out", tmp_path / "out", "--diagnose", "off")
-    with site(tmp_path / "site") as cluster:
-        worker = cluster.worker()
-        with started(tmp_path, *about, "--scheduler", cluster.address, *cluster.tls) as process:
-            assert eventually(lambda: below(worker.pid))
-            process.communicate(timeout=200)
-
-        assert eventually(lambda: not below(worker.pid), 10.0)
-        assert worker.poll() is None

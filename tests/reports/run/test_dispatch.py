@@ -119,28 +119,6 @@ def test_a_case_that_kills_workers_is_an_error_and_no_neighbour_is(tmp_path: Pat
     assert client.most <= module.WINDOW * 2
 
 
-def test_a_worker_that_refuses_is_named_once_and_left_out(tmp_path: Path) -> None:
-    done: list[str] = []
-
-    def does(names: list[str], worker: str) -> str:
-        done.append(worker)
-        return "Python: 3.12 there, 3.11 here" if worker == "tls://a:1" else ""
-
-    records, dispatch, lines = put_through(Played(["tls://a:1", "tls://b:1"], does), 40, tmp_path)
-
-    assert len({record["name"] for record in records}) == len(records) == 40
-    assert lines == ["worker tls://a:1 gets no work: Python: 3.12 there, 3.11 here"]
-    assert dispatch.record()["refused"] == [{"id": "tls://a:1", "why": "Python: 3.12 there, 3.11 here"}]
-    assert done.count("tls://a:1") <= 2 * module.WINDOW, "what was on its way before it refused"
-
-
-def test_a_run_whose_workers_all_refuse_ends_in_one_line(tmp_path: Path) -> None:
-    records, dispatch, lines = put_through(Played(["tls://a:1"], lambda names, worker: "differs"), 3, tmp_path)
-
-    assert (records, len(lines)) == ([], 1)
-    assert dispatch.gone == "no worker may have work: tls://a:1: differs"
-
-
 def test_what_waits_for_workers_that_have_gone_is_done_by_new_ones(tmp_path: Path) -> None:
     def does(names: list[str], worker: str) -> str:
         if worker == "tls://b:1" and client.waiting:
@@ -184,12 +162,3 @@ def test_a_run_that_is_left_alone_ends(tmp_path: Path, gone: str, why: str) -> N
     assert 0 < len(records) < 40
     assert dispatch.gone is not None
     assert why in dispatch.gone
-
-
-def test_an_error_in_writing_what_came_is_the_runs_own(tmp_path: Path) -> None:
-    (tmp_path / "scenes").write_text("no folder")
-    files = packed("played/0", RECORD, tmp_path)[0], {"scenes/played/0.json": b""}
-    answer = BatchResult(worker="tls://a:1", finished={"played/0": files}, seconds=1.0)
-
-    with pytest.raises(OSError, match="scenes"):
-        put_through(Played(["tls://a:1"], lambda names, worker: answer), 1, tmp_path)

@@ -10,9 +10,6 @@ from pathlib import Path
 import psutil
 import pytest
 
-from rayproof.reports.processes.pool import Pool
-from rayproof.reports.processes.signals import Stopping, descendants
-
 pytestmark = pytest.mark.process
 
 CHECKOUT = Path(__file__).parents[3]
@@ -62,20 +59,6 @@ def test_nothing_is_left_running(tmp_path: Path, how: str) -> None:
     assert sleepers() == []
 
 
-def test_a_worker_that_is_lost_takes_with_it_what_it_started() -> None:
-    pool = Pool(jobs=1, timeout=3.0, target=_starts_a_sleeper)
-
-    reply = pool.reply("any", "task")
-
-    assert "no answer within 3 s" in (reply.error or "")
-    assert [one for one in descendants(os.getpid()) if one.name() == "sleep"] == []
-    pool.close()
-
-
-def _starts_a_sleeper(kind: str, connection: object) -> None:
-    subprocess.run(["sleep", "77.25"], check=False)
-
-
 def started_run(tmp_path: Path, *more: str, **environment: str) -> subprocess.Popen[str]:
     """Start a run of one case, its temporary files in a folder of their own."""
     (tmp_path / "tmp").mkdir(exist_ok=True)
@@ -90,37 +73,6 @@ def started_run(tmp_path: Path, *more: str, **environment: str) -> subprocess.Po
         text=True,
         start_new_session=True,
     )
-
-
-@pytest.mark.skipif(os.name != "posix", reason="signals of POSIX")
-@pytest.mark.parametrize("how", ["SIGINT", "SIGTERM"])
-def test_a_run_that_is_stopped_before_its_first_line_ends_in_one(tmp_path: Path, how: str) -> None:
-    process = started_run(tmp_path)
-    try:
-        # Its folder for temporary files is there: it has begun, and its imports take far longer.
-        deadline = time.monotonic() + 100
-        while not list((tmp_path / "tmp").iterdir()) and process.poll() is None and time.monotonic() < deadline:
-            time.sleep(0.005)
-        os.killpg(process.pid, getattr(signal, how))  # a terminal's Ctrl-C goes to all
-        out, error = process.communicate(timeout=100)
-    finally:
-        process.kill()
-
-    assert (process.returncode, out, error) == (130, "", "rayproof: interrupted\n")
-    assert list((tmp_path / "tmp").iterdir()) == []
-
-
-def test_a_signal_that_a_finalizer_swallows_comes_again() -> None:
-    class Told:
-        def __del__(self) -> None:
-            signal.raise_signal(signal.SIGTERM)
-
-    with Stopping() as stopping:
-        Told()
-        with pytest.raises(KeyboardInterrupt):
-            time.sleep(10)
-
-    assert stopping.told
 
 
 @pytest.mark.skipif(os.name != "posix", reason="limits of POSIX")

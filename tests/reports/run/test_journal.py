@@ -1,6 +1,5 @@
 """What was finished is kept, exactly if it is still the same question."""
 
-import errno
 import random
 import sqlite3
 from contextlib import closing
@@ -60,19 +59,6 @@ def test_of_a_damaged_journal_what_can_be_read_is_kept_and_the_rest_is_done_agai
     with Journal(tmp_path, resume=True) as last:
         assert last.finished("new") == _case("family/new")
         assert all(last.finished(name) is not None for name in found)
-
-
-def test_a_full_disk_is_told_as_one_and_loses_nothing_before_it(tmp_path):
-    with Journal(tmp_path, resume=False) as journal:
-        journal.append("one", _case("family/one"))
-        journal._table._connection.execute("PRAGMA max_page_count = 8")
-        with pytest.raises(OSError, match="full") as told:
-            journal.append("two", _case("family/two") | {"reason": random.Random(2).randbytes(65536).hex()})
-
-    assert told.value.errno == errno.ENOSPC
-    with Journal(tmp_path, resume=True) as again:
-        assert again.finished("one") == _case("family/one")
-        assert again.finished("two") is None
 
 
 def test_a_case_that_ended_in_an_error_is_done_again(tmp_path):

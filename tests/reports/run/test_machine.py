@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from rayproof.reports.run.engine import machine
-from rayproof.reports.run.engine.machine import Batch, difference, facts, packed, unpacked, work
+from rayproof.reports.run.engine.machine import Batch, facts, packed, unpacked, work
 from tests.reports.run.test_dispatch import OPTIONS, RECORD
 
 
@@ -62,10 +62,3 @@ def test_a_worker_refuses_by_its_references_and_where_it_cannot_work(machines: l
     assert work("run", ours, pickled).refused == "OSError: [Errno 28] No space left on device"
     assert machines == ["run"]
     assert work("run", ours, b"cut short").refused.startswith("UnpicklingError: ")
-
-
-def test_a_difference_names_what_one_of_two_long_values_has_more() -> None:
-    here, caller = {"features": "avx2 fma"}, {"features": "avx2 avx512f fma"}
-
-    assert difference(caller, here) == "features: no more there, avx512f here"
-    assert difference(here, here) == ""

@@ -99,8 +99,3 @@ def test_a_cube_that_is_handed_over_as_a_mesh_covers_triangles_and_no_cube():
     assert asked.scene is case.scene
     assert {*case.covers} - {*asked.covers} == {"HIT-3", "NRM-2", "NRM-3", "XF-1", "XF-2"}
     assert {*asked.covers} - {*case.covers} == {"HIT-6"}
-
-
-def test_an_unknown_configuration_is_named():
-    with pytest.raises(LookupError, match="float16"):
-        plan(all_cases()[:1], ("float16",))

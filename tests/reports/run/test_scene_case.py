@@ -1,10 +1,8 @@
 """Scene files become cases of one name each, and a case says how it is run again."""
 
 import json
-import os
 import shlex
-from collections import Counter
-from pathlib import Path, PurePosixPath
+from pathlib import Path
 from typing import cast
 
 import pytest
@@ -16,7 +14,7 @@ from rayproof.reports.publish.page.case_data import commands_of
 from rayproof.reports.results.case_records import CaseRecord
 from rayproof.reports.run.case_record import reproduce, write_scene
 from rayproof.reports.run.plan import DEFAULTS, PlannedCase
-from rayproof.reports.run.scenes import cases_of_files, place_of, scene_path
+from rayproof.reports.run.scenes import cases_of_files, scene_path
 
 SCENE = {
     "camera": {
@@ -57,20 +55,6 @@ def test_a_file_named_twice_is_asked_once(tmp_path: Path):
     assert len(cases_of_files([path, tmp_path / "." / "room.json"])) == 1
 
 
-@pytest.mark.parametrize("name", ["...json", "..json", "....json"])
-def test_a_name_of_dots_leads_out_of_no_folder(tmp_path: Path, name: str):
-    (case,) = cases_of_files([written(tmp_path / name)])
-
-    assert case.name == "file/scene"
-
-
-def test_a_name_that_is_no_text_is_written_as_text(tmp_path: Path):
-    (case,) = cases_of_files([written(tmp_path / os.fsdecode(b"sc\xffne.json"))])
-
-    assert case.name == "file/sc\N{REPLACEMENT CHARACTER}ne"
-    assert case.stresses == "The scene that sc\N{REPLACEMENT CHARACTER}ne.json describes."
-
-
 def test_the_command_of_a_users_scene_finds_the_very_scene(tmp_path: Path):
     (case,) = cases_of_files([written(tmp_path / "two rooms.json")])
     folder = tmp_path / "out put"
@@ -102,25 +86,9 @@ def test_the_command_that_a_report_shows_works_in_its_folder_and_in_that_of_the_
     assert scene_path(f"out put/{scene}") == Path("out put", scene)
 
 
-def test_the_command_of_a_case_is_its_name(tmp_path: Path):
-    case = all_cases()[0]
-
-    assert reproduce(tmp_path, PlannedCase(case=case, configurations=DEFAULTS)) == f"rayproof run {case.name}"
-
-
 def test_a_configuration_that_was_asked_for_is_asked_for_again(tmp_path):
     case = all_cases()[0]
 
     planned = PlannedCase(case=case, configurations=("float64/sphere=textbook",))
 
     assert reproduce(tmp_path, planned).endswith(" --configuration float64/sphere=textbook")
-
-
-def test_the_files_of_very_many_scenes_are_spread_and_those_of_the_suite_are_not():
-    names = [f"file/sweep/{number}" for number in range(100_000)]
-    folders = Counter(PurePosixPath(place_of(name)).parent for name in names)
-
-    assert len(folders) == 256
-    assert max(folders.values()) <= 1000
-    assert place_of("file/sweep/1/rows-0-8") == f"{place_of('file/sweep/1')}/rows-0-8"
-    assert place_of("primitives/sphere") == "primitives/sphere"

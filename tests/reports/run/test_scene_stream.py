@@ -1,7 +1,6 @@
 """Scenes from a folder or from the lines of a file: each by its name, read when needed, the first bad one told."""
 
 import json
-import tracemalloc
 from pathlib import Path
 from typing import Any
 
@@ -9,7 +8,6 @@ import pytest
 
 from rayproof.cases.scene import SceneError
 from rayproof.cases.scene_json import scene_from_json
-from rayproof.reports.run import scenes
 from rayproof.reports.run.scenes import SceneStream
 from tests.reports.commands.conftest import Rayproof
 
@@ -59,15 +57,6 @@ def test_a_link_out_of_the_folder_is_refused_and_one_within_is_followed(tmp_path
         SceneStream(inside)
 
 
-def test_reading_many_scenes_says_how_far_it_is(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(scenes, "NOW_AND_THEN", 0.0)
-    words: list[str] = []
-
-    SceneStream(written(tmp_path, SCENE, SCENE), say=words.append)
-
-    assert words[0].endswith("1 scenes of " + str(tmp_path / "many.jsonl") + " are read (50 %)")
-
-
 @pytest.mark.process
 @pytest.mark.parametrize(
     ("lines", "says"),
@@ -105,15 +94,3 @@ def test_a_file_that_changes_while_it_is_read_is_told(tmp_path: Path) -> None:
     assert stream[0].scene.camera.fovy == 30
     with pytest.raises(OSError, match="changed while it was read"):
         stream[1]
-
-
-def test_what_stays_in_memory_of_a_scene_is_its_name(tmp_path: Path) -> None:
-    path = written(tmp_path, *(seen_at(30 + number / 1000) for number in range(2000)))
-    SceneStream(path)  # what is imported and kept once is not a scene's
-    tracemalloc.start()
-    stream = SceneStream(path)
-    held = tracemalloc.get_traced_memory()[0]
-    tracemalloc.stop()
-
-    # A name of some 70 bytes with its place in a list, and 24 bytes of numbers; a scene itself has some 5000 bytes.
-    assert held / len(stream) < 250

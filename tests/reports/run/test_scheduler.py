@@ -3,11 +3,8 @@
 The clusters are real: workers of this machine, and `dask scheduler` and `dask worker` as processes on loopback.
 """
 
-import contextlib
 import json
 import os
-import socket
-import ssl
 import subprocess
 import sys
 import time
@@ -16,11 +13,9 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-import psutil
 import pytest
 
 from rayproof.reports.processes.signals import end_below
-from rayproof.reports.run.engine.cluster import ClusterAddress, checked, reached
 from tests.reports.commands.conftest import Rayproof
 from tests.reports.commands.test_own_formula import MINE
 from tests.reports.run.certificates import Authority
@@ -153,31 +148,6 @@ def site(folder: Path) -> Iterator[Site]:
         one.close()
 
 
-@pytest.mark.process
-def test_a_cluster_of_this_machine_answers_nobody_without_its_certificates() -> None:
-    nobody = ssl.create_default_context()
-    nobody.check_hostname, nobody.verify_mode = False, ssl.CERT_NONE
-    before = set(psutil.Process().children(recursive=True))
-    heard: set[bytes] = set()
-    with reached(checked(ClusterAddress(address="local:1"))):
-        ours = [psutil.Process(), *set(psutil.Process().children(recursive=True)) - before]
-        ports = {one.laddr for process in ours for one in process.net_connections("inet") if one.status == "LISTEN"}
-        for address in ports:
-            with contextlib.suppress(OSError), socket.create_connection(address, timeout=20) as plain:
-                plain.sendall(b"GET /health HTTP/1.0\r\n\r\n")
-                heard.add(plain.recv(64).split(b"\r\n")[0])
-            with (
-                contextlib.suppress(OSError),
-                socket.create_connection(address, timeout=20) as plain,
-                nobody.wrap_socket(plain) as sealed,
-            ):
-                heard.add(sealed.recv(64))
-
-    assert len(ports) >= 3, "of the scheduler, the nanny and the worker"
-    assert {address.ip for address in ports} == {"127.0.0.1"}
-    assert heard <= {b"", b"HTTP/1.1 404 Not Found"}
-
-
 @pytest.fixture(scope="module")
 def lonely(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Site]:
     """Return a scheduler to which no worker comes."""
@@ -233,17 +203,6 @@ def test_bad_input_is_a_line_and_nothing_is_written(
     assert not (tmp_path / "out").exists()
 
 
-def test_without_the_engine_the_line_names_the_extra(
-    rayproof: Rayproof, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
-    ended = rayproof("run", "primitives/sphere", "--out", tmp_path / "out", "--scheduler", "local:2")
-
-    assert ended.code == 2
-    assert "rayproof install dask" in ended.error
-    assert not (tmp_path / "out").exists()
-
-
 def slow_program(folder: Path, *, kills: str = "") -> str:
     """Return a subject that takes a second, draws black, and kills its worker where a scene has this in it.
 
@@ -284,16 +243,3 @@ def scenes(folder: Path, count: int) -> list[Path]:
         paths.append(folder / f"s{number}.json")
         paths[-1].write_text(json.dumps(scene))
     return paths
-
-
-@pytest.mark.process
-@pytest.mark.skipif(sys.platform != "linux", reason="it looks for its worker in /proc")
-def test_a_case_that_kills_its_workers_is_an_error_and_its_neighbours_are_not(tmp_path: Path) -> None:
-    paths = scenes(tmp_path, 4)
-    subject = slow_program(tmp_path, kills='"fovy": 31')
-    run = ran(*paths, "--subject", subject, "--out", tmp_path / "out", "--scheduler", "local:2", "--diagnose", "off")
-
-    cases = {one["name"]: one for one in found(tmp_path / "out")}
-    assert len(cases) == 4, run.stderr
-    assert "2 workers died that had nothing else to do" in cases["file/s1"]["reason"]
-    assert [one["verdict"] for name, one in cases.items() if name != "file/s1"] == ["fail"] * 3

@@ -1,7 +1,6 @@
 """Parts of a plan, put together, are the run that was not parted; what does not belong together is refused."""
 
 import json
-import re
 import shutil
 import subprocess
 import sys
@@ -13,11 +12,11 @@ import pytest
 
 from rayproof.cases.families import select
 from rayproof.cases.scene_json import save_scene
-from rayproof.reports.results.case_table import CaseTable
 from rayproof.reports.results.document import ResultsError, load_results
 from rayproof.reports.results.provenance import load
-from rayproof.reports.run.shards import load_shards, merge, number_of, shard_of
-from rayproof.reports.run.suite import replaced
+from rayproof.reports.run.options import RunOptions
+from rayproof.reports.run.plan import plan
+from rayproof.reports.run.shards import load_shards, merge, number_of, told
 
 CASES = ("behind/sphere", "behind/cube", "behind/plane", "behind/square")
 TIMES = {
@@ -107,41 +106,6 @@ def test_what_does_not_belong_together_is_refused_in_a_line(runs: Path, tmp_path
     assert not (tmp_path / "all").exists()
 
 
-@pytest.mark.process
-@pytest.mark.parametrize(
-    ("name", "said"),
-    [
-        ("../../../evil", "belongs to part 2/2"),
-        ("../../../evil5", "its name is no case's"),
-        ("behind/unplanned4", "are not those that were planned for the part"),
-    ],
-)
-def test_a_case_that_was_not_planned_is_refused_before_a_merge_clears_anything(
-    runs: Path, tmp_path: Path, name: str, said: str
-) -> None:
-    part = tmp_path / "part"
-    shutil.copytree(runs / "one", part, symlinks=True)
-    table = CaseTable(part / "results.sqlite")
-    case = next(iter(table.cases()))
-    table.keep("another", {**case, "name": name}, place=4)
-    table.close()
-
-    with pytest.raises(ResultsError, match=said):
-        load_shards([part, runs / "two"])
-
-
-@pytest.mark.process
-def test_a_run_says_which_one_it_replaces(runs: Path, tmp_path: Path) -> None:
-    assert replaced(tmp_path) is None
-    assert re.fullmatch(f"replaces the run of 2.* in {runs / 'whole'}: tracer, 5 cases", replaced(runs / "whole") or "")
-    (tmp_path / "results.sqlite").write_text("hello")
-    assert replaced(tmp_path) == f"replaces a run in {tmp_path} that did not end, or cannot be read"
-    assert (
-        "replaces the run of"
-        in rayproof("run", CASES[0], "--out", shutil.copytree(runs / "one", tmp_path / "one", symlinks=True)).stdout
-    )
-
-
 def changed(folder: Path, where: Path, **more: Any) -> Path:
     """Return a copy of a part's folder whose results say something else; what is about the part itself is `shard`."""
     shutil.copytree(folder, where, symlinks=True)  # one leads nowhere
@@ -179,15 +143,21 @@ def test_the_whole_is_finished_with_its_last_part(runs: Path, tmp_path: Path, wh
     assert (document["started"], document["seconds"]) == ("2026-01-01T00:00:00+00:00", 20.0)
 
 
-@pytest.mark.parametrize("text", ["0/4", "5/4", "a/b", "3", "1/0", "-1/2", "1/2/3", ""])
-def test_a_part_that_there_is_not_is_refused(text: str) -> None:
-    with pytest.raises(ValueError, match="--shard is a part's number"):
-        shard_of(text)
-
-
 def test_every_name_has_one_part_and_parts_are_alike_in_size() -> None:
     count = Counter(number_of(f"family/{index}", 8) for index in range(8000))
 
     assert sorted(count) == list(range(1, 9))
     # Of a fair draw the standard deviation is 30; 5 of them.
     assert all(abs(number - 1000) < 150 for number in count.values())
+
+
+def test_parts_of_other_configurations_have_another_plan() -> None:
+    def plan_of(*configurations: str) -> str:
+        request = RunOptions(
+            selectors=CASES, out=Path("report"), resume=False, require=(), jobs=1, timeout=1.0, json=None,
+            configurations=configurations, shard=(1, 2),
+        )  # fmt: skip
+        return told(request, plan(select(CASES), configurations), ("analytic",))["plan"]
+
+    assert plan_of("float32") == plan_of("float32")
+    assert plan_of("float32") != plan_of("float64")

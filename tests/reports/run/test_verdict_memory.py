@@ -7,12 +7,11 @@ from typing import Any, NamedTuple
 
 import pytest
 
-from rayproof.reference.analytic import Analytic
 from rayproof.reports.cli import main
 from rayproof.reports.judge.answers import Answers
 from rayproof.reports.processes.pool import Future, Pool
 from rayproof.reports.processes.worker import Reply
-from rayproof.reports.run import verdict_memory, worker_tasks
+from rayproof.reports.run import worker_tasks
 from rayproof.reports.run.case_pipeline import flawless
 
 CASE = "inside/sphere"
@@ -113,14 +112,3 @@ def test_a_case_whose_references_or_judge_failed_is_not_kept() -> None:
     assert flawless({"verdict": "fail"}, ())
     assert not flawless({"verdict": "error"}, ())
     assert not flawless({"verdict": "pass"}, (abstained,))
-
-
-def test_a_reference_that_cannot_tell_its_version_ends_no_run_and_is_never_taken_for_the_same(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    def broken(self: Analytic) -> str:
-        raise RuntimeError("it names no version")
-
-    monkeypatch.setattr(Analytic, "version", broken)
-
-    assert verdict_memory.version("analytic") != verdict_memory.version("analytic")

@@ -2,13 +2,9 @@
 
 from typing import Any
 
-import pytest
-
-from rayproof.reports.processes.pool import Pool
-from rayproof.reports.run.case_pipeline import AT_LEAST, PIXELS, LocalCases, has_room
+from rayproof.reports.run.case_pipeline import AT_LEAST, PIXELS, has_room
 from rayproof.reports.run.workload import FirstCalls
 from rayproof.reports.subjects import PROGRAM, SERVED, Subject
-from tests.reports.run.workers import obey
 
 
 def test_small_cases_start_until_their_pixels_are_many():
@@ -23,20 +19,6 @@ def test_small_cases_start_until_their_pixels_are_many():
 def test_a_few_large_ones_start_all_the_same():
     assert has_room([PIXELS] * (AT_LEAST - 1))
     assert not has_room([PIXELS] * AT_LEAST)
-
-
-@pytest.mark.process
-def test_as_many_again_start_where_those_under_way_leave_a_processor_without_work():
-    pool = Pool(jobs=1, timeout=1.0, target=obey)
-    under_way = object.__new__(LocalCases)
-    under_way._pool, under_way._pixels = pool, {str(k): PIXELS for k in range(AT_LEAST)}
-
-    assert under_way.has_room
-    pool.submit("a", "echo")
-    assert not under_way.has_room  # the one that may compute does
-    pool.close()
-    under_way._pixels = {str(k): PIXELS for k in range(2 * AT_LEAST)}
-    assert not under_way.has_room
 
 
 def record(error: str | None, name: str = "exec", *, lost: bool = False) -> dict[str, Any]:

@@ -8,9 +8,9 @@ from rayproof.cases.families import select
 from rayproof.cases.scene import Cube, Mesh, Scene, Sphere, Square, Triangle
 from rayproof.cases.stages import Stage
 from rayproof.reports.judge.answers import Answers
-from rayproof.reports.shrinking.attempts import Search, SearchLimits, size
+from rayproof.reports.shrinking.attempts import SearchLimits
 from rayproof.reports.shrinking.failure import Renderer, Way, failure, renderer
-from rayproof.reports.shrinking.search import NothingFailsError, shrink
+from rayproof.reports.shrinking.search import shrink
 from rayproof.reports.subjects import THE_TRACER
 from rayproof.tracer.configuration import Configuration
 
@@ -71,28 +71,6 @@ def test_a_cube_becomes_the_square_that_is_seen_where_the_cube_is_not_to_blame()
     assert not [shape for shape in found.scene.shapes if not isinstance(shape, Square | Sphere | Triangle)]
 
 
-def test_the_same_number_of_tries_gives_the_same_scene() -> None:
-    given, limits = scene("shadows/every_blocker"), SearchLimits(tries=40)
-
-    once, again = (shrink(given, tracer("sphere=fault_negative_root"), limits=limits) for _ in range(2))
-
-    assert (once.scene, once.tries) == (again.scene, again.tries)
-
-
-def test_ctrl_c_keeps_the_smallest_scene_so_far() -> None:
-    given = scene("shadows/every_blocker")
-
-    def stop(search: Search) -> None:
-        if search.tries == 4:
-            raise KeyboardInterrupt
-
-    found = shrink(given, tracer("sphere=fault_far_root"), progress=stop)
-
-    assert found.interrupted
-    assert size(found.scene) < size(given)
-    assert failure(found.scene, tracer("sphere=fault_far_root")) is not None
-
-
 def test_nothing_is_tried_when_tries_or_time_are_over() -> None:
     given = scene("primitives/sphere")
 
@@ -100,13 +78,6 @@ def test_nothing_is_tried_when_tries_or_time_are_over() -> None:
     late = shrink(given, tracer("sphere=fault_far_root"), limits=SearchLimits(seconds=1e-9))
 
     assert (few.tries, late.tries, late.scene) == (3, 1, given)
-
-
-def test_a_scene_that_passes_cannot_be_shrunk() -> None:
-    with pytest.raises(NothingFailsError, match="nothing fails"):
-        shrink(scene("primitives/sphere"), tracer())
-    with pytest.raises(NothingFailsError, match="at normal"):
-        shrink(scene("primitives/sphere"), tracer("exitance=fault_albedo_squared"), stage=Stage.NORMAL)
 
 
 def test_a_number_that_is_none_stays_none() -> None:

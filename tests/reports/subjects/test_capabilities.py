@@ -52,11 +52,6 @@ def test_everything_that_can_be_declared_is_taken() -> None:
     assert found.title == "mine 2.1"
 
 
-@pytest.mark.parametrize("text", ["", "usage: render SCENE", "[1, 2]", "3", "[" * 100_000])
-def test_what_is_no_object_declares_nothing(text: str) -> None:
-    assert capabilities_from(text) is None
-
-
 WRONG = {
     "no protocol": ('{"name": "mine"}', "protocol must be 1"),
     "another protocol": ('{"protocol": 2}', "protocol must be 1, got 2"),
@@ -131,10 +126,3 @@ def test_triangles_stand_for_what_a_program_does_not_draw_and_it_is_told(
 )
 def test_a_program_that_does_not_know_the_question_declares_nothing(program: Writing, line: str) -> None:
     assert ask_capabilities(program(line), seconds=0.5) == Capabilities()
-
-
-@pytest.mark.process
-def test_the_question_comes_without_the_places_of_scene_and_image(program: Writing) -> None:
-    subject = program("if sys.argv[1:] == ['--capabilities']:", '    print(\'{"protocol": 1, "name": "asked"}\')')
-
-    assert ask_capabilities(subject, seconds=10).name == "asked"

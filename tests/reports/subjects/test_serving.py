@@ -1,6 +1,5 @@
 """Whatever a program does that stays alive becomes one sentence, or answers; and nothing of it outlives its worker."""
 
-import os
 import sys
 import time
 from collections.abc import Iterator
@@ -8,21 +7,18 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-import psutil
 import pytest
 
 from rayproof.cases.stages import Stage
 from rayproof.reports.judge.answers import Answers
 from rayproof.reports.subjects import SERVED, Subject
 from rayproof.reports.subjects import serving as module
-from rayproof.reports.subjects.calls import TOLD
 from rayproof.reports.subjects.program import allowance, ask_capabilities, ask_program
 from rayproof.reports.subjects.serving import Server
 from tests.reports.subjects.conftest import SCENE
 
 pytestmark = pytest.mark.process
 
-SLEEPER = "86398.375"  # s; no other process sleeps as long
 PROGRAM = """
 import json, os, subprocess, sys, time
 def say(answer, end="\\n"):
@@ -162,18 +158,6 @@ def test_one_that_hangs_is_stopped_in_time(asked, half: str) -> None:
     assert time.monotonic() - start < 5
 
 
-def test_the_start_is_no_part_of_the_time_of_a_request(asked, tmp_path: Path) -> None:
-    program = asked(*RIGHT, seconds=1.0)
-    path = tmp_path / "program.py"
-    path.write_text("import time; time.sleep(0.7)\n" + path.read_text().replace("count)", "time.sleep(0.5) or 3)"))
-    program.server.stop()
-    program.server.standing()
-
-    assert program.value() == 3
-    assert 0.7 < program.server.standing().start < 5
-    assert program.server.standing().start == 0
-
-
 def test_prints_are_ignored_counted_and_shown(asked) -> None:
     program = asked("print('loading \\x1b[31m', '{\"note\": 1}', sep='\\n')", "print()", *RIGHT)
 
@@ -196,85 +180,3 @@ def test_memory_that_grows_from_scene_to_scene_is_seen_and_what_is_loaded_once_i
 
     assert 1.9 * 2**20 < leaks.server.standing().growth < 2.3 * 2**20
     assert loads.server.standing().growth == 0
-
-
-def test_what_it_and_its_helpers_have_together_is_limited(asked, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(module, "MOST_PROCESSES", 3)
-    code = "import os; kept = os.urandom(2**27); input()"
-    helper = f"subprocess.Popen([sys.executable, '-S', '-c', {code!r}], stdin=subprocess.PIPE)"
-    many = asked(f"for _ in range(4): {helper}", "time.sleep(30)")
-    assert "it had more than 3 processes and was stopped" in str(many.answer().error)
-
-    large = asked(f"for _ in range(2): {helper}", "time.sleep(30)", memory=2**28)
-    assert "it took more than 0.25 GiB of memory and was stopped" in str(large.answer().error)
-
-
-def test_helpers_live_as_long_as_it_does_and_end_with_it(asked) -> None:
-    def sleepers() -> int:
-        return sum(SLEEPER in (one.info["cmdline"] or ()) for one in psutil.process_iter(["cmdline"]))
-
-    start = f"subprocess.Popen(['sleep', '{SLEEPER}'], start_new_session=True)"
-    program = asked(f"if count == 1: {start}", "if count == 3: sys.exit(3)", *RIGHT)
-
-    assert [program.value(), sleepers(), program.value(), sleepers()] == [1, 1, 2, 1]
-    assert "exit code 3" in str(program.answer().error)
-    assert sleepers() == 0
-    assert [program.value(), sleepers()] == [1, 1]
-    program.server.stop()
-    assert sleepers() == 0
-
-
-def test_it_averages_itself_or_is_asked_for_a_finer_image(asked) -> None:
-    own = asked("draw(output, request['samples'])", "say({'id': number, 'ok': True})", able="'samples': True")
-    assert own.answer(samples=3).mean is not None
-    assert np.all(own.answer(samples=3).mean == 3)
-
-    plain = asked(*RIGHT)
-    assert "12 px" not in str(plain.answer(samples=3).error)
-    assert "it is 6 x 4 px, not 18 x 12" in str(plain.answer(samples=3).error)
-
-
-def test_it_may_say_that_it_cannot(asked) -> None:
-    found = asked("say({'id': number, 'unsupported': 'no planes'})").answer()
-
-    assert found.error is None
-    assert {*found.unsupported.values()} == {"no planes"}
-
-
-def test_a_kept_call_can_be_made_again(asked, tmp_path: Path) -> None:
-    program = asked("print('hello'); print('slow', file=sys.stderr)", *RIGHT)
-
-    program.answer(keep=tmp_path / "kept")
-
-    told = (tmp_path / "kept" / TOLD).read_text()
-    assert "slow" in told
-    assert "hello" in told
-    command = told.splitlines()[1]
-    assert os.system(f"cd {tmp_path / 'kept'} && {command} > /dev/null 2>&1") == 0
-    assert (tmp_path / "kept" / "image.pfm").is_file()
-
-
-@pytest.mark.parametrize(
-    ("able", "said"),
-    [
-        ("'protocol': 1", "protocol must be 2, got 1"),
-        ("'format': 'bmp'", "format: 'bmp' is not known"),
-        ("3: 4", "'3'"),
-    ],
-)
-def test_a_wrong_declaration_is_refused_in_one_line(asked, able: str, said: str) -> None:
-    with pytest.raises(ValueError, match=said):
-        asked(able=able)
-
-
-@pytest.mark.parametrize("answer", ["sys.exit(3)", "say({'id': number, 'error': 'what?'})"])
-def test_a_program_that_does_not_know_the_question_declares_nothing(asked, tmp_path: Path, answer: str) -> None:
-    program = asked(*RIGHT)
-    path = tmp_path / "program.py"
-    text = path.read_text()
-    path.write_text(text[: text.index("        say(")] + f"        {answer}" + text[text.index("\n        continue") :])
-    program.server.stop()
-
-    able = ask_capabilities(program.subject, seconds=20, server=program.server)
-
-    assert (able.protocol, able.name, able.format) == (2, "", "exr")

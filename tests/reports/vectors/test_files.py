@@ -2,28 +2,19 @@
 
 import csv
 import hashlib
-import os
 import re
-import shutil
-import subprocess
-import sys
-from pathlib import Path
 
 import msgspec
 import numpy as np
 import pytest
 
-from rayproof import HOLDER
 from rayproof.cases.ladders import all_ladders
 from rayproof.reports.vectors import NO_FILE, SLOTS_OF
 from rayproof.reports.vectors.check import FILES, VERSION
-from rayproof.reports.vectors.files import VectorsRecord, contents, flat, number, slots_table
+from rayproof.reports.vectors.files import VectorsRecord, contents, flat, number
 from rayproof.reports.vectors.rows import LADDERS, everything
 from rayproof.tracer.formulas import STAGE_OF
 from tests.harness.choose_vectors import chosen
-
-CHECKOUT = Path(__file__).parents[3]
-WRITE = "import sys, pathlib; from rayproof.reports.vectors.files import write; write(pathlib.Path(sys.argv[1]))"
 
 
 @pytest.fixture(scope="module")
@@ -68,42 +59,6 @@ def test_the_record_reads_back_and_holds_the_digests(texts: dict[str, str]) -> N
         assert [row["id"] for row in rows] == [row["id"] for row in file.rows]
         for row, kept in zip(rows, file.rows, strict=True):
             assert {k: number(v) if isinstance(v, float) else v for k, v in kept.items()} == {k: row[k] for k in kept}
-
-
-def test_lines_end_in_line_feeds(texts: dict[str, str]) -> None:
-    assert not any("\r" in text for text in texts.values())
-
-
-@pytest.mark.process
-def test_the_files_are_the_same_without_avx512(texts: dict[str, str], tmp_path: Path) -> None:
-    """NumPy's own kernels are the only compiled arithmetic on the way, and they draw the ladders' inputs."""
-    kernels = np.show_config(mode="dicts")["SIMD Extensions"].get(
-        "found", []
-    )  # of newer processors, AVX-512 among them
-    none = "import numpy; assert 'found' not in numpy.show_config(mode='dicts')['SIMD Extensions']"
-    command = [sys.executable, "-c", f"{none}; {WRITE}", str(tmp_path)]
-    subprocess.run(command, check=True, env=os.environ | {"NPY_DISABLE_CPU_FEATURES": " ".join(kernels)})
-
-    assert {path.name: path.read_bytes().decode() for path in tmp_path.iterdir()} == texts
-
-
-@pytest.mark.process
-@pytest.mark.parametrize("version", ["3.12", "3.13"])
-def test_other_interpreters_write_the_same_files(version: str, texts: dict[str, str], tmp_path: Path) -> None:
-    python = shutil.which(f"python{version}")
-    where = os.environ | {"PYTHONPATH": str(HOLDER)}
-    if python is None or f"{sys.version_info[0]}.{sys.version_info[1]}" == version:
-        pytest.skip(f"Python {version} is this one, or not installed")
-    needed = "import drjit, flint, msgspec, numpy, scipy"
-    if subprocess.run([python, "-c", needed], capture_output=True, check=False).returncode:
-        pytest.skip(f"Python {version} lacks drjit, python-flint, msgspec, numpy or scipy")
-    subprocess.run([python, "-W", "ignore", "-c", WRITE, str(tmp_path)], check=True, env=where)
-
-    assert {path.name: path.read_bytes().decode() for path in tmp_path.iterdir()} == texts
-
-
-def test_the_documents_map_every_slot() -> None:
-    assert slots_table() in (CHECKOUT / "docs" / "vectors.md").read_text(encoding="utf-8")
 
 
 def test_rays_of_ladders_are_those_that_would_be_chosen_again() -> None:

@@ -6,16 +6,12 @@ from subprocess import run
 
 import pytest
 
-from rayproof.reports.studies.stability.climb import Drawn, climb, drawn
-from rayproof.reports.studies.stability.questions import QUESTIONS
-from rayproof.reports.studies.stability.survey import applies
 from rayproof.reports.vectors import SLOTS_OF
 from rayproof.reports.vectors.answering import configured, formulas_of
-from rayproof.reports.vectors.check import FILES, AnswerFile, WrongFileError, judged, read_answers, scored
+from rayproof.reports.vectors.check import AnswerFile, WrongFileError, judged, read_answers, scored
 from rayproof.reports.vectors.files import as_read, write
-from rayproof.reports.vectors.judging import climbed, judge, junit, markdown
+from rayproof.reports.vectors.judging import judge
 from rayproof.reports.vectors.rows import LADDERS, everything
-from rayproof.reports.vectors.rows import drawn as stored
 from rayproof.tracer.formulas import FORMULAS
 from tests.reports.vectors.answers import exact, of_formula, written
 
@@ -82,29 +78,6 @@ def test_planted_faults_violate_a_vector() -> None:
     assert len(seen) >= 0.95 * len(faults)
 
 
-@pytest.mark.parametrize("precision", PRECISIONS)
-@pytest.mark.parametrize("file", FILES)
-def test_every_ladder_breaks_where_stability_says(file: str, precision: str) -> None:
-    """Inputs of rows are float32 numbers: in float64 a ladder is climbed with these, and not with its own draw."""
-    rows = {identity: row for identity, row in everything()[0].items() if row.file == file}
-    of_file = {row.ladder for row in rows.values()}
-    reaches: dict[str, dict[str, float | None]] = {}
-    for ladder in (ladder for ladder in LADDERS if ladder.name in of_file):
-        if precision == "float32":
-            whole = drawn(ladder, precision, quick=ladder.question == "watertight")
-        else:
-            inputs, rungs = stored(ladder)
-            truth = QUESTIONS[ladder.question]().truth(ladder, inputs, rungs)
-            whole = Drawn(ladder=ladder, precision=precision, inputs=inputs, rungs=rungs, truth=truth)
-        formulas = [formula for slot in ladder.slots for formula in FORMULAS.variants(slot) if applies(ladder, formula)]
-        for formula in formulas:
-            if formula.name not in reaches:
-                found = climbed(rows, of_formula(formula.name, file, precision), precision)
-                reaches[formula.name] = {reach.ladder.name: reach.breakpoint for reach in found}
-            expected = climb(whole, formula).breakpoint
-            assert reaches[formula.name][ladder.name] == expected, (ladder.name, formula.name)
-
-
 def test_every_formula_has_ladders_to_climb() -> None:
     asked = {slot for ladder in LADDERS for slot in ladder.slots}
 
@@ -120,19 +93,6 @@ def test_every_formula_has_ladders_to_climb() -> None:
         "cosine",
         "nearest",
     }
-
-
-def test_a_known_formula_is_recognised(tmp_path: Path) -> None:
-    cells = of_formula("triangle/moeller_trumbore_epsilon", "triangle", "float32")
-    rows, _ = everything()
-    answers = read_answers(written(tmp_path / "mine.csv", cells), rows)
-
-    judgement = judge(answers, "float32")
-
-    assert "as with triangle/moeller_trumbore_epsilon in 100%" in judgement.alike["triangle"]
-    assert judgement.exit_code == 1
-    assert '<failure message="no row hits: the ray leaks"' in junit(judgement)
-    assert "| TRI-EDGE |" in markdown(judgement)
 
 
 def of_rows(identity: str, precision: str = "float32", **answer: str) -> str:

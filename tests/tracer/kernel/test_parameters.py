@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from rayproof.cases.rounding import gamma
-from rayproof.cases.scene import IDENTITY, Cube, Scene, Sphere, Square, Triangle
+from rayproof.cases.scene import Cube, Scene, Sphere, Square, Triangle
 from rayproof.cases.stages import IMAGE_STAGES, Stage
 from rayproof.tracer import render as rendering
 from rayproof.tracer.configuration import Configuration
@@ -16,8 +16,6 @@ from rayproof.tracer.frames import Frames
 from rayproof.tracer.kernel.parameters import Literals
 from rayproof.tracer.render import render
 from tests.tracer.scenes import FLOOR, LIGHT, affine, camera, everything, octahedron, scene
-
-FAMILY = 50
 
 
 @pytest.fixture(autouse=True)
@@ -57,13 +55,6 @@ def kernels() -> set[str]:
     return {kernel["hash"] for kernel in dr.kernel_history([dr.KernelType.JIT])}
 
 
-def test_fifty_scenes_of_one_structure_compile_one_kernel(precision: str) -> None:
-    for seed in range(FAMILY):
-        render(member(seed), (Stage.RADIANCE,), Configuration(precision=precision))
-
-    assert len(kernels()) == 1
-
-
 def test_scenes_with_a_mesh_share_the_two_kernels_of_their_plan() -> None:
     for seed in range(4):
         render(member(seed, mesh=True), (Stage.RADIANCE,), Configuration())
@@ -94,40 +85,6 @@ def test_scenes_of_the_same_kinds_share_all_kernels_whatever_their_number_and_or
     assert kernels() <= one
 
 
-def test_clipping_is_a_kernel_of_its_own() -> None:
-    usual = member(0, mesh=True)
-    render(usual, tuple(Stage), Configuration())
-    one = kernels()
-
-    for clip in ("shell", "none"):
-        render(dataclasses.replace(usual, clip=clip), tuple(Stage), Configuration())
-
-        # For each of the samples of a tile, and one by one.
-        assert len(kernels() - one) <= 2
-
-
-def test_another_formula_compiles_the_kernel_of_its_stage() -> None:
-    render(member(0, mesh=True), tuple(Stage), Configuration())
-    usual = kernels()
-
-    render(member(0, mesh=True), tuple(Stage), Configuration(formulas={"ray": "inverse_matrices"}))
-
-    # By each of the samples of a tile, and one by one.
-    assert len(kernels() - usual) == 2
-
-
-def test_meshes_of_any_size_share_the_kernels_of_the_tree() -> None:
-    def meshes(times: int) -> set[str]:
-        small = octahedron()
-        mesh = dataclasses.replace(small, faces=[tuple(face) for face in small.faces for _ in range(times)])
-        render(scene(mesh, FLOOR), tuple(Stage), Configuration())
-        return kernels()
-
-    # Trees of an odd number of levels begin with one more choice.
-    assert meshes(4) == meshes(16)
-    assert meshes(4) != meshes(8)
-
-
 @pytest.mark.parametrize("what", [member(3), member(3, mesh=True), everything()], ids=["unrolled", "mesh", "all"])
 def test_stages_by_kernels_of_their_own_are_those_of_one_kernel(what: Scene, precision: str) -> None:
     configuration = Configuration(precision=precision)
@@ -137,27 +94,6 @@ def test_stages_by_kernels_of_their_own_are_those_of_one_kernel(what: Scene, pre
     for stage in IMAGE_STAGES:
         (alone,) = render(what, (stage,), configuration).values()
         np.testing.assert_array_equal(together[stage], alone)
-
-
-@pytest.mark.parametrize(
-    "change",
-    [
-        {"to_world": IDENTITY},
-        {"two_sided": True},
-        {"to_world": ((2.0, 0, 0, 0), (0, 3.0, 0, 0), (0, 0, 4.0, 0), IDENTITY[3])},
-    ],
-    ids=["identity", "two-sided", "stretched"],
-)
-def test_what_a_scene_does_not_need_is_left_out_all_the_same(change: dict) -> None:
-    usual = member(1)
-    first, sheared, *others = usual.shapes
-    changed = dataclasses.replace(usual, shapes=(first, dataclasses.replace(sheared, **change), *others))
-
-    render(usual, (Stage.RADIANCE,), Configuration())
-    one = kernels()
-    render(changed, (Stage.RADIANCE,), Configuration())
-
-    assert kernels().isdisjoint(one)
 
 
 def test_a_scene_that_is_rendered_often_has_its_numbers_in_the_code() -> None:

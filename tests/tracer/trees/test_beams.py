@@ -6,16 +6,11 @@ import drjit as dr
 import numpy as np
 
 from rayproof.cases.scene import Sphere
-from rayproof.tracer.configuration import Configuration
-from rayproof.tracer.frames import Frames
 from rayproof.tracer.kernel.arrays import array_types
 from rayproof.tracer.kernel.parameters import LITERALS
-from rayproof.tracer.plan import Plan
 from rayproof.tracer.shapes.primitives import traced
 from rayproof.tracer.trees.beams import Directions, cone
-from tests.tracer.scenes import ALBEDO, FLOOR, LIGHT, camera, octahedron, scene, shapes
-
-STRIP, ONE_BY_ONE = Plan(columns=4), Plan()
+from tests.tracer.scenes import ALBEDO, FLOOR, shapes
 
 
 def test_a_ray_at_any_point_of_a_shape_may_meet_it(precision: str) -> None:
@@ -72,20 +67,3 @@ def test_a_direction_that_is_no_number_bounds_nothing() -> None:
     assert not may([nobody, nobody])
     assert not may([down, types.Vector(1, 0, 0)], active=[types.Bool(False), types.Bool(True)])
     assert not may([down], active=[types.Bool(False)])
-
-
-def test_most_packets_go_past_a_small_sphere() -> None:
-    small = Sphere(albedo=ALBEDO, center=(0.0, 0.0, 0.2), radius=0.2)
-    what = scene(small, FLOOR, lights=(LIGHT,), camera=camera(width=128, height=128))
-
-    seen, shaded, felt, crossing = Frames(what, Configuration(), chosen=STRIP).asked()
-
-    assert 0 < seen.mean() < 0.05
-    assert shaded.all()  # the floor is everywhere
-    assert 0 < felt.mean() < 0.05
-    assert not crossing.any()  # nothing lies below it
-    assert not Frames(scene(FLOOR, lights=(LIGHT,)), Configuration(), chosen=ONE_BY_ONE).asked()[1:]
-
-
-def test_meshes_stay_in_their_tree() -> None:
-    assert traced(octahedron()).ball is None

@@ -5,17 +5,13 @@ from typing import Any
 import numpy as np
 import pytest
 
-from rayproof.cases.benchmark_scenes import bumpy, terrain
-from rayproof.cases.scene import Mesh
 from rayproof.tracer.kernel.arrays import array_types
 from rayproof.tracer.kernel.parameters import LITERALS, DeviceBuffers
-from rayproof.tracer.shapes.meshes import baked
 from rayproof.tracer.trees import build
 from rayproof.tracer.trees.boxes import (
     LOWER,
     STEPS,
     UPPER,
-    GridBoxes,
     HostNodes,
     Nodes,
     on_grid,
@@ -23,8 +19,7 @@ from rayproof.tracer.trees.boxes import (
     quantise,
     unpacked,
 )
-from rayproof.tracer.trees.build import CUTS, MOST_CUTS, SAMPLE, Tree, tree_over
-from rayproof.tracer.trees.trees import bounds
+from rayproof.tracer.trees.build import CUTS, MOST_CUTS, Tree, tree_over
 
 Corners = tuple[np.ndarray, np.ndarray]  # lower and upper ones of boxes, (3, n) [m]
 
@@ -40,17 +35,6 @@ def area(rows: np.ndarray, step: np.ndarray) -> np.ndarray:
     words = rows.astype(np.float64)
     x, y, z = (np.maximum(STEPS - words[..., LOWER + k] - words[..., UPPER + k], 0) * step[k] for k in range(3))
     return x * y + y * z + z * x
-
-
-def inner_area(tree: Tree, on: GridBoxes) -> float:
-    """Return half the area of all boxes above the leaves of a tree without larger ones."""
-    level = on.rows[tree.slots[tree.first(np.arange(tree.leaves))]]
-    level[tree.empty] = STEPS
-    total = 0.0
-    while len(level) > 1:
-        level = np.minimum(level[::2], level[1::2])
-        total += float(area(level, on.step).sum())
-    return total
 
 
 def items_of(tree: Tree, leaves: range) -> np.ndarray:
@@ -152,23 +136,6 @@ def test_the_root_is_cut_where_that_is_cheapest(seed: int) -> None:
     assert cost(items_of(tree, range(half))) <= min(known) * (1 + MOST_CUTS * 2.0**-23)
 
 
-def test_a_root_with_more_items_than_are_looked_at_is_cut_nearly_as_well() -> None:
-    count = 4 * CUTS * SAMPLE + 5
-    lower, upper = boxes(count)
-    # Two crowds apart, of which the cut between them is far the cheapest.
-    lower[0, : count * 2 // 5] += 50
-    upper[0, : count * 2 // 5] += 50
-    tree = tree_over(on_grid(lower, upper))
-
-    sides = [items_of(tree, range(k * tree.leaves // 2, (k + 1) * tree.leaves // 2)) for k in range(2)]
-
-    # Between two cuts that are compared lie at most so many items.
-    between = tree.leaves // 2 // CUTS
-    mixed = [min((side < count * 2 // 5).sum(), (side >= count * 2 // 5).sum()) for side in sides]
-    assert sum(mixed) <= between
-    assert abs(len(sides[0]) - len(sides[1])) > between
-
-
 def test_a_tree_in_halves_is_cut_in_the_middle_of_the_longest_axis(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(build, "MOST_BY_AREA", 0)
     lower, upper = boxes(64)
@@ -200,42 +167,3 @@ def test_sizes_at_the_ends_of_the_floats_are_no_matter(size: float) -> None:
 def test_without_a_box_there_is_no_tree() -> None:
     with pytest.raises(ValueError, match="at least one item"):
         on_grid(np.zeros((3, 0), np.float32), np.zeros((3, 0), np.float32))
-
-
-# Of all boxes above the leaves, what a tree in halves has.
-@pytest.mark.parametrize(("mesh", "share"), [(bumpy(4), 0.92), (terrain(50), 0.82)], ids=["bumpy", "terrain"])
-@pytest.mark.parametrize("piece", [2**15, 2**8])
-def test_there_is_less_to_meet_than_in_a_tree_in_halves(
-    mesh: Mesh, share: float, piece: int, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    on = on_grid(*bounds(baked(mesh)))
-    monkeypatch.setattr(build, "PIECE", piece)
-    by_area = inner_area(tree_over(on), on)
-    monkeypatch.setattr(build, "MOST_BY_AREA", 0)
-
-    assert by_area < share * inner_area(tree_over(on), on)
-
-
-def test_pieces_make_no_worse_tree(monkeypatch: pytest.MonkeyPatch) -> None:
-    on = on_grid(*boxes(3000))
-    at_once = inner_area(tree_over(on), on)
-    monkeypatch.setattr(build, "PIECE", 256)
-
-    # Where pieces are cut, sixteen items between two cuts stand for all, so that a cut may lie beside the best one.
-    assert inner_area(tree_over(on), on) == pytest.approx(at_once, rel=0.03)
-
-
-@pytest.mark.parametrize("piece", [2**15, 16])
-def test_of_items_in_one_place_along_an_axis_neighbours_stay_together(
-    piece: int, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(build, "PIECE", piece)
-    monkeypatch.setattr(build, "MOST_BY_AREA", 0)
-    # Three columns, numbered in no order, the middle one of which is cut.
-    x, y = (np.ravel(part).astype(np.float32) for part in np.mgrid[:3, :21])
-    lower = np.stack([100 * x, y, 0 * x])[:, np.random.default_rng(3).permutation(63)]
-    tree = tree_over(on_grid(lower, lower + np.float32(1)))
-
-    below, above = (lower[:, items_of(tree, range(k * 32, (k + 1) * 32))] for k in range(2))
-
-    assert below[1, below[0] == 100].max() < above[1, above[0] == 100].min()

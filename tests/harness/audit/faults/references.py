@@ -22,11 +22,7 @@ from tests.harness.audit.faults import FAULTS, altered, replaced
     where="reference",
     stage=Stage.EXITANCE,
     who=("analytic",),
-    cases=(
-        "primitives/*",
-        "several_lights/*",
-        "shadows/*",
-    ),
+    cases=("primitives/*", "several_lights/*", "shadows/*"),
 )
 @contextmanager
 def analytic_albedo_squared() -> Iterator[None]:
@@ -48,11 +44,7 @@ def analytic_albedo_squared() -> Iterator[None]:
     where="reference",
     stage=Stage.IRRADIANCE,
     who=("analytic",),
-    cases=(
-        "primitives/*",
-        "several_lights/*",
-        "shadows/*",
-    ),
+    cases=("primitives/*", "several_lights/*", "shadows/*"),
 )
 @contextmanager
 def analytic_flux_factor() -> Iterator[None]:
@@ -75,10 +67,7 @@ def analytic_flux_factor() -> Iterator[None]:
     stage=Stage.RAY,
     who=("analytic",),
     also=(Stage.CAMERA,),
-    cases=(
-        "cameras/*",
-        "primitives/*",
-    ),
+    cases=("cameras/*", "primitives/*"),
 )
 @contextmanager
 def analytic_fovy() -> Iterator[None]:
@@ -100,11 +89,7 @@ def analytic_fovy() -> Iterator[None]:
     where="reference",
     stage=Stage.IRRADIANCE,
     who=("analytic",),
-    cases=(
-        "several_lights/*",
-        "simplified/*",
-        "invariance/*",
-    ),
+    cases=("several_lights/*", "simplified/*", "invariance/*"),
 )
 @contextmanager
 def analytic_light_dropped() -> Iterator[None]:
@@ -127,11 +112,7 @@ def analytic_light_dropped() -> Iterator[None]:
     where="reference",
     stage=Stage.NORMAL,
     who=("analytic",),
-    cases=(
-        "primitives/*",
-        "transforms/*_mirrored",
-        "transforms/sphere_*",
-    ),
+    cases=("primitives/*", "transforms/*_mirrored", "transforms/sphere_*"),
 )
 @contextmanager
 def analytic_normal_mirrored() -> Iterator[None]:
@@ -154,10 +135,7 @@ def analytic_normal_mirrored() -> Iterator[None]:
     stage=Stage.CAMERA,
     who=("analytic",),
     also=(Stage.RAY,),
-    cases=(
-        "cameras/*",
-        "primitives/*",
-    ),
+    cases=("cameras/*", "primitives/*"),
 )
 @contextmanager
 def analytic_pixel_corner() -> Iterator[None]:
@@ -179,10 +157,7 @@ def analytic_pixel_corner() -> Iterator[None]:
     where="reference",
     stage=Stage.VISIBILITY,
     who=("analytic",),
-    cases=(
-        "shadows/*",
-        "several_lights/*",
-    ),
+    cases=("shadows/*", "several_lights/*"),
 )
 @contextmanager
 def analytic_shadowless() -> Iterator[None]:
@@ -225,15 +200,8 @@ def analytic_shell() -> Iterator[None]:
     "reference/mitsuba_flux_factor",
     where="reference",
     stage=Stage.IRRADIANCE,
-    who=(
-        "mitsuba_llvm",
-        "mitsuba_scalar",
-    ),
-    cases=(
-        "primitives/*",
-        "several_lights/*",
-        "shadows/*",
-    ),
+    who=("mitsuba_llvm", "mitsuba_scalar"),
+    cases=("primitives/*", "several_lights/*", "shadows/*"),
 )
 @contextmanager
 def mitsuba_flux_factor() -> Iterator[None]:
@@ -267,15 +235,9 @@ def _sensor_with(change: Callable[[dict[str, Any]], dict[str, Any]]) -> Iterator
     "reference/mitsuba_fovy",
     where="reference",
     stage=Stage.CAMERA,
-    who=(
-        "mitsuba_llvm",
-        "mitsuba_scalar",
-    ),
+    who=("mitsuba_llvm", "mitsuba_scalar"),
     also=(Stage.RAY,),
-    cases=(
-        "cameras/*",
-        "primitives/*",
-    ),
+    cases=("cameras/*", "primitives/*"),
 )
 def mitsuba_fovy() -> AbstractContextManager[None]:
     """Widen Mitsuba's camera.
@@ -289,15 +251,9 @@ def mitsuba_fovy() -> AbstractContextManager[None]:
     "reference/mitsuba_horizontal_fovy",
     where="reference",
     stage=Stage.CAMERA,
-    who=(
-        "mitsuba_llvm",
-        "mitsuba_scalar",
-    ),
+    who=("mitsuba_llvm", "mitsuba_scalar"),
     also=(Stage.RAY,),
-    cases=(
-        "cameras/*",
-        "primitives/*",
-    ),
+    cases=("cameras/*", "primitives/*"),
 )
 def mitsuba_horizontal_fovy() -> AbstractContextManager[None]:
     """Measure Mitsuba's angle along x.
@@ -311,15 +267,8 @@ def mitsuba_horizontal_fovy() -> AbstractContextManager[None]:
     "reference/mitsuba_jittered",
     where="reference",
     stage=Stage.RADIANCE,
-    who=(
-        "mitsuba_llvm",
-        "mitsuba_scalar",
-    ),
-    cases=(
-        "primitives/*",
-        "several_lights/*",
-        "shadows/*",
-    ),
+    who=("mitsuba_llvm", "mitsuba_scalar"),
+    cases=("primitives/*", "several_lights/*", "shadows/*"),
 )
 def mitsuba_jittered() -> AbstractContextManager[None]:
     """Jitter the samples of Mitsuba's images.
@@ -333,16 +282,9 @@ def mitsuba_jittered() -> AbstractContextManager[None]:
     "reference/mitsuba_light_not_moved",
     where="reference",
     stage=Stage.IRRADIANCE,
-    who=(
-        "mitsuba_llvm",
-        "mitsuba_scalar",
-    ),
+    who=("mitsuba_llvm", "mitsuba_scalar"),
     also=(Stage.VISIBILITY,),
-    cases=(
-        "several_lights/i*",
-        "random_scenes/*",
-        "invariance/*",
-    ),
+    cases=("several_lights/i*", "random_scenes/*", "invariance/*"),
 )
 @contextmanager
 def mitsuba_light_not_moved() -> Iterator[None]:
@@ -362,14 +304,8 @@ def mitsuba_light_not_moved() -> Iterator[None]:
     "reference/mitsuba_near_plane",
     where="reference",
     stage=Stage.DISTANCE,
-    who=(
-        "mitsuba_llvm",
-        "mitsuba_scalar",
-    ),
-    cases=(
-        "primitives/*",
-        "clipping/*",
-    ),
+    who=("mitsuba_llvm", "mitsuba_scalar"),
+    cases=("primitives/*", "clipping/*"),
 )
 @contextmanager
 def mitsuba_near_plane() -> Iterator[None]:
@@ -393,20 +329,9 @@ def mitsuba_near_plane() -> Iterator[None]:
     "reference/mitsuba_no_instances",
     where="reference",
     stage=Stage.NORMAL,
-    who=(
-        "mitsuba_llvm",
-        "mitsuba_scalar",
-    ),
-    also=(
-        Stage.OBJECT,
-        Stage.DISTANCE,
-        Stage.POSITION,
-    ),
-    cases=(
-        "transforms/*_mirrored",
-        "transforms/sphere_*",
-        "normals/*",
-    ),
+    who=("mitsuba_llvm", "mitsuba_scalar"),
+    also=(Stage.OBJECT, Stage.DISTANCE, Stage.POSITION),
+    cases=("transforms/*_mirrored", "transforms/sphere_*", "normals/*"),
 )
 @contextmanager
 def mitsuba_no_instances() -> Iterator[None]:
@@ -427,14 +352,8 @@ def mitsuba_no_instances() -> Iterator[None]:
     "reference/mitsuba_normal_mirrored",
     where="reference",
     stage=Stage.NORMAL,
-    who=(
-        "mitsuba_llvm",
-        "mitsuba_scalar",
-    ),
-    cases=(
-        "primitives/*",
-        "transforms/*",
-    ),
+    who=("mitsuba_llvm", "mitsuba_scalar"),
+    cases=("primitives/*", "transforms/*"),
 )
 @contextmanager
 def mitsuba_normal_mirrored() -> Iterator[None]:
@@ -456,10 +375,7 @@ def mitsuba_normal_mirrored() -> Iterator[None]:
     where="reference",
     stage=Stage.RADIANCE,
     who=("radiance",),
-    cases=(
-        "sidedness/*_from_the_viewer",
-        "inside/one_sided_sphere",
-    ),
+    cases=("sidedness/*_from_the_viewer", "inside/one_sided_sphere"),
 )
 @contextmanager
 def radiance_both_sides() -> Iterator[None]:
@@ -481,10 +397,7 @@ def radiance_both_sides() -> Iterator[None]:
     where="reference",
     stage=Stage.IRRADIANCE,
     who=("radiance",),
-    cases=(
-        "primitives/*",
-        "several_lights/*",
-    ),
+    cases=("primitives/*", "several_lights/*"),
 )
 @contextmanager
 def radiance_flux_factor() -> Iterator[None]:
@@ -503,10 +416,7 @@ def radiance_flux_factor() -> Iterator[None]:
     where="reference",
     stage=Stage.RAY,
     who=("radiance",),
-    cases=(
-        "cameras/*",
-        "primitives/*",
-    ),
+    cases=("cameras/*", "primitives/*"),
 )
 @contextmanager
 def radiance_fovy() -> Iterator[None]:

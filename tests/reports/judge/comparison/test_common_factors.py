@@ -197,49 +197,6 @@ def test_of_two_lights_in_the_same_pixels_the_one_with_the_wrong_flux_is_named()
     assert found.outcome is Outcome.FAIL
 
 
-def test_an_albedo_that_is_off_is_named_with_its_shape_and_channel():
-    scene = TWO_LIGHTS
-    red = BOX.albedo[0] * (1 + 2e-6)
-    wrong = replace(scene, shapes=(BALL, FLOOR, replace(BOX, albedo=(red, *BOX.albedo[1:])), SHEET))
-
-    found = judged(scene, float32_program(wrong))
-
-    told = check_of(found, Stage.EXITANCE).bias.continued.groups
-    assert {(group.shape, channel) for group in told for channel in over(group)} == {(2, 0)}
-    assert check_of(found, Stage.IRRADIANCE).outcome is Outcome.PASS
-
-
-def test_what_is_black_clamped_or_infinite_says_nothing_of_a_factor():
-    scene = SCENES["one-light"]
-    spoilt = float32_program(scene)
-    image = spoilt[Stage.RADIANCE]
-    lit = np.argwhere(image[..., 0] > 0)[::2]
-    image[tuple(lit.T)] = 0.0
-
-    bias = check_of(judged(scene, spoilt), Stage.RADIANCE).bias
-
-    assert bias is not None
-    assert bias.groups
-    assert bias.ratio < 1
-
-
-def test_a_few_values_are_held_to_a_pixels_limit():
-    scene = replace(SCENE, camera=replace(CAMERA, width=40, height=30))
-    whole = factors_of(scene, float32_program(scene), Stage.RADIANCE)
-    stepped = float32_program(scene)
-    for stage in LIGHT_STAGES:
-        stepped[stage] = np.round(stepped[stage] / 3e-3) * 3e-3
-    coarse = factors_of(scene, stepped, Stage.RADIANCE)
-
-    def seen(found: Factors) -> dict:
-        return {(factor.shape, factor.channel): factor for factor in found.factors}
-
-    assert all(factor.pixels >= LEAST_DISTINCT for factor in seen(whole).values())
-    for key, factor in seen(coarse).items():
-        assert factor.distinct
-        assert factor.limit >= seen(whole)[key].limit, "scattered values show less"
-
-
 def test_a_record_holds_the_group_that_is_nearest_to_its_limit_and_each_where_one_is_over():
     scene = SCENES["one-light"]
     doubled = float32_program(scene)

@@ -38,16 +38,3 @@ def test_numbers_of_few_digits_tell_nothing(digits) -> None:
 
     assert copied(decimal, decimal, decimal, both_float32=False) == ()
     assert copied(binary, binary, binary, both_float32=False) == ()
-
-
-def test_few_and_simple_numbers_may_agree() -> None:
-    black: StageImages = {Stage.RADIANCE: np.zeros((12, 16, 3))}
-
-    assert copied(black, black, black, both_float32=False) == ()
-
-
-def test_whole_numbers_and_other_sizes_are_no_copies() -> None:
-    objects: StageImages = {Stage.OBJECT: np.arange(200.0).reshape(10, 10, 2)}
-
-    assert copied(objects, objects, objects, both_float32=False) == ()
-    assert copied(OURS, {Stage.RAY: OURS[Stage.RAY][:1]}, OURS, both_float32=False) == ()

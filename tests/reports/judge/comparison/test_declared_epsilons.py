@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 from rayproof.cases.case import Case
-from rayproof.cases.families import select
 from rayproof.cases.stages import Stage
 from rayproof.reports.judge.answers import Answers
 from rayproof.reports.judge.case import judge_case
@@ -16,8 +15,6 @@ from rayproof.reports.judge.measurement import Kind
 from rayproof.reports.results.case_records import Check
 from rayproof.reports.results.outcomes import Outcome
 from rayproof.reports.run.scenes import case_of_file
-from rayproof.reports.run.tracer_task import shadow_epsilons
-from rayproof.tracer.configuration import Configuration
 from tests.reports.judge.scenes import CASE, ORACLE, candidate, followed, rounded, truth_of_scene, witness
 
 WIDE = 0.098  # m: of examples/still_life.json, whose shapes lie 5 to 9 m from the eye
@@ -101,15 +98,6 @@ def test_what_lies_beyond_a_ray_epsilon_may_be_seen(staged):
     assert check.outcome in (Outcome.WARN, Outcome.FAIL), "too many pixels for what rounding needs"
     assert count(check, Kind.WRONG) == 0
     assert count(check, Kind.EPSILON) > 50
-
-
-def test_the_tracers_own_clearance_is_no_more_than_a_case_allows():
-    (case,) = select(["acne/contact"])
-    answers = dict(truth_of_scene(case.scene).truth)
-    declared = shadow_epsilons(case.scene, answers, Configuration.parse("float32"))
-    mine = replace(candidate(rounded(answers)), items=frozenset({"CAM-4"}), shadow_epsilon=declared)
-
-    assert judge_case(case, [mine], [witness(answers)], ORACLE, {}).outcome is Outcome.PASS
 
 
 def test_a_references_epsilon_costs_its_word_and_not_the_case():

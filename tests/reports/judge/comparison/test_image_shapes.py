@@ -1,7 +1,5 @@
 """An image of another size, with other channels or a camera of other parts is its maker's fault, whoever that is."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 
@@ -10,9 +8,6 @@ from rayproof.reports.judge.answers import Answers
 from rayproof.reports.judge.case import adjudication, judge_case
 from rayproof.reports.judge.verdict import Judged
 from rayproof.reports.results.outcomes import Outcome
-from rayproof.reports.run import judge_task
-from rayproof.reports.run.case_answers import CaseAnswers
-from rayproof.reports.run.options import CaseOptions
 from tests.reports.judge.scenes import CASE, ORACLE, candidate, rounded, truth, witness
 
 SPOILT = {
@@ -74,32 +69,6 @@ def test_of_a_camera_a_part_that_is_not_there_is_its_makers_fault(part, how):
     assert (ours.outcome, ours.stage) == (Outcome.FAIL, Stage.CAMERA)
     assert (theirs.outcome, theirs.stage) == (Outcome.REFERENCE_SUSPECT, Stage.CAMERA)
     assert part in theirs.reason
-
-
-def test_who_stands_alone_is_held_against_conventions_by_its_other_images():
-    ours = rounded(truth())
-    ours[Stage.RADIANCE] = ours[Stage.RADIANCE] * 1.01
-    ours[Stage.EXITANCE] = SPOILT["a channel more"](ours[Stage.EXITANCE])
-
-    found, subjects, _ = judged(ours, truth())
-    record = adjudication(found, subjects, ORACLE)["radiance"]
-
-    assert record["alone"] == "float32"
-    assert "Not explained" in record["why"]
-
-
-def test_a_case_with_such_images_is_recorded_with_all_others(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
-    monkeypatch.setattr(judge_task, "check_judge", lambda *, cached: None)
-    ours, theirs = rounded(truth()), truth()
-    ours[Stage.OBJECT] = ours[Stage.OBJECT][:1]
-    theirs[Stage.RADIANCE] = theirs[Stage.RADIANCE][..., :2]
-    _, candidates, witnesses = judged(ours, theirs)
-
-    answers = CaseAnswers(subjects=tuple(candidates), references=tuple(witnesses))
-    record = judge_task.judge(CASE, CaseOptions(references=()), answers, tmp_path)
-
-    assert record["verdict"] == Outcome.FAIL
-    assert all((tmp_path / render["image"]).is_file() for render in record["renders"])
 
 
 def test_an_oracle_that_falls_is_no_failure_of_the_one_under_test():

@@ -53,24 +53,6 @@ def test_a_light_counts_wholly_or_not_at_all(stage):
     assert not lit or found[2] is not Kind.WRONG
 
 
-@pytest.mark.parametrize("count", COUNTS)
-def test_some_of_many_undecided_lights_give_a_value_or_it_is_wrong(count):
-    scene = scene_of(count)
-    parts, generator = shares(scene), np.random.default_rng(1)
-    some = generator.random(count) < 0.5
-
-    assert judged(scene, parts[some].sum(axis=0)) is Kind.ROUNDING
-    assert judged(scene, parts[some].sum(axis=0) * (1.001, 0.999, 1.002)) is Kind.WRONG
-
-
-def test_of_more_lights_than_can_be_listed_nobody_knows_what_lies_within_their_span():
-    scene = scene_of(26)
-    parts = shares(scene)
-
-    assert judged(scene, 0.37 * parts.sum(axis=0)) is Kind.UNEXAMINED
-    assert judged(scene, 1.01 * parts.sum(axis=0)) is Kind.WRONG
-
-
 def test_all_channels_come_from_one_choice_of_lights():
     scene = scene_of(2)
     first, second = shares(scene)

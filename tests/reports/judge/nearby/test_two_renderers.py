@@ -11,7 +11,7 @@ from rayproof.reports.judge.case import judge_case
 from rayproof.reports.judge.measurement import Kind
 from rayproof.reports.judge.oracle import stages_of
 from rayproof.reports.judge.pairs import RendererPair
-from rayproof.reports.judge.sentinels import BORDER, EDGE_CASE, INNER, SIDE, edge_scene
+from rayproof.reports.judge.sentinels import BORDER, EDGE_CASE, SIDE, edge_scene
 from rayproof.reports.results.outcomes import Outcome
 from tests.reports.judge.scenes import ORACLE, against, candidate, put, rounded, truth_of_scene, witness
 
@@ -39,18 +39,6 @@ def test_who_is_wrong_disagrees_with_who_is_right_and_with_nobody_who_says_the_s
     assert pair(wrong, SQUARE).pixels(Stage.DISTANCE).kinds[BORDER] == Kind.WRONG
     assert pair(PLANE, wrong).pixels(Stage.DISTANCE).kinds[BORDER] == Kind.WRONG
     assert pair(wrong, dict(wrong)).pixels(Stage.DISTANCE).kinds[BORDER] in (Kind.STRICT, Kind.WIDE)
-
-
-def test_two_who_are_off_by_their_limits_to_either_side_agree_and_no_farther():
-    truth = truth_of_scene(SCENE).truth
-    limit = against(SCENE, SQUARE).limits.end_to_end[Stage.DISTANCE][INNER]
-
-    def off(times: float) -> dict:
-        image = put(truth[Stage.DISTANCE], INNER, truth[Stage.DISTANCE][INNER] + times * limit)
-        return dict(truth) | {Stage.DISTANCE: image}
-
-    assert pair(off(0.9), off(-0.9)).pixels(Stage.DISTANCE).kinds[INNER] != Kind.WRONG
-    assert pair(off(0.9), off(-1.9)).pixels(Stage.DISTANCE).kinds[INNER] == Kind.WRONG
 
 
 @pytest.mark.parametrize(

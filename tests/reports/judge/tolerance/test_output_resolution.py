@@ -7,7 +7,6 @@ import pytest
 
 from rayproof.cases.stages import Resolution, Stage
 from rayproof.reports.judge.case import judge_case
-from rayproof.reports.judge.forward.limits import Coarseness
 from rayproof.reports.judge.measurement import Kind, held_to
 from rayproof.reports.results.outcomes import Outcome
 from tests.reports.judge.scenes import CASE, ORACLE, SCENE, candidate, rounded, truth, witness
@@ -42,10 +41,6 @@ def test_a_stage_in_steps_passes_where_they_are_declared_and_only_there(stage):
     assert judged(answers).outcome is Outcome.FAIL
 
 
-def test_everything_in_steps_passes_with_what_is_continued_from_it():
-    assert judged(stepped(*COARSE), *COARSE).outcome is Outcome.PASS
-
-
 @pytest.mark.parametrize("stage", [Stage.DISTANCE, Stage.RADIANCE], ids=str)
 def test_one_step_more_than_declared_fails(stage):
     answers = stepped(stage)
@@ -75,18 +70,6 @@ def test_an_output_too_coarse_to_tell_anything_is_no_pass():
 
     assert found.outcome is Outcome.UNSUPPORTED
     assert "a single bit" in found.reason
-
-
-def test_misses_and_whole_numbers_have_no_step():
-    coarse = Coarseness(resolutions=dict.fromkeys(Stage, LEVELS))
-    answers = truth()
-    missed = answers[Stage.OBJECT][..., 0] < 0
-
-    assert np.all(np.asarray(coarse.step(Stage.DISTANCE, answers[Stage.DISTANCE]))[missed] == 0)
-    assert coarse.step(Stage.OBJECT, answers[Stage.OBJECT]) == 0
-    assert coarse.step(Stage.VISIBILITY, answers[Stage.VISIBILITY]) == 0
-    assert coarse.too_coarse(Stage.VISIBILITY, answers[Stage.VISIBILITY]) is None
-    assert Coarseness(resolutions={}).handed_down(SCENE, Stage.RADIANCE, answers, None) == 0  # type: ignore[arg-type]
 
 
 def test_hits_within_a_partys_own_epsilon_are_counted_apart():

@@ -9,9 +9,8 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from rayproof.reports.cli import main
 from rayproof.reports.publish import browser
-from rayproof.reports.publish.browser import MOST_BYTES, sizes
+from rayproof.reports.publish.browser import MOST_BYTES
 from rayproof.reports.publish.page import page
 from rayproof.reports.results.document import load_results
 from tests.harness.pictures import DRAWN_BY, scripts_digest
@@ -62,41 +61,3 @@ def test_pictures_are_small_and_figures_are_numbers(run: Path, tmp_path: Path, m
 
 def test_the_documents_pictures_show_the_page_as_it_is() -> None:
     assert DRAWN_BY.read_text().strip() == scripts_digest(), "run: python -m tests.harness.pictures"
-
-
-def test_what_is_opened_is_told_from_what_lies_beside_it(run: Path) -> None:
-    opened, whole = sizes(run)
-
-    (run / "data").mkdir(exist_ok=True)
-    (run / "data" / "more.js").write_bytes(b"x" * 1000)
-    (run / "notes.txt").write_bytes(b"x" * 100)
-    (run / "report.html").write_bytes(b"x" * 10)
-
-    assert sizes(run) == (opened + 1000, whole + 1100)
-
-
-@pytest.mark.parametrize(
-    ("arguments", "said"),
-    [
-        (["--pictures", "{out}"], "Chromium is not installed"),
-        (["--figures"], "Chromium is not installed"),
-        (["--pictures", "{out}", "--case", "no/such"], "no case called no/such"),
-        (["{run}", "--figures"], "need one folder, got two"),
-    ],
-)
-def test_what_cannot_be_looked_at_is_one_line_and_2(
-    run: Path,
-    tmp_path: Path,
-    arguments: list[str],
-    said: str,
-    monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
-) -> None:
-    monkeypatch.setattr(browser, "NAMES", ("no-such-browser",))
-
-    given = [text.format(run=run, out=tmp_path) for text in arguments]
-
-    assert main(["report", str(run), *given]) == 2
-    told = capsys.readouterr()
-    assert said in told.err
-    assert told.err.count("\n") == 1

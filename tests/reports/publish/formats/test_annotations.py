@@ -2,30 +2,8 @@
 
 from pathlib import Path
 
-from rayproof.reports.publish.summaries import MOST
 from rayproof.reports.publish.summaries import publish_annotations as publish
 from tests.reports.publish.sample import make_folder, results_of
-
-
-def test_what_did_not_pass_is_annotated(tmp_path: Path) -> None:
-    (path,) = publish(tmp_path, make_folder(tmp_path))
-
-    lines = path.read_text().splitlines()
-    assert all(line.startswith(("::error title=", "::notice title=")) for line in lines)
-    assert any(line.startswith("::error title=rayproof sphere/sheared::fail") and "NRM-3" in line for line in lines)
-    assert not any("sphere/plain" in line for line in lines)
-
-
-def test_only_ten_causes_are(tmp_path: Path) -> None:
-    results = make_folder(tmp_path)
-    failing = next(case for case in results["cases"] if case["verdict"] == "fail")
-    many = results_of([failing | {"name": f"many/{number}", "blamed_items": [f"X-{number}"]} for number in range(25)])
-
-    (path,) = publish(tmp_path, many)
-
-    lines = path.read_text().splitlines()
-    assert len([line for line in lines if "many/" in line]) == MOST
-    assert "The largest 10 of 25 causes" in lines[-1]
 
 
 def test_a_cause_is_annotated_once_with_the_number_of_its_cases_and_the_programs_own_name(tmp_path: Path) -> None:
@@ -39,32 +17,6 @@ def test_a_cause_is_annotated_once_with_the_number_of_its_cases_and_the_programs
     (line,) = [line for line in path.read_text().splitlines() if "many/" in line]
     assert line.startswith("::error title=rayproof many/0 and 24 more cases::fail (12 of 4,000 pixels wrong at")
     assert line.endswith("mine 1.2 against analytic, normal: off")
-
-
-def test_a_cause_that_is_a_sentence_goes_on_without_its_full_stop(tmp_path: Path) -> None:
-    results = make_folder(tmp_path)
-    failing = next(case for case in results["cases"] if case["verdict"] == "fail")
-    results |= {"diagnosis": [{"sentence": "The renderer errs.", "mistake": "x", "cases": [failing["name"]]}]}
-
-    (path,) = publish(tmp_path, results)
-
-    assert ": The renderer errs: " in path.read_text()
-
-
-def test_what_a_program_leaves_out_is_a_warning(tmp_path: Path) -> None:
-    results = results_of([]) | {"answered": {"left_out": ["leaves out normal in 2 of the 3 cases"]}}
-
-    (path,) = publish(tmp_path, results)
-
-    assert path.read_text().startswith("::warning title=rayproof::tracer leaves out normal in 2 of the 3 cases\n")
-
-
-def test_a_run_that_passes_gives_a_notice(tmp_path: Path) -> None:
-    passing = [case for case in make_folder(tmp_path)["cases"] if case["verdict"] == "pass"]
-
-    (path,) = publish(tmp_path, results_of(passing))
-
-    assert path.read_text().startswith("::notice title=rayproof::1 case: all pass")
 
 
 def test_a_hostile_name_begins_no_command(tmp_path: Path) -> None:

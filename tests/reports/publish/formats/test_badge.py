@@ -16,22 +16,6 @@ def said(path: Path) -> str:
     return " ".join(text.text or "" for text in root.iter("{http://www.w3.org/2000/svg}text"))
 
 
-def test_a_failing_run_says_so(tmp_path: Path) -> None:
-    results = make_folder(tmp_path) | {"verdict": "fail"}
-
-    (path,) = publish(tmp_path, results)
-
-    assert said(path) == "rayproof fail: 2 of 9 pass"
-
-
-def test_a_passing_run_counts(tmp_path: Path) -> None:
-    cases = [case for case in make_folder(tmp_path)["cases"] if case["verdict"] == "pass"]
-
-    (path,) = publish(tmp_path, results_of(cases) | {"verdict": "pass"})
-
-    assert said(path) == "rayproof 1 of 1 pass"
-
-
 GATE = {"red": False, "sentence": "The gate known.json is green: what fails is known.", "cases": ["a/b"]}
 HALF = {"answered": {"checks": 40, "planned": 100, "cases": 1, "planned_cases": 1, "left_out": []}}
 FEW = {"answered": {"checks": 10, "planned": 60, "cases": 1, "planned_cases": 6, "left_out": []}}
@@ -60,12 +44,3 @@ def test_the_gate_comes_first_and_a_pass_that_says_little_is_yellow(
 
     assert said(path) == f"rayproof {words}"
     assert f'fill="{color}"/>' in path.read_text()
-
-
-@pytest.mark.parametrize("change", [{"faults": ["sphere/inside_out"]}, {"finished": False}])
-def test_what_is_shouted_is_no_verdict(change: dict, tmp_path: Path) -> None:
-    cases = [case for case in make_folder(tmp_path)["cases"] if case["verdict"] == "pass"]
-
-    (path,) = publish(tmp_path, results_of(cases) | {"verdict": "pass"} | change)
-
-    assert said(path) == "rayproof not a verdict"

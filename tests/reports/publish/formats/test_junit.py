@@ -42,10 +42,3 @@ def test_characters_that_xml_cannot_carry_are_replaced(published):
     error = crash.find("error")
     assert error is not None
     assert error.get("message") == "error: worker ended with signal 6" + 2 * "\N{REPLACEMENT CHARACTER}"
-
-
-def test_a_failure_says_stage_item_and_how_to_reproduce(published):
-    text = (published.folder / "junit.xml").read_text()
-
-    assert "fail: normal NRM-3 (world normal by the inverse transpose): normal differs" in text
-    assert "reproduce: rayproof run sphere/sheared" in text

@@ -5,13 +5,7 @@ import json
 from pathlib import Path
 from typing import Any
 
-import pytest
-
-from rayproof.reports.publish import publish_all
 from rayproof.reports.publish.page.comparisons import NAME, contest
-from rayproof.reports.results.document import save_results
-from tests.reports.publish.sample import make_folder
-from tests.reports.publish.visits import Visit
 
 FAMILY = {
     "family": "sphere", "stress": False, "outcome": "better", "scenes": 2, "pixels": 900, "digits_gained": 0.94,
@@ -40,22 +34,3 @@ def test_only_a_comparison_of_formulas_is_shown(tmp_path: Path) -> None:
     found = of(copy.deepcopy(FOUND))
     assert found["families"][0]["wrong"] == [7, 0, 0.016]
     assert "errors" not in found["families"][0]
-
-
-@pytest.mark.browser
-def test_the_page_has_the_verdict_and_the_intervals_of_families(browser: Any, tmp_path: Path) -> None:
-    save_results(tmp_path, make_folder(tmp_path))
-    (tmp_path / NAME).write_text(json.dumps(FOUND))
-    publish_all(tmp_path)
-    visit = Visit(browser, tmp_path)
-
-    page = visit.open(page="contest")
-
-    assert page.locator("h1").inner_text() == "sphere/textbook → sphere/<b>haines: mixed"
-    first, second = (page.locator(".contest tbody tr").nth(index).inner_text() for index in range(2))
-    assert "+0.94 [0.37, 1.80]" in first
-    assert "×1.170 [1.150, 1.220]" in first
-    assert "7 → 0 of 900" in first
-    assert "far stress" in second
-    assert page.locator(".contest circle").count() == 2
-    visit.end()

@@ -4,20 +4,13 @@ import base64
 import copy
 import hashlib
 import json
-import math
 import re
 from pathlib import Path
 
-from msgspec.structs import replace
-
-from rayproof.cases.case import BLAMABLE
 from rayproof.reports.publish import page as package
 from rayproof.reports.publish import publish_all
 from rayproof.reports.publish.page.case_data import write_case_data
-from rayproof.reports.publish.page.image_page import SCRIPTS as OF_IMAGES
-from rayproof.reports.publish.page.page import SCRIPTS, publish, script_safe
-from rayproof.reports.results.document import save_results
-from rayproof.reports.results.outcomes import TITLES
+from rayproof.reports.publish.page.page import publish, script_safe
 from tests.reports.publish.sample import make_folder
 
 
@@ -40,23 +33,6 @@ def test_no_address_and_no_raw_markup_of_a_name_is_in_the_page(published):
     assert "https:" not in page
     assert "<script>alert" not in page
     assert "<img src=x" not in page
-
-
-def test_every_script_is_in_the_page_and_every_item_has_a_title():
-    folder = Path(package.__path__[0], "html")
-
-    assert {path.stem for path in folder.glob("*.js")} == {*SCRIPTS, *OF_IMAGES}
-    assert set(TITLES) == set(BLAMABLE)
-
-
-def test_the_words_of_the_page_are_terms():
-    scripts = "\n".join(path.read_text() for path in Path(package.__path__[0], "html").glob("*.js")).lower()
-    terms = (Path(package.__path__[0]).parents[1] / "terms.md").read_text()
-    words = "end to end, continued, error / limit, worst pixel, undecided, ladder, climb, breakpoint, surprise, slope"
-
-    for word in [*words.split(", "), "Pareto front", "contact sheet", "cause", "configuration", "finding"]:
-        assert word.lower() in scripts, word
-        assert f"**{word}**" in terms, word
 
 
 def test_scripts_never_use_what_turns_text_into_markup():
@@ -106,16 +82,3 @@ def test_what_is_no_publication_stays_in_the_folder(tmp_path: Path) -> None:
 
     assert all(path.is_file() for path in strangers)
     assert not any(path.exists() for path in stale)
-
-
-def test_results_at_hand_are_published_as_those_of_the_file(tmp_path: Path) -> None:
-    results = make_folder(tmp_path)
-    checks = results["cases"][1]["checks"]
-    infinite = replace(checks[0].end_to_end, worst_ratio=math.inf, ours=(math.nan, 0.0, 1.0))
-    checks[0] = replace(checks[0], end_to_end=infinite, ratio=math.inf)
-    save_results(tmp_path, results)
-
-    at_hand = {path: path.read_bytes() for path in publish_all(tmp_path, results)}
-
-    assert {path: path.read_bytes() for path in publish_all(tmp_path)} == at_hand
-    assert len(at_hand) > len(results["cases"])

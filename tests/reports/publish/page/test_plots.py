@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from rayproof.reports.publish.page.plots import LIBRARY, pages, publish, stability, tradeoff
+from rayproof.reports.publish.page.plots import LIBRARY, pages, publish, stability
 
 RUNG = {
     "value": 10.0,
@@ -117,21 +117,6 @@ def test_the_data_come_as_scripts_with_the_library_beside_them(tmp_path: Path) -
     assert values["worst_over_Ku"] == ["inf", "inf"]
 
 
-def test_where_nothing_was_measured_there_is_nothing_to_plot(tmp_path: Path) -> None:
-    assert publish(tmp_path, {}) == []
-    assert pages(tmp_path) == {}
-
-
-def test_plots_of_an_earlier_publication_go(tmp_path: Path) -> None:
-    leave(tmp_path, climbs=[CLIMB])
-    publish(tmp_path, {})
-    (tmp_path / "stability" / "ladders.json").unlink()
-
-    publish(tmp_path, {})
-
-    assert sorted(path.name for path in (tmp_path / "plots").iterdir()) == [LIBRARY, "tradeoff.js"]
-
-
 @pytest.mark.parametrize("content", ["", "[]", "{}", '["../../secret"]', '["SPH-FAR"]', "[1]", "nan"])
 def test_ladders_that_cannot_be_read_are_left_out(tmp_path: Path, content: str) -> None:
     (tmp_path / "stability").mkdir()
@@ -139,11 +124,3 @@ def test_ladders_that_cannot_be_read_are_left_out(tmp_path: Path, content: str) 
     (tmp_path.parent / "secret.json").write_text(json.dumps(LADDER | {"climbs": [CLIMB]}))
 
     assert stability(tmp_path) is None
-
-
-@pytest.mark.parametrize("content", ["", "[]", "{}", '{"diagrams": []}', '{"diagrams": 1}'])
-def test_diagrams_that_cannot_be_read_are_left_out(tmp_path: Path, content: str) -> None:
-    (tmp_path / "tradeoff").mkdir()
-    (tmp_path / "tradeoff" / "tradeoff.json").write_text(content)
-
-    assert tradeoff(tmp_path) is None

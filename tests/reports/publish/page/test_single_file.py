@@ -86,19 +86,6 @@ def test_a_case_has_its_images_to_the_last_bit(page: Any, alone: Path) -> None:
 
 
 @pytest.mark.browser
-def test_the_picture_is_there_until_the_scene_is_opened_in_3d(page: Any) -> None:
-    go(page, case="sphere/sheared")
-    page.wait_for_selector(".open3d")
-    assert page.evaluate("document.querySelector('.stage3d img').decode().then(() => true)")
-
-    page.locator(".open3d").click()
-    page.wait_for_selector("iframe[data-drawn]")
-
-    shot = np.asarray(Image.open(io.BytesIO(page.locator("iframe").screenshot())).convert("RGB"))
-    assert len(np.unique(shot.reshape(-1, 3), axis=0)) > 100
-
-
-@pytest.mark.browser
 def test_it_holds_what_fails_and_the_worst_and_everything_on_request(
     browser: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -120,14 +107,3 @@ def test_it_holds_what_fails_and_the_worst_and_everything_on_request(
     monkeypatch.setattr(module, "MOST_BYTES", len(few) - 50_000)
     tight = write_single_file(tmp_path, results).read_text()
     assert 0 <= len(held.findall(tight)) < 10
-
-
-@pytest.mark.browser
-def test_plots_are_drawn(page: Any) -> None:
-    go(page, page="stability")
-    page.wait_for_selector(".plot[data-drawn]")
-
-    assert page.locator(".plot .point").count() > 0
-    go(page, page="tradeoff")
-    page.wait_for_selector(".plot[data-drawn]")
-    assert page.get_by_text("numbers as CSV").count() == 0

@@ -94,11 +94,6 @@ def test_otherwise_everybody_leaves_an_exr(keep, tmp_path, kept, outcome):
     assert Stage.RAY in read_answers(tmp_path / images["mitsuba_llvm"])
 
 
-def test_a_case_that_passed_and_is_in_no_sample_keeps_none(keep, tmp_path):
-    assert keep(Outcome.PASS, KeptImages(0.0)) == ({}, None)
-    assert not (tmp_path / "images").exists()
-
-
 def test_a_sample_is_drawn_by_names_alone():
     tenth, third = KeptImages(0.1), KeptImages(1 / 3)
     names = [f"file/{number}" for number in range(10_000)]
@@ -107,16 +102,6 @@ def test_a_sample_is_drawn_by_names_alone():
     assert abs(len(kept) - 1000) < 5 * np.sqrt(900)  # five standard deviations of as many independent draws
     assert kept <= {name for name in names if third.keeps(name, Outcome.PASS)}
     assert all(KeptImages(0.0).keeps(name, Outcome.WARN) for name in names[:10])
-
-
-@pytest.mark.parametrize("text", ["failed", "sample:1%", "sample:0.5%", "all"])
-def test_what_is_kept_is_told_as_it_is_asked(text):
-    assert str(images_to_keep(text, cases=1)) == text
-
-
-def test_a_long_run_keeps_a_sample():
-    assert images_to_keep(None, cases=2000) == EVERY_CASE
-    assert str(images_to_keep(None, cases=2001)) == "sample:1%"
 
 
 @pytest.mark.parametrize("text", ["none", "sample:0%", "sample:101%", "sample:1", "sample:-1%", ""])

@@ -1,9 +1,6 @@
 """What workers do: the one that asks the cache tells of entries that were damaged, and does not answer from them."""
 
-import subprocess
-import sys
 from pathlib import Path
-from textwrap import dedent
 
 import pytest
 
@@ -28,22 +25,3 @@ def test_a_damaged_entry_is_told_of_by_the_one_who_met_it(tmp_path: Path, monkey
 
     assert found == {}
     assert "was damaged" in damaged["analytic"]
-
-
-@pytest.mark.process
-def test_the_tracers_worker_imports_what_a_task_needs_before_there_is_one() -> None:
-    # In a process of its own: here other tests have imported everything.
-    script = """
-        import sys
-        from rayproof.reports.run.options import CaseOptions
-        from rayproof.reports.run.worker_tasks import prepare, render_tracer
-        from tests.reports.judge.scenes import CASE
-        prepare("tracer")
-        before = set(sys.modules)
-        render_tracer(CASE, CaseOptions(references=()), "float32")
-        print("drjit.llvm" in before or "drjit.cuda" in before)
-        print(*sorted(name for name in set(sys.modules) - before if name.startswith(("drjit", "tracer"))))
-    """
-    told = subprocess.run([sys.executable, "-c", dedent(script)], capture_output=True, text=True, check=True).stdout
-
-    assert told.splitlines() == ["True", ""]

@@ -9,7 +9,6 @@ from rayproof.cases.scene import Scene, Sphere
 from rayproof.cases.stages import Stage
 from rayproof.cases.stresses import STRESSES
 from rayproof.reports.studies.compare.contenders import contender
-from rayproof.tracer.configuration import Configuration
 from rayproof.tracer.render import render
 from tests.reports.commands.conftest import Rayproof
 
@@ -62,25 +61,6 @@ def test_a_mistake_ends_with_2_and_one_line(
     assert place.split(":")[0] in ended.error
 
 
-@pytest.mark.parametrize(
-    ("name", "named"),
-    [
-        ("sphere/juggled", "sphere/textbook"),
-        ("juggling=mine.py:cascade", "juggling"),
-        ("float17/sphere=textbook", "float17"),
-        ("float32/cascade", "cascade"),
-        (".", "run"),
-        pytest.param("x" * 5000, "name too long", id="longer than a path"),
-    ],
-)
-def test_an_unknown_contender_ends_with_2_and_one_line(rayproof: Rayproof, name: str, named: str) -> None:
-    ended = rayproof("compare", "sphere/textbook", name)
-
-    assert ended.code == 2
-    assert ended.error.count("\n") == 1
-    assert named in ended.error
-
-
 def test_a_function_of_ones_own_runs_in_its_slot(tmp_path: Path, scene: Scene) -> None:
     (tmp_path / "mine.py").write_text(GOOD)
     (tmp_path / "blind.py").write_text(BODY.format("type(ray.direction.x)(float('inf'))"))
@@ -111,37 +91,6 @@ def test_each_file_imports_its_own_neighbours(tmp_path: Path, scene: Scene) -> N
 
     assert np.any(render(scene, [Stage.OBJECT], before.configuration)[Stage.OBJECT][..., 0] == 0)
     assert np.all(render(scene, [Stage.OBJECT], after.configuration)[Stage.OBJECT] == -1)
-
-
-def test_a_file_may_hold_a_dataclass(tmp_path: Path) -> None:
-    (tmp_path / "mine.py").write_text(
-        "from __future__ import annotations\nfrom dataclasses import dataclass\n\n@dataclass\nclass Constants:\n"
-        "    half: float = 0.5\n" + GOOD
-    )
-
-    assert contender(f"sphere={tmp_path}/mine.py:nearest_hit", precision="float32").configuration["sphere"]
-
-
-def test_a_parameter_is_part_of_the_name_and_has_one_spelling(tmp_path: Path, scene: Scene) -> None:
-    text = GOOD.replace("interval):", "interval, eps=0.0, factor=1.0):").replace(
-        "sphere.radius", "(sphere.radius + eps)"
-    )
-    (tmp_path / "mine.py").write_text(text)
-    place = f"sphere={tmp_path}/mine.py:nearest_hit"
-
-    plain, large, other = (
-        contender(f"{place}{numbers}", precision="float32")
-        for numbers in ("", "(factor=1, eps=5e-1)", "(eps=0.5,factor=1)")
-    )
-
-    assert large.configuration == other.configuration != plain.configuration
-    again = Configuration.parse(f"{large.configuration.name}/ray=half_depth")
-    assert again.formula("sphere").name == f"sphere={tmp_path}/mine.py:nearest_hit(eps=0.5,factor=1.0)"
-    assert again.formulas["ray"] == "half_depth"
-    hits = [
-        np.sum(render(scene, [Stage.OBJECT], one.configuration)[Stage.OBJECT][..., 0] == 0) for one in (plain, large)
-    ]
-    assert hits[1] > 1.3 * hits[0]
 
 
 def test_a_variant_alone_names_the_one_slot_that_has_it() -> None:

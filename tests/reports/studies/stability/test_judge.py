@@ -79,29 +79,6 @@ def test_a_known_failure_must_still_keep_its_law() -> None:
     assert "squared" in judged(climbed(known, broken_from=1e2, slope=1.0)).surprise
 
 
-@pytest.mark.parametrize("ladder", all_ladders(), ids=lambda ladder: ladder.name)
-def test_the_catalogue_names_formulas_that_there_are(ladder: Ladder) -> None:
-    known = {formula.variant for slot in ladder.slots for formula in FORMULAS.variants(slot)} | {"*"}
-
-    named = {name.rpartition("/")[2] for one in (*ladder.slopes, *ladder.fails) for name in one.formulas}
-
-    assert set(ladder.slots) <= set(FORMULAS.slots)
-    # What fails on all ladders of a group may be named on one whose slots do not hold it: never the other way round.
-    assert not {name for name in named if name not in known}
-
-
-def test_a_missed_gate_says_what_was_wrong_there() -> None:
-    told = judged(climbed(SPH_FAR, broken_from=1e3, slope=1.0)).reasons[0]
-
-    assert told == (
-        "breaks at 1000, before 100000: 10.000% of 1000 rays answered wrongly "
-        "(0 false hits, 100 false misses, 0 invalid)"
-    )
-    climb = climbed(SPH_FAR, broken_from=1e9, slope=1.0)
-    coarse = replace(climb, rungs=tuple(structs.replace(rung, scaled_error=5.0) for rung in climb.rungs))
-    assert judged(coarse).reasons == ("breaks at 10, before 100000: error 5 K u",)
-
-
 @pytest.mark.parametrize(("median", "law", "passes"), [(0.0, 0.0, True), (1e-9, 0.0, False), (0.0, 1.0, False)])
 def test_no_error_at_all_is_a_flat_law_and_no_other(median: float, law: float, passes: bool) -> None:
     flat = replace(SPH_FAR, slopes=(PredictedSlope(formulas=("*",), slope=law, because="a test says so"),))

@@ -31,34 +31,8 @@ def test_every_ladder_is_climbed_in_both_precisions(records: Records) -> None:
     assert {precision for _, _, precision in records} == {"float32", "float64"}
 
 
-@pytest.mark.parametrize(("formula", "slope"), [("sphere/textbook", 1.97), ("sphere/haines", 0.98)])
-def test_the_far_sphere_follows_its_law(records: Records, formula: str, slope: float, precision: str) -> None:
-    assert records["SPH-FAR", formula, precision].slope == pytest.approx(slope, abs=0.1)
-
-
-@pytest.mark.parametrize("formula", ["triangle/woop", "triangle/woop_kahan", "triangle/woop_float64_fallback"])
-@pytest.mark.parametrize("ladder", ["TRI-EDGE", "TRI-EDGE-SCALE", "TRI-VERT", "TRI-VERT-SCALE"])
-def test_woop_leaks_nothing(records: Records, ladder: str, formula: str, precision: str) -> None:
-    assert records[ladder, formula, precision]["per_million"]["leaks"] == 0
-
-
-def test_moeller_trumbore_leaks_at_edges(records: Records, precision: str) -> None:
-    assert records["TRI-EDGE", "triangle/moeller_trumbore", precision]["per_million"]["leaks"] > 50_000
-
-
-@pytest.mark.parametrize("ladder", ["SHD-GROW", "SHD-SHRINK"])
-@pytest.mark.parametrize("formula", ["shadow_ray/error_bound", "shadow_ray/normal_offset"])
-def test_a_bound_on_the_error_keeps_shadows_clean(records: Records, ladder: str, formula: str, precision: str) -> None:
-    assert records[ladder, formula, precision]["per_million"] == {"acne": 0, "leak": 0}
-
-
 def test_the_multiplied_matrix_dies_between_ten_and_a_hundred_million(records: Records) -> None:
     found = records["CAM-RATIO", "ray/matrix_w_divide", "float32"]
 
     assert found["breakpoint"] == 1e7
     assert [rung["invalid"] == rung["rays"] for rung in found["values"]] == [False] * 7 + [True] * 3
-
-
-def test_only_float64_survives_the_near_sphere_on_float32_numbers(records: Records) -> None:
-    assert records["SPH-NEAR", "sphere/float64", "float32"].slope == pytest.approx(0, abs=0.15)
-    assert records["SPH-NEAR", "sphere/stable_quadratic", "float32"].slope == pytest.approx(-1, abs=0.15)

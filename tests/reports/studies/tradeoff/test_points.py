@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from rayproof.reports.studies.tradeoff.points import LEAST, TradeoffPoint, front, quantile, root_mean_square, tail
+from rayproof.reports.studies.tradeoff.points import TradeoffPoint, front, root_mean_square
 
 POINT = TradeoffPoint(
     diagram="sphere/far",
@@ -61,21 +61,6 @@ def test_a_formula_that_decides_too_much_wrongly_is_not_on_the_front_however_fas
     wrong = replace(POINT, label="b", nanoseconds=0.5, wrong=0.0011)
 
     assert named([POINT, wrong]) == ["a"]
-
-
-def test_the_tail_lies_inside_its_interval() -> None:
-    errors = np.random.default_rng(1).lognormal(size=(2, 1000))
-    errors[0, :10] = np.nan
-
-    at, (low, high) = tail(list(errors))
-
-    assert low <= at <= high
-    assert at == quantile(list(errors)) == np.nanquantile(errors, 0.99)
-
-
-def test_an_error_of_nothing_stays_on_a_logarithmic_axis() -> None:
-    assert tail([np.zeros(100)]) == (LEAST, (LEAST, LEAST))
-    assert math.isnan(tail([np.full(3, np.nan)])[0])
 
 
 def test_the_root_mean_square_is_over_the_mean_of_the_truth() -> None:

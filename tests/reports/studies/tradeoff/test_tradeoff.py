@@ -3,7 +3,6 @@
 import csv
 import json
 import math
-import re
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -13,10 +12,9 @@ import pytest
 from rayproof.cases.families import select
 from rayproof.reports.publish.page.page import diagrams
 from rayproof.reports.studies.tradeoff import diagrams as listed
-from rayproof.reports.studies.tradeoff.diagrams import DEFAULT, QUICK, measure, overall, tasks
-from rayproof.reports.studies.tradeoff.drawing import cells, page, svg, write
-from rayproof.reports.studies.tradeoff.points import TradeoffPoint, interleave, without_error
-from tests.reports.commands.conftest import Rayproof
+from rayproof.reports.studies.tradeoff.diagrams import measure, overall, tasks
+from rayproof.reports.studies.tradeoff.drawing import write
+from rayproof.reports.studies.tradeoff.points import TradeoffPoint
 
 POINT = TradeoffPoint(
     diagram="sphere/a", label="haines, float32", renderer="tracer", variant="haines", precision="float32", samples=1,
@@ -81,49 +79,6 @@ def test_more_samples_come_nearer_to_the_coverage_whoever_renders(result: dict[s
         assert sampled[f"{who}, 4 per pixel"]["error"] < sampled[f"{who}, 1 per pixel"]["error"]
 
 
-@pytest.mark.references
-def test_every_front_is_among_its_points(result: dict[str, Any]) -> None:
-    for diagram in result["diagrams"]:
-        ahead = [point["label"] for point in diagram["points"] if point["front"]]
-        assert set(diagram["front"]) == set(ahead) != set()
-
-
-@pytest.mark.references
-def test_the_same_numbers_give_the_same_bytes(result: dict[str, Any]) -> None:
-    diagram = result["diagrams"][0]
-
-    text = svg(diagram)
-
-    assert text == svg(diagram)
-    assert not re.search(r"\d{4}-\d\d-\d\d", text)
-
-
-@pytest.mark.references
-def test_a_diagram_without_any_error_is_drawn_all_the_same(result: dict[str, Any]) -> None:
-    diagram = result["diagrams"][0]
-    nothing = {"error": math.nan, "error_low": math.nan, "error_high": math.nan, "front": False, "wrong": 1.0}
-
-    text = svg({**diagram, "front": [], "points": [point | nothing for point in diagram["points"]]})
-
-    assert diagram["name"] in text
-    assert text.count("(all wrong)") == len(diagram["points"])
-
-
-@pytest.mark.references
-def test_a_formula_that_decides_all_pixels_wrongly_is_drawn_at_the_edge_and_named(result: dict[str, Any]) -> None:
-    diagram = result["diagrams"][0]
-    first, *others = diagram["points"]
-    lost = first | {"error": math.nan, "error_low": math.nan, "error_high": math.nan, "front": False, "wrong": 1.0}
-
-    text = svg({**diagram, "front": [], "points": [lost, *others]})
-
-    assert f"{first['label']} (all wrong)" in text
-    assert text.count("all wrong") == 1
-    assert cells(lost)[3:] == ("all wrong", "", "100 %")
-    assert without_error(lost | {"wrong": 0.25}) == "no error, 25 % wrong"
-    assert without_error(first) == ""
-
-
 def test_a_mean_over_diagrams_does_not_drop_what_has_no_error() -> None:
     errors = {"sphere/a": math.nan, "sphere/b": 2.0}
     mine = [
@@ -135,11 +90,6 @@ def test_a_mean_over_diagrams_does_not_drop_what_has_no_error() -> None:
 
     assert math.isnan(mean.error)
     assert mean.wrong == 0.5
-
-
-def test_too_few_repetitions_are_refused_with_the_reason() -> None:
-    with pytest.raises(ValueError, match=r"3 are too few, at least 9 .* range from the shortest to the longest"):
-        interleave([], repetitions=3, budget=1.0)
 
 
 @pytest.mark.references
@@ -160,44 +110,3 @@ def test_the_folder_holds_data_pictures_and_a_page_without_scripts(result: dict[
     assert "default-src &#x27;none&#x27;" in text or "default-src 'none'" in text
     assert all(f'src="{diagram["svg"]}"' in text for diagram in result["diagrams"])
     assert diagrams(tmp_path) == sorted(diagram["svg"] for diagram in result["diagrams"])
-
-
-@pytest.mark.references
-def test_names_are_text_and_never_markup(result: dict[str, Any]) -> None:
-    hostile = {
-        **result,
-        "environment": {"<script>": "x"},
-        "diagrams": [{**result["diagrams"][0], "name": '<img src="x">'}],
-    }
-
-    text = page(hostile, report=False)
-
-    assert "<script>" not in text
-    assert '<img src="x">' not in text
-
-
-def test_a_folder_without_diagrams_shows_none(tmp_path: Path) -> None:
-    (tmp_path / "tradeoff").mkdir()
-    (tmp_path / "tradeoff" / "evil name.svg").touch()
-    assert diagrams(tmp_path) == []
-    (tmp_path / "tradeoff" / "index.html").touch()
-    assert diagrams(tmp_path) == []
-
-
-@pytest.mark.parametrize("selectors", [DEFAULT, QUICK], ids=["default", "quick"])
-def test_the_defaults_name_diagrams_of_every_kind(selectors: tuple[str, ...]) -> None:
-    formulas, sampled, climbed = tasks(selectors)
-
-    assert {task.slot for task in formulas} >= {"sphere"}
-    assert sampled
-    assert climbed
-
-
-@pytest.mark.process
-def test_an_unknown_selector_ends_with_2_and_one_line(rayproof: Rayproof, tmp_path: Path) -> None:
-    ended = rayproof("tradeoff", "no_such_family", "--out", tmp_path / "out")
-
-    assert ended.code == 2
-    assert ended.error.count("\n") == 1
-    assert "no_such_family" in ended.error
-    assert not (tmp_path / "out").exists()

@@ -1,1 +1,0 @@
-"""How small the smallest failing scenes are, over planted faults of the tracer and the switches of the C++ example."""
