@@ -146,15 +146,15 @@ def standing(matrix: Matrix, voice: Callable[[str], str]) -> Standing:
     differ = [pair for pair in combinations(names, 2) if matrix.agree(*pair) is False]
     if not differ:
         return Standing(alone=(), majority=names, why=f"All {len(names)} renderers agree.")
-    voices: dict[str, list[str]] = {}
+    votes: dict[str, list[str]] = {}
     for name in names:
-        voices.setdefault(voice(name), []).append(name)
+        votes.setdefault(voice(name), []).append(name)
     outliers = []
-    for vote, members in voices.items():
+    for vote, members in votes.items():
         others = [name for name in names if name not in members]
         differing = [name for name in members if any(matrix.agree(name, opponent) is False for opponent in others)]
         settled = all(matrix.agree(*pair) for pair in combinations(others, 2))
-        if differing and settled and len(voices) - 1 >= LEAST_MAJORITY:
+        if differing and settled and len(votes) - 1 >= LEAST_MAJORITY:
             outliers.append((vote, differing, others))
     if len(outliers) == 1:
         _, differing, others = outliers[0]
@@ -164,7 +164,7 @@ def standing(matrix: Matrix, voice: Callable[[str], str]) -> Standing:
             why=f"{_and(differing)} alone: {_and(others)} agree among themselves{_measure(matrix, differing, others)}.",
         )
     pairs = "; ".join(f"{first} and {second} differ" for first, second in differ)
-    if len(voices) == LEAST_MAJORITY:
+    if len(votes) == LEAST_MAJORITY:
         return Standing(alone=(), majority=(), why=f"{pairs}: no third voice to tell who is wrong.")
     if outliers:
         either = _and([name for _, differing, _ in outliers for name in differing])

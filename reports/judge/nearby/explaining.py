@@ -440,7 +440,7 @@ class Asking:
         spanned: Mapping[Stage, np.ndarray],
         declared: Declared,
     ) -> None:
-        """Set `good` and `spanned` (n,) for the stages `by_piece`, piece by piece, from the answers `counting` (K, n)."""
+        """Set `good` and `spanned` (n,) for the stages `by_piece`, per piece, from the answers in `counting` (K, n)."""
         rows, columns = pixels
         wanted = np.any([waiting[stage] for stage in by_piece], axis=0)
         for places, answers in cloud.pieces(counting, wanted):
