@@ -1,4 +1,4 @@
-"""`judge_case`: all subjects, references and stages of a case, then adjudication and verdict."""
+"""`judge_case`: the checks of all subjects, references and stages of a case, adjudication and verdict."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -44,9 +44,9 @@ def judge_case(
     *,
     panel: Sequence[str] = (),
 ) -> Judged:
-    """Judge every subject against every reference, and decide which one is wrong where they differ.
+    """Judge every subject against every reference, and decide which of them is wrong if they differ.
 
-    `panel` names the references that were announced: one of whom nothing came, not even an error, is missing.
+    `panel` has the names of the planned references: a reference without a reply, not even an error, is missing.
 
     Raises:
         LookupError: the analytic reference is not among the references; without its answers nothing can be judged.
@@ -80,18 +80,23 @@ def judge_case(
     for subject in tested:
         _measure(measured, case, subject, panelists, misshapen)
     if case.samples > 1 and scene.lights:
-        means, asked = mean_checks(case, [one.renderer for one in tested], [one.renderer for one in panelists], oracle)
+        means, planned_means = mean_checks(
+            case,
+            [against_oracle.renderer for against_oracle in tested],
+            [against_oracle.renderer for against_oracle in panelists],
+            oracle,
+        )
         measured.checks.extend(means)
-        planned += asked
-    each = matrices([*tested, *panelists], stages, measured.checks)
-    checks = _settled(case, measured, tested, panelists, each, versions)
-    judged = sum_up(case, checks, measured.expectations, len(planned), {c.name: c for c in subjects}, each)
+        planned += planned_means
+    panel_matrices = matrices([*tested, *panelists], stages, measured.checks)
+    checks = _settled(case, measured, tested, panelists, panel_matrices, versions)
+    judged = sum_up(case, checks, measured.expectations, len(planned), {c.name: c for c in subjects}, panel_matrices)
     return replace(judged, base=base, against=against)
 
 
 @dataclass(frozen=True)
 class _Measured:
-    """What is known of the subjects before anybody is blamed."""
+    """The measurements of the subjects, before adjudication."""
 
     checks: list[Check] = field(default_factory=list)
     expectations: list[ExpectationRecord] = field(default_factory=list)
@@ -106,8 +111,8 @@ def _measure(
 ) -> None:
     """Add a subject's checks against every reference, and against the closed forms."""
     for reference in references:
-        mine = [stage for stage in stages_of(case.scene) if reference.renderer.answers_at(stage)]
-        measured.checks.extend(pair_checks(Pair(subject, reference), mine, misshapen))
+        stages = [stage for stage in stages_of(case.scene) if reference.renderer.answers_at(stage)]
+        measured.checks.extend(pair_checks(Pair(subject, reference), stages, misshapen))
     if subject.renderer.error is None:
         measured.expectations.extend(closed_forms(case, subject))
 
@@ -117,15 +122,17 @@ def _settled(
     measured: _Measured,
     subjects: Sequence[AgainstOracle],
     references: Sequence[AgainstOracle],
-    each: Mapping[Stage, Matrix],
+    panel_matrices: Mapping[Stage, Matrix],
     versions: Mapping[str, str],
 ) -> list[Check]:
-    """Return the checks, each with the side that is wrong by the panel, the known defects and the case's promise."""
+    """Return the checks after adjudication by the panel, the known defects and the case's promise."""
     names = {subject.renderer.name for subject in subjects}
     independent = {reference.renderer.name: reference.renderer.independent for reference in references}
     renderers = {against.renderer.name: against for against in (*subjects, *references)}
     contradictions = Contradictions(renderers=renderers, references=tuple(independent), checks=measured.checks)
-    checks = adjudicated(measured.checks, each, independent, lambda name: voice(name, names), contradictions.sides)
+    checks = adjudicated(
+        measured.checks, panel_matrices, independent, lambda name: voice(name, names), contradictions.sides
+    )
     checks = [_with_known_defect(check, renderers, versions) for check in checks]
     checks = held_to_epsilons(checks, renderers, case.most_explained)
     own = {subject.renderer.name for subject in subjects if subject.renderer.items != ITEMS_OF_OTHERS}
@@ -134,50 +141,49 @@ def _settled(
 
 
 def _with_known_defect(check: Check, renderers: Mapping[str, AgainstOracle], versions: Mapping[str, str]) -> Check:
-    """Return the check; where a checked-in finding explains all of its failing pixels it is a warning."""
-    guilty = {Outcome.REFERENCE_SUSPECT: check.reference, Outcome.FAIL: check.configuration}.get(check.outcome)
-    if guilty is None or check.stage is Stage.CAMERA:
+    """Return the check, changed to a warning if a recorded finding explains all of its failing pixels."""
+    suspect = {Outcome.REFERENCE_SUSPECT: check.reference, Outcome.FAIL: check.configuration}.get(check.outcome)
+    if suspect is None or check.stage is Stage.CAMERA:
         return check
     base = next(iter(renderers.values())).base
     pixels = _failing(check, renderers, base)
-    known = explained(guilty, versions.get(guilty, ""), check.stage, base.scene, base.truth, pixels)
-    if known is None:
+    defect = explained(suspect, versions.get(suspect, ""), check.stage, base.scene, base.truth, pixels)
+    if defect is None:
         return check
     return structs.replace(
-        check, outcome=Outcome.WARN, reason=f"{check.reason}; known: {known.what}", finding=known.name
+        check, outcome=Outcome.WARN, reason=f"{check.reason}; known: {defect.what}", finding=defect.name
     )
 
 
 def _failing(check: Check, renderers: Mapping[str, AgainstOracle], base: SceneTruth) -> np.ndarray:
-    """Return the pixels (height, width) that a check fails by.
+    """Return the failing pixels (height, width) of a check.
 
-    Of box-filtered means, whose pixels are others, every pixel that hits something.
+    For box-filtered means, which are compared elsewhere, these are all pixels with a hit.
     """
     subject, reference = renderers.get(check.configuration), renderers.get(check.reference)
     if subject is None or reference is None or check.end_to_end is None:
         return base.conditioning.hit
     failing = Pair(subject, reference).pixels(check.stage).wrong
-    alone = subject.continued(check.stage) if check.continued is not None else None
-    return failing if alone is None else failing | alone.wrong
+    continued = subject.continued(check.stage) if check.continued is not None else None
+    return failing if continued is None else failing | continued.wrong
 
 
-# What a case's record says of the panel: each stage's matrix, who stands alone, and which convention explains it.
+# The panel in a case's record: each stage's matrix, its outlier, and the convention that explains it.
 
 
 def adjudication(judged: Judged, subjects: Sequence[Answers], oracle: Analytic) -> dict[str, AdjudicationRecord]:
-    """Return {stage: matrix, baseline of interior and limits, who stands alone, why} as docs/results.md describes it.
+    """Return {stage: matrix, baseline of interior and limits, outlier, reason} as docs/results.md describes it.
 
-    Conventions are put to the test for each voice that stands alone, at the first image stage at which it does: what
-    follows from there follows from that.
+    Conventions are tested for each outlier, at its first image stage: its later differences follow from that.
     """
     names = {subject.name for subject in subjects}
     record: dict[str, AdjudicationRecord] = {}
     first: dict[str, Stage] = {}
     for stage, matrix in judged.panel.items():
-        one = standing(matrix, lambda name: voice(name, names))
+        conclusion = standing(matrix, lambda name: voice(name, names))
         results: list[Tested] = []
         words = ""
-        who = _whose(one)
+        who = _whose(conclusion)
         if who in first:
             words = f" It is off from {first[who]} on."
         elif who is not None and stage is not Stage.CAMERA:
@@ -187,16 +193,16 @@ def adjudication(judged: Judged, subjects: Sequence[Answers], oracle: Analytic) 
         record[stage.value] = {
             "baseline": ORACLE,
             **matrix.as_json(),
-            "alone": ", ".join(one.alone) or None,
-            "why": one.why + words,
+            "alone": ", ".join(conclusion.alone) or None,
+            "why": conclusion.why + words,
         }
         if results:
             record[stage.value]["conventions"] = [result.as_json() for result in results]
     return record
 
 
-def _whose(one: Standing) -> str | None:
-    """Return whose answers to hold against conventions: who stands alone, or whom the oracle stands against."""
-    if not one.alone:
+def _whose(conclusion: Standing) -> str | None:
+    """Return the renderer to compare with conventions: the outlier, or one of the majority if that is the oracle."""
+    if not conclusion.alone:
         return None
-    return one.alone[0] if one.alone[0] != ORACLE else one.majority[0]
+    return conclusion.alone[0] if conclusion.alone[0] != ORACLE else conclusion.majority[0]
