@@ -47,7 +47,7 @@ def under_samples(configuration: str, samples: int) -> str:
     return f"{configuration}{MANY}{samples**2}"
 
 
-def supersampled_check(fine: Pair, ours: np.ndarray, theirs: np.ndarray, samples: int) -> Check:
+def supersampled_check(fine: Pair, mean: np.ndarray, expected: np.ndarray, samples: int) -> Check:
     """Judge one mean image against another; `fine` are the two renderers at the fine resolution."""
     truth = fine.base.truth[Stage.RADIANCE]
     limits = [against.own_limits.end_to_end[Stage.RADIANCE] for against in (fine.one, fine.other)]
@@ -55,13 +55,13 @@ def supersampled_check(fine: Pair, ours: np.ndarray, theirs: np.ndarray, samples
     # Averaging n^2 numbers of one sign rounds log2(n^2) times at least and n^2 - 1 times at worst.
     rounding = samples**2 * 2.0**-24 * box_mean(truth, samples)
     bound = box_mean(limits[0] + limits[1] + off, samples) + rounding
-    compared = ratios(Stage.RADIANCE, ours, theirs, bound)
+    compared = ratios(Stage.RADIANCE, mean, expected, bound)
     measured = measure(
         Stage.RADIANCE,
-        ours,
-        theirs,
+        mean,
+        expected,
         bound,
-        kinds_of(compared[0], *held_to(Stage.RADIANCE, bound, theirs)),
+        kinds_of(compared[0], *held_to(Stage.RADIANCE, bound, expected)),
         hit=box_mean(fine.base.conditioning.hit[..., np.newaxis].astype(np.float64), samples)[..., 0] > 0,
         precision=fine.subject.precision,
         compared=compared,
@@ -101,7 +101,7 @@ def mean_checks(
     checks = []
     size = (case.scene.camera.height, case.scene.camera.width, 3)
     for subject, reference, stage in planned:
-        # Under a name of its own: it says nothing of the radiance through the pixels' centres.
+        # Under a separate name, because it does not test the radiance at the pixels' centres.
         many = replace(subject, name=under_samples(subject.name, case.samples))
         if (subject.fine is None and subject.mean is None) or reference.mean is None:
             why = subject.error or reference.error or "no box-filtered image was given"
@@ -110,19 +110,19 @@ def mean_checks(
             continue
         fine = Pair(_fine(base, subject, case.samples), _fine(base, reference, case.samples))
         if subject.mean is not None:
-            ours = subject.mean
+            mean = subject.mean
         else:
             assert subject.fine is not None
-            ours = box_mean(subject.fine[Stage.RADIANCE], case.samples)
-        if np.shape(ours) != size:
-            why = f"the mean has shape {np.shape(ours)}, not {size}"
+            mean = box_mean(subject.fine[Stage.RADIANCE], case.samples)
+        if np.shape(mean) != size:
+            why = f"the mean has shape {np.shape(mean)}, not {size}"
             checks.append(unmeasured(many, reference, stage, Outcome.FAIL, why))
             continue
         if np.shape(reference.mean) != size:
             why = f"{reference.name}'s mean has shape {np.shape(reference.mean)}, not {size}: it is no witness"
             checks.append(unmeasured(many, reference, stage, Outcome.REFERENCE_SUSPECT, why))
             continue
-        checks.append(supersampled_check(fine, ours, reference.mean, case.samples))
+        checks.append(supersampled_check(fine, mean, reference.mean, case.samples))
     return checks, planned
 
 

@@ -85,19 +85,21 @@ def compared(parts: dict, expected: dict, camera: Camera, g: Roundoff) -> Compar
     examined = Examined(pixels=0)
     shapes = _shapes(camera)
     for name, scale in scales(camera).items():
-        mine, other = (np.asarray(answer.get(name, np.nan), dtype=np.float64) for answer in (parts, expected))
-        if not mine.shape == other.shape == shapes[name]:
+        entries, expected_entries = (
+            np.asarray(answer.get(name, np.nan), dtype=np.float64) for answer in (parts, expected)
+        )
+        if not entries.shape == expected_entries.shape == shapes[name]:
             wrong = math.prod(shapes[name])
             examined += Examined(pixels=wrong, wrong=wrong)
             ratio, part, error, limit = np.inf, name, np.inf, 0.0
             continue
-        allowed = np.broadcast_to(g(COUNT) * np.asarray(scale, dtype=np.float64), mine.shape)
+        allowed = np.broadcast_to(g(COUNT) * np.asarray(scale, dtype=np.float64), entries.shape)
         with np.errstate(invalid="ignore"):  # inf - inf is NaN, which `over` counts as infinitely wrong
-            errors = np.where(mine == other, 0.0, np.abs(mine - other))
+            errors = np.where(entries == expected_entries, 0.0, np.abs(entries - expected_entries))
         # With the eye at the world's origin some limits are 0.
         ratios = over(errors, allowed)
-        # Entries are of the size of their part: one that is 0 is the difference of others.
-        wide = allowed > WIDE * np.abs(other).max()
+        # An entry has the size of its part's largest entry: an entry of 0 is a difference of larger numbers.
+        wide = allowed > WIDE * np.abs(expected_entries).max()
         kinds = kinds_of(ratios, wide, np.isfinite(allowed))
         examined += counted(kinds)
         worst = np.unravel_index(int(ratios.argmax()), ratios.shape)

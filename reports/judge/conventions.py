@@ -42,14 +42,14 @@ LIT = (Stage.IRRADIANCE, Stage.EXITANCE, Stage.RADIANCE)
 class Tested:
     """One convention and the result of its test."""
 
-    what: str  # a verb phrase of which the renderer is the subject
+    what: str  # a verb phrase with the renderer as its subject
     ratio: float  # worst error over limit under it
     differing: int  # pixels over the limit under it that no nearby problem explains
     interior: int  # pixels within their limits under it
 
     @property
     def explains(self) -> bool:
-        """Return whether the renderer's answer is exactly that of this convention."""
+        """Return whether this convention explains the renderer's answer completely."""
         return self.ratio <= 1 and self.interior > 0
 
     def as_json(self) -> ConventionRecord:

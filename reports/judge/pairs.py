@@ -1,4 +1,4 @@
-"""`Pair`: two renderers' answers compared, from what is said of each of them against the oracle.
+"""`Pair`: the comparison of two renderers' answers, from the comparison of each with the oracle.
 
 Two renderers agree in a pixel if they differ by no more than both limits, or if neither of them is wrong there.
 """
@@ -55,7 +55,7 @@ class Pair:
         return self._known[stage]
 
     def worst(self, stage: Stage) -> tuple[float, int]:
-        """Return the worst error over limit of what nearby problems do not explain, and how many pixels are wrong."""
+        """Return the worst error over limit without explained pixels, and the number of wrong pixels."""
         if self.by_oracle or stage in self._known:
             pixels = self.pixels(stage)
         else:
@@ -66,18 +66,18 @@ class Pair:
         return float(np.where(pixels.explained, 0.0, pixels.ratio).max()), int(np.count_nonzero(pixels.wrong))
 
     def _measured(self, stage: Stage) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-        """Return the second's value, both limits added, error over limit, and error."""
+        """Return the second renderer's value, the sum of both limits, error over limit, and error."""
         limits = [against.own_limits.end_to_end.get(stage) for against in (self.one, self.other)]
         limit = self.base.no_limit if limits[0] is None or limits[1] is None else limits[0] + limits[1]
         value = np.asarray(self.reference.answers[stage], dtype=np.float64)
         return value, limit, *ratios(stage, self.subject.answers[stage], value, limit)
 
     def _compared(self, stage: Stage) -> StagePixels:
-        base, each = self.base, (self.one, self.other)
+        base, sides = self.base, (self.one, self.other)
         value, limit, ratio, error = self._measured(stage)
         explained = None
         if not (over := ratio <= 1).all():
-            kinds = [against.end_to_end[stage].kinds for against in each]
+            kinds = [against.end_to_end[stage].kinds for against in sides]
             wrong, unknown, epsilon = (
                 (kinds[0] == kind) | (kinds[1] == kind) for kind in (Kind.WRONG, Kind.UNEXAMINED, Kind.EPSILON)
             )

@@ -1,8 +1,8 @@
-"""Whether a renderer that is asked twice gives the same image, to the last bit, and which pixels change.
+"""Repeated rendering: whether a second image of a renderer equals the first to the last bit, and the changed pixels.
 
-Pixels that change from call to call come of a race between threads, of memory that nobody has written, or of a seed
-that is drawn anew. What is judged of such images is true of one of them. A renderer may declare that its answers vary
-(`"deterministic": false`); then two of them may differ by as much as two right renderers may.
+Changes from call to call are caused by a race between threads, uninitialised memory, or a random seed. A verdict on
+such images holds for only one of them. A renderer may declare that its answers vary (`"deterministic": false`); then
+two answers may differ by as much as those of two right renderers.
 """
 
 from collections.abc import Mapping
@@ -22,91 +22,98 @@ if TYPE_CHECKING:
 
 
 def changes(first: StageImages, again: StageImages) -> dict[Stage, np.ndarray]:
-    """Return which pixels (height, width) differ in any bit, for each stage that does; whole stages are one pixel."""
-    found = {}
+    """Return a mask (height, width) of pixels that differ in any bit, per differing stage; (1, 1) for whole stages."""
+    differing = {}
     for stage in Stage:
         if stage not in first and stage not in again:
             continue
-        one, other = first.get(stage), again.get(stage)
-        if stage is Stage.CAMERA or one is None or other is None or np.shape(one) != np.shape(other):
-            differ = np.full((1, 1), not _same_matrices(one, other))
+        image, repeated_image = first.get(stage), again.get(stage)
+        if (
+            stage is Stage.CAMERA
+            or image is None
+            or repeated_image is None
+            or np.shape(image) != np.shape(repeated_image)
+        ):
+            differ = np.full((1, 1), not _same_matrices(image, repeated_image))
         else:
-            differ = np.any(_bits_differ(np.asarray(one), np.asarray(other)), axis=-1)
+            differ = np.any(_bits_differ(np.asarray(image), np.asarray(repeated_image)), axis=-1)
         if differ.any():
-            found[stage] = differ
-    return found
+            differing[stage] = differ
+    return differing
 
 
-def _bits_differ(one: np.ndarray, other: np.ndarray) -> np.ndarray:
-    """Return where two arrays of numbers differ, a zero's sign included; one NaN is as good as another."""
-    either = (one == other) & (np.signbit(one) == np.signbit(other))
-    return ~(either | (np.isnan(one) & np.isnan(other)))
+def _bits_differ(left: np.ndarray, right: np.ndarray) -> np.ndarray:
+    """Return a mask of different numbers, including the signs of zeros; all NaN are equal."""
+    equal = (left == right) & (np.signbit(left) == np.signbit(right))
+    return ~(equal | (np.isnan(left) & np.isnan(right)))
 
 
-def _same_matrices(one: Any, other: Any) -> bool:
-    if not isinstance(one, Mapping) or not isinstance(other, Mapping) or one.keys() != other.keys():
+def _same_matrices(left: Any, right: Any) -> bool:
+    if not isinstance(left, Mapping) or not isinstance(right, Mapping) or left.keys() != right.keys():
         return False
-    return all(np.array_equal(one[part], other[part], equal_nan=True) for part in one)
+    return all(np.array_equal(left[part], right[part], equal_nan=True) for part in left)
 
 
 def repeated(case: str, first: Answers, again: Answers, base: "SceneTruth | None", *, varies: bool) -> RepeatedRecord:
-    """Return what came of asking a subject again; `varies` says that it declares to answer otherwise each time.
+    """Return the record of a subject's second answer; `varies`: the subject declares that its answers vary.
 
-    `base` is what the case was judged on; without one nothing is said of how far two answers differ.
+    `base` is the truth of the case; without it, the size of the differences is not measured.
     """
-    found: RepeatedRecord = {"configuration": first.name, "stage": None, "pixel": None, "differing": 0, "beyond": 0.0}
+    record: RepeatedRecord = {"configuration": first.name, "stage": None, "pixel": None, "differing": 0, "beyond": 0.0}
     if first.error is not None:  # its case is an error already
-        return {**found, "verdict": Outcome.UNDECIDED.value, "sentence": ""}
+        return {**record, "verdict": Outcome.UNDECIDED.value, "sentence": ""}
     if again.error is not None:
         sentence = f"{first.name} was put to {case} twice, and the second time it ended in an error: {again.error}"
-        return {**found, "verdict": Outcome.FAIL.value, "sentence": sentence}
+        return {**record, "verdict": Outcome.FAIL.value, "sentence": sentence}
     differ = changes(first.answers, again.answers)
     if not differ:
-        return {**found, "verdict": Outcome.PASS.value, "sentence": ""}
+        return {**record, "verdict": Outcome.PASS.value, "sentence": ""}
     stage, where = next(iter(differ.items()))
     row, column = (int(place) for place in np.argwhere(where)[0])
     beyond, worst = _beyond(first, again, base)
-    found |= {
+    record |= {
         "stage": stage.value,
         "pixel": [column, row],
         "differing": int(np.count_nonzero(where)),
         "beyond": jsonable(float(f"{beyond:.4g}")),
     }
     if varies and beyond <= 1:
-        return {**found, "verdict": Outcome.PASS.value, "sentence": ""}
+        return {**record, "verdict": Outcome.PASS.value, "sentence": ""}
     if varies:
         sentence = (
             f"{first.name} declares that its answers vary, and two to {case} differ by more than right ones may: "
             f"{worst} by {beyond:.3g} times the limit"
         )
-        return {**found, "verdict": Outcome.FAIL.value, "sentence": sentence}
+        return {**record, "verdict": Outcome.FAIL.value, "sentence": sentence}
     sentence = (
-        f"{first.name} answers {case} differently when it is asked again: {found['differing']} of {where.size} pixels "
+        f"{first.name} answers {case} differently when it is asked again: {record['differing']} of {where.size} pixels "
         f"of {stage} differ, the first at ({column}, {row})" + ("" if beyond <= 1 else f", {worst} beyond the limits")
     )
-    return {**found, "verdict": Outcome.FAIL.value, "sentence": sentence}
+    return {**record, "verdict": Outcome.FAIL.value, "sentence": sentence}
 
 
 def _beyond(first: Answers, again: Answers, base: "SceneTruth | None") -> tuple[float, str]:
-    """Return the largest difference of two answers over what two right ones may differ by, and at which stage."""
-    mine, theirs = first.answers, again.answers
-    if mine.keys() != theirs.keys():
+    """Return the largest difference of two answers over that allowed for two right answers, and its stage."""
+    images, repeated_images = first.answers, again.answers
+    if images.keys() != repeated_images.keys():
         return np.inf, "the stages that it writes"
     if base is None:
         return 0.0, ""
-    worst, said = 0.0, ""
-    # Where images differ, and with them much of the judge.
+    worst, worst_stage = 0.0, ""
+    # Imported here because images rarely differ, and these modules import much of the judge.
     from rayproof.reports.judge.against_oracle import AgainstOracle
     from rayproof.reports.judge.pairs import Pair
 
     pair = Pair(AgainstOracle(base, first), AgainstOracle(base, replace(again, name=f"{first.name}, asked again")))
     for stage in IMAGE_STAGES:
-        if stage not in mine:
+        if stage not in images:
             continue
-        if np.shape(mine[stage]) != np.shape(base.truth[stage]) or np.shape(mine[stage]) != np.shape(theirs[stage]):
+        if np.shape(images[stage]) != np.shape(base.truth[stage]) or np.shape(images[stage]) != np.shape(
+            repeated_images[stage]
+        ):
             return np.inf, stage.value
         pixels = pair.pixels(stage)
         ratio = float(np.where(pixels.explained, 0.0, pixels.ratio).max())
         if not ratio <= worst:
-            worst, said = (np.inf if np.isnan(ratio) else ratio), stage.value
-    return worst, said
+            worst, worst_stage = (np.inf if np.isnan(ratio) else ratio), stage.value
+    return worst, worst_stage

@@ -39,7 +39,7 @@ class SceneTruth:
 
     @cached_property
     def beside_changes(self) -> np.ndarray:
-        """Return the pixels (height, width) of which a neighbour shows another face, other lights or another side."""
+        """Return the pixels (height, width) with a neighbour that shows another face, other lights or another side."""
         shown = [self.truth[stage] for stage in (Stage.OBJECT, Stage.VISIBILITY) if stage in self.truth]
         image = np.concatenate(shown, axis=-1)
         turned = dot(self.truth[Stage.NORMAL], self.truth[Stage.RAY]) < 0

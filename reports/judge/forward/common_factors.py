@@ -25,10 +25,10 @@ from rayproof.reports.results.case_records import CHANCE, LEAST_DISTINCT, Bias, 
 # Roundings of the numbers that all pixels under one light share: flux, 4 pi and their quotient; then albedo and its
 # product with these; then pi, the quotient by it and the product with the constants before it.
 CONSTANTS = {Stage.IRRADIANCE: 3, Stage.EXITANCE: 5, Stage.RADIANCE: 8}
-# The longest path to a ray, a hit or a curved normal has sixteen roundings, of which two are shared by pixels: that of
-# a datum, and that of its transform into the frame of its use. Limits weigh both with the magnitudes of all data.
+# The longest path to a ray, a hit or a curved normal has sixteen roundings. Pixels share two of them: the rounding of a
+# datum, and the rounding of its transform into the frame of its use. Limits weigh both with the magnitudes of all data.
 SHARED = 2 / 16
-# Half of the roundings of numbers that depend on the eye's position, on the single normal of a flat shape, and on the
+# Half of the roundings in numbers that depend on the eye's position, on the single normal of a flat shape, and on the
 # direction to a light: the light's position is one of two inputs, and equal normals give equal products.
 HALF = 1 / 2
 WIDE = 0.01  # of the light: pixels with a larger limit are tested together
@@ -106,7 +106,7 @@ class CommonFactors:
         constants = Roundoff(self.renderer.precision)(CONSTANTS[stage]) + ORACLES(CONSTANTS[stage])
         (shared_own, whole_own), (shared, whole) = self._light_bounds
         if continued:
-            # Separate passes have their own end-to-end error each, and so do the stages from which they are continued.
+            # Separate passes have their own end-to-end error each, and so have the stages before them.
             own, passes = float(stage is Stage.IRRADIANCE), 0.0 if self.renderer.chained else 2.0
             with np.errstate(invalid="ignore"):  # 0 times infinity, where no light arrives and no group is
                 shared, whole = own * shared_own + passes * shared, own * whole_own + passes * whole
@@ -349,15 +349,15 @@ def bias(
 ) -> Factors:
     """Return the factors of `ours` (height, width, 3) over the oracle's stage, or over `value`.
 
-    `value` is what the oracle continued from the renderer's own stages; `explained` are the pixels (height, width) that
-    have another surface's light.
+    `value` is the oracle's value from the renderer's own stages; `explained` are the pixels (height, width) that have
+    another surface's light.
     """
     bounds = factors.stage_bounds(stage, continued=value is not None)
     flat = image.reshape(-1, image.shape[-1])
     expected = np.asarray(factors.base.truth[stage] if value is None else value, dtype=np.float64).reshape(flat.shape)
     if explained is not None and explained.any():
         expected = np.where(explained.reshape(-1, 1), 0.0, expected)  # below every floor
-    # An output with steps has a largest value, to which larger values are clamped.
+    # An output with steps has a largest value and clamps larger values.
     coarse = factors.renderer.resolutions.get(stage)
     top = float(image.max(initial=0.0)) if coarse is not None and coarse.absolute > TINY else math.inf
     top = min(top, float(np.finfo(factors.renderer.precision).max))
