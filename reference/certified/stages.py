@@ -28,9 +28,8 @@ from rayproof.reference.certified.truths import BEFORE_EXACT, narrow, rounded
 from rayproof.reference.certified.worlds import EYE, Surface, World, Worlds
 
 Given = dict[Stage, list[float]]  # the finite floats of one pixel, whose object exists
-Suspected = Sequence[
-    Sequence[Surface] | None
-]  # for the hit one list; for shadow rays one per light, None: surely blocked
+# For the hit a single list; for shadow rays a list per light, None: surely blocked.
+Suspected = Sequence[Sequence[Surface] | None]
 
 
 def vector(world: World, values: Sequence[float]) -> Vector:

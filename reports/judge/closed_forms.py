@@ -71,7 +71,7 @@ def _slack(against: AgainstOracle, stage: Stage) -> float:
 
 @dataclass(frozen=True, kw_only=True)
 class Finding:
-    """What was measured, what the closed form says and how far apart they may be; `used` is how much was looked at."""
+    """The measured value, the value of the closed form, their allowed difference, and the number of pixels `used`."""
 
     measured: float
     expected: float
@@ -130,7 +130,7 @@ def pixel_value(expectation: PixelValue, scene: Scene, answers: StageImages, sla
     )
 
 
-# A closed form for a shadow's outline: inside dark, outside lit, the margin about the outline left alone.
+# A closed form for a shadow's outline: dark inside, lit outside, without a test in the margin about the outline.
 
 
 @EXPECTATIONS.register("ShadowOutline")

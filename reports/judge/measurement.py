@@ -67,7 +67,7 @@ class StagePixels:
         return (self.kinds == Kind.ROUNDING) | (self.kinds == Kind.EPSILON)
 
 
-CELLS = 8  # rows, and columns, of the grid over an image in which a gate records the places of wrong pixels
+CELLS = 8  # rows, and columns, of the grid over an image for a gate's records of wrong pixels
 
 
 def cells_of(wrong: np.ndarray) -> tuple[str, str]:
@@ -220,8 +220,8 @@ def _times(wrong: float, limit: float) -> float:
 
 def measure(
     stage: Stage,
-    ours: np.ndarray,
-    theirs: np.ndarray,
+    answer: np.ndarray,
+    expected: np.ndarray,
     limit: np.ndarray,
     kinds: np.ndarray,
     *,
@@ -233,7 +233,7 @@ def measure(
 
     `hit` is the mask of the oracle's hits; `compared` is the result of `ratios`, if it exists already.
     """
-    ratio, wrong = compared or ratios(stage, ours, theirs, limit)
+    ratio, wrong = compared or ratios(stage, answer, expected, limit)
     excused = (kinds == Kind.ROUNDING) | (kinds == Kind.EPSILON)
     # Unexamined pixels are counted, but are no failure.
     left_out = excused | (kinds == Kind.UNEXAMINED)
@@ -243,11 +243,11 @@ def measure(
     is_wrong = kinds == Kind.WRONG
     misses = None
     if stage is Stage.OBJECT:
-        misses = (ours[..., 0] != theirs[..., 0]) | (ours[..., 1] != theirs[..., 1])
+        misses = (answer[..., 0] != expected[..., 0]) | (answer[..., 1] != expected[..., 1])
     elif stage is Stage.DISTANCE:
-        misses = np.isinf(ours[..., 0]) != np.isinf(theirs[..., 0])
-    finite = bool(np.isfinite(ours).all())
-    values, expected_values = (tuple(map(float, image[row, column])) for image in (ours, theirs))
+        misses = np.isinf(answer[..., 0]) != np.isinf(expected[..., 0])
+    finite = bool(np.isfinite(answer).all())
+    values, expected_values = (tuple(map(float, image[row, column])) for image in (answer, expected))
     errors, bounds = (np.atleast_1d(image[row, column]).tolist() for image in (wrong, limit))
     worst_error = _worst_channel(errors, bounds if len(bounds) == len(errors) else bounds * len(errors))
     everywhere = np.ones_like(hit) if stage is Stage.RAY else hit
@@ -262,8 +262,8 @@ def measure(
         wrong=int(np.count_nonzero(is_wrong)),
         explained=int(np.count_nonzero(excused)),
         hit_miss=int(np.count_nonzero(misses & is_wrong)) if misses is not None else 0,
-        nan=0 if finite else int(np.count_nonzero(any_of(np.isnan(ours)))),
-        inf=0 if finite else _new_infinities(ours, theirs, left_out),
+        nan=0 if finite else int(np.count_nonzero(any_of(np.isnan(answer)))),
+        inf=0 if finite else _new_infinities(answer, expected, left_out),
         ulp=_ulp(values, expected_values, precision),
         mean_wrong=_mean_finite(wrong[is_wrong]) if worst_ratio > 1 else 0.0,
         kinds=kinds,

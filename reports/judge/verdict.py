@@ -138,9 +138,8 @@ def possible_items(stage: Stage, passing: Collection[Stage], shapes: Collection[
     order = list(Stage)
     suspects = [stage, *(before for before in order[: order.index(stage)] if before not in passing)]
     if Stage.RAY in passing and stage is not Stage.CAMERA:
-        suspects = [
-            suspect for suspect in suspects if suspect is not Stage.CAMERA
-        ]  # images depend on the camera only through its rays
+        # Images depend on the camera only through its rays.
+        suspects = [suspect for suspect in suspects if suspect is not Stage.CAMERA]
     named = {name for suspect in suspects for name in COMPUTED[suspect]}
     kinds = {name: {kind.__name__ for kind in kinds} for name, kinds in OF_SHAPES.items()}
     return tuple(name for name in ITEMS if name in named and (name not in kinds or kinds[name] & set(shapes)))

@@ -146,9 +146,8 @@ def box(x: Inputs) -> Exact:
     ends = {axis: sorted(((low[axis] - o[axis]) / d[axis], (high[axis] - o[axis]) / d[axis])) for axis in moving}
     enter, leave = max(ends[axis][0] for axis in moving), min(ends[axis][1] for axis in moving)
     room = [(o[axis] - low[axis]).__class__(min(o[axis] - low[axis], high[axis] - o[axis])) for axis in range(3)]
-    gaps = [
-        arb(room[axis]) for axis in range(3) if axis not in moving
-    ]  # negative: outside a slab to which the ray is parallel
+    # Negative: outside a slab to which the ray is parallel.
+    gaps = [arb(room[axis]) for axis in range(3) if axis not in moving]
     for i in moving:
         for j in moving:
             if i != j:

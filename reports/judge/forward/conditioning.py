@@ -45,11 +45,11 @@ class Conditioning:
     solved: np.ndarray  # m: error of an ellipsoid along its normal if t is solved from a distant origin
     swollen: np.ndarray  # m: the same at the nearest point of its outline
     matrix: np.ndarray  # 1: condition number of the model matrix
-    local: np.ndarray  # 1: relative error of the object-space point of which a curved normal is made
-    whirl: np.ndarray  # 1: angle by which that error turns a curved normal at the hit, per roundoff
+    local: np.ndarray  # 1: relative error of the object-space point for a curved normal
+    whirl: np.ndarray  # 1: change of angle of a curved normal at the hit by that error, per roundoff
     loss: np.ndarray  # 1: by how much it shortens the normal before normalisation, relative, per roundoff
     curvature: np.ndarray  # 1/m: largest normal curvature
-    bend: np.ndarray  # 1/m: angle by which an error of the position turns the normal at the hit
+    bend: np.ndarray  # 1/m: change of angle of the normal at the hit by an error of the position
     give: np.ndarray  # 1/m: by how much it shortens the normal before normalisation, relative
     baking: np.ndarray  # 1: error of a triangle's normal taken from baked world-space corners, per roundoff of float32
     placing: np.ndarray  # 1: error of a square's or cube's normal taken from its corners in world space, per roundoff

@@ -27,9 +27,8 @@ from rayproof.reports.judge.answers import all_of, dot, length
 SURFACE = (Stage.DISTANCE, Stage.POSITION, Stage.NORMAL)
 LIGHT = (Stage.IRRADIANCE, Stage.EXITANCE, Stage.RADIANCE)
 WIDE = 0.01  # a limit above this share of the value is called wide
-MOST_LISTED = (
-    12  # the most undecided lights whose combinations are listed; up to twice as many are listed in two halves
-)
+# The most undecided lights whose combinations are listed; up to twice as many are listed in two halves.
+MOST_LISTED = 12
 FACES, PIECES = 1 << 21, 1 << 21  # more than a shape has
 
 

@@ -78,9 +78,8 @@ class Continuing:
     reach: Reach
     declared: Declared
     unit: float  # unit roundoff
-    whole: Mapping[
-        Stage, np.ndarray | float
-    ]  # movement of a stage's numbers in addition to rounding, (height, width, ...)
+    # Movement of a stage's numbers in addition to rounding, (height, width, ...).
+    whole: Mapping[Stage, np.ndarray | float]
 
     def explain(self, over: np.ndarray) -> Explained:
         """Return the explanations of the pixels (height, width) that are over the limit."""
