@@ -173,7 +173,7 @@ class SeenPlane:
         self.upward = numbers(field, place.inverse[2])
 
     def crossing(self, direction: Vector, window: Window) -> tuple[Number, int] | None:
-        """Return t in the window, and 0 for want of branches, or None; raise UndecidedError."""
+        """Return t in the window, and the branch 0, or None; raise UndecidedError."""
         speed = self.z(direction)
         if self.field.sign(speed) == 0:
             return None
@@ -221,7 +221,7 @@ class SeenTriangle:
         self.upward = numbers(field, rational(dot(row, winding) for row in turned))
 
     def crossing(self, direction: Vector, window: Window) -> tuple[Number, int] | None:
-        """Return t in the window, and 0 for want of branches, or None; raise UndecidedError."""
+        """Return t in the window, and the branch 0, or None; raise UndecidedError."""
         if self.empty:
             return None
         sign = self.field.sign

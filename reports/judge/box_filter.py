@@ -1,9 +1,9 @@
-"""Box-filtered radiance judged: the mean over samples x samples points of a pixel, against the oracle's finer image.
+"""The judgement on box-filtered radiance: the mean over samples x samples points of a pixel.
 
-The tracer renders the scene at n times the resolution, whose pixel centres are the points, and averages; a reference
-does it in its own way (Mitsuba: n^2 stratified unjittered samples through its own film). The limit is the mean of
-the fine image's limits plus, for each sample that shows another surface or other lights in a nearby problem, how far
-the answers of nearby problems lie from its own.
+It is compared with the oracle's finer image. The tracer renders the scene at n times the resolution, whose pixel
+centres are the points, and averages; a reference does it in its own way (Mitsuba: n^2 stratified unjittered samples
+through its own film). The limit is the mean of the fine image's limits plus, for each sample that shows another surface
+or other lights in a nearby problem, the largest difference of nearby problems' answers from its own.
 """
 
 from collections.abc import Sequence
@@ -26,12 +26,12 @@ from rayproof.reports.judge.scene_truth import SceneTruth, scene_truth
 from rayproof.reports.results.case_records import Check
 from rayproof.reports.results.outcomes import Outcome
 
-MANY = " x"  # between a configuration and its number of samples a pixel
+MANY = " x"  # between a configuration and its number of samples per pixel
 BECAUSE = "the mean of the fine image's limits, and of how far nearby problems' answers lie from each sample"
 
 
 def finer(scene: Scene, samples: int) -> Scene:
-    """Return the scene with `samples` times as many pixels a side: their centres are the sample points."""
+    """Return the scene with `samples` times as many pixels per side, whose centres are the sample points."""
     camera = scene.camera
     return replace(scene, camera=replace(camera, width=camera.width * samples, height=camera.height * samples))
 
@@ -52,7 +52,7 @@ def supersampled_check(fine: Pair, mean: np.ndarray, expected: np.ndarray, sampl
     truth = fine.base.truth[Stage.RADIANCE]
     limits = [against.own_limits.end_to_end[Stage.RADIANCE] for against in (fine.one, fine.other)]
     off = np.maximum(fine.one.reach_of_radiance, fine.other.reach_of_radiance)
-    # Averaging n^2 numbers of one sign rounds log2(n^2) times at least and n^2 - 1 times at worst.
+    # Averaging n^2 numbers of the same sign has log2(n^2) roundings at best and n^2 - 1 at worst.
     rounding = samples**2 * 2.0**-24 * box_mean(truth, samples)
     bound = box_mean(limits[0] + limits[1] + off, samples) + rounding
     compared = ratios(Stage.RADIANCE, mean, expected, bound)
@@ -82,13 +82,13 @@ def supersampled_check(fine: Pair, mean: np.ndarray, expected: np.ndarray, sampl
     )
 
 
-# Box-filtered radiance of a case: every subject before every reference that renders it.
+# Box-filtered radiance of a case: every subject against every reference that renders it.
 
 
 def mean_checks(
     case: Case, subjects: Sequence[Answers], references: Sequence[Answers], oracle: Analytic
 ) -> tuple[list[Check], list[tuple[Answers, Answers, Stage]]]:
-    """Judge box-filtered radiance, every subject before every reference that renders it; return checks and plan."""
+    """Judge box-filtered radiance, every subject against every reference that renders it; return checks and plan."""
     scene = finer(case.scene, case.samples)
     planned = [
         (c, w, Stage.RADIANCE)
@@ -127,7 +127,7 @@ def mean_checks(
 
 
 def _fine(base: SceneTruth, renderer: Answers, samples: int) -> AgainstOracle:
-    """Return a renderer at the resolution of the samples: a pixel's shadow epsilon holds for all of its samples."""
+    """Return a renderer at the resolution of the samples: a pixel's shadow epsilon applies to all of its samples."""
     epsilon = renderer.shadow_epsilon
     if np.ndim(epsilon):
         epsilon = np.kron(epsilon, np.ones((samples, samples)))

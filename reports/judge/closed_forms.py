@@ -50,7 +50,7 @@ def closed_forms(case: Case, against: AgainstOracle) -> list[ExpectationRecord]:
 
 
 def _needed(expectation: Any, stage: Stage) -> set[Stage]:
-    """Return the stages that a closed form is read off: pixels are found by their object, an outline by positions."""
+    """Return the stages that a closed form reads: pixels are selected by their object, an outline by positions."""
     needed = {stage}
     if hasattr(expectation, "shape"):
         needed.add(Stage.OBJECT)
@@ -101,7 +101,7 @@ def judge(expectation: Expectation, scene: Scene, answers: StageImages, slack: f
 
 @EXPECTATIONS.register("Flux")
 def flux(expectation: Flux, scene: Scene, answers: StageImages, slack: float) -> Finding:
-    """Compare the sum over the pixels that see the rectangle."""
+    """Compare the sum over the pixels that show the rectangle."""
     objects = answers[Stage.OBJECT]
     visible = objects[..., 0] == expectation.shape
     if expectation.face >= 0:
@@ -148,12 +148,12 @@ def shadow_outline(expectation: ShadowOutline, scene: Scene, answers: StageImage
     lit = answers[Stage.VISIBILITY][..., expectation.light]
     inside, outside = visible & (beyond < -margin), visible & (beyond > margin)
     wrong = np.count_nonzero(inside & (lit != 0)) + np.count_nonzero(outside & (lit != 1))
-    # Without pixels on both sides there is no outline to speak of.
+    # Without pixels on both sides there is no outline.
     used = int(np.count_nonzero(inside | outside)) if np.any(inside) and np.any(outside) else 0
     return Finding(measured=float(wrong), expected=0.0, limit=0.0, used=used)
 
 
-# A closed form at every pixel that sees a shape: the pixel that is farthest off counts.
+# A closed form at every pixel of a shape: the pixel with the largest error counts.
 
 
 @EXPECTATIONS.register("UniformValue")

@@ -83,7 +83,7 @@ Moved = Callable[[StageImages, StageImages], StageImages]
 
 
 def _questions(scene: Scene) -> Iterator[tuple[str, Scene, Moved | None]]:
-    """Yield conventions as other scenes; for pixel corners also the renderer's image within that of the other scene."""
+    """Yield conventions as other scenes; for pixel corners also a function that inserts the renderer's image."""
     for clip, what in CLIPS.items():
         if clip != scene.clip:
             yield what, replace(scene, clip=clip), None
@@ -95,7 +95,7 @@ def _questions(scene: Scene) -> Iterator[tuple[str, Scene, Moved | None]]:
                 None,
             )
     camera = scene.camera
-    # A pixel more each way and as large as before: its centres are the corners of the image asked for.
+    # One more row and column of pixels of the same size: their centres are the pixel corners of the original image.
     fovy = math.degrees(2 * math.atan(math.tan(camera.alpha) * (camera.height + 1) / camera.height))
     if fovy < 180:
         larger = replace(camera, width=camera.width + 1, height=camera.height + 1, fovy=fovy)
@@ -104,7 +104,7 @@ def _questions(scene: Scene) -> Iterator[tuple[str, Scene, Moved | None]]:
 
 
 def _placed(down: int, right: int) -> Moved:
-    """Return the function that lays a smaller image's answers into a larger one's, the rest as that one has it."""
+    """Return the function that inserts the answers of a smaller image into those of a larger image."""
 
     def moved(images: StageImages, whole: StageImages) -> StageImages:
         laid: StageImages = {}
@@ -121,7 +121,7 @@ def _placed(down: int, right: int) -> Moved:
 def _under(
     what: str, base: SceneTruth, renderer: Answers, stage: Stage, moved: Moved | None, wrong: np.ndarray
 ) -> Tested:
-    """Judge the renderer against the oracle's answer to another question."""
+    """Judge the renderer against the oracle's answer under a convention."""
     subject = renderer
     if moved is not None:
         subject = replace(renderer, answers=moved(renderer.answers, base.truth), shadow_epsilon=_most(renderer))
@@ -131,7 +131,7 @@ def _under(
     over = against.over(stage)
     unmoved = moved is None and np.count_nonzero(over & wrong) > np.count_nonzero(wrong) / 2
     if unmoved or over.mean() > HOPELESS:
-        # Nearby problems explain few pixels, and a convention that leaves most wrong ones where they are, none.
+        # Nearby problems explain few pixels, and none for a convention that leaves most of the wrong pixels unchanged.
         ratio = float(against.ratio(stage).max())
         return Tested(what=what, ratio=ratio, differing=int(np.count_nonzero(over)), interior=int(np.sum(~over)))
     numbers = measured(against, against.end_to_end[stage])
@@ -157,7 +157,7 @@ def _one_light(scene: Scene, renderer: Answers, stage: Stage, oracle: Analytic) 
 
 
 def _most(renderer: Answers) -> float:
-    """Return the largest of a renderer's shadow epsilons: in another image its pixels lie elsewhere."""
+    """Return the largest of a renderer's shadow epsilons, for an image with different pixels."""
     return float(np.max(renderer.shadow_epsilon))
 
 

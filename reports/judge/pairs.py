@@ -19,7 +19,7 @@ from rayproof.reports.judge.scene_truth import SceneTruth
 
 @dataclass(frozen=True, eq=False)
 class Pair:
-    """A subject and a reference, or any two renderers; it makes no difference which is which."""
+    """A subject and a reference, or any two renderers, in either order."""
 
     one: AgainstOracle
     other: AgainstOracle
@@ -49,7 +49,7 @@ class Pair:
         return {}
 
     def pixels(self, stage: Stage) -> StagePixels:
-        """Return an image stage that both answer, the first against the second, pixel by pixel."""
+        """Return the comparison of an image stage that both answer, the first against the second, pixel by pixel."""
         if stage not in self._known:
             self._known[stage] = self.one.end_to_end[stage] if self.by_oracle else self._compared(stage)
         return self._known[stage]

@@ -187,7 +187,7 @@ def _shadow_ray(rows: Members, chosen: Configuration, types: ArrayTypes) -> Mapp
     sphere = "radius" in x
     if sphere:
         x["c"], x["r"] = x["center"], x["radius"]
-    x.setdefault("blocker", x["point"] - x["normal"])  # behind the surface, where no shadow ray goes
+    x.setdefault("blocker", x["point"] - x["normal"])  # behind the surface, where it blocks no shadow ray
     x["gap"] = np.zeros(len(rows))
     ladder: Any = SimpleNamespace(options={"surface": "sphere"} if sphere else {})
     formula = next(

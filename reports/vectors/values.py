@@ -49,7 +49,7 @@ def numbers_of(group: str, values: Mapping[str, arb], limit: Callable[[str], arb
 
 
 def axes(x: Inputs) -> tuple[Vector, Vector, Vector, arb]:
-    """Return right, up and forward, and the sine of the angle between forward and the given up."""
+    """Return right, up and forward, and the sine of the angle between forward and the camera's `up`."""
     forward = unit(minus(balls(x["target"]), balls(x["eye"])))
     up = balls(x["up"])
     right = cross(forward, up)

@@ -164,9 +164,9 @@ class CommonFactors:
 
     @cached_property
     def wide_pixels(self) -> tuple[np.ndarray, np.ndarray]:
-        """Return the pixels that receive light and are held to a limit of more than `WIDE` of it.
+        """Return the pixels that receive light and have a limit of more than `WIDE` of it.
 
-        As flat indices (n,) and each one's brightest channel (n,).
+        They are flat indices (n,), with each pixel's brightest channel (n,).
         """
         value, pixels = self._irradiance, self._receiving
         limit = self.limits.end_to_end[Stage.IRRADIANCE].reshape(value.shape)[pixels]
@@ -251,7 +251,7 @@ class Factor:
 
     shape: int
     lights: tuple[int, ...]  # all that the group's pixels see
-    fitted: int | None  # the light whose own factor it is, out of several that overlap; None: all of them together
+    fitted: int | None  # the light with this factor, out of several that overlap; None: all of them together
     channel: int
     pixels: int
     value: float  # ours / theirs
@@ -266,7 +266,7 @@ class Factor:
 
     @property
     def ratio(self) -> float:
-        """Return how far it is off over its limit."""
+        """Return its distance from 1 over its limit."""
         off = abs(self.value - 1)
         return 0.0 if off == 0 else off / self.limit if self.limit > 0 else math.inf
 
@@ -385,7 +385,7 @@ def _leaning(values: np.ndarray, expected: np.ndarray, shared: np.ndarray) -> Le
 def _factors(
     group: Group, bound: Bounds, values: np.ndarray, expected: np.ndarray, ceiling: float, floor: float
 ) -> list[Factor]:
-    """Return a group's factors: of all its lights together, and of each where they are several."""
+    """Return a group's factors: of all its lights together, and of each light if there are several."""
     good = (expected > floor) & (expected < ceiling) & (values > 0) & (values < ceiling)
     lit = np.flatnonzero(good.any(axis=0))
     weights = group.weights
@@ -407,7 +407,7 @@ def _factors(
     for place, channel in enumerate(int(group.channels[index]) for index in lit):
         value, limit, enough = float(middle[place]), float(bound.usual[place]), distinct[place] >= LEAST_DISTINCT
         if enough:
-            # Moved by this much more, so many pixels would be beyond the bound that chance cannot have done it.
+            # If moved by this much more, too many pixels would exceed the bound to be explained by chance.
             rank = int(count * least_share(int(distinct[place])))
             limit = min(limit, abs(value) - float(beyond[rank, place]))
         about = _About(group=group, channel=channel, pixels=count)
