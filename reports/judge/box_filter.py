@@ -91,11 +91,11 @@ def mean_checks(
     """Judge box-filtered radiance, every subject against every reference that renders it; return checks and plan."""
     scene = finer(case.scene, case.samples)
     planned = [
-        (c, w, Stage.RADIANCE)
-        for c in subjects
-        if Stage.RADIANCE not in c.unsupported
-        for w in references
-        if w.answers_at(Stage.RADIANCE)
+        (subject, reference, Stage.RADIANCE)
+        for subject in subjects
+        if Stage.RADIANCE not in subject.unsupported
+        for reference in references
+        if reference.answers_at(Stage.RADIANCE)
     ]
     base = scene_truth(scene, stages_of(scene), oracle, known={})
     checks = []

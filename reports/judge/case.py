@@ -65,7 +65,10 @@ def judge_case(
         if reference.answers_at(stage)
     ]
     if truth.error is not None:
-        checks = [unmeasured(c, w, s, Outcome.ERROR, f"{ORACLE}: {truth.error}") for c, w, s in planned]
+        checks = [
+            unmeasured(subject, reference, stage, Outcome.ERROR, f"{ORACLE}: {truth.error}")
+            for subject, reference, stage in planned
+        ]
         return sum_up(case, checks, [], len(planned), None, {})
     base = scene_truth(scene, stages, oracle, known=truth.answers)
     misshapen = {renderer.name: misshapen_answers(scene, renderer.answers) for renderer in (*subjects, *references)}
@@ -90,7 +93,14 @@ def judge_case(
         planned += planned_means
     panel_matrices = matrices([*tested, *panelists], stages, measured.checks)
     checks = _settled(case, measured, tested, panelists, panel_matrices, versions)
-    judged = sum_up(case, checks, measured.expectations, len(planned), {c.name: c for c in subjects}, panel_matrices)
+    judged = sum_up(
+        case,
+        checks,
+        measured.expectations,
+        len(planned),
+        {subject.name: subject for subject in subjects},
+        panel_matrices,
+    )
     return replace(judged, base=base, against=against)
 
 
@@ -183,12 +193,12 @@ def adjudication(judged: Judged, subjects: Sequence[Answers], oracle: Analytic) 
         conclusion = standing(matrix, lambda name: voice(name, names))
         results: list[Tested] = []
         words = ""
-        who = _whose(conclusion)
-        if who in first:
-            words = f" It is off from {first[who]} on."
-        elif who is not None and stage is not Stage.CAMERA:
-            first[who] = stage
-            results = tested(judged.case.scene, judged.against[who], stage, oracle)
+        outlier = _whose(conclusion)
+        if outlier in first:
+            words = f" It is off from {first[outlier]} on."
+        elif outlier is not None and stage is not Stage.CAMERA:
+            first[outlier] = stage
+            results = tested(judged.case.scene, judged.against[outlier], stage, oracle)
             words = in_words(results)
         record[stage.value] = {
             "baseline": ORACLE,

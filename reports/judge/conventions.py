@@ -140,14 +140,14 @@ def _under(
 
 def _one_light(scene: Scene, renderer: Answers, stage: Stage, oracle: Analytic) -> Tested:
     """Judge each pixel of the renderer against each single light, multiplied by the number of lights."""
-    single = []
+    ratios_by_light = []
     for light in scene.lights:
         red, green, blue = (len(scene.lights) * flux for flux in light.flux)
-        alone = replace(scene, lights=(replace(light, flux=(red, green, blue)),))
-        base = scene_truth(alone, stages_of(alone), oracle, known={})
-        seeing = replace(renderer, answers={stage: renderer.answers[stage]}, shadow_epsilon=_most(renderer))
-        single.append(np.where(base.beside_changes, 0.0, AgainstOracle(base, seeing).ratio(stage)))
-    best = np.min(single, axis=0)
+        single_light_scene = replace(scene, lights=(replace(light, flux=(red, green, blue)),))
+        base = scene_truth(single_light_scene, stages_of(single_light_scene), oracle, known={})
+        subject = replace(renderer, answers={stage: renderer.answers[stage]}, shadow_epsilon=_most(renderer))
+        ratios_by_light.append(np.where(base.beside_changes, 0.0, AgainstOracle(base, subject).ratio(stage)))
+    best = np.min(ratios_by_light, axis=0)
     return Tested(
         what="picks one light at random in each pixel",
         ratio=float(best.max()),

@@ -95,10 +95,12 @@ def matrices(
     }
     names = tuple(against.renderer.name for against in renderers)
     cells: dict[Stage, dict[tuple[str, str], Cell]] = {stage: {} for stage in stages}
-    able = [{stage for stage in stages if _answers(against, stage)} for against in renderers]
+    answered_stages = [{stage for stage in stages if _answers(against, stage)} for against in renderers]
     for (first_index, first), (second_index, second) in combinations(enumerate(renderers), 2):
         pair = Pair(first, second)
-        for stage in (stage for stage in stages if stage in able[first_index] & able[second_index]):
+        for stage in (
+            stage for stage in stages if stage in answered_stages[first_index] & answered_stages[second_index]
+        ):
             cell = _cell(pair, stage, checks_by_pair.get((first.renderer.name, second.renderer.name, stage)))
             cells[stage][first.renderer.name, second.renderer.name] = cell
             cells[stage][second.renderer.name, first.renderer.name] = cell
@@ -167,8 +169,8 @@ def standing(matrix: Matrix, voice: Callable[[str], str]) -> Standing:
     if len(votes) == LEAST_MAJORITY:
         return Standing(alone=(), majority=(), why=f"{pairs}: no third voice to tell who is wrong.")
     if outliers:
-        either = _and([name for _, differing, _ in outliers for name in differing])
-        return Standing(alone=(), majority=(), why=f"{pairs}: the others agree with both, {either} may be wrong.")
+        suspects = _and([name for _, differing, _ in outliers for name in differing])
+        return Standing(alone=(), majority=(), why=f"{pairs}: the others agree with both, {suspects} may be wrong.")
     return Standing(alone=(), majority=(), why=f"{pairs}: nobody stands alone.")
 
 

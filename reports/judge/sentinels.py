@@ -360,10 +360,10 @@ def stand_guard(oracle: Analytic) -> int:
         count = guard_limits(oracle)
     except BrokenJudgeError:
         raise
-    except Exception as fall:  # any exception of a broken judge
+    except Exception as error:  # any exception of a broken judge
         raise BrokenJudgeError(
-            f"the judge is broken: it fell over known limits: {type(fall).__name__}: {fall}"
-        ) from fall
+            f"the judge is broken: it fell over known limits: {type(error).__name__}: {error}"
+        ) from error
     usual = chain(
         sentinels(truth, _clear(truth)), witness_sentinels(truth), edge_sentinels(oracle), step_sentinels(truth)
     )
@@ -376,10 +376,10 @@ def stand_guard(oracle: Analytic) -> int:
                 wrong = (
                     error_of_record(adjudication(judged, [subject], oracle)) if error_of_record is not None else None
                 )
-        except Exception as fall:  # any exception of a broken judge
+        except Exception as error:  # any exception of a broken judge
             raise BrokenJudgeError(
-                f"the judge is broken: it fell over sentinel {sentinel.name!r}: {type(fall).__name__}: {fall}"
-            ) from fall
+                f"the judge is broken: it fell over sentinel {sentinel.name!r}: {type(error).__name__}: {error}"
+            ) from error
         count += 1
         if judged.outcome is not sentinel.outcome or sentinel.stage not in (None, judged.stage):
             blamed = f" blaming {judged.stage}" if judged.stage else ""

@@ -211,11 +211,11 @@ def _curved(shape: Sphere, eye: np.ndarray, truth: StageImages, mask: np.ndarray
     ways, start = rays @ inverse.T * singular[2], inverse @ (eye - shift) - center
     left, closest = (start - ways * ((ways @ start) / length(ways) ** n)[:, np.newaxis] for n in (1, 2))
     squeezed = singular[0] > (1 + SIMILAR) * singular[2]
-    afar, share = dot(left, left) * squeezed, share + np.abs(dot(position - eye, normal)) * whole
+    distant_error, share = dot(left, left) * squeezed, share + np.abs(dot(position - eye, normal)) * whole
     return {
         "put_back": length(local @ linear.T) * squeezed * share / shape.radius**2,
-        "solved": afar / whole,
-        "swollen": afar * length(closest) / np.maximum(length(closest @ inverse) * shape.radius, 1e-300),
+        "solved": distant_error / whole,
+        "swollen": distant_error * length(closest) / np.maximum(length(closest @ inverse) * shape.radius, 1e-300),
         "local": length(arrived) / shape.radius,
         "whirl": _across(normal, inverse.T) * off / whole,
         "loss": off / (singular[2] * whole),
