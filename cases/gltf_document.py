@@ -24,7 +24,7 @@ from rayproof.cases.scene import SceneError, shown
 
 
 class Root(TypedDict, total=False):
-    """The document itself (section 5.17), beside its lists of the objects below."""
+    """The document itself (section 5.17), without its lists of the objects below."""
 
     scene: int
     extensionsRequired: list[str]
@@ -251,7 +251,8 @@ class _Files:
 
     def __init__(self, folder: Path, budget: Budget) -> None:
         self._folder, self._budget = folder, budget
-        self.content = cache(self._read)  # by what is written, so that an alias of a file counts as often as it is held
+        # By the written uri, so that an alias of a file counts as a second file in memory.
+        self.content = cache(self._read)
 
     def _read(self, uri: str) -> bytes:
         """Return the bytes of the file that a uri names, inside the folder."""

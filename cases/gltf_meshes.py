@@ -50,7 +50,7 @@ def _faces(corners: np.ndarray, mode: int) -> np.ndarray:
     number = np.arange(len(corners) - 2)
     if mode == FAN:
         return corners[np.stack([number + 1, number + 2, np.zeros_like(number)], axis=1)]
-    odd = number % 2  # every other triangle of a strip winds the other way, and is turned
+    odd = number % 2  # every second triangle of a strip has the opposite winding, and is reversed
     return corners[np.stack([number, number + 1 + odd, number + 2 - odd], axis=1)]
 
 
@@ -70,7 +70,7 @@ def glb_mesh(content: bytes) -> tuple[np.ndarray, np.ndarray, list[str]]:
     except (TypeError, AttributeError, KeyError, IndexError, ValueError, OverflowError) as error:
         if isinstance(error, SceneError):
             raise
-        # Members of other types than glTF's: JSON may hold anything.
+        # Members may have any type of JSON instead of glTF's.
         raise SceneError(f"is not glTF: {' '.join(str(error).split())}") from None
 
 

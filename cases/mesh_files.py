@@ -1,8 +1,8 @@
 """Mesh files that a scene names (OBJ, PLY, STL, GLB): their path is checked, their size counted, then they are read.
 
-Nothing that a mesh file names in turn is ever opened. `READERS` is the table of the kinds of files: a function from a
-file's content to vertices (n, 3) float64, triangles (m, 3) int64 and sentences about the content. It raises ValueError,
-in words, for a broken file.
+Files that a mesh file names in turn are never opened. `READERS` is the table of the kinds of files: a function from a
+file's content to vertices (n, 3) float64, triangles (m, 3) int64 and sentences about the content. It raises ValueError
+with a sentence for a broken file.
 """
 
 from collections.abc import Callable
@@ -54,14 +54,14 @@ def read_mesh(name: str, folder: Path | None, budget: Budget | None = None) -> t
     if path not in budget.meshes:
         budget.meshes[path] = _parsed(path, name, budget)
     vertices, faces = budget.meshes[path]
-    # For every shape that names the file: each keeps arrays of its own.
+    # For every shape that names the file, because each has its own arrays.
     budget.spend("triangles", len(faces), by=f"file {shown(name)}")
     budget.expand(vertices.nbytes + faces.nbytes, by=f"file {shown(name)}")
     return vertices.copy(), faces.copy()
 
 
 def _parsed(path: Path, name: str, budget: Budget) -> tuple[np.ndarray, np.ndarray]:
-    """Return vertices and faces of a file that was not read yet."""
+    """Read a file and return its vertices and faces."""
     kind = PurePosixPath(name).suffix.lower()[1:]
     try:
         content = content_of(path, largest=LARGEST)

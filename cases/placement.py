@@ -14,14 +14,14 @@ from rayproof.cases.scene import IDENTITY, Camera, Matrix, Mesh, Shape, Triangle
 
 
 def unit(vectors: np.ndarray) -> np.ndarray:
-    """Return vectors (..., 3) at length 1; what has no length is NaN."""
+    """Return vectors (..., 3) scaled to length 1; a zero vector gives NaN."""
     return vectors / np.linalg.norm(vectors, axis=-1, keepdims=True)
 
 
 def frame(eye: Any, target: Any, up: Any) -> np.ndarray:
     """Return the axes right, up and forward of a camera at `eye` [m], unit vectors as rows (3, 3), in float64 (CAM-1).
 
-    For all who need not be independent; tracer and oracles have frames of their own.
+    It is for modules that need no independence; tracer and oracles compute their own frames.
     """
     forward = np.subtract(target, eye, dtype=np.float64)
     forward /= np.linalg.norm(forward)
@@ -31,13 +31,13 @@ def frame(eye: Any, target: Any, up: Any) -> np.ndarray:
 
 
 def vector(values: Any) -> Vector:
-    """Return three numbers as a tuple of Python's own."""
+    """Return three numbers as a tuple of Python floats."""
     x, y, z = map(float, values)
     return x, y, z
 
 
 def matrix(values: Any) -> Matrix:
-    """Return a 4x4 matrix as tuples of Python's own numbers."""
+    """Return a 4x4 matrix as tuples of Python floats."""
     first, second, third, last = ((float(a), float(b), float(c), float(d)) for a, b, c, d in np.asarray(values))
     return (first, second, third, last)
 
@@ -88,7 +88,7 @@ def placed(shape: Shape) -> tuple[np.ndarray, np.ndarray]:
 
 
 def mapped(to_world: Matrix, point: Vector) -> Vector:
-    """Return the world place of an object-space point [m]."""
+    """Return the world point [m] of an object-space point [m]."""
     return vector((np.asarray(to_world) @ (*point, 1.0))[:3])
 
 
@@ -127,7 +127,7 @@ def camera_around(
 
 
 def frontal_fovy(*, height: int, pixel: float, distance: float) -> float:
-    """Return the vertical angle [degrees] at which a plane `distance` [m] ahead has pixels of `pixel` [m] a side."""
+    """Return the vertical angle [degrees] for pixels with a side of `pixel` [m] on a plane `distance` [m] ahead."""
     return 2 * degrees(atan2(height * pixel / 2, distance))
 
 
@@ -135,8 +135,8 @@ def frontal_fovy(*, height: int, pixel: float, distance: float) -> float:
 def world_triangles(shape: Shape) -> np.ndarray:
     """Return a triangle's or a mesh's world-space corners [m], float32, shape (faces, 3, 3), read-only.
 
-    A mirroring `to_world` would turn the winding around; the last two corners are swapped then, so that the
-    winding in world space still gives the specification's normal (inverse transpose of the object normal).
+    A mirroring `to_world` reverses the winding; then the last two corners are swapped, so that the winding in world
+    space still gives the specification's normal (inverse transpose of the object normal).
 
     Raises:
         TypeError: the shape has no triangles.

@@ -1,7 +1,7 @@
-"""The readers of OBJ and PLY: text and binary become vertices and polygons, in the file's order.
+"""The readers of OBJ and PLY, in text and binary: vertices and polygons in the file's order.
 
-They allocate no more than the file's own bytes pay for, and name the line of whatever they refuse. Sources: Wavefront,
-Advanced Visualizer manual, appendix B1 (OBJ); G. Turk, The PLY Polygon File Format (1994).
+They allocate memory only in proportion to the file's size, and name the line of an error. Sources: Wavefront, Advanced
+Visualizer manual, appendix B1 (OBJ); G. Turk, The PLY Polygon File Format (1994).
 """
 
 import io
@@ -23,17 +23,18 @@ SCALARS = {
     "float": "f4", "float32": "f4", "double": "f8", "float64": "f8",
 }  # fmt: skip
 FLOATS = ("f4", "f8")
-LARGEST = float(np.finfo(np.float32).max)  # of a coordinate: meshes are kept in float32
+LARGEST = float(np.finfo(np.float32).max)  # of a coordinate: meshes are stored in float32
 CORNERS = ("vertex_indices", "vertex_index")
 LINE_END = re.compile(rb"\r\n|\r|\n")
 Row = dict[str, np.ndarray]
 
 
 def obj_mesh(content: bytes) -> tuple[np.ndarray, np.ndarray, list[str]]:
-    """Return vertices [m], triangles and sentences about an OBJ file, as `mesh_files.READERS` says.
+    """Return vertices [m], triangles and sentences about an OBJ file, in the form of `mesh_files.READERS`.
 
     Raises:
-        ValueError: the file is broken, holds no triangle, or has a polygon that crosses itself; in words.
+        ValueError: the file is broken, has no triangle, or has a polygon that crosses itself; the message is a
+        sentence.
 
     """
     polygons = read_obj(content)
@@ -41,7 +42,7 @@ def obj_mesh(content: bytes) -> tuple[np.ndarray, np.ndarray, list[str]]:
 
 
 def ply_mesh(content: bytes) -> tuple[np.ndarray, np.ndarray, list[str]]:
-    """Return the same of a PLY file; raise ValueError likewise."""
+    """Return the same for a PLY file; raise ValueError in the same cases."""
     polygons = read_ply(content)
     return polygons.vertices, *triangles_of(polygons)
 
@@ -53,13 +54,14 @@ def read_obj(content: bytes) -> PolygonMesh:
     """Return the vertices and faces of an OBJ file, negative indices counted back from the vertices so far."""
     if b"\0" in content:
         raise ValueError("is no OBJ file: it holds zero bytes")
-    content = content.removeprefix(b"\xef\xbb\xbf")  # a mark of UTF-8, which would hide the first statement
+    # The byte-order mark of UTF-8 would hide the first statement.
+    content = content.removeprefix(b"\xef\xbb\xbf")
     if b"\r" in content:
         content = content.replace(b"\r\n", b"\n").replace(b"\r", b"\n")
     vertices: list[float] = []
     polygons = PolygonMesh(vertices=np.empty((0, 3)))
     continued, first = b"", 0
-    # One line after another: a list of all lines takes twenty times the bytes of short ones.
+    # Line by line: a list of all lines takes twenty times the memory of the file if lines are short.
     for number, line in enumerate(chain(io.BytesIO(content), (b"",)), 1):
         line = line.removesuffix(b"\n")
         if line.endswith(b"\\"):
@@ -100,7 +102,7 @@ def _add_face(polygons: PolygonMesh, words: Sequence[bytes], count: int, line: i
 
 
 def coordinate(word: bytes, line: int) -> float:
-    """Return the coordinate in a word of a text file; raise ValueError if it is no finite float32 number."""
+    """Return the coordinate in a word of a text file; raise ValueError if it is not finite in float32."""
     try:
         value = float(word)
     except ValueError:
@@ -163,7 +165,7 @@ def read_ply(content: bytes) -> PolygonMesh:
 
 
 def ply_header(content: bytes) -> tuple[str, list[PlyElement], int]:
-    """Return "<", ">" or "" for text, the elements, and where the body begins."""
+    """Return "<", ">" or "" for text, the elements, and the offset of the body."""
     layouts = {b"ascii": "", b"binary_little_endian": "<", b"binary_big_endian": ">"}
     layout: str | None = None
     elements: list[PlyElement] = []
@@ -202,7 +204,7 @@ def ply_header(content: bytes) -> tuple[str, list[PlyElement], int]:
 
 
 def _text_columns(element: PlyElement, rows: list[bytes]) -> Row:
-    """Return each property's values, of a list property its lengths, its entries one after another and its rows."""
+    """Return each property's values, and for a list property its lengths, its entries in sequence and its rows."""
     if rows and not any(prop.length for prop in element.properties):
         words = b" ".join(rows).split()
         width = len(element.properties)
@@ -235,19 +237,20 @@ def _text_columns(element: PlyElement, rows: list[bytes]) -> Row:
 
 def _numbers(words: list[bytes], what: str) -> np.ndarray:
     try:
-        return np.fromiter(map(float, words), np.float64, len(words))  # an array of words has the longest one's width
+        # Not by an array of words, all of which would have the longest word's width.
+        return np.fromiter(map(float, words), np.float64, len(words))
     except ValueError:
         raise ValueError(f"{what}: holds something that is no number") from None
 
 
 def _rounded(values: np.ndarray, kind: str) -> np.ndarray:
-    """Return numbers in text as the type that the header declares holds them: `float` has 24 bits."""
+    """Return numbers in text, rounded to the type that the header declares: `float` has 24 bits."""
     with np.errstate(over="ignore"):
         return values.astype(kind) if kind in FLOATS else values
 
 
 def _binary_columns(element: PlyElement, content: bytes, start: int, order: str) -> tuple[Row, int]:
-    """Return the same of a binary body, and where it ends."""
+    """Return the same for a binary body, and the offset of its end."""
     lists = [prop for prop in element.properties if prop.length]
     sizes = [np.dtype(prop.length or prop.kind).itemsize for prop in element.properties]
     left = len(content) - start
@@ -359,7 +362,7 @@ def _add_rows(polygons: PolygonMesh, element: PlyElement, columns: Row) -> None:
             if entry >= 0:
                 strip.append(entry)
                 continue
-            for first in range(len(strip) - 2):  # every second triangle of a strip runs the other way round
+            for first in range(len(strip) - 2):  # every second triangle of a strip has the opposite winding
                 corners = strip[first : first + 3]
                 polygons.add(corners if first % 2 == 0 else [corners[1], corners[0], corners[2]], row)
             strip = []

@@ -1,4 +1,4 @@
-"""Polygons of mesh files are cut into triangles: convex ones as fans, others by their ears.
+"""Polygons of mesh files, cut into triangles: convex polygons as fans, others by their ears.
 
 Sources: G. H. Meisters, Polygons Have Ears, American Mathematical Monthly 82 (1975); J. R. Shewchuk, Adaptive Precision
 Floating-Point Arithmetic and Fast Robust Geometric Predicates (1997): a filter in floats, then exact numbers.
@@ -15,11 +15,11 @@ from rayproof.cases.foreign_files import LIMITS
 
 DECIMALS = 1e-6  # relative: coordinates in text have six significant digits or more (C's %f and %g)
 MOST_CORNERS = 100_000  # of one polygon
-AT_ONCE = 2**18  # corners of polygons that are looked at together, which takes 200 bytes each
-# Steps that the cutting of a file's polygons may take, of about 10 ns each: a corner that is compared with an edge is
-# one. 50 000 concave quadrilaterals take no more, nor does a polygon of 30 000 corners.
+AT_ONCE = 2**18  # corners of polygons that are tested together, with 200 bytes each
+# Limit of the steps to cut a file's polygons, of about 10 ns each: the comparison of a corner with an edge is one step.
+# 50 000 concave quadrilaterals take no more, nor does a polygon of 30 000 corners.
 STEPS, STEPS_A_CORNER = 5 * 10**8, 300
-OF_ARRAYS, OF_A_TURN, OF_AN_EXACT_TURN = 1000, 100, 1000  # steps, of operations however small
+OF_ARRAYS, OF_A_TURN, OF_AN_EXACT_TURN = 1000, 100, 1000  # steps, at least, per operation
 
 
 @dataclass(kw_only=True)
@@ -30,10 +30,10 @@ class PolygonMesh:
     sizes: list[int] = field(default_factory=list)  # corners of each polygon
     corners: list[int] = field(default_factory=list)  # indices of vertices, of all polygons
     places: list[int] = field(default_factory=list)  # line or row of each polygon
-    place: str = "line"  # what `places` counts
-    others: Counter[str] = field(default_factory=Counter)  # what the file holds beside polygons, in plural
-    notes: list[str] = field(default_factory=list)  # what else to report of the file
-    triangles: int = 0  # that the polygons will be cut into
+    place: str = "line"  # unit of `places`
+    others: Counter[str] = field(default_factory=Counter)  # names, in plural, of other content of the file
+    notes: list[str] = field(default_factory=list)  # other facts to report about the file
+    triangles: int = 0  # number of triangles of all polygons
 
     def add(self, corners: Sequence[int], place: int) -> None:
         """Add a polygon; raise ValueError if the file holds too many."""
@@ -51,7 +51,7 @@ class PolygonMesh:
 
 @dataclass(kw_only=True)
 class Steps:
-    """The steps that cutting a file's polygons into triangles may still take."""
+    """The count and the limit of steps to cut a file's polygons into triangles."""
 
     most: int
     taken: int = 0
@@ -67,9 +67,9 @@ class Steps:
 
 
 def triangles_of(polygons: PolygonMesh) -> tuple[np.ndarray, list[str]]:
-    """Return the triangles (m, 3) int64 of all polygons in order, and a sentence for each kind of thing to report.
+    """Return the triangles (m, 3) int64 of all polygons in order, and sentences about facts to report.
 
-    A convex polygon is a fan about its first corner, any other one is cut by ears, seen along its area vector.
+    A convex polygon becomes a fan about its first corner; any other is cut by ears, projected along its area vector.
 
     Raises:
         ValueError: an index is out of range, a polygon crosses itself, or there is no polygon.
@@ -122,7 +122,7 @@ def triangles_of(polygons: PolygonMesh) -> tuple[np.ndarray, list[str]]:
 
 
 def _alike(sizes: np.ndarray) -> Iterator[np.ndarray]:
-    """Yield rows of polygons with the same number of corners, three or more; few enough to be looked at together."""
+    """Yield rows of polygons with the same number of corners, three or more; few enough to be tested together."""
     by_size = np.argsort(sizes, kind="stable")
     for rows in np.split(by_size, np.flatnonzero(np.diff(sizes[by_size])) + 1):
         if (size := int(sizes[rows[0]])) >= 3:
@@ -155,7 +155,7 @@ def _shapes(points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _scale(centered: np.ndarray) -> np.ndarray:
-    """Return powers of two (k, 1, 1) by which polygons (k, n, 3) are about 1 in size: no product leaves the floats."""
+    """Return powers of two (k, 1, 1) that scale polygons (k, n, 3) to sizes of about 1, to avoid overflow."""
     return np.exp2(-np.clip(np.frexp(np.abs(centered).max(axis=(1, 2), keepdims=True))[1], -128, 128).astype(float))
 
 
@@ -176,7 +176,7 @@ def cut_by_ears(points: np.ndarray, place: str, steps: Steps) -> np.ndarray:
     if not area.any():
         spread = np.linalg.svd(centered, compute_uv=False)
         if spread[1] <= 4 * DECIMALS * spread[0]:
-            return fan  # all corners in one line: nothing is seen of it
+            return fan  # all corners in one line: it is invisible
         raise ValueError(f"{place}: the polygon crosses itself: its parts cancel to an area of 0")
     _refuse_crossing(flat, place, steps)
     corners = np.arange(len(points))
@@ -185,7 +185,7 @@ def cut_by_ears(points: np.ndarray, place: str, steps: Steps) -> np.ndarray:
     triangles: list[tuple[int, int, int]] = []
     start = 0
     while len(triangles) < len(points) - 3:
-        if not ears.any():  # at first, and where it touches itself: elsewhere a cut changes its neighbours alone
+        if not ears.any():  # at first, and if it touches itself: otherwise a cut changes only its neighbours
             for at in np.flatnonzero(left).tolist():
                 ears[at] = _is_ear(flat, left, (before[at], at, after[at]), steps)
             if not ears.any():
@@ -203,16 +203,16 @@ def cut_by_ears(points: np.ndarray, place: str, steps: Steps) -> np.ndarray:
 
 
 def _is_ear(flat: np.ndarray, left: np.ndarray, corners: tuple[int, int, int], steps: Steps) -> bool:
-    """Return whether the second of three corners in a row can be cut off; `left` says which corners there are."""
+    """Return whether the second of three successive corners can be cut off; `left` is the mask of remaining corners."""
     a, b, c = (flat[corner] for corner in corners)
     turn = _orientation(steps, a, b, c)
     if turn == 0:
-        return True  # no area: it can go, whatever lies on it
+        return True  # without area it can be cut off, whatever corners are on it
     if turn < 0:
         return False
     steps.take(OF_ARRAYS + len(flat))
     points = flat[left]
-    # The ear's own corners do not hide it, nor does a corner in the same place: that is a bridge to a hole.
+    # The ear's own corners do not prevent the cut, nor does a corner at the same point, as in a bridge to a hole.
     same = (points == a).all(axis=1) | (points == b).all(axis=1) | (points == c).all(axis=1)
     boxed = (points >= np.minimum(np.minimum(a, b), c)).all(axis=1) & (points <= np.maximum(np.maximum(a, b), c)).all(
         axis=1
@@ -238,17 +238,19 @@ def _orientation(steps: Steps, a: np.ndarray, b: np.ndarray, c: np.ndarray) -> i
 
 
 def _refuse_crossing(flat: np.ndarray, place: str, steps: Steps) -> None:
-    """Raise ValueError where two edges cross inside both; edges that touch or run along each other are no crossing."""
+    """Raise ValueError if two edges cross inside both; edges that touch or overlap do not cross."""
     ends = np.roll(flat, -1, axis=0)
     for edge in range(len(flat) - 2):
         steps.take(OF_ARRAYS + len(flat) - edge)
         a, b = flat[edge], ends[edge]
         c, d = flat[edge + 2 :], ends[edge + 2 :]
         near = (np.minimum(c, d) < np.maximum(a, b)).all(axis=1) & (np.maximum(c, d) > np.minimum(a, b)).all(axis=1)
-        for other in np.flatnonzero(near).tolist():
-            sides = _orientation(steps, a, b, c[other]) * _orientation(steps, a, b, d[other])
+        for candidate in np.flatnonzero(near).tolist():
+            sides = _orientation(steps, a, b, c[candidate]) * _orientation(steps, a, b, d[candidate])
             if (
                 sides < 0
-                and _orientation(steps, c[other], d[other], a) * _orientation(steps, c[other], d[other], b) < 0
+                and _orientation(steps, c[candidate], d[candidate], a)
+                * _orientation(steps, c[candidate], d[candidate], b)
+                < 0
             ):
-                raise ValueError(f"{place}: the polygon crosses itself: its edges {edge} and {edge + 2 + other} do")
+                raise ValueError(f"{place}: the polygon crosses itself: its edges {edge} and {edge + 2 + candidate} do")

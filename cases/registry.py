@@ -1,11 +1,11 @@
 """`Table` (names of things that are imported late) and `Registry` (filled by decorators): things with facts, by name.
 
-One folder is one extension point, and its `__init__.py` holds the registry and states the contract.
-* `Table` lists its things as name -> module:attribute with facts. Names and facts are known without any import, and a
-  module is imported when a thing in it is asked for: right for things whose imports take long.
+Each folder is one extension point, and its `__init__.py` contains the registry and its contract.
+* `Table` lists its things as name -> module:attribute with facts. Names and facts are available without any import, and
+  a module is imported when a thing in it is first needed: suitable for things whose imports take long.
 * `Registry` is filled by decorators; its module, or every module below its package, is imported at the
   first look-up.
-In both a module that fails to import stops the run: a formula that silently vanished would be a formula not tested.
+In both a module that fails to import stops the run: a formula that is silently missing would not be tested.
 """
 
 import importlib
@@ -15,11 +15,11 @@ from dataclasses import dataclass
 from typing import Any, Generic, TypeVar, cast
 
 Thing = TypeVar("Thing")
-Registered = TypeVar("Registered")  # keeps its own type: a class stays that class for the type checker
+Registered = TypeVar("Registered")  # for the type checker, a registered class keeps its own type
 
 
 class Registry(Generic[Thing]):
-    """Named things of one kind, found by listing the package that holds them."""
+    """Named things of one kind, registered by the modules of a package."""
 
     def __init__(self, kind: str, *, package: str) -> None:
         self.kind = kind
@@ -46,7 +46,7 @@ class Registry(Generic[Thing]):
         return remember
 
     def __getitem__(self, name: str) -> Thing:
-        """Return the thing called `name`; raise LookupError that lists what is known."""
+        """Return the thing called `name`; raise LookupError with the known names."""
         self.load()
         if name not in self._things:
             raise LookupError(f"no {self.kind} is called {name!r}; known: {', '.join(self) or 'none'}")
@@ -84,7 +84,7 @@ class Registry(Generic[Thing]):
 
 @dataclass(frozen=True)
 class Place:
-    """Where a thing is found, "module:attribute", relative to the package of its table."""
+    """The location of a thing, "module:attribute", relative to the package of its table."""
 
     path: str
 
@@ -103,7 +103,7 @@ class Place:
 
 
 class Entry(Place):
-    """A line of a table: where the thing is found, and facts about it. A fact may be a `Place` itself."""
+    """A line of a table: the location of a thing, and facts about it. A fact may be a `Place` itself."""
 
     facts: Mapping[str, Any]
 
@@ -113,7 +113,7 @@ class Entry(Place):
 
 
 class _Facts(Mapping[str, Any]):
-    """The facts of an entry; a fact that is a `Place` is loaded when it is asked for."""
+    """The facts of an entry; a fact that is a `Place` is loaded when it is read."""
 
     def __init__(self, facts: Mapping[str, Any], package: str) -> None:
         self._facts, self._package = facts, package
@@ -145,25 +145,25 @@ class Table(Registry[Thing]):
         self._about = {name: _Facts(entry.facts, package) for name, entry in entries.items()}
 
     def __getitem__(self, name: str) -> Thing:
-        """Return the thing called `name`, imported now; raise LookupError that lists what is known."""
+        """Return the thing called `name`, imported if necessary; raise LookupError with the known names."""
         if name not in self._things and name in self._entries:
             self._things[name] = self._entries[name].load(self.package)
         return super().__getitem__(name)
 
     def register(self, name: str, **about: Any) -> Callable[[Registered], Registered]:
-        """Return a decorator that adds a thing which the table does not list: one of a test or a user."""
+        """Return a decorator that adds a thing of a test or a user to the table's."""
         if name in self._entries:
             raise ValueError(f"{self.kind} {name!r} is registered twice")
         return super().register(name, **about)
 
     def module(self, name: str) -> str:
-        """Return the dotted name of the module that holds `name`; raise LookupError if nothing is called so."""
+        """Return the dotted name of the module with the thing `name`; raise LookupError if there is none."""
         if name in self._entries:
             return f"{self.package}.{self._entries[name].path.partition(':')[0]}"
         return self[name].__module__
 
     def load(self) -> None:
-        """Import nothing: the table says what there is."""
+        """Import nothing: the table has all names."""
 
     def _names(self) -> Collection[str]:
         return {*self._entries, *self._things}

@@ -142,7 +142,7 @@ class Field:
         return self.value
 
     def choice(self, options: Sequence[str]) -> Any:
-        """Return one of the `known` strings."""
+        """Return a string that is one of the `options`."""
         if not isinstance(self.value, str) or self.value not in options:
             self.expected(f"one of {', '.join(options)}")
         return self.value

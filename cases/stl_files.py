@@ -1,4 +1,4 @@
-"""The reader of STL files, binary and in text: three vertices for each triangle, in the file's order.
+"""The reader of STL files, binary and in text: three vertices per triangle, in the file's order.
 
 It counts before it builds: a binary file by its header, a text file line by line. Source: 3D Systems,
 StereoLithography Interface Specification (1989).
@@ -17,10 +17,10 @@ TRIANGLE = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribu
 
 
 def stl_mesh(content: bytes) -> tuple[np.ndarray, np.ndarray, list[str]]:
-    """Return vertices (3 m, 3) float64 [m], triangles (m, 3) int64, and what the file holds beside them.
+    """Return vertices (3 m, 3) float64 [m], triangles (m, 3) int64, and sentences about other content of the file.
 
     Raises:
-        ValueError: the file is broken, ends early, or holds more triangles than are read; in words.
+        ValueError: the file is broken, ends early, or has more triangles than the limit; the message is a sentence.
 
     """
     vertices, notes = (_text(content), []) if _is_text(content) else _binary(content)
@@ -36,7 +36,7 @@ def _is_text(content: bytes) -> bool:
 
 
 def _binary(content: bytes) -> tuple[np.ndarray, list[str]]:
-    """Return the corners of a binary file's triangles, and what the file holds beside them."""
+    """Return the corners of a binary file's triangles, and sentences about other content of the file."""
     if len(content) < HEADER:
         raise ValueError("is no STL file: it is shorter than the header")
     (count,) = struct.unpack_from("<I", content, HEADER - 4)
@@ -45,7 +45,7 @@ def _binary(content: bytes) -> tuple[np.ndarray, list[str]]:
         raise ValueError(f"has a header that claims {count} triangles, at least {end} bytes, where {len(content)} are")
     _refuse_too_many(count)
     table = np.frombuffer(content, TRIANGLE, count, HEADER)
-    with np.errstate(invalid="ignore"):  # a signalling NaN is a NaN like others
+    with np.errstate(invalid="ignore"):  # of a signalling NaN
         vertices = table["corners"].reshape(-1, 3).astype(np.float64)
     finite = (np.abs(vertices) <= LARGEST).all(axis=1)
     if not finite.all():
@@ -58,7 +58,7 @@ def _binary(content: bytes) -> tuple[np.ndarray, list[str]]:
 
 
 def _text(content: bytes) -> np.ndarray:
-    """Return the corners of a text file's triangles; the solids that it holds are joined."""
+    """Return the corners of a text file's triangles; its solids are joined."""
     if b"\r" in content:
         content = content.replace(b"\r\n", b"\n").replace(b"\r", b"\n")
     numbers: list[float] = []

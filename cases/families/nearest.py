@@ -8,7 +8,7 @@ from rayproof.cases.case import FEW_EXPLAINED, Case, covering
 from rayproof.cases.placement import camera_around, compose, rotation, scaling, shear, translation, vector
 from rayproof.cases.scene import Cube, Matrix, Mesh, PointLight, Scene, Shape, Sphere, Square, Triangle
 
-# Nearest of many: crowds of small shapes, thin layers, solids that pass through each other, surfaces that coincide.
+# The nearest of many surfaces: crowds of small shapes, thin layers, intersecting solids, coincident surfaces.
 SEED = 20060171
 
 
@@ -26,7 +26,7 @@ def crowd_of_spheres(count: int) -> tuple[Shape, ...]:
 
 
 def crowd_of_cubes(count: int) -> tuple[Shape, ...]:
-    """Return `count` cubes in a box of 3 m, each turned and stretched its own way."""
+    """Return `count` cubes in a box of 3 m, each with its own rotation and scaling."""
     generator = np.random.default_rng(SEED + 1)
 
     def place() -> Matrix:
@@ -68,7 +68,7 @@ def coincident() -> tuple[Shape, ...]:
 
 
 def interpenetrating() -> tuple[Shape, ...]:
-    """Return two spheres and two cubes around one place."""
+    """Return two spheres and two cubes around one point."""
     return (
         Sphere(albedo=(0.8, 0.3, 0.3), center=(0.3, -0.2, 0.1), radius=0.9),
         Sphere(albedo=(0.3, 0.8, 0.4), center=(-0.5, 0.4, 0.3), radius=0.8),
@@ -84,7 +84,7 @@ def interpenetrating() -> tuple[Shape, ...]:
 
 
 def nearest() -> Iterator[Case]:
-    """Yield crowds, layers, intersecting and coinciding shapes; the last two are lit."""
+    """Yield crowds, layers, intersecting and coincident shapes; the last two are lit."""
     camera = camera_around((0.0, 0.0, 0.1), distance=6.0, azimuth=-57, elevation=28, width=96, height=72, fovy=29)
     light = PointLight(position=(2.4, -2.9, 3.2), flux=(500.0, 420.0, 360.0))
     questions: tuple[tuple[str, str, tuple[Shape, ...], tuple[PointLight, ...], tuple[str, ...], int], ...] = (
@@ -107,7 +107,7 @@ def nearest() -> Iterator[Case]:
         )
 
 
-# Mixed scenes by seed: every kind of shape under a random placement, a floor, two lights; none was hand-picked.
+# Mixed scenes by seed: every kind of shape under a random placement, a floor, two lights, none selected by hand.
 SEEDS = (1, 2, 3, 4, 5)
 CORNERS = np.array(((0.6, 0.6, 0.6), (0.6, -0.6, -0.6), (-0.6, 0.6, -0.6), (-0.6, -0.6, 0.6)))
 OUTWARD = np.array(((0, 1, 2), (0, 3, 1), (0, 2, 3), (1, 3, 2)))

@@ -1,4 +1,4 @@
-"""Families `primitives`, `alone` (one body that shades itself) and `antialiased` (several samples a pixel)."""
+"""Families `primitives`, `alone` (one body that shades itself) and `antialiased` (several samples per pixel)."""
 
 from collections.abc import Iterator
 

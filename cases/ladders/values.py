@@ -9,7 +9,7 @@ from rayproof.cases.ladders import Draw, Failure, Gate, Inputs, Ladder, boxes, f
 from rayproof.cases.ladders.camera import cameras
 from rayproof.cases.ladders.light import ways
 
-# Draws. Special values put into ordinary inputs: value 1 one at a time, value 2 in every pair of places.
+# Draws. Special values in ordinary inputs: a single one for the value 1, in every pair of components for the value 2.
 TINIEST = {"float32": (2.0**-149, 2.0**-127), "float64": (2.0**-1074, 2.0**-1023)}
 LARGEST = {"float32": float(np.finfo(np.float32).max), "float64": float(np.finfo(np.float64).max)}
 PAIRS = 4000  # at most
@@ -22,7 +22,7 @@ def specials(precision: str) -> tuple[float, ...]:
 
 
 def planted(draw: Draw, value: float = 1.0) -> Draw:
-    """Return a draw that plants special values in the inputs of `draw` at `value`; without any it asks nothing."""
+    """Return a draw that replaces numbers in the inputs of `draw` at `value` by special values."""
 
     def planting(places: float, count: int, generator: np.random.Generator, precision: str) -> Inputs:
         plain = draw(value, 1, np.random.default_rng(5), precision)

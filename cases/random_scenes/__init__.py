@@ -94,7 +94,7 @@ def counted(names: Iterable[str]) -> dict[str, int]:
 
 
 def _chosen(seed: int, number: int, draws: Draws) -> list[str]:
-    """Return the features of a scene in the order of application: the one of its number, and random others."""
+    """Return the features of a scene in the order of application: that of its number, and random others."""
     turn = _turn(seed)
     first = turn[number % len(turn)]
     chosen = [first, *(name for name in FEATURES if name != first and draws.chance(BESIDE))]

@@ -1,4 +1,4 @@
-"""`Certified`: every stage with a proof: signs by balls or exact numbers, values by balls or pairs with radii."""
+"""`Certified` proves every stage: signs by balls or exact numbers, values by balls or pairs of floats with radii."""
 
 from collections.abc import Collection, Iterator
 from importlib.metadata import version
@@ -24,27 +24,27 @@ class EnclosedPixel(TypedDict):
 
     pixel: list[int]
     bits: int  # the precision that sufficed
-    exact: bool  # whether exact numbers decided a tie
+    exact: bool  # whether a tie was decided by exact numbers
     undecided: list[str]  # names of decisions
     stages: dict[str, list[list[float]]]  # by stage [low, high] of each channel, the float64 next to the enclosure
 
 
 class Certified:
-    """Exact mathematics, enclosed: answers are float64 numbers within one ulp of the truth, every branch is proved.
+    """Enclosures of the exact values: answers are float64 numbers within one ulp of the truth, every branch is proved.
 
-    What cannot be decided, a tie of numbers that are not recognised as equal, is NaN and is listed by `enclose`. A
-    component of a vector that is about zero is given to 2^-100 of the vector's length. It shares neither code nor
-    compiler with the tracer.
+    An undecided value, which is a tie of numbers that are not recognised as equal, is NaN and is listed by `enclose`.
+    A component of a vector that is about zero has an error of at most 2^-100 of the vector's length. The class shares
+    neither code nor compiler with the tracer.
     """
 
     precision = "float64"
 
     def version(self) -> str:
-        """Return program and version, for the report."""
+        """Return the program's name and version, for the report."""
         return f"certified 1 (python-flint {version('python-flint')}, FLINT {flint.__FLINT_VERSION__})"
 
     def unsupported(self, scene: Scene, stage: Stage) -> str | None:
-        """Return a sentence for images of large meshes, whose every pixel would take too long."""
+        """Return the reason if the scene has too many triangles for a whole image, else None."""
         surfaces = sum(1 for _ in surfaces_of(scene))
         if surfaces > MOST_SURFACES and stage is not Stage.CAMERA:
             return (
@@ -54,7 +54,7 @@ class Certified:
         return None
 
     def render(self, scene: Scene, stages: Collection[Stage], *, samples: int = 1) -> StageImages:
-        """Answer `stages`; with samples > 1, radiance only, the mean over samples x samples points per pixel.
+        """Render `stages`; with samples > 1, radiance only, the mean over samples x samples points per pixel.
 
         Raises:
             ValueError: samples < 1, or samples > 1 for a stage other than radiance.
@@ -75,9 +75,9 @@ class Certified:
         return answers
 
     def at(self, scene: Scene, stages: Collection[Stage], points: np.ndarray, *, exactly: bool = True) -> StageImages:
-        """Answer image stages at image points (N, 2) = (px, py) [px]; each answer has shape (N, channels).
+        """Return image stages at image points (N, 2) = (px, py) [px]; each array has shape (N, channels).
 
-        Without `exactly` a tie is NaN: where surfaces coincide exact numbers take minutes for an image.
+        Without `exactly` a tie is NaN: for coincident surfaces exact numbers take minutes per image.
 
         Raises:
             ValueError: the camera stage, which is no image.
@@ -91,13 +91,13 @@ class Certified:
         points, last = np.asarray(points, dtype=np.float64), reached[-1]
         widths = [len(exr_channels(stage, lights=len(scene.lights))) for stage in reached]
         ends = np.cumsum(widths).tolist()
-        # All stages of a pixel in one row: numpy takes them apart faster than Python.
+        # All stages of a pixel are in one row: numpy splits them faster than Python.
         suspected = list(_suspects(scene, stages, points))
         table, certain = walked(scene, points, suspected, last, widths)
         rest = np.flatnonzero(~certain)
-        asked = ((x, y) for x, y in points[rest].tolist())
-        found = truths(scene, asked, (suspected[i] for i in rest), last, exactly=exactly)
-        for row, truth in zip(rest, found, strict=True):
+        uncertain = ((x, y) for x, y in points[rest].tolist())
+        proved = truths(scene, uncertain, (suspected[i] for i in rest), last, exactly=exactly)
+        for row, truth in zip(rest, proved, strict=True):
             table[row] = [float(value) for balls in truth.values[: len(reached)] for value in balls]
         return {
             stage: table[:, end - width : end]
@@ -105,18 +105,18 @@ class Certified:
             if stage in stages
         }
 
-    def continue_from(self, scene: Scene, stage: Stage, given: StageImages) -> np.ndarray:
-        """Return an image stage computed from the `given` earlier ones, exact mathematics on the numbers received.
+    def continue_from(self, scene: Scene, stage: Stage, earlier: StageImages) -> np.ndarray:
+        """Return an image stage computed exactly from the numbers of the earlier stages.
 
-        `given` holds (height, width, channels) arrays of the stages that this one reads:
+        `earlier` contains (height, width, channels) arrays of the stages that this one reads:
 
             ray <- nothing             object <- ray                    distance <- ray, object
             position <- ray, object, distance                           normal <- ray, object, position
             visibility <- object, position, normal                      irradiance <- those and visibility
             exitance <- object, irradiance                              radiance <- ray, object, normal, exitance
 
-        Directions are taken as they are, of whatever length: t is along them. Positions are taken to lie on the
-        surface of their object, whatever rounding moved them off it.
+        Directions are not normalized: t is measured in units of their length. Positions are treated as points on the
+        surface of their object, although rounding may have moved them off it.
 
         Raises:
             ValueError: the camera stage, which continues from nothing and is no image.
@@ -129,7 +129,7 @@ class Certified:
             return self.render(scene, [stage])[stage]
         flat = {
             name: np.asarray(image, dtype=np.float64).reshape(camera.height * camera.width, np.shape(image)[-1])
-            for name, image in given.items()
+            for name, image in earlier.items()
             if name is not Stage.CAMERA
         }
         rows = continued(scene, stage, flat)
@@ -144,9 +144,9 @@ class Certified:
         filtered: bool = True,
         exactly: bool = True,
     ) -> list[EnclosedPixel]:
-        """Return for each pixel (column, row) what is certain about its centre, as plain data.
+        """Return the certain values at the centre of each pixel (column, row), as plain data.
 
-        `filtered=False` asks every surface in balls, as a check on the filter; without `exactly` a tie is left
+        `filtered=False` tests every surface in balls, as a check of the filter; without `exactly` a tie is left
         undecided.
 
         Raises:

@@ -1,4 +1,4 @@
-"""Pairs of float64 with rigorous radii for many pixels at once (`Bundle`), which need no balls."""
+"""Pairs of float64 with rigorous error radii for many pixels at once (`Bundle`), in place of balls."""
 
 from collections import defaultdict
 from collections.abc import Sequence
@@ -15,12 +15,12 @@ from rayproof.reference.certified.light_paths import Path, Suspects
 from rayproof.reference.certified.truths import ABOUT_ZERO, NARROW, POSITION
 from rayproof.reference.certified.worlds import ExactWorld
 
-# Arrays of numbers of 100 bits with error radii: high + low in float64, and the exact value no farther than `radius`.
+# Arrays of numbers of 100 bits with error radii: high + low in float64; the exact value differs by at most `radius`.
 #
 # Source: Dekker, "A floating-point technique for extending the available precision", Numerische Mathematik 18 (1971);
 # Joldes, Muller and Popescu, "Tight and rigorous error bounds for basic building blocks of double-word arithmetic", ACM
 # Transactions on Mathematical Software 44 (2017), whose bounds are at most 2^-101.9 for sums of equal signs, products
-# and quotients. The radii here allow more. NaN in a radius fails every comparison that would accept the number.
+# and quotients. The radii here are larger. NaN in a radius fails every comparison that would accept the number.
 
 
 SUM = 2.0**-102  # of the summands' magnitudes
@@ -30,11 +30,11 @@ ROOT = 2.0**-98
 SAFE = 1 + 2.0**-45  # covers the roundings of a radius
 TINY = 1e-290  # covers products and their tails that underflow
 SPLIT = 134217729.0  # 2^27 + 1
-UNKNOWN = 2  # in place of a sign
+UNKNOWN = 2  # in place of a sign that the radius leaves open
 
 
 class Bundle:
-    """One number per pixel, or one for all. Whole numbers and exact zeros may stand in for bundles everywhere."""
+    """One number per pixel, or one for all. Integers and exact zeros may be used in place of bundles everywhere."""
 
     __slots__ = ("high", "low", "radius")
 
@@ -95,7 +95,7 @@ class Bundle:
         return 0 if other == 0 else whole(other) / self
 
     def sqrt(self) -> "Bundle":
-        """Return the square root, 0 of 0; of what may be zero or less no radius is finite."""
+        """Return the square root, 0 of 0; the radius is infinite if the number may be zero or negative."""
         first = np.sqrt(self.high)
         divisor = np.where(first == 0, 1.0, first)
         product, rest = _two_product(first, first)
@@ -119,7 +119,7 @@ def floats(values: Any) -> Bundle:
 
 
 def signs_of(value: Bundle) -> np.ndarray:
-    """Return -1, 0 or 1 per number, `UNKNOWN` where its radius does not tell."""
+    """Return -1, 0 or 1 per number, `UNKNOWN` where its radius leaves the sign open."""
     # The low part is no more than half a rounding of the high one.
     sure = np.abs(value.high) > value.radius * SAFE
     nought = (value.high == 0) & (value.radius == 0)
@@ -132,7 +132,7 @@ def whole(value: int) -> Bundle:
 
 
 def larger(first: Any, second: Any, *, sign: int) -> Bundle:
-    """Return the larger of two, or the smaller for `sign` -1: the extreme of the middles, and the larger radius."""
+    """Return the larger of two numbers, or the smaller for `sign` -1, with the larger of the two radii."""
     first, second = (whole(value) if isinstance(value, int) else value for value in (first, second))
     ahead = np.where(first.high == second.high, sign * (first.low - second.low), sign * (first.high - second.high)) > 0
     return Bundle(
@@ -167,11 +167,11 @@ def _halves(a: Any) -> tuple[Any, Any]:
     return high, a - high
 
 
-# Bundles as a field of the geometry: a sign that all pixels share is an answer, another says how they part.
+# Bundles as a field of the geometry: if the pixels differ in a sign, `PartedError` splits them into groups.
 
 
 class PartedError(Exception):
-    """The pixels of a bundle do not share a sign; `signs` has -1, 0 or 1 for each, or 2 where it is not known."""
+    """The pixels of a bundle do not share a sign; `signs` has -1, 0 or 1 per pixel, or 2 where it is undecided."""
 
     def __init__(self, signs: np.ndarray) -> None:
         super().__init__("a bundle's pixels part here")
@@ -179,10 +179,10 @@ class PartedError(Exception):
 
 
 class Bundles:
-    """Numbers for many pixels at once. Constants are made from balls, so call it inside `precision`."""
+    """Field of numbers for many pixels at once. Constants are made from balls, so use it inside `precision`."""
 
     def number(self, value: fmpq) -> Any:
-        """Return a rational number; zero as the whole number, which costs nothing."""
+        """Return a rational number; zero as an integer, whose arithmetic costs nothing."""
         return constant(arb(value)) if value else 0
 
     def float(self, value: float) -> Any:
@@ -206,7 +206,13 @@ class Bundles:
         return constant(arb.tan_pi(arb(angle / 180)))
 
     def sign(self, value: Any) -> int:
-        """Return the sign that all pixels share; raise PartedError, or UndecidedError where it is one constant's."""
+        """Return the sign that all pixels share.
+
+        Raises:
+            PartedError: the pixels differ in sign.
+            UndecidedError: the sign of a constant is undecided.
+
+        """
         if isinstance(value, int):
             return (value > 0) - (value < 0)
         signs = signs_of(value)
@@ -233,7 +239,7 @@ class Bundles:
 
 
 def constant(value: arb) -> Bundle:
-    """Return a ball as one number for all pixels."""
+    """Return a ball's number as a bundle that all pixels share."""
     high = float(value)
     low = float(value - arb(high))
     rest = abs(value - arb(high) - arb(low))
@@ -241,22 +247,23 @@ def constant(value: arb) -> Bundle:
     return Bundle(np.float64(high), np.float64(low), np.float64(radius))
 
 
-# Whole images by bundles: pixels that suspect the same walk together, and part where their decisions do.
+# Whole images by bundles: pixels with the same suspects are computed together until their decisions differ.
 #
-# The geometry is the balls' own, in another field. A pixel whose decision or value the radii leave open is handed back.
+# The geometry is that of the balls, in another field. A pixel whose decision or value the radii leave open is returned
+# as uncertain.
 
 
 BITS = 192  # of the balls that constants are made from
-# Balls take 60 us a pixel; a bundle's numbers take some 3 ms to move, however few they are.
+# Balls take 60 us per pixel; a bundle takes about 3 ms, however few pixels it has.
 FEWEST = 32
 
 
 def walked(
     scene: Scene, points: np.ndarray, suspects: Sequence[Suspects], last: Stage, widths: Sequence[int]
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return all stages up to `last` at image points (N, 2) [px], one row each, and which rows (N,) are certain.
+    """Return all stages up to `last` at image points (N, 2) [px], one row per point, and a mask (N,) of certain rows.
 
-    `widths` are the stages' numbers of channels. A certain row holds float64 numbers within one ulp of the truth.
+    `widths` are the stages' numbers of channels. A certain row contains float64 numbers within one ulp of the truth.
     """
     table, certain = np.full((len(points), sum(widths)), np.nan), np.zeros(len(points), dtype=bool)
     together: dict[int, list[int]] = defaultdict(list)
@@ -292,8 +299,8 @@ def _directions(scene: Scene, points: np.ndarray) -> Vector:
     y = 1 - Bundle(2 * points[:, 1], half, half) / camera.height
     x, y = x * constant(view.half_width), y * constant(view.half_height)
     axes = zip(view.forward, view.right, view.up, strict=True)
-    one, two, three = (x * constant(right) + y * constant(up) + constant(forward) for forward, right, up in axes)
-    return (one, two, three)
+    x_part, y_part, z_part = (x * constant(right) + y * constant(up) + constant(forward) for forward, right, up in axes)
+    return (x_part, y_part, z_part)
 
 
 def _some(vector: Vector, rows: np.ndarray) -> Vector:
@@ -301,7 +308,7 @@ def _some(vector: Vector, rows: np.ndarray) -> Vector:
 
 
 def _told(values: Sequence[Sequence[Any]], t: Any, count: int, widths: Sequence[int]) -> tuple[np.ndarray, np.ndarray]:
-    """Return the values as float64 rows, and which rows are as narrow as `truths.narrow` asks."""
+    """Return the values as float64 rows, and a mask of the rows that are as narrow as `truths.narrow` requires."""
     table, narrow = np.empty((count, sum(widths))), np.ones(count, dtype=bool)
     column = 0
     for number, stage in enumerate(values):

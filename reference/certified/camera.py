@@ -30,7 +30,7 @@ class ExactCamera:
         return 2 * exact(px) / self.camera.width - 1, 1 - 2 * exact(py) / self.camera.height
 
     def sideways(self, px: float) -> Vector:
-        """Return what a column [px] adds to the direction of depth 1."""
+        """Return the sideways part of the direction of depth 1 through a column [px]."""
         return scaled(self.right, self.half_width * self.field.number(self.ndc(px, 0)[0]))
 
     def upwards(self, py: float) -> Vector:
@@ -116,7 +116,7 @@ def _matrices(view: ExactCamera, field: Balls) -> dict[str, np.ndarray]:
 
 
 def _pixels(camera: Camera) -> dict[str, np.ndarray]:
-    """Return (sx, sy) of every pixel centre, and the centres, exact rationals rounded once."""
+    """Return (sx, sy) of every pixel centre, and the centres [px]: exact rationals that are rounded once."""
     horizontal = [_nearest(2 * fmpq(2 * column + 1, 2) / camera.width - 1) for column in range(camera.width)]
     vertical = [_nearest(1 - 2 * fmpq(2 * row + 1, 2) / camera.height) for row in range(camera.height)]
     rows, columns = np.mgrid[: camera.height, : camera.width]

@@ -1,7 +1,7 @@
 """Many rays, each with inputs of its own: signs and values by bundles, exact rationals where a sign is in doubt.
 
-Mathematics is written once, for numbers of any kind: bundles answer for all rays at once, rationals decide what a
-bundle's radii leave open, and balls of many bits are witnesses of a sample.
+The mathematics is written once, for numbers of any kind: bundles compute all rays at once, rationals decide the signs
+that a bundle's radii leave open, and balls of many bits check a sample.
 """
 
 from collections.abc import Callable, Mapping
@@ -19,7 +19,7 @@ WITNESS_BITS = 512
 
 
 def parts(inputs: Mapping[str, np.ndarray], number: Callable[[Any], Any]) -> Columns:
-    """Return inputs (rays,) and (rays, k) as numbers of a kind that is made from arrays, and tuples of them."""
+    """Return inputs (rays,) and (rays, k) as numbers that `number` makes from arrays, and tuples of k of them."""
     return {
         name: number(array) if array.ndim == 1 else tuple(number(array[:, i]) for i in range(array.shape[1]))
         for name, array in inputs.items()
@@ -27,7 +27,7 @@ def parts(inputs: Mapping[str, np.ndarray], number: Callable[[Any], Any]) -> Col
 
 
 def single(inputs: Mapping[str, np.ndarray], ray: int, number: Callable[[float], Any]) -> Columns:
-    """Return one ray's inputs as exact numbers of another kind."""
+    """Return the inputs of a single ray as exact numbers that `number` makes."""
     return {
         name: number(float(array[ray])) if array.ndim == 1 else tuple(number(float(x)) for x in array[ray])
         for name, array in inputs.items()
@@ -35,7 +35,7 @@ def single(inputs: Mapping[str, np.ndarray], ray: int, number: Callable[[float],
 
 
 def decided(predicates: Mathematics, inputs: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
-    """Return the sign (-1, 0, 1) of every predicate for every ray; what bundles leave in doubt rationals decide."""
+    """Return the sign (-1, 0, 1) of every predicate for every ray; rationals decide where bundles do not."""
     with np.errstate(all="ignore"):
         signs = {name: signs_of(value) for name, value in predicates(parts(inputs, floats)).items()}
     doubtful = np.flatnonzero(np.any([sign == UNKNOWN for sign in signs.values()], axis=0))
@@ -46,17 +46,17 @@ def decided(predicates: Mathematics, inputs: Mapping[str, np.ndarray]) -> dict[s
 
 
 def evaluated(values: Mathematics, inputs: Mapping[str, np.ndarray]) -> dict[str, Bundle]:
-    """Return every value of the mathematics for every ray."""
+    """Return every value of the mathematics for every ray, as bundles."""
     with np.errstate(all="ignore"):
         return values(parts(inputs, floats))
 
 
 def witnessed(
-    values: Mathematics, inputs: Mapping[str, np.ndarray], found: Mapping[str, Bundle], rays: np.ndarray
+    values: Mathematics, inputs: Mapping[str, np.ndarray], bundles: Mapping[str, Bundle], rays: np.ndarray
 ) -> tuple[int, float]:
-    """Return how many values of `rays` a ball of many bits confirmed, and the largest relative distance from one.
+    """Return how many values of `rays` balls of many bits confirmed, and the largest relative distance from a ball.
 
-    A value that is no number (a root of a negative number, a division by zero) is confirmed by a ball that is none.
+    A value that is not finite (a root of a negative number, a division by zero) is confirmed by a ball that is not.
     """
     count, worst = 0, 0.0
     with precision(WITNESS_BITS):
@@ -65,14 +65,14 @@ def witnessed(
             for name, ball in balls.items():
                 if ball.is_zero():
                     continue
-                pair = found[name]
+                pair = bundles[name]
                 high = float(np.broadcast_to(pair.high, inputs_length(inputs))[ray])
                 low = float(np.broadcast_to(pair.low, inputs_length(inputs))[ray])
-                known = np.isfinite(high) and np.isfinite(low)
+                finite = np.isfinite(high) and np.isfinite(low)
                 if not ball.is_finite():
-                    count += not known
+                    count += not finite
                     continue
-                if not known:
+                if not finite:
                     continue
                 count += 1
                 worst = max(worst, float(abs((arb(high) + arb(low) - ball) / ball).upper()))
@@ -82,9 +82,9 @@ def witnessed(
 def confirmed(
     predicates: Mathematics, inputs: Mapping[str, np.ndarray], signs: Mapping[str, np.ndarray], rays: np.ndarray
 ) -> tuple[int, float]:
-    """Return how many signs of `rays` were asked of balls of many bits, and 1 if one contradicts, else 0.
+    """Return how many signs of `rays` were compared with balls of many bits, and 1.0 if a ball contradicts, else 0.0.
 
-    A ball of zero alone is a tie; one that merely holds zero confirms nothing but a tie.
+    A ball that contains zero counts as the sign 0, a tie.
     """
     count, wrong = 0, False
     with precision(WITNESS_BITS):

@@ -1,7 +1,7 @@
-"""`NumberField` and `Balls`: the numbers that truth is computed with, balls of Arb that contain the exact value.
+"""`NumberField` and `Balls`: the numbers in which the truth is computed, balls of Arb that contain the exact value.
 
 Source: Johansson, "Arb: efficient arbitrary-precision midpoint-radius interval arithmetic", IEEE Transactions on
-Computers 66 (2017). The geometry is written once for any field; `numbers` holds the other, exact one.
+Computers 66 (2017). The geometry is written once for any field; the module `numbers` contains the exact field.
 """
 
 from collections.abc import Iterator
@@ -12,12 +12,12 @@ from flint import arb, ctx, fmpq
 
 START, MOST = 128, 4096  # bits
 
-Number = Any  # arb or towers.Algebraic: + - * / among themselves and with whole numbers
+Number = Any  # arb or numbers.Algebraic: + - * / with each other and with integers
 Vector = tuple[Number, Number, Number]
 
 
 class UndecidedError(Exception):
-    """A sign cannot be told at this precision: the exact value may be zero."""
+    """A sign cannot be decided at this precision: the exact value may be zero."""
 
 
 class NumberField(Protocol):
@@ -52,22 +52,22 @@ class NumberField(Protocol):
         ...
 
     def largest(self, values: list[Number]) -> Number:
-        """Return the largest number, without asking which one it is where that can be avoided."""
+        """Return the largest number, if possible without a decision which one it is."""
         ...
 
     def smallest(self, values: list[Number]) -> Number:
-        """Return the smallest number, likewise."""
+        """Return the smallest number, if possible without a decision which one it is."""
         ...
 
 
 class Balls:
-    """arb balls of `bits` bits. Every branch of the geometry is one `sign`, certified or refused."""
+    """Field of arb balls of `bits` bits. Every branch of the geometry is a call of `sign`, certified or undecided."""
 
     def __init__(self, bits: int) -> None:
         self.bits = bits
 
     def number(self, value: fmpq) -> arb:
-        """Return a ball around a rational; exact where the bits suffice."""
+        """Return a ball around a rational number; exact if the bits suffice."""
         return arb(value)
 
     def float(self, value: float) -> arb:
@@ -91,7 +91,7 @@ class Balls:
         return arb.tan_pi(arb(angle / 180))
 
     def sign(self, value: arb) -> int:
-        """Return -1, 0 or 1; raise UndecidedError if the ball holds zero and more."""
+        """Return -1, 0 or 1; raise UndecidedError if the ball contains zero and other numbers."""
         if value > 0:
             return 1
         if value < 0:
@@ -101,7 +101,7 @@ class Balls:
         raise UndecidedError
 
     def largest(self, values: list[arb]) -> arb:
-        """Return a ball around the largest number: no branch, so an exact tie is no obstacle."""
+        """Return a ball around the largest number, without a branch, so that an exact tie does no harm."""
         answer = values[0]
         for value in values[1:]:
             answer = answer.max(value)
@@ -127,6 +127,6 @@ def precision(bits: int) -> Iterator[Balls]:
 
 
 def exact(value: float) -> fmpq:
-    """Return a finite float as the rational number that it is."""
+    """Return a finite float as an exact rational number."""
     numerator, denominator = float(value).as_integer_ratio()
     return fmpq(numerator, denominator)

@@ -1,4 +1,4 @@
-"""Float64 with error margins, ahead of the balls: which surfaces a ray or shadow ray surely misses."""
+"""Float64 with error margins, before the balls: the surfaces that a ray or shadow ray surely misses."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -17,10 +17,10 @@ from rayproof.reference.certified.numbers import Rational, cross, dot, minus
 from rayproof.reference.certified.shapes import faces_of, placement_of, rational, winding_of
 from rayproof.reference.certified.worlds import Surface
 
-# Arrays of float64 numbers with rigorous error radii: they rule out most of a scene before a ball is spent on it.
+# Arrays of float64 numbers with rigorous error radii: they rule out most of a scene before any ball is computed.
 #
 # Source: Rump, "Fast and parallel interval arithmetic", BIT 39 (1999): midpoint and radius in rounding to nearest, with
-# the radius's own roundings covered by a factor. A comparison with NaN or infinity tells nothing: it rules out nothing.
+# the radius's own roundings covered by a factor. A comparison with NaN or infinity is false, and so rules out nothing.
 
 
 UNIT = 2.0**-52  # twice the unit roundoff
@@ -30,7 +30,7 @@ TINY = 1e-300  # covers underflow
 
 @dataclass(frozen=True)
 class Margin:
-    """The exact value lies within `radius` of `middle`."""
+    """A number whose exact value differs from `middle` by at most `radius`."""
 
     middle: np.ndarray
     radius: np.ndarray
@@ -57,7 +57,7 @@ class Margin:
         return Margin(middle, np.where(size > other.radius * SAFE, radius, np.inf))
 
     def sqrt(self) -> "Margin":
-        """Return the square root of what is known not to be negative."""
+        """Return the square root of numbers that are not negative."""
         positive = self.middle > self.radius
         middle = np.sqrt(np.where(positive, self.middle, 0))
         sure = (self.radius / middle + middle * UNIT) * SAFE
@@ -77,18 +77,18 @@ class Margin:
         return self.middle + self.radius * SAFE + np.abs(self.middle) * UNIT
 
     def above(self) -> np.ndarray:
-        """Return where the value is surely positive."""
+        """Return a mask: the value is surely positive."""
         return self.middle > self.radius
 
     def below(self) -> np.ndarray:
-        """Return where the value is surely negative."""
+        """Return a mask: the value is surely negative."""
         return -self.middle > self.radius
 
 
 def of(values: Sequence[fmpq | arb]) -> Margin:
     """Return exact numbers or balls as an array with margins."""
     middle = np.array([float(value if isinstance(value, arb) else arb(value)) for value in values])
-    # A ball of 128 bits or more that came from a rational or a short computation is far narrower than one rounding.
+    # A ball of 128 bits or more, of a rational number or a short computation, is far narrower than one rounding.
     return Margin(middle, np.abs(middle) * (2 * UNIT) + TINY)
 
 
@@ -99,21 +99,21 @@ def floats(values: np.ndarray) -> Margin:
 
 def products(rays: Margin, constants: Margin) -> Margin:
     """Return inner products (rays, surfaces) of rows (rays, 3) and (surfaces, 3), summed in any order."""
-    size, other = np.abs(rays.middle), np.abs(constants.middle)
+    size, constant_size = np.abs(rays.middle), np.abs(constants.middle)
     middle = rays.middle @ constants.middle.T
     # Three products and two sums, fused or not: at most gamma(3) of the sum of magnitudes.
-    spread = (size + rays.radius) @ (other * (4 * UNIT) + constants.radius).T + rays.radius @ other.T
+    spread = (size + rays.radius) @ (constant_size * (4 * UNIT) + constants.radius).T + rays.radius @ constant_size.T
     return Margin(middle, spread * SAFE + TINY)
 
 
-# How far along many rays each face of a shape is hit, as certain bounds; one row per ray, one column per face.
+# Certain bounds of the t at which rays hit each face of a shape; one row per ray, one column per face.
 
 
 @dataclass(frozen=True, kw_only=True)
 class Reach:
-    """No hit that counts lies below `low` (inf: surely none); one surely counts at or below `high` (inf: maybe none).
+    """Bounds of the first valid hit: t is at least `low` (inf: surely no hit) and at most `high` (inf: maybe no hit).
 
-    NaN in `low` is no bound.
+    NaN in `low` is no bound. A hit is valid if its t is in the `Span`.
     """
 
     low: np.ndarray
@@ -122,18 +122,18 @@ class Reach:
 
 @dataclass(frozen=True, kw_only=True)
 class Span:
-    """Hits count where low < t < high; both ends (rays, 1) with margins, None: no upper end."""
+    """The interval low < t < high of valid hits; both ends (rays, 1) have margins, None: no upper end."""
 
     low: Margin
     high: Margin | None
 
     def surely_out(self, t_low: np.ndarray, t_high: np.ndarray) -> np.ndarray:
-        """Return where a t between these bounds surely does not count, (rays, faces)."""
+        """Return a mask (rays, faces): a t between these bounds is surely outside."""
         out = t_high <= self.low.low
         return out if self.high is None else out | (t_low >= self.high.high)
 
     def surely_in(self, t_low: np.ndarray, t_high: np.ndarray) -> np.ndarray:
-        """Return where a t between these bounds surely counts, (rays, faces)."""
+        """Return a mask (rays, faces): a t between these bounds is surely inside."""
         inside = t_low > self.low.high
         return inside if self.high is None else inside & (t_high < self.high.low)
 
@@ -170,7 +170,7 @@ def _sphere(shape: Sphere, apex: Rational, rays: Margin, span: Span) -> Reach:
     low, high = np.full(square.middle.shape, np.inf), np.full(square.middle.shape, np.inf)
     nothing = floats(np.zeros(1))
     sure = discriminant.above()
-    # From the larger root to the smaller: the smaller one overrides where it counts.
+    # The larger root first: the smaller root replaces it where it is inside the span.
     for t in ((root - half) / square, (nothing - half - root) / square):
         low = np.where(span.surely_out(t.low, t.high), low, t.low)
         high = np.where(span.surely_in(t.low, t.high) & sure, t.high, high)
@@ -200,16 +200,16 @@ def _cube(shape: Cube, apex: Rational, rays: Margin, span: Span) -> Reach:
     last_low, last_high = np.full(count, np.inf), np.full(count, np.inf)
     for axis in range(3):
         speed = along[:, axis]
-        known = speed.above() | speed.below()
+        moving = speed.above() | speed.below()
         half = floats(np.where(speed.middle > 0, 0.5, -0.5))
         origin = start[axis : axis + 1]
         enter = (floats(np.zeros(1)) - half - origin) / speed
         leave = (half - origin) / speed
-        # Nearly parallel: no bound either way.
-        first_low = np.maximum(first_low, np.where(known, enter.low, -np.inf))
-        first_high = np.maximum(first_high, np.where(known, enter.high, np.inf))
-        last_low = np.minimum(last_low, np.where(known, leave.low, -np.inf))
-        last_high = np.minimum(last_high, np.where(known, leave.high, np.inf))
+        # A nearly parallel ray gets no bound from this axis.
+        first_low = np.maximum(first_low, np.where(moving, enter.low, -np.inf))
+        first_high = np.maximum(first_high, np.where(moving, enter.high, np.inf))
+        last_low = np.minimum(last_low, np.where(moving, leave.low, -np.inf))
+        last_high = np.minimum(last_high, np.where(moving, leave.high, np.inf))
     missed, sure = first_low > last_high, first_high < last_low
     low, high = np.full((count, 1), np.inf), np.full((count, 1), np.inf)
     for least, greatest in ((last_low, last_high), (first_low, first_high)):
@@ -236,15 +236,19 @@ def _triangles(shape: Triangle | Mesh, apex: Rational, rays: Margin, span: Span)
 
 @lru_cache(maxsize=64)
 def _cramer(shape: Triangle | Mesh, apex: Rational) -> tuple[Margin, Margin, Margin, Margin, np.ndarray]:
-    """Return what the determinant, u, v and t are made of, per face, and which faces surely or maybe have no area."""
+    """Return the constants of Cramer's rule per face: of the determinant, u, v and t, and a mask of empty faces.
+
+    The first three are vectors, whose inner products with the direction are the determinant, u and v times the
+    determinant. Then come the numerator of t, and the faces without area, in the world or in object space, exactly.
+    """
     corners = world_triangles(shape).astype(np.float64)
     point = of(apex)
     first, second, third = (floats(corners[:, corner]) for corner in range(3))
-    one, two = second - first, third - first
+    first_edge, second_edge = second - first, third - first
     to_apex = Margin(np.broadcast_to(point.middle, first.middle.shape), np.zeros_like(first.middle)) - first
-    across = _cross(to_apex, one)
-    height = across[:, 0] * two[:, 0] + across[:, 1] * two[:, 1] + across[:, 2] * two[:, 2]
-    by_determinant = _cross(two, one)
+    across = _cross(to_apex, first_edge)
+    height = across[:, 0] * second_edge[:, 0] + across[:, 1] * second_edge[:, 1] + across[:, 2] * second_edge[:, 2]
+    by_determinant = _cross(second_edge, first_edge)
     doubtful = ~(by_determinant.above() | by_determinant.below()).any(axis=1)
     empty = np.zeros(len(corners), dtype=bool)
     for face in np.flatnonzero(doubtful):
@@ -252,7 +256,7 @@ def _cramer(shape: Triangle | Mesh, apex: Rational) -> tuple[Margin, Margin, Mar
         empty[face] = not any(_exact_area(a, b, c))
     for face in np.flatnonzero(_flat_before(shape)):
         empty[face] |= not any(winding_of(shape, int(face)))
-    return by_determinant, _cross(two, to_apex), across, height, empty
+    return by_determinant, _cross(second_edge, to_apex), across, height, empty
 
 
 def _flat_before(shape: Triangle | Mesh) -> np.ndarray:
@@ -276,10 +280,10 @@ def _cross(left: Margin, right: Margin) -> Margin:
     )
 
 
-# For every image point: the surfaces that may be hit first, and those that may block each light.
+# Per image point: the surfaces that may be hit first, and those that may block each light.
 
 
-CELLS = 400_000  # rays times faces in one piece
+CELLS = 400_000  # rays times faces that are computed at a time
 
 
 def everything(scene: Scene) -> Suspects:
@@ -294,14 +298,14 @@ def surfaces_of(scene: Scene) -> tuple[Surface, ...]:
 
 
 def suspects(scene: Scene, points: np.ndarray, *, lights: bool) -> Iterator[Suspects]:
-    """Yield what may matter to each image point (N, 2) [px]; without `lights` nothing about them."""
+    """Yield the surfaces that each image point (N, 2) [px] may hit, and the possible blockers if `lights` is set."""
     surfaces = surfaces_of(scene)
     with precision(128):
         view = view_of(scene.camera, Balls(128))
     for part in _pieces(len(points), len(surfaces)):
         with np.errstate(all="ignore"):
-            found = list(_piece(scene, surfaces, view, points[part], lights=lights))
-        yield from found
+            piece_suspects = list(_piece(scene, surfaces, view, points[part], lights=lights))
+        yield from piece_suspects
 
 
 def _piece(
@@ -314,7 +318,7 @@ def _piece(
     if not lights or not scene.lights:
         yield from _told(surfaces, possible, [])
         return
-    # Where one surface alone is left, and surely hit, the hit point is known well enough to filter the shadow rays.
+    # If only one surface remains and it is surely hit, the hit point is accurate enough to filter the shadow rays.
     rows = np.flatnonzero((possible.sum(axis=1) == 1) & (nearest < np.inf))
     own = possible[rows].argmax(axis=1) if surfaces else np.zeros(0, dtype=int)
     low, high = reaches.low[rows, own], reaches.high[rows, own]
@@ -332,9 +336,9 @@ def _piece(
 def _told(
     surfaces: tuple[Surface, ...], possible: np.ndarray, blockers: list[tuple[np.ndarray, np.ndarray]]
 ) -> Iterator[Suspects]:
-    """Yield each row's suspects: of the surfaces `possible` (rays, surfaces), and per light what blocks or may block.
+    """Yield the suspects of each row of the masks `possible` (rays, surfaces) and, per light, (blocked, maybe).
 
-    Neighbouring pixels suspect the same, so each combination is made once.
+    Neighbouring pixels have the same suspects, so each combination is made once.
     """
     columns = [possible, *(part for blocked, maybe in blockers for part in (blocked[:, np.newaxis], maybe))]
     packed = np.packbits(np.concatenate(columns, axis=1), axis=1)
@@ -347,19 +351,22 @@ def _told(
                 None if blocked[row] else [surfaces[column] for column in np.flatnonzero(maybe[row])]
                 for blocked, maybe in blockers
             ]
-            mine = [surfaces[column] for column in np.flatnonzero(possible[row])]
-            made[key] = Suspects(surfaces=mine, blockers=lists)
+            hittable = [surfaces[column] for column in np.flatnonzero(possible[row])]
+            made[key] = Suspects(surfaces=hittable, blockers=lists)
         yield made[key]
 
 
 def shadow_rays(scene: Scene, light: int, position: Margin, own: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return which positions are surely blocked by another surface (N,), and which surfaces may block (N, surfaces)."""
+    """Return masks of positions that another surface surely blocks (N,) and of surfaces that may block (N, surfaces).
+
+    `own` (N,) is the column of the surface on which each position is.
+    """
     source = rational(scene.lights[light].position)
     ends = Span(low=floats(np.zeros((1, 1))), high=floats(np.ones((1, 1))))
-    found = _all(scene, source, position - of(source), ends)
-    possible, sure = found.low != np.inf, found.high < np.inf
-    mine = (np.arange(len(own)), own)
-    possible[mine] = sure[mine] = False
+    reaches = _all(scene, source, position - of(source), ends)
+    possible, sure = reaches.low != np.inf, reaches.high < np.inf
+    itself = (np.arange(len(own)), own)
+    possible[itself] = sure[itself] = False
     return np.asarray(sure.any(axis=1)), possible
 
 
@@ -368,8 +375,8 @@ def _directions(view: ExactCamera, points: np.ndarray) -> Margin:
     camera = view.camera
     size = floats(np.array([float(camera.width), float(camera.height)]))
     scaled = floats(np.asarray(points, dtype=np.float64) * 2) / size
-    one = floats(np.ones(1))
-    x, y = scaled[:, :1] - one, one - scaled[:, 1:]
+    unity = floats(np.ones(1))
+    x, y = scaled[:, :1] - unity, unity - scaled[:, 1:]
     right = of([axis * view.half_width for axis in view.right])
     up = of([axis * view.half_height for axis in view.up])
     return x * right + y * up + of(view.forward)
@@ -387,16 +394,16 @@ def _clip_span(scene: Scene, directions: Margin) -> Span:
 
 
 def _all(scene: Scene, apex: Rational, rays: Margin, span: Span) -> Reach:
-    found = [reach(shape, apex, rays, span) for shape in scene.shapes]
+    reaches = [reach(shape, apex, rays, span) for shape in scene.shapes]
     nothing = np.empty((len(rays.middle), 0))
     return Reach(
-        low=np.concatenate([nothing, *(one.low for one in found)], axis=1),
-        high=np.concatenate([nothing, *(one.high for one in found)], axis=1),
+        low=np.concatenate([nothing, *(bounds.low for bounds in reaches)], axis=1),
+        high=np.concatenate([nothing, *(bounds.high for bounds in reaches)], axis=1),
     )
 
 
 def _lists(table: np.ndarray) -> list[list[int]]:
-    """Return the columns where each row is true."""
+    """Return per row the columns that are true."""
     rows, columns = np.nonzero(table)
     ends = np.searchsorted(rows, np.arange(len(table) + 1)).tolist()
     numbers = columns.tolist()
@@ -404,34 +411,34 @@ def _lists(table: np.ndarray) -> list[list[int]]:
 
 
 def hits_along(scene: Scene, directions: np.ndarray) -> Iterator[list[Surface]]:
-    """Yield the surfaces that each direction (N, 3), of whatever length, may hit first from the eye."""
+    """Yield the surfaces that each direction (N, 3), of any length, may hit first from the eye."""
     surfaces = surfaces_of(scene)
     with precision(128) as field:
         forward = of(view_of(scene.camera, field).forward)
     for part in _pieces(len(directions), len(surfaces)):
         with np.errstate(all="ignore"):
             rays = floats(directions[part])
-            found = _all(scene, rational(scene.camera.eye), rays, _given_span(scene, rays, forward))
-            nearest = found.high.min(axis=1, initial=np.inf)
-            possible = ~(found.low > nearest[:, np.newaxis]) & (found.low != np.inf)
+            reaches = _all(scene, rational(scene.camera.eye), rays, _given_span(scene, rays, forward))
+            nearest = reaches.high.min(axis=1, initial=np.inf)
+            possible = ~(reaches.low > nearest[:, np.newaxis]) & (reaches.low != np.inf)
         for columns in _lists(possible):
             yield [surfaces[column] for column in columns]
 
 
 def lights_from(scene: Scene, positions: np.ndarray, objects: np.ndarray) -> list[list[list[Surface] | None]]:
-    """Return for each position (N, 3) [m] on its object (N, 2), per light, what may block it; None: surely blocked."""
+    """Return per position (N, 3) [m] on its object (N, 2) and per light the possible blockers; None: surely blocked."""
     surfaces = surfaces_of(scene)
     numbers = {surface: column for column, surface in enumerate(surfaces)}
     own = np.array([numbers[int(shape), int(face)] for shape, face in objects.tolist()], dtype=int)
     answer: list[list[list[Surface] | None]] = []
     for part in _pieces(len(positions), len(surfaces)):
         with np.errstate(all="ignore"):
-            found = [
+            masks = [
                 shadow_rays(scene, light, floats(positions[part]), own[part]) for light in range(len(scene.lights))
             ]
-            told = [(blocked, _lists(possible)) for blocked, possible in found]
+            by_light = [(blocked, _lists(possible)) for blocked, possible in masks]
         answer += [
-            [None if blocked[row] else [surfaces[column] for column in lists[row]] for blocked, lists in told]
+            [None if blocked[row] else [surfaces[column] for column in lists[row]] for blocked, lists in by_light]
             for row in range(len(positions[part]))
         ]
     return answer
@@ -444,7 +451,7 @@ def _given_span(scene: Scene, rays: Margin, forward: Margin) -> Span:
     if scene.clip == "shell":
         return Span(low=near, high=far)
     depth = products(rays, forward[np.newaxis, :])
-    # Backwards nothing counts, and sideways nothing is known; both are left to the balls.
+    # No hit behind the eye is valid, and sideways directions have no bound; both are left to the balls.
     unknown = ~depth.above()
     low, high = near / depth, far / depth
     return Span(

@@ -12,12 +12,12 @@ from rayproof.reference.certified.worlds import EYE, ExactWorld, Surface
 
 
 def looks_at_viewer(world: ExactWorld, surface: Surface, facing: int) -> bool:
-    """Return whether the shading normal looks at the viewer; `facing` is the sign of n.d, n outward."""
+    """Return whether the shading normal faces the viewer; `facing` is the sign of n.d, with n outward."""
     return facing < 0 or (facing > 0 and world.scene.shapes[surface[0]].two_sided)
 
 
 def irradiance(world: ExactWorld, lights: Sequence[int], position: Vector, normal: Vector) -> list[Any]:
-    """Return E [W/m^2] per channel of lights that are lit, and so above the horizon (RAD-1 to RAD-3)."""
+    """Return E [W/m^2] per channel from visible lights, which are above the horizon (RAD-1 to RAD-3)."""
     total: list[Any] = [0, 0, 0]
     simplified = world.scene.shading == "simplified"
     for light in lights:
@@ -42,18 +42,18 @@ def leaving(world: ExactWorld, surface: Surface, arriving: list[Any], *, seen: b
     ]
 
 
-# Every question with a discrete answer, asked once in any field: what is hit, which side, which lights are free.
+# The discrete decisions, in any field: the surface that is hit, its side, and the lights that are not blocked.
 #
-# An answer that cannot be had raises `UndecidedError`; nothing here rounds.
+# An undecided sign raises `UndecidedError`; nothing here rounds.
 
 
-Branch = Any  # which of a surface's roots: its own affair
+Branch = Any  # the root of a surface's equation, in the form that the surface's class uses
 Hit = tuple[Surface, Branch]
-CubeFace = tuple[int, int] | None  # axis and sign; None for what is no cube
+CubeFace = tuple[int, int] | None  # axis and sign; None for other shapes
 
 
 def clip_window(world: ExactWorld, length: Number | None, depth: Number | None) -> Window:
-    """Return the clip interval for t along a direction of this length and depth [m]; None: 1."""
+    """Return the clip interval for t along a direction of this length and depth [m], each 1 if None."""
     if world.scene.clip == "none":
         return Window(field=world.field, low=None, high=None, speed=None)
     speed = depth if world.scene.clip == "depth" else length
@@ -64,34 +64,34 @@ def nearest(
     world: ExactWorld, direction: Vector, window: Window, surfaces: Iterable[Surface]
 ) -> tuple[Hit, Number] | None:
     """Return the hit of smallest t among surfaces in the scene's order, and t, or None. Equal t: the first."""
-    first: dict[Any, Surface] = {}  # of surfaces that are one and the same, the others never come before it
+    first: dict[Any, Surface] = {}  # of identical surfaces only the first can be the hit
     for surface in surfaces:
         first.setdefault(world.seen(surface, EYE), surface)
     best = None
-    for seen, surface in first.items():
-        found = seen.crossing(direction, window)
-        if found is not None and (best is None or world.field.sign(found[0] - best[1]) < 0):
-            best = ((surface, found[1]), found[0])
+    for seen_shape, surface in first.items():
+        crossing = seen_shape.crossing(direction, window)
+        if crossing is not None and (best is None or world.field.sign(crossing[0] - best[1]) < 0):
+            best = ((surface, crossing[1]), crossing[0])
     return best
 
 
 def cube_face(world: ExactWorld, surface: Surface, segment: Vector) -> CubeFace:
-    """Return which face of a cube holds the eye + segment, None for other shapes."""
-    seen = world.seen(surface, EYE)
-    return seen.face(segment) if isinstance(seen, SeenCube) else None
+    """Return the face of a cube that contains the point eye + segment, None for other shapes."""
+    seen_shape = world.seen(surface, EYE)
+    return seen_shape.face(segment) if isinstance(seen_shape, SeenCube) else None
 
 
 def outward(world: ExactWorld, surface: Surface, face: CubeFace, segment: Vector) -> Vector:
-    """Return the outward world normal, of any length, at the eye + segment (NRM-3)."""
-    seen = world.seen(surface, EYE)
-    if isinstance(seen, SeenCube):
+    """Return the outward world normal, of any length, at the point eye + segment (NRM-3)."""
+    seen_shape = world.seen(surface, EYE)
+    if isinstance(seen_shape, SeenCube):
         assert face is not None
-        return seen.normals[face]
-    return seen.normal(segment)
+        return seen_shape.normals[face]
+    return seen_shape.normal(segment)
 
 
 def turned(world: ExactWorld, surface: Surface, normal: Vector, facing: int) -> Vector:
-    """Return the shading normal: turned towards the viewer on a two-sided shape; `facing` is the sign of n.d."""
+    """Return the shading normal, turned towards the viewer on a two-sided shape; `facing` is the sign of n.d."""
     if facing > 0 and world.scene.shapes[surface[0]].two_sided:
         return (-normal[0], -normal[1], -normal[2])
     return normal
@@ -108,7 +108,8 @@ def is_lit(
 ) -> bool:
     """Return whether a light is above the horizon and the open segment to it is free (LIT-1).
 
-    The surface at the segment's end is divided out by algebra; the other faces of a mesh are not its own.
+    The intersection at the segment's end is divided out of the surface's equation. Other faces of the same mesh can
+    block.
     """
     segment = minus(position, world.points[light])
     if world.field.sign(dot(normal, segment)) >= 0:
@@ -119,13 +120,13 @@ def is_lit(
         return False
     between = Window(field=world.field, low=None, high=world.one, speed=None)
     others = dict.fromkeys(world.seen(blocker, light) for blocker in blockers if blocker != surface)
-    return all(seen.crossing(segment, between) is None for seen in others)
+    return all(blocker.crossing(segment, between) is None for blocker in others)
 
 
-# End-to-end truth of one image point: what is decided along the light path, and the value of every stage.
+# End-to-end truth of one image point: the decisions along the light path, and the value of every stage.
 
 
-# Places in the list of image stages; comparing them is a tenth of the work of comparing enumeration members.
+# Indices in the list of image stages; comparing them takes a tenth of the time of comparing enumeration members.
 OBJECT, NORMAL, VISIBILITY, IRRADIANCE = (
     IMAGE_STAGES.index(stage) for stage in (Stage.OBJECT, Stage.NORMAL, Stage.VISIBILITY, Stage.IRRADIANCE)
 )
@@ -137,7 +138,7 @@ Values = list[list[Any]]  # per image stage, in order, a ball or an exact plain 
 
 @dataclass(frozen=True, kw_only=True)
 class Suspects:
-    """The shapes that may matter to one image point: all, or those that a filter could not rule out."""
+    """The surfaces that may be hit or may block at one image point: all, or those that a filter did not rule out."""
 
     surfaces: Sequence[Surface]
     blockers: Sequence[Sequence[Surface] | None]  # per light; None: surely blocked
@@ -145,7 +146,7 @@ class Suspects:
 
 @dataclass(frozen=True, kw_only=True)
 class Decisions:
-    """The discrete part of an answer. A name in `open` could not be decided."""
+    """The discrete part of an answer. `open` has the names of undecided decisions."""
 
     hit: Hit | None = None
     face: CubeFace = None
@@ -155,7 +156,7 @@ class Decisions:
 
 
 class Path:
-    """The light path along a direction of depth 1, as far as the image stage of number `last`."""
+    """The light path along a direction of depth 1, up to the image stage of index `last`."""
 
     def __init__(self, world: ExactWorld, direction: Vector, last: int) -> None:
         self.world = world
@@ -166,16 +167,16 @@ class Path:
         self.outward: Any = None
 
     def decide(self, suspects: Suspects, *, leave_open: bool) -> Decisions:
-        """Return every decision; with `leave_open` what cannot be decided is named, else UndecidedError is raised."""
+        """Return every decision; with `leave_open` undecided ones are named, else UndecidedError is raised."""
         if self.last < OBJECT:
             return Decisions()
         world, direction = self.world, self.direction
         try:
             length = world.field.sqrt(dot(direction, direction)) if world.scene.clip == "shell" else None
-            found = nearest(world, direction, clip_window(world, length, None), suspects.surfaces)
-            if found is None:
+            first_hit = nearest(world, direction, clip_window(world, length, None), suspects.surfaces)
+            if first_hit is None:
                 return Decisions(lit=(False,) * len(world.scene.lights))
-            hit, t = found
+            hit, t = first_hit
             self._reach(t)
             face, facing = None, 0
             if self.last >= NORMAL:
@@ -198,7 +199,7 @@ class Path:
         return Decisions(hit=hit, face=face, facing=facing, lit=tuple(lit), open=doubts)
 
     def follow(self, decisions: Decisions) -> None:
-        """Walk the path that was decided elsewhere, asking nothing."""
+        """Follow the path of existing decisions without deciding anything."""
         if decisions.hit is not None:
             surface, branch = decisions.hit
             self._reach(self.world.seen(surface, EYE).at(self.direction, branch))
@@ -218,7 +219,7 @@ class Path:
         return (eye[0] + self.segment[0], eye[1] + self.segment[1], eye[2] + self.segment[2])
 
     def values(self, decisions: Decisions) -> Values:
-        """Return the values of all stages up to the last, in balls; after `decide` in balls, or `follow`."""
+        """Return the values of all stages up to the last, in balls; call it after `decide` in balls, or `follow`."""
         world = self.world
         inverse_length = dot(self.direction, self.direction).rsqrt()
         values: Values = [list(scaled(self.direction, inverse_length))]
@@ -247,6 +248,6 @@ class Path:
         elif self.last >= IRRADIANCE:
             lights = [index for index, lit in enumerate(decisions.lit) if lit]
             arriving = irradiance(world, lights, position, normal)
-            seen = looks_at_viewer(world, surface, decisions.facing)
-            values += [arriving, *leaving(world, surface, arriving, seen=seen)]
+            faces_viewer = looks_at_viewer(world, surface, decisions.facing)
+            values += [arriving, *leaving(world, surface, arriving, seen=faces_viewer)]
         return values

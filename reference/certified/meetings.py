@@ -1,7 +1,7 @@
-"""Exact ray and shape (sphere, plane, square, triangle, cube), each ray before a shape of its own: predicates and t.
+"""Exact intersection of rays with shapes (sphere, plane, square, triangle, cube), one shape per ray.
 
-Each shape: `predicates` (rational: signs decide), `values` (the t that come into question), `decide(signs, values)` ->
-hit, t as a bundle, normal and size. Inputs by name: o, d, and the shape's own.
+Each class has `predicates` (rational functions whose signs decide), `values` (the possible t) and `decide(signs,
+values, inputs)`, which returns hit, t as a bundle, normal and size. Inputs by name: o, d, and the shape's parameters.
 """
 
 from collections.abc import Mapping
@@ -24,15 +24,15 @@ class ExactHit:
     hit: np.ndarray
     t: Bundle
     normal: np.ndarray  # (rays, 3) unit, of either sign
-    size: np.ndarray  # R in K: what the shape's own numbers add
+    size: np.ndarray  # R in K: the size of the shape's parameters
 
 
 class ExactShape(Protocol):
-    """One shape's mathematics."""
+    """The mathematics of one shape."""
 
     @property
     def center(self) -> str | None:
-        """Return the input that positions it, None at the origin."""
+        """Return the name of the input that is its position, None if it is at the origin."""
         ...
 
     def predicates(self, x: Columns) -> Columns:
@@ -40,7 +40,7 @@ class ExactShape(Protocol):
         ...
 
     def values(self, x: Columns) -> Columns:
-        """Return the t that come into question."""
+        """Return the possible t."""
         ...
 
     def decide(self, signs: Signs, values: Mapping[str, Bundle], inputs: Mapping[str, np.ndarray]) -> ExactHit:
@@ -49,7 +49,7 @@ class ExactShape(Protocol):
 
 
 def chosen(options: list[tuple[np.ndarray, Bundle]]) -> Bundle:
-    """Return the number of the first condition that holds, NaN where none does."""
+    """Return the number of the first condition that is true, NaN where none is."""
     conditions = [condition for condition, _ in options]
     high = np.select(conditions, [value.high for _, value in options], np.nan)
     low = np.select(conditions, [np.broadcast_to(value.low, high.shape) for _, value in options], 0.0)
@@ -68,7 +68,7 @@ class ExactSphere:
         return a, dot(f, d), dot(f, f) - r * r, a * r * r - dot(m, m)
 
     def predicates(self, x: Columns) -> Columns:
-        """Return the margin, the outside and the approach."""
+        """Return the margin, the outside, the approach and the squared length of the direction."""
         a, h, outside, margin = self._parts(x)
         return {"margin": margin, "outside": outside, "approach": -h, "moving": a}
 
@@ -79,7 +79,7 @@ class ExactSphere:
         return {"near": (-h - root) / a, "far": (root - h) / a}
 
     def decide(self, signs: Signs, values: Mapping[str, Bundle], inputs: Mapping[str, np.ndarray]) -> ExactHit:
-        """Return the near root seen from outside, the far one from inside or from the surface inwards."""
+        """Return the near root for an origin outside, the far root for one inside or on the surface going inwards."""
         outside, inside = signs["outside"] > 0, signs["outside"] <= 0
         ahead = np.where(signs["outside"] < 0, True, signs["approach"] > 0)
         hit = (signs["margin"] >= 0) & ahead & (signs["moving"] > 0)
@@ -96,7 +96,7 @@ class ExactPlane:
     center = None
 
     def predicates(self, x: Columns) -> Columns:
-        """Return height and descent."""
+        """Return the numbers o.z (height) and d.z (climb)."""
         return {"height": x["o"][2] + 0, "climb": x["d"][2] + 0}
 
     def values(self, x: Columns) -> Columns:
@@ -104,7 +104,7 @@ class ExactPlane:
         return {"t": -x["o"][2] / x["d"][2]}
 
     def decide(self, signs: Signs, values: Mapping[str, Bundle], inputs: Mapping[str, np.ndarray]) -> ExactHit:
-        """Return a hit where height and climb differ in sign."""
+        """Return a hit where o.z and d.z differ in sign."""
         hit = (signs["height"] * signs["climb"]).astype(int) == -1
         rays = len(hit)
         return ExactHit(
@@ -119,7 +119,7 @@ class ExactSquare(ExactPlane):
     """The open square abs(x), abs(y) < 0.5 in z = 0."""
 
     def predicates(self, x: Columns) -> Columns:
-        """Return height, descent and the distances to the borders, times the descent."""
+        """Return o.z, d.z, and the distances to the four borders times d.z."""
         o, d = x["o"], x["d"]
         across = {name: o[i] * d[2] - o[2] * d[i] for i, name in enumerate("xy")}
         half = d[2] / 2
@@ -130,9 +130,9 @@ class ExactSquare(ExactPlane):
         }
 
     def decide(self, signs: Signs, values: Mapping[str, Bundle], inputs: Mapping[str, np.ndarray]) -> ExactHit:
-        """Return the plane's hit where it lies inside."""
+        """Return the plane's hit where it is inside the square."""
         plane = super().decide(signs, values, inputs)
-        # Both distances carry the sign of the climb inside.
+        # Inside, all four products have the sign of d.z.
         inside = np.all([signs[name] == signs["climb"] for name in ("lowx", "upx", "lowy", "upy")], axis=0)
         hit = plane.hit & inside
         return ExactHit(hit=hit, t=chosen([(hit, plane.t)]), normal=plane.normal, size=plane.size)
@@ -144,10 +144,10 @@ class ExactTriangle:
     center = "a"
 
     def _parts(self, x: Columns) -> Columns:
-        edge, other, from_first = minus(x["b"], x["a"]), minus(x["c"], x["a"]), minus(x["o"], x["a"])
-        p, q = cross(x["d"], other), cross(from_first, edge)
+        edge, second_edge, from_first = minus(x["b"], x["a"]), minus(x["c"], x["a"]), minus(x["o"], x["a"])
+        p, q = cross(x["d"], second_edge), cross(from_first, edge)
         det, u, v = dot(p, edge), dot(p, from_first), dot(q, x["d"])
-        return {"det": det, "u": u, "v": v, "w": det - u - v, "t": dot(q, other)}
+        return {"det": det, "u": u, "v": v, "w": det - u - v, "t": dot(q, second_edge)}
 
     def predicates(self, x: Columns) -> Columns:
         """Return the determinants."""
@@ -159,13 +159,13 @@ class ExactTriangle:
         return {"t": parts["t"] / parts["det"]}
 
     def met(self, signs: Signs) -> np.ndarray:
-        """Return where no area differs in sign from the determinant and t is positive."""
+        """Return a mask: no area differs in sign from the determinant, and t is positive."""
         det = signs["det"].astype(int)
         inside = np.all([signs[name] * det >= 0 for name in "uvw"], axis=0)
         return (det != 0) & inside & (signs["t"] * det > 0)
 
     def decide(self, signs: Signs, values: Mapping[str, Bundle], inputs: Mapping[str, np.ndarray]) -> ExactHit:
-        """Return a hit where the triangle is met."""
+        """Return a hit where `met` is true."""
         hit = self.met(signs)
         normal = np.cross(inputs["b"] - inputs["a"], inputs["c"] - inputs["a"])
         with np.errstate(all="ignore"):
@@ -179,7 +179,7 @@ class ExactCube:
     center = None
 
     def _bounds(self, x: Columns) -> tuple[list[Any], list[Any], list[Any]]:
-        # All times two: rationals know whole numbers, not 0.5.
+        # Everything is multiplied by 2: rationals combine with integers, not with the float 0.5.
         enter, leave, speed = [], [], []
         for o, d, towards in zip(x["o"], x["d"], x["towards"], strict=True):
             enter.append(-2 * (o * towards) - 1)
@@ -188,7 +188,7 @@ class ExactCube:
         return enter, leave, speed
 
     def predicates(self, x: Columns) -> Columns:
-        """Return, for every two axes, whether the one is entered before the other is left, and the signs of all t."""
+        """Return per pair of axes a number >= 0 if slab i is entered before j is left, and the numerators of all t."""
         enter, leave, speed = self._bounds(x)
         overlap = {
             f"overlap{i}{j}": leave[j] * speed[i] - enter[i] * speed[j] for i in range(3) for j in range(3) if i != j
@@ -203,7 +203,7 @@ class ExactCube:
         }
 
     def decide(self, signs: Signs, values: Mapping[str, Bundle], inputs: Mapping[str, np.ndarray]) -> ExactHit:
-        """Return the last entry if it lies ahead, else the first exit."""
+        """Return the last entry if its t is positive, else the first exit."""
         moves = [inputs["d"][:, i] != 0 for i in range(3)]
         through = np.all([signs[f"overlap{i}{j}"] >= 0 for i in range(3) for j in range(3) if i != j], axis=0)
         ahead = np.all([(signs[f"leave{i}"] > 0) | ~moves[i] for i in range(3)], axis=0) & np.any(moves, axis=0)

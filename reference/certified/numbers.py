@@ -1,7 +1,7 @@
 """Exact numbers for ties (`Tower`): fractions of polynomials in square roots and one tangent.
 
-A number is zero if its numerator, with every root's square replaced, is the zero polynomial; otherwise balls tell its
-sign. A root of what is already a square, or a square times an earlier radicand, adds nothing new.
+A number is zero if its numerator, with the square of every root replaced, is the zero polynomial; otherwise balls
+decide its sign. The root of a square, or of a square times an earlier radicand, needs no new generator.
 """
 
 from collections.abc import Callable, Sequence
@@ -36,8 +36,8 @@ class Algebraic:
     numerator: Any
     denominator: Any
 
-    def _other(self, other: "Algebraic | int") -> "Algebraic":
-        return other if isinstance(other, Algebraic) else self.tower.number(fmpq(other))
+    def _other(self, operand: "Algebraic | int") -> "Algebraic":
+        return operand if isinstance(operand, Algebraic) else self.tower.number(fmpq(operand))
 
     def __add__(self, other: "Algebraic | int") -> "Algebraic":
         other = self._other(other)
@@ -73,12 +73,12 @@ class Algebraic:
 
 
 class Tower:
-    """The field of one pixel's exact numbers: rationals, and the roots and the tangent that were asked for."""
+    """The field of exact numbers of one pixel: rationals, and the roots and the tangent that were requested."""
 
     def __init__(self) -> None:
-        self.squares: dict[int, Any] = {}  # generator -> the polynomial that its square is
-        self.constants: dict[int, Callable[[], arb]] = {}  # generator -> what it is: a tangent or pi
-        self.free = ROOM - 1  # newer generators come first in the ring's order, so that they are divided out first
+        self.squares: dict[int, Any] = {}  # generator -> its square, a polynomial
+        self.constants: dict[int, Callable[[], arb]] = {}  # generator -> its value, a tangent or pi
+        self.free = ROOM - 1  # newer generators are first in the ring's order, so that they are divided out first
 
     def number(self, value: fmpq) -> Algebraic:
         """Return a rational number."""
@@ -165,7 +165,7 @@ class Tower:
         """Return -1, 0 or 1.
 
         Raises:
-            UndecidedError: the number is not recognised as zero, and 4096 bits do not tell it from zero.
+            UndecidedError: the number is not recognised as zero, and 4096 bits do not separate it from zero.
 
         """
         numerator = self._reduced(value.numerator)
@@ -183,26 +183,26 @@ class Tower:
 
     def ball(self, value: Algebraic) -> arb:
         """Return a ball around a number, at the precision in force."""
-        known: dict[int, arb] = {}
-        return self._ball(value.numerator, known) / self._ball(value.denominator, known)
+        balls: dict[int, arb] = {}
+        return self._ball(value.numerator, balls) / self._ball(value.denominator, balls)
 
-    def _ball(self, polynomial: Any, known: dict[int, arb]) -> arb:
-        """Return a ball around a polynomial's value; `known` holds those of generators."""
+    def _ball(self, polynomial: Any, balls: dict[int, arb]) -> arb:
+        """Return a ball around a polynomial's value; `balls` caches the balls of generators."""
         total = arb(0)
         for powers, coefficient in polynomial.to_dict().items():
             term = arb(coefficient)
             for generator, power in enumerate(powers):
                 if power:
-                    if generator not in known:
-                        known[generator] = self._generator(generator, known)
-                    term *= known[generator] ** power
+                    if generator not in balls:
+                        balls[generator] = self._generator(generator, balls)
+                    term *= balls[generator] ** power
             total += term
         return total
 
-    def _generator(self, generator: int, known: dict[int, arb]) -> arb:
+    def _generator(self, generator: int, balls: dict[int, arb]) -> arb:
         if generator in self.constants:
             return self.constants[generator]()
-        return self._ball(self.squares[generator], known).nonnegative_part().sqrt()
+        return self._ball(self.squares[generator], balls).nonnegative_part().sqrt()
 
     def largest(self, values: list[Algebraic]) -> Algebraic:
         """Return the largest number."""
@@ -219,12 +219,12 @@ class Tower:
         return answer
 
 
-# Where along a ray hits count: the clip interval of a camera ray (HIT-2), the open segment of a shadow ray.
+# The interval of valid hits along a ray: the clip interval of a camera ray (HIT-2), the open segment of a shadow ray.
 
 
 @dataclass(frozen=True, kw_only=True)
 class Window:
-    """low < t speed < high; None: no speed to multiply by (1), no upper end."""
+    """The interval low < t speed < high; None: no lower end but zero, no upper end, or the speed 1."""
 
     field: NumberField
     low: Number | None  # None: zero
@@ -232,7 +232,7 @@ class Window:
     speed: Number | None
 
     def __contains__(self, t: Number) -> bool:
-        """Return whether t lies strictly inside; raise UndecidedError."""
+        """Return whether t is strictly inside; raise UndecidedError."""
         value = t if self.speed is None else t * self.speed
         if self.field.sign(value if self.low is None else value - self.low) <= 0:
             return False
@@ -284,7 +284,7 @@ def scaled(vector: Any, factor: Any) -> Any:
 
 
 def unit(vector: Any) -> Any:
-    """Return a vector divided by its length; of numbers that have a square root of their own."""
+    """Return a vector divided by its length, of numbers that have a method `sqrt`."""
     length = dot(vector, vector).sqrt()
     return (vector[0] / length, vector[1] / length, vector[2] / length)
 

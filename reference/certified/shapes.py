@@ -17,7 +17,7 @@ Square3 = tuple[Rational, Rational, Rational]
 
 @dataclass(frozen=True, kw_only=True)
 class Placement:
-    """World point = linear times object point + offset, and back."""
+    """The affine map world point = linear times object point + offset, and its inverse."""
 
     linear: Square3
     offset: Rational  # m
@@ -61,7 +61,7 @@ def placement_of(shape: Shape) -> Placement:
 
 @lru_cache(maxsize=4096)
 def corners_of(shape: Triangle | Mesh, face: int) -> Square3:
-    """Return the world-space corners [m] of a triangle, baked as every renderer gets them."""
+    """Return the world-space corners [m] of a triangle, rounded to float32 as every renderer gets them."""
     first, second, third = (rational(corner) for corner in world_triangles(shape)[face].tolist())
     return (first, second, third)
 
@@ -81,9 +81,10 @@ def faces_of(shape: Shape) -> range:
     return range(len(shape.faces)) if isinstance(shape, Mesh) else range(1)
 
 
-# Cubes under any affine map, seen from a rational apex, by slabs that are never compared where it makes no difference.
+# Cubes under any affine map, seen from a rational apex, by slabs.
 #
-# The largest entering and the smallest leaving distance are ball operations; only what they decide is asked (HIT-3).
+# The largest entering and the smallest leaving distance are operations on balls, without a comparison of slabs. Only
+# the comparisons of these two distances are decisions (HIT-3).
 
 
 Branch = tuple[bool, tuple[int, int, int]]  # whether the ray enters here, and the signs of its direction
@@ -100,7 +101,7 @@ class SeenCube:
         self.to_local = rows(field, place.inverse)
         self.outside = max(abs(value) for value in self.exact_start) > fmpq(1, 2)
         half = fmpq(1, 2)
-        # Of each axis the distance to the slab's face that a ray of this sign enters, times its speed.
+        # Per axis the distance to the face of the slab that a ray of this sign enters, times its speed.
         self.entering = {
             (axis, sign): field.number(-sign * half - self.exact_start[axis])
             for axis, sign in product(range(3), (-1, 1))
@@ -111,7 +112,7 @@ class SeenCube:
         }
 
     def crossing(self, direction: Vector, window: Window) -> tuple[Number, Branch] | None:
-        """Return the smallest t in the window, and which slabs gave it, or None; raise UndecidedError."""
+        """Return the smallest t in the window and its branch, or None; raise UndecidedError."""
         speeds = applied(self.to_local, direction)
         signs = tuple(self.field.sign(speed) for speed in speeds)
         for sign, start in zip(signs, self.exact_start, strict=True):
@@ -141,26 +142,26 @@ class SeenCube:
         steps = applied(self.to_local, segment)
         point = [start + step for start, step in zip(self.start, steps, strict=True)]
         axis = 0
-        for other in (1, 2):
+        for next_axis in (1, 2):
             # |a| > |b| as (a - b)(a + b) > 0.
-            if self.field.sign((point[other] - point[axis]) * (point[other] + point[axis])) > 0:
-                axis = other
+            if self.field.sign((point[next_axis] - point[axis]) * (point[next_axis] + point[axis])) > 0:
+                axis = next_axis
         return axis, -1 if self.field.sign(point[axis]) < 0 else 1
 
     def blocks_itself(self, face: tuple[int, int]) -> bool:
-        """Return whether the cube lies between the apex and a point on that face of its own, exactly."""
+        """Return whether the cube is between the apex and a point on its face `face`, exactly."""
         axis, sign = face
         return self.outside and sign * self.exact_start[axis] < fmpq(1, 2)
 
 
 # Planes, squares and triangles seen from a rational apex: every test is a sign of inner products with exact vectors.
 #
-# Triangles by Cramer's rule with the determinant's sign factored out, so that nothing is divided before it is decided
-# (HIT-6); squares and planes in their own space (HIT-4, HIT-7).
+# Triangles by Cramer's rule with the determinant's sign factored out, so that no division precedes a decision (HIT-6);
+# squares and planes in object space (HIT-4, HIT-7).
 
 
 class SeenPlane:
-    """The plane z = 0, or with `bounded` the square, in object space."""
+    """The plane z = 0, or the square if `bounded`, in object space."""
 
     def __init__(self, field: NumberField, shape: Shape, apex: Rational) -> None:
         place = placement_of(shape)
@@ -172,7 +173,7 @@ class SeenPlane:
         self.upward = numbers(field, place.inverse[2])
 
     def crossing(self, direction: Vector, window: Window) -> tuple[Number, int] | None:
-        """Return t in the window, and 0 for want of branches, or None; raise UndecidedError."""
+        """Return t in the window, and the branch 0, or None; raise UndecidedError."""
         speed = self.z(direction)
         if self.field.sign(speed) == 0:
             return None
@@ -203,24 +204,24 @@ class SeenPlane:
 
 
 class SeenTriangle:
-    """t, u, v times the determinant are inner products of the direction with fixed vectors."""
+    """A triangle by Cramer's rule: u, v and the determinant are inner products of the direction with fixed vectors."""
 
     def __init__(self, field: NumberField, shape: Triangle | Mesh, face: int, apex: Rational) -> None:
         first, second, third = corners_of(shape, face)
-        one, two, to_apex = minus(second, first), minus(third, first), minus(apex, first)
-        by_determinant = cross(two, one)
+        first_edge, second_edge, to_apex = minus(second, first), minus(third, first), minus(apex, first)
+        by_determinant = cross(second_edge, first_edge)
         winding = winding_of(shape, face)
         self.field = field
-        # Without area, before baking or after, it is never hit.
+        # A triangle without area, in object space or in the world, is never hit.
         self.empty = not any(by_determinant) or not any(winding)
         self.determinant = RowVector(field, by_determinant)
-        self.u, self.v = RowVector(field, cross(two, to_apex)), RowVector(field, cross(to_apex, one))
-        self.height = field.number(dot(cross(to_apex, one), two))
+        self.u, self.v = RowVector(field, cross(second_edge, to_apex)), RowVector(field, cross(to_apex, first_edge))
+        self.height = field.number(dot(cross(to_apex, first_edge), second_edge))
         turned = transposed(placement_of(shape).inverse)
         self.upward = numbers(field, rational(dot(row, winding) for row in turned))
 
     def crossing(self, direction: Vector, window: Window) -> tuple[Number, int] | None:
-        """Return t in the window, and 0 for want of branches, or None; raise UndecidedError."""
+        """Return t in the window, and the branch 0, or None; raise UndecidedError."""
         if self.empty:
             return None
         sign = self.field.sign
@@ -257,7 +258,7 @@ class SeenTriangle:
 
 
 class SeenSphere:
-    """|start + t along|^2 = 1, with `power` the power of the apex, exactly."""
+    """A sphere by |start + t along|^2 = 1; `power` is the exact power of the apex."""
 
     def __init__(self, field: NumberField, shape: Sphere, apex: Rational) -> None:
         place = placement_of(shape)
@@ -285,16 +286,17 @@ class SeenSphere:
         return None
 
     def at(self, direction: Vector, branch: int) -> Number:
-        """Return t of a root that is known to exist."""
+        """Return t of a root that exists."""
         along = applied(self.to_unit, direction)
         square, half = dot(along, along), dot(self.start, along)
         root = self.field.sqrt(half * half - square * self.power)
         return (root - half if branch > 0 else -half - root) / square
 
     def blocks_itself(self, segment: Vector) -> bool:
-        """Return whether the sphere lies between the apex and its own point at t = 1.
+        """Return whether the sphere is between the apex and its own point at t = 1.
 
-        That point's root is divided out: of the quadratic around it only t = -2h/a is left, and h tells its sign.
+        The root of that point is divided out: the other root of the quadratic around it is t = -2h/a, which has the
+        sign of -h.
         """
         if not self.outside:
             return False

@@ -1,6 +1,6 @@
 """Stage truth in any field: one stage of one pixel, exactly, from the floats of the stages before it.
 
-Every function here works in any field, so that a tie goes to exact numbers, and returns one value per channel.
+Every function here works in any field, so that exact numbers can decide a tie, and returns one value per channel.
 """
 
 import math
@@ -27,10 +27,9 @@ from rayproof.reference.certified.numbers import Algebraic, Window, along, dot, 
 from rayproof.reference.certified.truths import BEFORE_EXACT, narrow, rounded
 from rayproof.reference.certified.worlds import EYE, ExactWorld, Surface, Worlds
 
-Given = dict[Stage, list[float]]  # one pixel's floats, all finite, of an object that exists
-Suspected = Sequence[
-    Sequence[Surface] | None
-]  # for the hit one list; for shadow rays one per light, None: surely blocked
+Given = dict[Stage, list[float]]  # the finite floats of one pixel, whose object exists
+# For the hit a single list; for shadow rays a list per light, None: surely blocked.
+Suspected = Sequence[Sequence[Surface] | None]
 
 
 def vector(world: ExactWorld, values: Sequence[float]) -> Vector:
@@ -38,57 +37,59 @@ def vector(world: ExactWorld, values: Sequence[float]) -> Vector:
     return (world.field.float(values[0]), world.field.float(values[1]), world.field.float(values[2]))
 
 
-def surface_of(given: Given) -> Surface:
-    """Return shape and face of the given object."""
-    return int(given[Stage.OBJECT][0]), int(given[Stage.OBJECT][1])
+def surface_of(received: Given) -> Surface:
+    """Return shape and face of the pixel's object."""
+    return int(received[Stage.OBJECT][0]), int(received[Stage.OBJECT][1])
 
 
-def object_of(world: ExactWorld, given: Given, suspected: Suspected) -> list[Any]:
+def object_of(world: ExactWorld, received: Given, suspected: Suspected) -> list[Any]:
     """Return shape and face of the first hit along the given direction."""
-    direction = vector(world, given[Stage.RAY])
+    direction = vector(world, received[Stage.RAY])
     window = _window(world, direction)
-    found = None if window is None else nearest(world, direction, window, suspected[0] or ())
-    return [-1, -1] if found is None else list(found[0][0])
+    first_hit = None if window is None else nearest(world, direction, window, suspected[0] or ())
+    return [-1, -1] if first_hit is None else list(first_hit[0][0])
 
 
-def distance_of(world: ExactWorld, given: Given, suspected: Suspected) -> list[Any]:
-    """Return t [m] of the first crossing with the given object inside the clip interval, inf without."""
+def distance_of(world: ExactWorld, received: Given, suspected: Suspected) -> list[Any]:
+    """Return t [m] of the first crossing with the given object inside the clip interval, inf if there is none."""
     del suspected
-    direction = vector(world, given[Stage.RAY])
+    direction = vector(world, received[Stage.RAY])
     window = _window(world, direction)
-    found = None if window is None else world.seen(surface_of(given), EYE).crossing(direction, window)
-    return [float("inf") if found is None else found[0]]
+    crossing = None if window is None else world.seen(surface_of(received), EYE).crossing(direction, window)
+    return [float("inf") if crossing is None else crossing[0]]
 
 
 def _window(world: ExactWorld, direction: Vector) -> Window | None:
-    """Return where t along the given direction counts; None: nowhere, for its depth is not positive."""
+    """Return the interval of valid t along the given direction; None if the direction's depth is not positive."""
     if world.scene.clip != "depth":
         return clip_window(world, None, None)
     depth = dot(direction, world.view.forward)
     return clip_window(world, None, depth) if world.field.sign(depth) > 0 else None
 
 
-def position_of(world: ExactWorld, given: Given, suspected: Suspected) -> list[Any]:
+def position_of(world: ExactWorld, received: Given, suspected: Suspected) -> list[Any]:
     """Return eye + t d [m]."""
     del suspected
-    return list(along(world.points[EYE], world.field.float(given[Stage.DISTANCE][0]), vector(world, given[Stage.RAY])))
+    return list(
+        along(world.points[EYE], world.field.float(received[Stage.DISTANCE][0]), vector(world, received[Stage.RAY]))
+    )
 
 
-def normal_of(world: ExactWorld, given: Given, suspected: Suspected) -> list[Any]:
-    """Return the unit shading normal at the given position, taken to lie on its object."""
+def normal_of(world: ExactWorld, received: Given, suspected: Suspected) -> list[Any]:
+    """Return the unit shading normal at the given position, which is treated as a point on its object."""
     del suspected
-    surface = surface_of(given)
-    segment = minus(vector(world, given[Stage.POSITION]), world.points[EYE])
+    surface = surface_of(received)
+    segment = minus(vector(world, received[Stage.POSITION]), world.points[EYE])
     normal = outward(world, surface, cube_face(world, surface, segment), segment)
     if world.scene.shapes[surface[0]].two_sided:
-        normal = turned(world, surface, normal, world.field.sign(dot(normal, vector(world, given[Stage.RAY]))))
+        normal = turned(world, surface, normal, world.field.sign(dot(normal, vector(world, received[Stage.RAY]))))
     return list(scaled(normal, world.field.rsqrt(dot(normal, normal))))
 
 
-def visibility_of(world: ExactWorld, given: Given, suspected: Suspected) -> list[Any]:
+def visibility_of(world: ExactWorld, received: Given, suspected: Suspected) -> list[Any]:
     """Return per light 1 if it is above the given normal's horizon and nothing blocks it, else 0."""
-    surface = surface_of(given)
-    position, normal = vector(world, given[Stage.POSITION]), vector(world, given[Stage.NORMAL])
+    surface = surface_of(received)
+    position, normal = vector(world, received[Stage.POSITION]), vector(world, received[Stage.NORMAL])
     face = cube_face(world, surface, minus(position, world.points[EYE]))
     return [
         0 if blockers is None else int(is_lit(world, light, surface, face, position, normal, blockers))
@@ -96,31 +97,31 @@ def visibility_of(world: ExactWorld, given: Given, suspected: Suspected) -> list
     ]
 
 
-def irradiance_of(world: ExactWorld, given: Given, suspected: Suspected) -> list[Any]:
-    """Return E [W/m^2] from the lights that are given as visible and lie above the given normal's horizon."""
+def irradiance_of(world: ExactWorld, received: Given, suspected: Suspected) -> list[Any]:
+    """Return E [W/m^2] from the lights that are visible and above the given normal's horizon."""
     del suspected
-    position, normal = vector(world, given[Stage.POSITION]), vector(world, given[Stage.NORMAL])
+    position, normal = vector(world, received[Stage.POSITION]), vector(world, received[Stage.NORMAL])
     lights = [
         light
-        for light, visible in enumerate(given[Stage.VISIBILITY])
+        for light, visible in enumerate(received[Stage.VISIBILITY])
         if visible > 0 and world.field.sign(dot(normal, minus(world.points[light], position))) > 0
     ]
     return irradiance(world, lights, position, normal)
 
 
-def exitance_of(world: ExactWorld, given: Given, suspected: Suspected) -> list[Any]:
+def exitance_of(world: ExactWorld, received: Given, suspected: Suspected) -> list[Any]:
     """Return M = albedo E [W/m^2]."""
     del suspected
-    albedo = world.albedos[surface_of(given)[0]]
-    return [factor * world.field.float(value) for factor, value in zip(albedo, given[Stage.IRRADIANCE], strict=True)]
+    albedo = world.albedos[surface_of(received)[0]]
+    return [factor * world.field.float(value) for factor, value in zip(albedo, received[Stage.IRRADIANCE], strict=True)]
 
 
-def radiance_of(world: ExactWorld, given: Given, suspected: Suspected) -> list[Any]:
-    """Return L [W/(m^2 sr)], 0 where the given normal does not look at the viewer."""
+def radiance_of(world: ExactWorld, received: Given, suspected: Suspected) -> list[Any]:
+    """Return L [W/(m^2 sr)], 0 if the given normal does not face the viewer."""
     del suspected
-    if world.field.sign(dot(vector(world, given[Stage.NORMAL]), vector(world, given[Stage.RAY]))) >= 0:
+    if world.field.sign(dot(vector(world, received[Stage.NORMAL]), vector(world, received[Stage.RAY]))) >= 0:
         return [0, 0, 0]
-    leaving = [world.field.float(value) for value in given[Stage.EXITANCE]]
+    leaving = [world.field.float(value) for value in received[Stage.EXITANCE]]
     return leaving if world.scene.shading == "simplified" else [value * world.inverse_pi for value in leaving]
 
 
@@ -139,21 +140,22 @@ STEPS: dict[Stage, tuple[Step, tuple[Stage, ...]]] = {
 }
 
 
-# Stage truth for many pixels: what was received is filtered, asked in balls, and where that fails asked exactly.
+# Stage truth for many pixels: by the filter, then by balls, and for ties by exact numbers.
 
 
-def continued(scene: Scene, stage: Stage, given: Mapping[Stage, np.ndarray]) -> np.ndarray:
-    """Return a stage (N, channels) from the given rows of the stages that it reads.
+def continued(scene: Scene, stage: Stage, received: Mapping[Stage, np.ndarray]) -> np.ndarray:
+    """Return a stage (N, channels) from the rows (N, channels) of the stages that it reads.
 
-    A row with a number that is not finite gives NaN; of a miss, or of an object that the scene lacks, the miss's value.
+    A row with a number that is not finite gives NaN; a miss, or an object that the scene lacks, gives the stage's value
+    for a miss.
     """
     reads = STEPS[stage][1]
-    rows = [{name: given[name][row].tolist() for name in reads} for row in range(len(given[reads[0]]))]
+    rows = [{name: received[name][row].tolist() for name in reads} for row in range(len(received[reads[0]]))]
     channels = len(exr_channels(stage, lights=len(scene.lights)))
     miss: Any = FACTS[stage].miss
     surfaces = frozenset(surfaces_of(scene))
     answers = np.full((len(rows), channels), float(miss))
-    asked: list[int] = []
+    finite: list[int] = []
     for number, row in enumerate(rows):
         if Stage.OBJECT in row and not _exists(row, surfaces):
             continue
@@ -162,7 +164,7 @@ def continued(scene: Scene, stage: Stage, given: Mapping[Stage, np.ndarray]) -> 
         if stage is Stage.OBJECT and not any(row[Stage.RAY]):
             continue
         if all(math.isfinite(value) for values in row.values() for value in values):
-            asked.append(number)
+            finite.append(number)
         elif stage in {Stage.OBJECT, Stage.VISIBILITY}:
             continue  # no comparison with NaN is true
         else:
@@ -170,7 +172,7 @@ def continued(scene: Scene, stage: Stage, given: Mapping[Stage, np.ndarray]) -> 
     worlds = Worlds(scene)
     before = ctx.prec
     try:
-        for number, suspected in zip(asked, _suspected(scene, stage, given, asked), strict=True):
+        for number, suspected in zip(finite, _suspected(scene, stage, received, finite), strict=True):
             answers[number] = _answer(worlds, stage, rows[number], suspected)
     finally:
         ctx.prec = before
@@ -182,28 +184,30 @@ def _exists(row: Given, surfaces: frozenset[tuple[int, int]]) -> bool:
 
 
 def _not_finite(scene: Scene, stage: Stage, row: Given) -> list[float]:
-    """Return what an overflow makes of itself where the stage only scales it, else NaN."""
+    """Return the scaled infinities where the stage only scales its input, else NaN."""
     if stage is Stage.EXITANCE:
         albedo = scene.shapes[surface_of(row)[0]].albedo
         return [factor * value if factor else 0.0 for factor, value in zip(albedo, row[Stage.IRRADIANCE], strict=True)]
     if stage is Stage.RADIANCE and all(math.isfinite(value) for value in row[Stage.RAY] + row[Stage.NORMAL]):
-        seen = radiates(row)
-        return [value if seen else 0.0 for value in row[Stage.EXITANCE]]
+        faces_viewer = radiates(row)
+        return [value if faces_viewer else 0.0 for value in row[Stage.EXITANCE]]
     return [math.nan] * len(exr_channels(stage, lights=len(scene.lights)))
 
 
 def radiates(row: Given) -> bool:
-    """Return whether the given normal looks against the given direction, exactly."""
+    """Return whether the given normal points against the given direction, exactly."""
     ctx.prec = MOST
     return bool(sum((arb(n) * arb(d) for n, d in zip(row[Stage.NORMAL], row[Stage.RAY], strict=True)), arb(0)) < 0)
 
 
-def _suspected(scene: Scene, stage: Stage, given: Mapping[Stage, np.ndarray], asked: list[int]) -> Sequence[Suspected]:
+def _suspected(
+    scene: Scene, stage: Stage, received: Mapping[Stage, np.ndarray], finite: list[int]
+) -> Sequence[Suspected]:
     if stage is Stage.OBJECT:
-        return [[surfaces] for surfaces in hits_along(scene, given[Stage.RAY][asked])]
+        return [[surfaces] for surfaces in hits_along(scene, received[Stage.RAY][finite])]
     if stage is Stage.VISIBILITY:
-        return lights_from(scene, given[Stage.POSITION][asked], given[Stage.OBJECT][asked])
-    return [()] * len(asked)
+        return lights_from(scene, received[Stage.POSITION][finite], received[Stage.OBJECT][finite])
+    return [()] * len(finite)
 
 
 def _answer(worlds: Worlds, stage: Stage, row: Given, suspected: Suspected) -> list[float]:

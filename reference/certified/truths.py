@@ -1,4 +1,4 @@
-"""Precision rises until all branches are decided and all balls are narrow; then exact numbers (`truths`)."""
+"""`truths`: rising precision until all branches are decided and all balls are narrow, and exact numbers for ties."""
 
 import math
 from collections.abc import Iterable, Iterator, Sequence
@@ -13,10 +13,10 @@ from rayproof.reference.certified.fields import MOST, START, UndecidedError
 from rayproof.reference.certified.light_paths import Decisions, Path, Suspects, Values
 from rayproof.reference.certified.worlds import Worlds
 
-BEFORE_EXACT = 512  # bits at which a branch that is still open is taken for a tie, and asked exactly
-INEXACT = 256  # bits at which it is left open where nobody asks for exact numbers
-NARROW = 60  # bits of relative accuracy: half an ulp of float64 and 2^-7 of it
-ABOUT_ZERO = 40  # more bits, of a vector's length: what a component may be uncertain by if it is about zero
+BEFORE_EXACT = 512  # bits at which an undecided branch is treated as a tie and decided by exact numbers
+INEXACT = 256  # bits at which it is left undecided if exact numbers are not requested
+NARROW = 60  # bits of relative accuracy: half an ulp of float64, and 2^-7 of it
+ABOUT_ZERO = 40  # additional bits, relative to a vector's length, for a component that is about zero
 
 POSITION, EXITANCE = IMAGE_STAGES.index(Stage.POSITION), IMAGE_STAGES.index(Stage.EXITANCE)
 
@@ -27,7 +27,7 @@ class Truth:
 
     values: Values
     bits: int
-    exactly: bool  # whether exact numbers decided a tie that balls could not
+    exactly: bool  # whether exact numbers decided a tie that balls left open
     undecided: tuple[str, ...]
 
 
@@ -71,7 +71,7 @@ def _truth(worlds: Worlds, point: tuple[float, float], suspects: Suspects, last:
 def _decided(
     worlds: Worlds, point: tuple[float, float], suspects: Suspects, last: int, *, exactly: bool
 ) -> tuple[Decisions, Path | None, int]:
-    """Return what is decided, and in balls the path that decided it and its bits; no path: by exact numbers."""
+    """Return the decisions, the path in balls that decided them (None: exact numbers did), and the precision [bits]."""
     bits = START
     most = BEFORE_EXACT if exactly else INEXACT
     while bits <= most:
@@ -87,15 +87,15 @@ def _decided(
 
 
 def narrow(values: Values, t: Any) -> bool:
-    """Return whether every ball is narrower than 2^-NARROW of itself, or about zero beside the others of its stage.
+    """Return whether every ball is narrower than 2^-NARROW of itself, or about zero compared with its stage's others.
 
-    A position is compared with the hit's depth too, for it may be the origin. What leaves a surface is as narrow as
-    what arrives, for it is multiples of that, and is not asked.
+    A position is compared with the hit's depth too, because it may be the origin. Exitance and radiance are multiples
+    of the irradiance, so they are as narrow as it is and need no test.
     """
     for number, balls in enumerate(values[:EXITANCE]):
         for ball in balls:
             if isinstance(ball, arb) and ball.rel_accuracy_bits() < NARROW:
-                largest = max(abs(float(other)) for other in balls)
+                largest = max(abs(float(component)) for component in balls)
                 if number == POSITION:
                     largest = max(largest, abs(float(t)))
                 if not float(ball.rad()) <= largest * 2.0 ** -(NARROW + ABOUT_ZERO):
@@ -109,12 +109,12 @@ def rounded(values: Sequence[Any]) -> list[float]:
 
 
 def enclosed(value: Any) -> tuple[float, float]:
-    """Return the float64 numbers next below and above a ball, equal if it is one; a plain number twice."""
+    """Return the float64 numbers next below and above a ball, equal if the ball is a float64; a plain number twice."""
     if not isinstance(value, arb):
         return value, value
     below, above = value.lower(), value.upper()
     low, high = float(below), float(above)
-    # Past the largest float64 the nearest one is infinite, and no bound.
+    # Beyond the largest float64 the nearest one is infinite, which is no bound.
     if low == math.inf or (math.isfinite(low) and arb(low) > below):
         low = math.nextafter(low, -math.inf)
     if high == -math.inf or (math.isfinite(high) and arb(high) < above):

@@ -1,4 +1,4 @@
-"""`ExactWorld`: a scene in one field; camera, and surfaces seen from the eye or a light, made when first needed."""
+"""`ExactWorld`: a scene in one field: the camera, and surfaces seen from the eye or a light, computed on first use."""
 
 from functools import cached_property
 from typing import Any
@@ -40,7 +40,7 @@ class ExactWorld:
 
     @cached_property
     def strengths(self) -> list[list[Number | None]]:
-        """Return per light and channel flux / (4 pi), or the flux where shading is simplified; None for none."""
+        """Return per light and channel flux / (4 pi), or the flux if shading is simplified; None for no flux."""
         scale = self.field.number(fmpq(1)) if self.scene.shading == "simplified" else self.inverse_pi / 4
         return [
             [self.field.float(flux) * scale if flux else None for flux in light.flux] for light in self.scene.lights
@@ -52,7 +52,7 @@ class ExactWorld:
         return [numbers(self.field, rational(shape.albedo)) for shape in self.scene.shapes]
 
     def seen(self, surface: Surface, apex: int) -> Seen:
-        """Return a surface as seen from an apex, the same for faces of a mesh that have the same corners."""
+        """Return a surface as seen from an apex, the same object for faces of a mesh that have the same corners."""
         key = (*surface, apex)
         if key not in self._seen:
             shape, face = self.scene.shapes[surface[0]], surface[1]
@@ -63,7 +63,7 @@ class ExactWorld:
         return self._seen[key]
 
     def direction(self, px: float, py: float) -> Vector:
-        """Return the direction of depth 1 through an image point [px]; a row and a column are worked out once."""
+        """Return the direction of depth 1 through an image point [px]; parts of rows and columns are cached."""
         column = self._columns.get(px)
         if column is None:
             column = self._columns.setdefault(px, self.view.sideways(px))
@@ -74,7 +74,7 @@ class ExactWorld:
 
 
 class Worlds:
-    """A scene at every precision that was asked for, and exactly."""
+    """A scene at every precision that was requested, and in exact numbers."""
 
     def __init__(self, scene: Scene) -> None:
         self.scene = scene

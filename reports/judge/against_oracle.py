@@ -1,6 +1,6 @@
-"""`AgainstOracle`: one renderer's answers to a scene, each pixel of each stage judged against the oracle, once.
+"""`AgainstOracle`: a renderer's answers to a scene, with each pixel of each stage judged against the oracle, once.
 
-What is said of two renderers follows from what is said of each (`reports.judge.pairs`).
+The result for two renderers follows from the results for each (`reports.judge.pairs`).
 """
 
 from collections.abc import Mapping
@@ -32,7 +32,7 @@ from rayproof.reports.judge.nearby.explaining import Asking, DecisionReach, Decl
 from rayproof.reports.judge.nearby.problems import Problems, problems_of
 from rayproof.reports.judge.scene_truth import SceneTruth
 
-# The mask that lies over images for people: bits of a pixel.
+# Bits per pixel of the mask that is drawn over images for readers.
 BY_ROUNDING, BY_EPSILON = 1, 2
 AFTER_IRRADIANCE = 7  # roundings from irradiance to radiance, as the end-to-end limits count them
 
@@ -46,10 +46,10 @@ class AgainstOracle:
 
     @cached_property
     def roundoff(self) -> Roundoff:
-        """Return how the renderer rounds: derived for the tracer and the oracle, calibrated for other references."""
-        one = self.renderer
-        roundoff = roundoff_of(one.name, one.precision, world_normals=one.world_normals)
-        return replace(roundoff, radius=one.sample_radius)
+        """Return the renderer's roundoff: derived for the tracer and the oracle, calibrated for other references."""
+        renderer = self.renderer
+        roundoff = roundoff_of(renderer.name, renderer.precision, world_normals=renderer.world_normals)
+        return replace(roundoff, radius=renderer.sample_radius)
 
     @cached_property
     def coarseness(self) -> Coarseness:
@@ -59,13 +59,13 @@ class AgainstOracle:
     @cached_property
     def own_limits(self) -> Limits:
         """Return the limits of its rounding and of its output's steps, without the oracle's own rounding."""
-        found = self.base.limits(self.roundoff, by_matrices=self.renderer.by_matrices)
+        rounding = self.base.limits(self.roundoff, by_matrices=self.renderer.by_matrices)
         if not self.renderer.resolutions:
-            return found
-        truth, whole = self.base.truth, dict(found.end_to_end)
+            return rounding
+        truth, whole = self.base.truth, dict(rounding.end_to_end)
         for stage in whole:
             whole[stage] = whole[stage] + self.coarseness.step(stage, truth[stage])
-        return replace(found, end_to_end=whole)
+        return replace(rounding, end_to_end=whole)
 
     @cached_property
     def limits(self) -> Limits:
@@ -85,47 +85,47 @@ class AgainstOracle:
 
     @cached_property
     def declared(self) -> Declared:
-        """Return what it declares to overlook, as movements of nearby problems."""
-        one = self.renderer
+        """Return its declared epsilons, as movements of nearby problems."""
+        renderer = self.renderer
         edge = np.zeros(self.base.conditioning.hit.shape)
-        if one.edge_epsilon:
-            edge = edge + one.edge_epsilon * self.base.pixels_per_length
+        if renderer.edge_epsilon:
+            edge = edge + renderer.edge_epsilon * self.base.pixels_per_length
         return Declared(
-            shadow=one.shadow_epsilon,
-            ray=one.ray_epsilon,
-            light=one.light_epsilon,
+            shadow=renderer.shadow_epsilon,
+            ray=renderer.ray_epsilon,
+            light=renderer.light_epsilon,
             edge=edge,
-            edge_length=one.edge_epsilon,
-            tie=one.tie_epsilon,
+            edge_length=renderer.edge_epsilon,
+            tie=renderer.tie_epsilon,
         )
 
     @cached_property
     def reach(self) -> DecisionReach:
-        """Return how far rounding moves what decides about single pixels."""
+        """Return how far rounding moves the quantities that decide single pixels."""
         c, limits = self.base.conditioning, self.limits
-        # Where nothing is hit a nearby problem may hit what a neighbour shows, whose own limits count then.
+        # On a miss, a nearby problem may hit the surface of a neighbouring pixel, so the neighbours' limits apply.
         lift, tie = (
             np.where(c.hit, limit, widest_near(limit)) for limit in (limits.lifted, limits.end_to_end[Stage.DISTANCE])
         )
         return DecisionReach(image=limits.end_to_end[Stage.RAY] / c.pixel_angle, lift=lift, tie=tie)
 
     def answers(self, stage: Stage) -> bool:
-        """Return whether it answers a stage in the scene's size."""
+        """Return whether it has an answer to a stage in the scene's size."""
         image, truth = self.renderer.answers.get(stage), self.base.truth.get(stage)
         return image is not None and truth is not None and np.shape(image) == np.shape(truth)
 
     @cached_property
     def _compared(self) -> dict[Stage, tuple[np.ndarray, np.ndarray, np.ndarray]]:
-        """Return limit, ratio and error of every image stage that it answers."""
-        found = {}
+        """Return limit, ratio and error of every image stage with an answer."""
+        compared = {}
         for stage in IMAGE_STAGES:
             if self.answers(stage):
                 limit = self.limits.end_to_end.get(stage, self.base.no_limit)
-                found[stage] = (limit, *ratios(stage, self.renderer.answers[stage], self.base.truth[stage], limit))
-        return found
+                compared[stage] = (limit, *ratios(stage, self.renderer.answers[stage], self.base.truth[stage], limit))
+        return compared
 
     def ratio(self, stage: Stage) -> np.ndarray:
-        """Return error over limit of a stage, (height, width), whatever nearby problems say."""
+        """Return error over limit of a stage, (height, width), without regard to nearby problems."""
         return self._compared[stage][1]
 
     def over(self, stage: Stage) -> np.ndarray:
@@ -134,7 +134,7 @@ class AgainstOracle:
 
     @cached_property
     def explained(self) -> Mapping[Stage, Explained]:
-        """Return what nearby problems say of the pixels that are over their limits end to end."""
+        """Return the explanations by nearby problems of the pixels that are over their limits end to end."""
         over = {stage: self.over(stage) for stage in self._compared}
         over = {stage: mask for stage, mask in over.items() if mask.any()}
         if not over:
@@ -142,7 +142,7 @@ class AgainstOracle:
         return self.asking(over).explain()
 
     def asking(self, over: Mapping[Stage, np.ndarray], *, keep: bool = False) -> Asking:
-        """Return the questions about pixels that are over their limits."""
+        """Return the comparison of pixels over their limits with nearby problems."""
         return Asking(
             oracle=self.base.oracle,
             problems=self.problems,
@@ -158,7 +158,7 @@ class AgainstOracle:
 
     @cached_property
     def end_to_end(self) -> Mapping[Stage, StagePixels]:
-        """Return every image stage that it answers against the oracle's."""
+        """Return the pixels of every image stage with an answer, compared with the oracle's."""
         return {
             stage: self._pixels(stage, self.base.truth[stage], *compared, self.explained.get(stage))
             for stage, compared in self._compared.items()
@@ -173,23 +173,23 @@ class AgainstOracle:
         error: np.ndarray,
         explained: Explained | None,
     ) -> StagePixels:
-        # A position's error is a share of how far away it is, wherever the world's origin lies.
+        # The relative error of a position refers to its distance from the eye, not from the world's origin.
         size = self.base.conditioning.distance if stage is Stage.POSITION else None
         kinds = kinds_of(ratio, *held_to(stage, limit, value, size), explained)
         return StagePixels(stage=stage, value=value, limit=limit, ratio=ratio, error=error, kinds=kinds)
 
     def continued(self, stage: Stage) -> StagePixels | None:
-        """Return a stage against what the oracle makes of the renderer's own previous stages; None without these."""
+        """Return a stage compared with the oracle's value from the renderer's previous stages; None without these."""
         return self._continued.get(stage)
 
     @cached_property
     def _continued(self) -> Mapping[Stage, StagePixels]:
-        found = {}
+        continued = {}
         for stage in IMAGE_STAGES:
             before = set(upto(stage)[:-1]) - {Stage.CAMERA}
-            if self.answers(stage) and all(self.answers(one) for one in before):
-                found[stage] = self._continue(stage)
-        return found
+            if self.answers(stage) and all(self.answers(earlier) for earlier in before):
+                continued[stage] = self._continue(stage)
+        return continued
 
     def continued_value(self, stage: Stage) -> np.ndarray:
         """Return a stage (height, width, channels) as the oracle continues it from the renderer's own stages."""
@@ -201,7 +201,7 @@ class AgainstOracle:
 
     def _continue(self, stage: Stage) -> StagePixels:
         answers, scene = self.renderer.answers, self.base.scene
-        with np.errstate(all="ignore"):  # from whatever was handed over, infinities too
+        with np.errstate(all="ignore"):  # the renderer's stages may contain infinities
             value = self.base.oracle.continue_from(scene, stage, answers)
         limit = self.continued_limit(stage, value)
         ratio, error = ratios(stage, answers[stage], value, limit)
@@ -223,8 +223,8 @@ class AgainstOracle:
 
     @cached_property
     def _moved_whole(self) -> Mapping[Stage, np.ndarray | float]:
-        """Return by what its stages' numbers may be off beyond their rounding: output steps, passes of their own."""
-        answers, found = self.renderer.answers, {}
+        """Return the errors of its stages in addition to their rounding, from output steps and separate passes."""
+        answers, moved = self.renderer.answers, {}
         for stage in IMAGE_STAGES[:-1]:
             if stage not in answers or stage in (Stage.OBJECT, Stage.VISIBILITY):
                 continue
@@ -232,8 +232,8 @@ class AgainstOracle:
             if not self.renderer.chained:
                 off = off + self.own_limits.end_to_end[stage]
             if np.any(off):
-                found[stage] = off
-        return found
+                moved[stage] = off
+        return moved
 
     def continued_limit(self, stage: Stage, value: np.ndarray) -> np.ndarray:
         """Return the limit of a stage against `value`, continued from the renderer's own stages."""
@@ -242,57 +242,64 @@ class AgainstOracle:
         if stage in (Stage.DISTANCE, Stage.NORMAL):
             limit = self._where_it_hit(stage, limit)
         if stage is Stage.POSITION:
-            # By the renderer's own distance: at an outline it may have hit where the oracle's ray misses.
+            # By the renderer's own distance, because at an outline it may hit where the oracle's ray misses.
             limit = continued_position_limit(self.base.scene, answers, (g, ORACLES))
         if stage in LIGHT:
-            mine, other = (continued_light_limit(self.base.scene, stage, answers, value, one) for one in (g, ORACLES))
-            limit = mine + other
+            renderer_limit, oracle_limit = (
+                continued_light_limit(self.base.scene, stage, answers, value, roundoff) for roundoff in (g, ORACLES)
+            )
+            limit = renderer_limit + oracle_limit
         if self.renderer.resolutions:
             limit = limit + self.coarseness.step(stage, value)
             limit = limit + self.coarseness.handed_down(self.base.scene, stage, answers, self.base.conditioning)
         if not self.renderer.chained and stage in self.limits.end_to_end:
-            # Stages by passes of their own: each is off by its own end-to-end error, and so is what it goes on from.
+            # With separate passes, each stage has its own end-to-end error, and so have the stages before it.
             limit = limit + 2 * self.own_limits.end_to_end[stage]
         return limit
 
     def _where_it_hit(self, stage: Stage, limit: np.ndarray) -> np.ndarray:
-        """Return a continued limit (height, width) that holds where the renderer hits another object than the oracle.
+        """Return a continued limit (height, width), corrected where renderer and oracle hit different objects.
 
-        There the conditioning of its own hit counts, not that of what the oracle sees in the same pixel.
+        There the conditioning of the renderer's own hit applies, not that of the oracle's hit in the same pixel.
         """
         answers, scene = self.renderer.answers, self.base.scene
         rows, columns = np.nonzero(any_of(answers[Stage.OBJECT] != self.base.truth[Stage.OBJECT]))
         if not len(rows):
             return limit
-        met = {one: np.asarray(answers[one][rows, columns], dtype=np.float64) for one in (Stage.RAY, Stage.OBJECT)}
-        named = self.base.oracle.known(scene, met[Stage.OBJECT])[:, np.newaxis]
-        met[Stage.OBJECT] = np.where(named, met[Stage.OBJECT], -1.0)
+        hits = {
+            hit_stage: np.asarray(answers[hit_stage][rows, columns], dtype=np.float64)
+            for hit_stage in (Stage.RAY, Stage.OBJECT)
+        }
+        named = self.base.oracle.known(scene, hits[Stage.OBJECT])[:, np.newaxis]
+        hits[Stage.OBJECT] = np.where(named, hits[Stage.OBJECT], -1.0)
         with np.errstate(all="ignore"):
-            distance = self.base.oracle.continued(scene, Stage.DISTANCE, met)
-            # Where its ray misses the shape by rounding, its own distance says where it hit.
+            distance = self.base.oracle.continued(scene, Stage.DISTANCE, hits)
+            # Where its ray misses the shape due to rounding, its own distance determines the hit.
             own = np.asarray(answers[Stage.DISTANCE][rows, columns], dtype=np.float64)
-            met[Stage.DISTANCE] = np.where(named & ~np.isfinite(distance), own, distance)
-            met[Stage.OBJECT] = np.where(np.isfinite(met[Stage.DISTANCE]), met[Stage.OBJECT], -1.0)
-            for one in (Stage.POSITION, Stage.NORMAL):
-                met[one] = self.base.oracle.continued(scene, one, met)
-        image = {one: values[:, np.newaxis] for one, values in met.items()}
+            hits[Stage.DISTANCE] = np.where(named & ~np.isfinite(distance), own, distance)
+            hits[Stage.OBJECT] = np.where(np.isfinite(hits[Stage.DISTANCE]), hits[Stage.OBJECT], -1.0)
+            for hit_stage in (Stage.POSITION, Stage.NORMAL):
+                hits[hit_stage] = self.base.oracle.continued(scene, hit_stage, hits)
+        image = {hit_stage: values[:, np.newaxis] for hit_stage, values in hits.items()}
         c = condition(scene, image)
-        each = (limits(scene, image, c, g, by_matrices=self.renderer.by_matrices) for g in (self.roundoff, ORACLES))
+        limits_of_each = (
+            limits(scene, image, c, g, by_matrices=self.renderer.by_matrices) for g in (self.roundoff, ORACLES)
+        )
         changed = limit.copy()
-        changed[rows, columns] = sum(found.continued[stage][:, 0] for found in each)
+        changed[rows, columns] = sum(own_limits.continued[stage][:, 0] for own_limits in limits_of_each)
         return changed
 
     def allowed(self, rows: np.ndarray, columns: np.ndarray, answer: Mapping[Stage, np.ndarray]) -> Allowed:
-        """Return how far values may be from a nearby problem's answer at pixels: by the limits of that answer itself.
+        """Return the allowed differences from a nearby problem's answer at pixels: the limits of that answer.
 
-        An answer whose object is another than the oracle's has another condition.
+        An answer with a different object than the oracle's has different conditioning.
         """
         image: StageImages = {stage: values[:, np.newaxis] for stage, values in answer.items()}
         if Stage.VISIBILITY in image:
             image[Stage.VISIBILITY] = np.ones_like(image[Stage.VISIBILITY])
         scene, c = self.base.scene, condition(self.base.scene, image)
         own = limits(scene, image, c, self.roundoff, by_matrices=self.renderer.by_matrices)
-        found = own.plus(limits(scene, image, c, ORACLES, by_matrices=False))
+        total = own.plus(limits(scene, image, c, ORACLES, by_matrices=False))
         steps = {}
         if self.renderer.resolutions:
             for stage in (*SURFACE, *LIGHT):
@@ -300,9 +307,9 @@ class AgainstOracle:
                     step = self.coarseness.step(stage, np.asarray(self.renderer.answers[stage], dtype=np.float64))
                     steps[stage] = np.asarray(step)[rows, columns]
         return Allowed(
-            limits={stage: found.end_to_end[stage][:, 0] for stage in SURFACE},
-            lights=found.lights[:, 0] if Stage.IRRADIANCE in image else None,
-            relative=found.relative[:, 0] if Stage.IRRADIANCE in image else None,
+            limits={stage: total.end_to_end[stage][:, 0] for stage in SURFACE},
+            lights=total.lights[:, 0] if Stage.IRRADIANCE in image else None,
+            relative=total.relative[:, 0] if Stage.IRRADIANCE in image else None,
             roundings=self.roundoff(AFTER_IRRADIANCE) + ORACLES(AFTER_IRRADIANCE),
             steps=steps,
         )
@@ -330,7 +337,7 @@ class AgainstOracle:
 
     @property
     def mask(self) -> np.ndarray:
-        """Return which pixels of any stage are over their limits and explained, uint8 (height, width) of bits."""
+        """Return the pixels that are over their limits and explained in any stage, as bits in uint8 (height, width)."""
         bits = np.zeros(self.base.conditioning.hit.shape, dtype=np.uint8)
         for pixels in self.end_to_end.values():
             bits[pixels.kinds == Kind.ROUNDING] |= BY_ROUNDING
@@ -339,26 +346,26 @@ class AgainstOracle:
 
     @cached_property
     def reach_of_radiance(self) -> np.ndarray:
-        """Return how far the radiance of nearby problems lies from the oracle's, (height, width, 3).
+        """Return the largest difference of the radiance of nearby problems from the oracle's, (height, width, 3).
 
-        Only pixels beside one that shows another surface or other lights are asked: a nearby problem moves by far less
-        than a pixel.
+        Only pixels next to a pixel with a different surface or different lights are examined: a nearby problem moves by
+        far less than a pixel.
         """
         return self.asking({Stage.RADIANCE: self.base.beside_changes}).reach_of(Stage.RADIANCE, self.base.truth)
 
     @property
     def because(self) -> Mapping[Stage, str]:
-        """Return what its output's steps add to each stage's limit, in words that follow its derivation, or nothing."""
-        found = {stage: self.coarseness.because(stage, self.renderer.name) for stage in IMAGE_STAGES}
+        """Return the text that its output's steps add to the derivation of each stage's limit, or ""."""
+        reasons = {stage: self.coarseness.because(stage, self.renderer.name) for stage in IMAGE_STAGES}
         if self.renderer.world_normals:
-            found[Stage.NORMAL] += (
+            reasons[Stage.NORMAL] += (
                 f"; {self.renderer.name} declares that it takes normals from float32 corners in world space"
             )
-        return found
+        return reasons
 
 
 def needed_shadow(against: AgainstOracle) -> np.ndarray:
-    """Return how far [m] (height, width) rounding makes a hit seem off its surface, to itself and to a shadow ray."""
+    """Return how far [m] (height, width) rounding moves a hit off its surface, for itself and for a shadow ray."""
     base, g = against.base, Roundoff(against.renderer.precision)
     c, eye = base.conditioning, float(np.linalg.norm(base.scene.camera.eye))
     return g(HIT) * (c.surface + c.point) + g(POINT) * (eye + c.distance + length(base.truth[Stage.POSITION]))

@@ -34,7 +34,7 @@ def scales(camera: Camera) -> dict[str, np.ndarray | float]:
     """Return the size of each part's error per unit roundoff, broadcastable to the part's shape."""
     basis = basis_condition(camera)
     eye = float(np.linalg.norm(camera.eye))
-    # The condition of far - near. The projection divides by it, so that its entries are as large and as wrong again.
+    # The condition of far - near. The projection divides by it, so that its entries have this factor in size and error.
     depth = (camera.far + camera.near) / (camera.far - camera.near)
     tangent = np.tan(camera.alpha)
     wide = tangent * max(1.0, camera.aspect)
@@ -70,7 +70,7 @@ def _shapes(camera: Camera) -> dict[str, tuple[int, ...]]:
 
 @dataclass(frozen=True, kw_only=True)
 class Compared:
-    """Two cameras compared: the worst entry of the worst part, and the ledger of all entries."""
+    """The comparison of two cameras: the worst entry of the worst part, and the counts of all entries."""
 
     ratio: float  # error over limit
     part: str
@@ -85,19 +85,21 @@ def compared(parts: dict, expected: dict, camera: Camera, g: Roundoff) -> Compar
     examined = Examined(pixels=0)
     shapes = _shapes(camera)
     for name, scale in scales(camera).items():
-        mine, other = (np.asarray(answer.get(name, np.nan), dtype=np.float64) for answer in (parts, expected))
-        if not mine.shape == other.shape == shapes[name]:
+        entries, expected_entries = (
+            np.asarray(answer.get(name, np.nan), dtype=np.float64) for answer in (parts, expected)
+        )
+        if not entries.shape == expected_entries.shape == shapes[name]:
             wrong = math.prod(shapes[name])
             examined += Examined(pixels=wrong, wrong=wrong)
             ratio, part, error, limit = np.inf, name, np.inf, 0.0
             continue
-        allowed = np.broadcast_to(g(COUNT) * np.asarray(scale, dtype=np.float64), mine.shape)
+        allowed = np.broadcast_to(g(COUNT) * np.asarray(scale, dtype=np.float64), entries.shape)
         with np.errstate(invalid="ignore"):  # inf - inf is NaN, which `over` counts as infinitely wrong
-            errors = np.where(mine == other, 0.0, np.abs(mine - other))
+            errors = np.where(entries == expected_entries, 0.0, np.abs(entries - expected_entries))
         # With the eye at the world's origin some limits are 0.
         ratios = over(errors, allowed)
-        # Entries are of the size of their part: one that is 0 is the difference of others.
-        wide = allowed > WIDE * np.abs(other).max()
+        # An entry has the size of its part's largest entry: an entry of 0 is a difference of larger numbers.
+        wide = allowed > WIDE * np.abs(expected_entries).max()
         kinds = kinds_of(ratios, wide, np.isfinite(allowed))
         examined += counted(kinds)
         worst = np.unravel_index(int(ratios.argmax()), ratios.shape)
@@ -123,7 +125,7 @@ def inconsistency(answer: dict, camera: Camera, g: Roundoff) -> float:
         np.abs(view @ parts["view_inverse"] - np.eye(4)).max() / unit,
         np.abs(view @ eye - np.array([0, 0, 0, 1.0])).max() / unit,
         np.abs(target_in_view - np.array([0, 0, forward, 1.0])).max() / unit,
-        # A camera with right, up and forward axes of a right-handed world mirrors: x right, y up, z forward.
+        # Axes right, up and forward in a right-handed world are a mirrored frame: x right, y up, z forward.
         abs(np.linalg.det(view[:3, :3]) + 1) / unit,
     ]
     up = view[:3, :3] @ np.asarray(camera.up, dtype=np.float64)

@@ -1,4 +1,4 @@
-"""`judge_case`: all subjects, references and stages of a case, then adjudication and verdict."""
+"""`judge_case`: the checks of all subjects, references and stages of a case, adjudication and verdict."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -44,9 +44,9 @@ def judge_case(
     *,
     panel: Sequence[str] = (),
 ) -> Judged:
-    """Judge every subject against every reference, and decide which one is wrong where they differ.
+    """Judge every subject against every reference, and decide which of them is wrong if they differ.
 
-    `panel` names the references that were announced: one of whom nothing came, not even an error, is missing.
+    `panel` has the names of the planned references: a reference without a reply, not even an error, is missing.
 
     Raises:
         LookupError: the analytic reference is not among the references; without its answers nothing can be judged.
@@ -65,7 +65,10 @@ def judge_case(
         if reference.answers_at(stage)
     ]
     if truth.error is not None:
-        checks = [unmeasured(c, w, s, Outcome.ERROR, f"{ORACLE}: {truth.error}") for c, w, s in planned]
+        checks = [
+            unmeasured(subject, reference, stage, Outcome.ERROR, f"{ORACLE}: {truth.error}")
+            for subject, reference, stage in planned
+        ]
         return sum_up(case, checks, [], len(planned), None, {})
     base = scene_truth(scene, stages, oracle, known=truth.answers)
     misshapen = {renderer.name: misshapen_answers(scene, renderer.answers) for renderer in (*subjects, *references)}
@@ -111,15 +114,15 @@ def _settled(
     measured: list[Check],
     subjects: Sequence[AgainstOracle],
     references: Sequence[AgainstOracle],
-    each: Mapping[Stage, AgreementMatrix],
+    panel_matrices: Mapping[Stage, AgreementMatrix],
     versions: Mapping[str, str],
 ) -> list[Check]:
-    """Return the checks, each with the side that is wrong by the panel, the known defects and the case's promise."""
+    """Return the checks after adjudication by the panel, the known defects and the case's promise."""
     names = {subject.renderer.name for subject in subjects}
     independent = {reference.renderer.name: reference.renderer.independent for reference in references}
     renderers = {against.renderer.name: against for against in (*subjects, *references)}
     contradictions = Contradictions(renderers=renderers, references=tuple(independent), checks=measured)
-    checks = adjudicated(measured, each, independent, lambda name: voice(name, names), contradictions.sides)
+    checks = adjudicated(measured, panel_matrices, independent, lambda name: voice(name, names), contradictions.sides)
     checks = [_with_known_defect(check, renderers, versions) for check in checks]
     checks = held_to_epsilons(checks, renderers, case.most_explained)
     own = {subject.renderer.name for subject in subjects if subject.renderer.items != ITEMS_OF_OTHERS}
@@ -128,69 +131,68 @@ def _settled(
 
 
 def _with_known_defect(check: Check, renderers: Mapping[str, AgainstOracle], versions: Mapping[str, str]) -> Check:
-    """Return the check; where a checked-in finding explains all of its failing pixels it is a warning."""
-    guilty = {Outcome.REFERENCE_SUSPECT: check.reference, Outcome.FAIL: check.configuration}.get(check.outcome)
-    if guilty is None or check.stage is Stage.CAMERA:
+    """Return the check, changed to a warning if a recorded finding explains all of its failing pixels."""
+    suspect = {Outcome.REFERENCE_SUSPECT: check.reference, Outcome.FAIL: check.configuration}.get(check.outcome)
+    if suspect is None or check.stage is Stage.CAMERA:
         return check
     base = next(iter(renderers.values())).base
     pixels = _failing(check, renderers, base)
-    known = explained(guilty, versions.get(guilty, ""), check.stage, base.scene, base.truth, pixels)
-    if known is None:
+    defect = explained(suspect, versions.get(suspect, ""), check.stage, base.scene, base.truth, pixels)
+    if defect is None:
         return check
     return structs.replace(
-        check, outcome=Outcome.WARN, reason=f"{check.reason}; known: {known.what}", finding=known.name
+        check, outcome=Outcome.WARN, reason=f"{check.reason}; known: {defect.what}", finding=defect.name
     )
 
 
 def _failing(check: Check, renderers: Mapping[str, AgainstOracle], base: SceneTruth) -> np.ndarray:
-    """Return the pixels (height, width) that a check fails by.
+    """Return the failing pixels (height, width) of a check.
 
-    Of box-filtered means, whose pixels are others, every pixel that hits something.
+    For box-filtered means, which are compared elsewhere, these are all pixels with a hit.
     """
     subject, reference = renderers.get(check.configuration), renderers.get(check.reference)
     if subject is None or reference is None or check.end_to_end is None:
         return base.conditioning.hit
     failing = RendererPair(subject, reference).pixels(check.stage).wrong
-    alone = subject.continued(check.stage) if check.continued is not None else None
-    return failing if alone is None else failing | alone.wrong
+    continued = subject.continued(check.stage) if check.continued is not None else None
+    return failing if continued is None else failing | continued.wrong
 
 
-# What a case's record says of the panel: each stage's matrix, who stands alone, and which convention explains it.
+# The panel in a case's record: each stage's matrix, its outlier, and the convention that explains it.
 
 
 def adjudication(judged: Judged, subjects: Sequence[Answers], oracle: Analytic) -> dict[str, AdjudicationRecord]:
-    """Return {stage: matrix, baseline of interior and limits, who stands alone, why} as docs/results.md describes it.
+    """Return {stage: matrix, baseline of interior and limits, outlier, reason} as docs/results.md describes it.
 
-    Conventions are put to the test for each voice that stands alone, at the first image stage at which it does: what
-    follows from there follows from that.
+    Conventions are tested for each outlier, at its first image stage: its later differences follow from that.
     """
     names = {subject.name for subject in subjects}
     record: dict[str, AdjudicationRecord] = {}
     first: dict[str, Stage] = {}
     for stage, matrix in judged.panel.items():
-        one = standing(matrix, lambda name: voice(name, names))
+        conclusion = standing(matrix, lambda name: voice(name, names))
         results: list[Tested] = []
         words = ""
-        who = _whose(one)
-        if who in first:
-            words = f" It is off from {first[who]} on."
-        elif who is not None and stage is not Stage.CAMERA:
-            first[who] = stage
-            results = tested(judged.case.scene, judged.against[who], stage, oracle)
+        outlier = _whose(conclusion)
+        if outlier in first:
+            words = f" It is off from {first[outlier]} on."
+        elif outlier is not None and stage is not Stage.CAMERA:
+            first[outlier] = stage
+            results = tested(judged.case.scene, judged.against[outlier], stage, oracle)
             words = in_words(results)
         record[stage.value] = {
             "baseline": ORACLE,
             **matrix.as_json(),
-            "alone": ", ".join(one.alone) or None,
-            "why": one.why + words,
+            "alone": ", ".join(conclusion.alone) or None,
+            "why": conclusion.why + words,
         }
         if results:
             record[stage.value]["conventions"] = [result.as_json() for result in results]
     return record
 
 
-def _whose(one: PanelConclusion) -> str | None:
-    """Return whose answers to hold against conventions: who stands alone, or whom the oracle stands against."""
-    if not one.alone:
+def _whose(conclusion: PanelConclusion) -> str | None:
+    """Return the renderer to compare with conventions: the outlier, or one of the majority if that is the oracle."""
+    if not conclusion.alone:
         return None
-    return one.alone[0] if one.alone[0] != ORACLE else one.majority[0]
+    return conclusion.alone[0] if conclusion.alone[0] != ORACLE else conclusion.majority[0]

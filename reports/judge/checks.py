@@ -22,27 +22,27 @@ from rayproof.reports.judge.pairs import RendererPair
 from rayproof.reports.results.case_records import Check, Measurement
 from rayproof.reports.results.outcomes import Outcome
 
-# The stage whose images people look at: its informative metrics, before the oracle, are worth their time.
+# The stage whose images are published: its informative metrics against the oracle are worth their computing time.
 INFORMED = Stage.RADIANCE
 
 
 def check_camera(pair: RendererPair) -> Check:
-    """Judge the camera stage; where the two differ, invariants of every camera tell which one is wrong."""
-    mine = pair.subject.answers[Stage.CAMERA] if pair.subject.answers else {}
-    theirs = pair.reference.answers[Stage.CAMERA]
-    # The coarser of the two arithmetics: the other's rounding is nothing beside it, or equal and within the counts.
-    g = max(Roundoff(pair.subject.precision), Roundoff(pair.reference.precision), key=lambda each: each(1))
+    """Judge the camera stage; if the two differ, invariants of every camera decide which one is wrong."""
+    subject_camera = pair.subject.answers[Stage.CAMERA] if pair.subject.answers else {}
+    reference_camera = pair.reference.answers[Stage.CAMERA]
+    # The roundoff of the coarser precision: the other's is negligible, or equal and covered by the counts.
+    g = max(Roundoff(pair.subject.precision), Roundoff(pair.reference.precision), key=lambda roundoff: roundoff(1))
     camera = pair.base.scene.camera
-    compared = camera_check.compared(mine, theirs, camera, g)
+    compared = camera_check.compared(subject_camera, reference_camera, camera, g)
     outcome, reason = Outcome.PASS, ""
     if not compared.ratio <= 1:
         outcome = Outcome.FAIL
         reason = (
             f"{compared.part} is off by {compared.error:.3g}, limit {compared.limit:.3g} ({compared.ratio:.3g} times)"
         )
-        ours_bad = camera_check.inconsistency(mine, camera, g)
-        theirs_bad = camera_check.inconsistency(theirs, camera, g)
-        if ours_bad <= 1 < theirs_bad:
+        subject_ratio = camera_check.inconsistency(subject_camera, camera, g)
+        reference_ratio = camera_check.inconsistency(reference_camera, camera, g)
+        if subject_ratio <= 1 < reference_ratio:
             outcome = Outcome.REFERENCE_SUSPECT
             reason += f"; {pair.subject.name}'s camera is consistent in itself, {pair.reference.name}'s is not"
     return Check(
@@ -58,19 +58,19 @@ def check_camera(pair: RendererPair) -> Check:
 
 
 def stage_check(pair: RendererPair, stage: Stage) -> Check:
-    """Judge one image stage end to end and, before the oracle, continued from the subject's own stages."""
+    """Judge one image stage end to end and, against the oracle, continued from the subject's own stages."""
     whole = pair.pixels(stage)
     end_to_end, continued, shared, shared_continued = measured(pair.one, whole), None, None, None
     kinds = whole.kinds
     if pair.by_oracle:
-        alone = pair.one.continued(stage)
-        if alone is not None:
-            continued = measured(pair.one, alone)
-            kinds = np.where(alone.wrong, alone.kinds, kinds) if alone.wrong.any() else kinds
+        from_oracle = pair.one.continued(stage)
+        if from_oracle is not None:
+            continued = measured(pair.one, from_oracle)
+            kinds = np.where(from_oracle.wrong, from_oracle.kinds, kinds) if from_oracle.wrong.any() else kinds
         if stage in LIGHT:
             factors = pair.one.common_factors
             shared = factors.of(stage)
-            shared_continued = None if alone is None else factors.of(stage, alone)
+            shared_continued = None if from_oracle is None else factors.of(stage, from_oracle)
     if stage is INFORMED and (pair.by_oracle or pair.subject.name == ORACLE):
         informative = _inform(pair.subject.answers[stage], pair.reference.answers[stage])
         end_to_end = structs.replace(end_to_end, **informative)
@@ -121,7 +121,7 @@ def _pooled(pair: RendererPair) -> tuple[float, str]:
 
 
 def measured(against: AgainstOracle, pixels: StagePixels) -> Measurement:
-    """Return the numbers of a renderer's stage against a value."""
+    """Return the measurement of a renderer's stage against the expected value."""
     return measure(
         pixels.stage,
         against.renderer.answers[pixels.stage],
@@ -135,7 +135,7 @@ def measured(against: AgainstOracle, pixels: StagePixels) -> Measurement:
 
 
 def _because(reference: str, stage: Stage) -> str:
-    """Return from what the usual limit of a stage before a reference is derived."""
+    """Return the derivation of the limit of a stage against a reference."""
     return f"{BECAUSE[stage]}; {reference}: {calibration(reference).origin}"
 
 
@@ -148,11 +148,11 @@ def _conclusion(
     shared: Factors | None,
     shared_continued: Factors | None,
 ) -> tuple[Outcome, float, str]:
-    """Return what the measurements of a stage come to: the outcome, the worst error over its limit, and why.
+    """Return the outcome of the measurements of a stage, the worst error over its limit, and the reason.
 
     `shared` and `shared_continued` are the factors that many pixels share, each of them within its own limit.
     """
-    worst = whole if continued is None else max(whole, continued, key=lambda one: one.worst_ratio)
+    worst = whole if continued is None else max(whole, continued, key=lambda measurement: measurement.worst_ratio)
     if whole.nan or whole.inf:
         why = f"{whole.nan} pixels are NaN and {whole.inf} infinite where {reference} is finite"
         return Outcome.FAIL, worst.worst_ratio, why
@@ -169,16 +169,16 @@ def _conclusion(
     return Outcome.PASS, worst.worst_ratio, ""
 
 
-def _inform(ours: np.ndarray, theirs: np.ndarray) -> dict[str, Any]:
-    """Return the informative metrics with the range that they are relative to; they never decide."""
-    if not (np.isfinite(ours).all() and np.isfinite(theirs).all()):
+def _inform(image: np.ndarray, expected: np.ndarray) -> dict[str, Any]:
+    """Return the informative metrics with the range to which they are relative; they decide nothing."""
+    if not (np.isfinite(image).all() and np.isfinite(expected).all()):
         return {}
-    value_range = (float(min(ours.min(), theirs.min())), float(max(ours.max(), theirs.max())))
-    # None of them depends on the unit. By a power of two, which rounds nothing, so that squares stay in range.
+    value_range = (float(min(image.min(), expected.min())), float(max(image.max(), expected.max())))
+    # No metric depends on the unit: scaling by a power of two, which is exact, avoids overflow in squares.
     unit = int(np.frexp(max(map(abs, value_range)))[1])
-    ours, theirs = np.ldexp(ours, -unit), np.ldexp(theirs, -unit)
+    image, expected = np.ldexp(image, -unit), np.ldexp(expected, -unit)
     scaled = (float(np.ldexp(value_range[0], -unit)), float(np.ldexp(value_range[1], -unit)))
-    return {"metrics": {name: METRICS[name](ours, theirs, scaled) for name in METRICS}, "range": value_range}
+    return {"metrics": {name: METRICS[name](image, expected, scaled) for name in METRICS}, "range": value_range}
 
 
 def accounted(checks: Sequence[Check], scene: Scene) -> list[Check]:
@@ -189,7 +189,7 @@ def accounted(checks: Sequence[Check], scene: Scene) -> list[Check]:
 def _accounted(check: Check, scene: Scene) -> Check:
     counts = unexamined(check.stage, scene.camera) if check.examined is None else check.examined
     counted_check = structs.replace(check, examined=counts)
-    # A warning for a declared epsilon says that all other pixels hold; one for a finding says that they do not.
+    # With a warning for a declared epsilon all other pixels are right; with a warning for a finding they are not.
     if check.outcome is not Outcome.PASS and (check.outcome is not Outcome.WARN or check.finding):
         return counted_check
     if counts.wrong:
@@ -211,7 +211,7 @@ def unmeasured(
     abstains: bool = False,
     stopped: bool = False,
 ) -> Check:
-    """Return a check that ended before anything was measured."""
+    """Return a check that ended before any measurement."""
     return Check(
         configuration=subject.name,
         reference=reference.name,
@@ -225,7 +225,7 @@ def unmeasured(
     )
 
 
-# A check for every planned stage of one subject before one reference; none is left out, whatever is in its way.
+# A check for every planned stage of one subject against one reference, even if it cannot be measured.
 
 
 def pair_checks(
@@ -233,12 +233,12 @@ def pair_checks(
 ) -> list[Check]:
     """Return a check for each of the stages.
 
-    `misshapen` says by renderer and stage whose images have another size than was asked for.
+    `misshapen` has, by renderer and stage, the reasons of images with the wrong size.
     """
     repeated = _repeated(pair)
     checks = []
     for stage in stages:
-        # Of several obstacles the first in this order counts.
+        # The first obstacle in this order determines the check.
         checks.append(
             _declined(pair, stage)
             or repeated.get(stage)
@@ -252,7 +252,7 @@ def pair_checks(
 
 
 def _declined(pair: RendererPair, stage: Stage) -> Check | None:
-    """Return what the subject itself gave as the reason of not answering."""
+    """Return a check with the subject's own reason for a missing answer, None if it has an answer."""
     subject, about = pair.subject, (pair.subject, pair.reference, stage)
     if subject.error is not None:
         return unmeasured(*about, Outcome.ERROR, f"{subject.name}: {subject.error}", stopped=subject.stopped)
@@ -264,7 +264,7 @@ def _declined(pair: RendererPair, stage: Stage) -> Check | None:
 
 
 def _repeated(pair: RendererPair) -> dict[Stage, Check]:
-    """Return the stages in which the reference has the subject's own numbers."""
+    """Return checks of the stages in which the reference's numbers are copies of the subject's."""
     subject, reference = pair.subject, pair.reference
     single = subject.precision == reference.precision == "float32"
     stages = copied(subject.answers, reference.answers, pair.base.truth, both_float32=single)
@@ -301,7 +301,7 @@ def _not_answered_by_reference(pair: RendererPair, stage: Stage, misshapen: Mapp
 
 
 def _too_coarse(pair: RendererPair, stage: Stage) -> Check | None:
-    """Return that the subject's output keeps too little of a stage to tell anything."""
+    """Return an `unsupported` check if the subject's output is too coarse for a stage, else None."""
     if stage is Stage.CAMERA:
         return None
     subject = pair.subject

@@ -25,14 +25,14 @@ from rayproof.reports.results.outcomes import Outcome
 
 def closed_forms(case: Case, against: AgainstOracle) -> list[ExpectationRecord]:
     """Judge the case's closed forms on one subject's answers."""
-    found, subject = [], against.renderer
+    records, subject = [], against.renderer
     for expectation in case.expectations:
         stage = getattr(expectation, "stage", Stage.VISIBILITY if hasattr(expectation, "form") else Stage.IRRADIANCE)
         if not _needed(expectation, stage) <= set(subject.answers):
             continue  # not every renderer answers every stage
         finding = judge(expectation, case.scene, subject.answers, _slack(against, stage))
         outcome = Outcome.MISSING if not finding.used else Outcome.PASS if finding.ratio <= 1 else Outcome.FAIL
-        found.append(
+        records.append(
             {
                 "configuration": subject.name,
                 "kind": type(expectation).__name__,
@@ -46,11 +46,11 @@ def closed_forms(case: Case, against: AgainstOracle) -> list[ExpectationRecord]:
                 "because": expectation.because,
             }
         )
-    return found
+    return records
 
 
 def _needed(expectation: Any, stage: Stage) -> set[Stage]:
-    """Return the stages that a closed form is read off: pixels are found by their object, an outline by positions."""
+    """Return the stages that a closed form reads: pixels are selected by their object, an outline by positions."""
     needed = {stage}
     if hasattr(expectation, "shape"):
         needed.add(Stage.OBJECT)
@@ -71,7 +71,7 @@ def _slack(against: AgainstOracle, stage: Stage) -> float:
 
 @dataclass(frozen=True, kw_only=True)
 class ClosedFormResult:
-    """What was measured, what the closed form says and how far apart they may be; `used` is how much was looked at."""
+    """The measured value, the value of the closed form, their allowed difference, and the number of pixels `used`."""
 
     measured: float
     expected: float
@@ -101,17 +101,17 @@ def judge(expectation: Expectation, scene: Scene, answers: StageImages, slack: f
 
 @EXPECTATIONS.register("Flux")
 def flux(expectation: Flux, scene: Scene, answers: StageImages, slack: float) -> ClosedFormResult:
-    """Compare the sum over the pixels that see the rectangle."""
+    """Compare the sum over the pixels that show the rectangle."""
     objects = answers[Stage.OBJECT]
-    seen = objects[..., 0] == expectation.shape
+    visible = objects[..., 0] == expectation.shape
     if expectation.face >= 0:
-        seen &= objects[..., 1] == expectation.face
-    total = float(np.sum(answers[Stage.IRRADIANCE][seen][:, expectation.channel])) * expectation.footprint
+        visible &= objects[..., 1] == expectation.face
+    total = float(np.sum(answers[Stage.IRRADIANCE][visible][:, expectation.channel])) * expectation.footprint
     return ClosedFormResult(
         measured=total,
         expected=expectation.value,
         limit=(expectation.relative + slack) * abs(expectation.value),
-        used=int(np.count_nonzero(seen)),
+        used=int(np.count_nonzero(visible)),
     )
 
 
@@ -130,13 +130,13 @@ def pixel_value(expectation: PixelValue, scene: Scene, answers: StageImages, sla
     )
 
 
-# A closed form for a shadow's outline: inside dark, outside lit, the margin about the outline left alone.
+# A closed form for a shadow's outline: dark inside, lit outside, without a test in the margin about the outline.
 
 
 @EXPECTATIONS.register("ShadowOutline")
 def shadow_outline(expectation: ShadowOutline, scene: Scene, answers: StageImages, slack: float) -> ClosedFormResult:
     """Count the pixels on the wrong side of the outline; none may be."""
-    seen = answers[Stage.OBJECT][..., 0] == expectation.shape
+    visible = answers[Stage.OBJECT][..., 0] == expectation.shape
     offset = np.abs(answers[Stage.POSITION][..., :2] - np.asarray(expectation.center))
     if expectation.form == "square":
         beyond = offset.max(axis=-1) - expectation.size
@@ -146,21 +146,21 @@ def shadow_outline(expectation: ShadowOutline, scene: Scene, answers: StageImage
         raise ValueError(f"a shadow outline is a square or a disc, not {expectation.form!r}")
     margin = expectation.margin + slack * expectation.size
     lit = answers[Stage.VISIBILITY][..., expectation.light]
-    inside, outside = seen & (beyond < -margin), seen & (beyond > margin)
+    inside, outside = visible & (beyond < -margin), visible & (beyond > margin)
     wrong = np.count_nonzero(inside & (lit != 0)) + np.count_nonzero(outside & (lit != 1))
-    # Without pixels on both sides there is no outline to speak of.
+    # Without pixels on both sides there is no outline.
     used = int(np.count_nonzero(inside | outside)) if np.any(inside) and np.any(outside) else 0
     return ClosedFormResult(measured=float(wrong), expected=0.0, limit=0.0, used=used)
 
 
-# A closed form at every pixel that sees a shape: the pixel that is farthest off counts.
+# A closed form at every pixel of a shape: the pixel with the largest error counts.
 
 
 @EXPECTATIONS.register("UniformValue")
 def uniform_value(expectation: UniformValue, scene: Scene, answers: StageImages, slack: float) -> ClosedFormResult:
     """Compare the worst pixel of the shape."""
-    seen = answers[Stage.OBJECT][..., 0] == expectation.shape
-    values = answers[expectation.stage][seen][:, expectation.channel]
+    visible = answers[Stage.OBJECT][..., 0] == expectation.shape
+    values = answers[expectation.stage][visible][:, expectation.channel]
     limit = (expectation.relative + slack) * abs(expectation.value)
     if not len(values):
         return ClosedFormResult(measured=float("nan"), expected=expectation.value, limit=limit, used=0)

@@ -42,14 +42,14 @@ LIT = (Stage.IRRADIANCE, Stage.EXITANCE, Stage.RADIANCE)
 class Tested:
     """One convention and the result of its test."""
 
-    what: str  # a verb phrase of which the renderer is the subject
+    what: str  # a verb phrase with the renderer as its subject
     ratio: float  # worst error over limit under it
     differing: int  # pixels over the limit under it that no nearby problem explains
     interior: int  # pixels within their limits under it
 
     @property
     def explains(self) -> bool:
-        """Return whether the renderer's answer is exactly that of this convention."""
+        """Return whether this convention explains the renderer's answer completely."""
         return self.ratio <= 1 and self.interior > 0
 
     def as_json(self) -> ConventionRecord:
@@ -83,7 +83,7 @@ Moved = Callable[[StageImages, StageImages], StageImages]
 
 
 def _questions(scene: Scene) -> Iterator[tuple[str, Scene, Moved | None]]:
-    """Yield conventions as other scenes; for pixel corners also the renderer's image within that of the other scene."""
+    """Yield conventions as other scenes; for pixel corners also a function that inserts the renderer's image."""
     for clip, what in CLIPS.items():
         if clip != scene.clip:
             yield what, replace(scene, clip=clip), None
@@ -95,7 +95,7 @@ def _questions(scene: Scene) -> Iterator[tuple[str, Scene, Moved | None]]:
                 None,
             )
     camera = scene.camera
-    # A pixel more each way and as large as before: its centres are the corners of the image asked for.
+    # One more row and column of pixels of the same size: their centres are the pixel corners of the original image.
     fovy = math.degrees(2 * math.atan(math.tan(camera.alpha) * (camera.height + 1) / camera.height))
     if fovy < 180:
         larger = replace(camera, width=camera.width + 1, height=camera.height + 1, fovy=fovy)
@@ -104,7 +104,7 @@ def _questions(scene: Scene) -> Iterator[tuple[str, Scene, Moved | None]]:
 
 
 def _placed(down: int, right: int) -> Moved:
-    """Return the function that lays a smaller image's answers into a larger one's, the rest as that one has it."""
+    """Return the function that inserts the answers of a smaller image into those of a larger image."""
 
     def moved(images: StageImages, whole: StageImages) -> StageImages:
         laid: StageImages = {}
@@ -121,7 +121,7 @@ def _placed(down: int, right: int) -> Moved:
 def _under(
     what: str, base: SceneTruth, renderer: Answers, stage: Stage, moved: Moved | None, wrong: np.ndarray
 ) -> Tested:
-    """Judge the renderer against the oracle's answer to another question."""
+    """Judge the renderer against the oracle's answer under a convention."""
     subject = renderer
     if moved is not None:
         subject = replace(renderer, answers=moved(renderer.answers, base.truth), shadow_epsilon=_most(renderer))
@@ -131,7 +131,7 @@ def _under(
     over = against.over(stage)
     unmoved = moved is None and np.count_nonzero(over & wrong) > np.count_nonzero(wrong) / 2
     if unmoved or over.mean() > HOPELESS:
-        # Nearby problems explain few pixels, and a convention that leaves most wrong ones where they are, none.
+        # Nearby problems explain few pixels, and none for a convention that leaves most of the wrong pixels unchanged.
         ratio = float(against.ratio(stage).max())
         return Tested(what=what, ratio=ratio, differing=int(np.count_nonzero(over)), interior=int(np.sum(~over)))
     numbers = measured(against, against.end_to_end[stage])
@@ -140,14 +140,14 @@ def _under(
 
 def _one_light(scene: Scene, renderer: Answers, stage: Stage, oracle: Analytic) -> Tested:
     """Judge each pixel of the renderer against each single light, multiplied by the number of lights."""
-    single = []
+    ratios_by_light = []
     for light in scene.lights:
         red, green, blue = (len(scene.lights) * flux for flux in light.flux)
-        alone = replace(scene, lights=(replace(light, flux=(red, green, blue)),))
-        base = scene_truth(alone, stages_of(alone), oracle, known={})
-        seeing = replace(renderer, answers={stage: renderer.answers[stage]}, shadow_epsilon=_most(renderer))
-        single.append(np.where(base.beside_changes, 0.0, AgainstOracle(base, seeing).ratio(stage)))
-    best = np.min(single, axis=0)
+        single_light_scene = replace(scene, lights=(replace(light, flux=(red, green, blue)),))
+        base = scene_truth(single_light_scene, stages_of(single_light_scene), oracle, known={})
+        subject = replace(renderer, answers={stage: renderer.answers[stage]}, shadow_epsilon=_most(renderer))
+        ratios_by_light.append(np.where(base.beside_changes, 0.0, AgainstOracle(base, subject).ratio(stage)))
+    best = np.min(ratios_by_light, axis=0)
     return Tested(
         what="picks one light at random in each pixel",
         ratio=float(best.max()),
@@ -157,7 +157,7 @@ def _one_light(scene: Scene, renderer: Answers, stage: Stage, oracle: Analytic) 
 
 
 def _most(renderer: Answers) -> float:
-    """Return the largest of a renderer's shadow epsilons: in another image its pixels lie elsewhere."""
+    """Return the largest of a renderer's shadow epsilons, for an image with different pixels."""
     return float(np.max(renderer.shadow_epsilon))
 
 

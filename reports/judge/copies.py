@@ -30,7 +30,7 @@ def copied(images: StageImages, originals: StageImages, truth: StageImages, *, b
             return False
         values, places = np.unique(np.asarray(image, dtype=np.float64), return_index=True)
         if stage is Stage.POSITION and Stage.DISTANCE in truth:
-            # eye + t d is the eye's own digits where that is larger than t, and then rounds alike for all.
+            # If the eye's coordinate is larger than t, eye + t d has the eye's digits, and all renderers round alike.
             t = np.broadcast_to(truth[Stage.DISTANCE], np.shape(image)).ravel()[places]
             values, places = values[np.abs(values) < t], places[np.abs(values) < t]
         comparable = right is not None and np.shape(right) == np.shape(image)
@@ -44,7 +44,7 @@ def copied(images: StageImages, originals: StageImages, truth: StageImages, *, b
 
 
 def _telling(values: np.ndarray) -> np.ndarray:
-    """Return which numbers (n,) half of their format's digits do not hold."""
+    """Return a mask of numbers (n,) that half of their format's digits cannot represent."""
     with np.errstate(over="ignore", invalid="ignore"):
         single = values.astype(np.float32) == values
     full = np.isfinite(values) & (values != 0)

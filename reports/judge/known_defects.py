@@ -27,10 +27,10 @@ class KnownFinding:
     reference: str
     version: str
     stage: Stage
-    where: str  # the circumstance under which it shows; "" where the adapter keeps it out of every scene
-    at_least: float  # from how much of it on
-    smallest_scene: str  # the scene file that shows it, in the repository
-    command: str  # that shows it
+    where: str  # the circumstance of the defect; "" if the adapter prevents it in every scene
+    at_least: float  # threshold of the circumstance's number
+    smallest_scene: str  # path of a scene file with the defect, in the repository
+    command: str  # to reproduce it
     third_witness: str
     what: str
 
@@ -50,7 +50,7 @@ class KnownFinding:
         }
 
     def covers(self, scene: Scene, truth: StageImages, pixels: np.ndarray) -> bool:
-        """Return whether its circumstances hold in each of the pixels (height, width), at least one of which is set."""
+        """Return whether its circumstances hold in all pixels of a mask (height, width), which is not empty."""
         if not self.where or not pixels.any():
             return False
         return bool(np.all(CIRCUMSTANCES[self.where](scene, truth, pixels) >= self.at_least))
@@ -58,7 +58,7 @@ class KnownFinding:
 
 @lru_cache(maxsize=1)
 def known_findings() -> tuple[KnownFinding, ...]:
-    """Return the checked-in findings, one a stage; raise TypeError if one lacks a field."""
+    """Return the recorded findings, one per stage; raise TypeError if a finding lacks a field."""
     entries = json.loads(Path(__file__).with_name("findings.json").read_text(encoding="utf-8"))
     findings = []
     for entry in entries:
@@ -80,10 +80,10 @@ def explained(
     return None
 
 
-# Circumstances under which a finding about a reference holds: properties of a scene, pixel by pixel.
+# The circumstances of findings about references: numbers per pixel that depend on the scene.
 #
-# To add one: a function (scene, the oracle's answers, pixels) -> (n,) and its line in `CIRCUMSTANCES`, whose name a
-# finding gives with a threshold. Its docstring derives why the defect grows with the number.
+# To add a circumstance: a function (scene, the oracle's answers, pixels) -> (n,) and its line in `CIRCUMSTANCES`. A
+# finding has its name and a threshold. The function's docstring derives why the defect grows with the number.
 
 
 def light_nearness(scene: Scene, truth: StageImages, pixels: np.ndarray) -> np.ndarray:
@@ -101,11 +101,10 @@ def light_nearness(scene: Scene, truth: StageImages, pixels: np.ndarray) -> np.n
 
 
 def center_over_hit(scene: Scene, truth: StageImages, pixels: np.ndarray) -> np.ndarray:
-    """Return of the sphere that is seen its centre's distance from the origin and its radius over 1 m and the hit's.
+    """Return (distance of the visible sphere's centre from the origin + radius) / (1 m + the hit's largest coordinate).
 
-    A hit in float32 is off its surface by 16 u of the former at most, and Mitsuba's shadow rays start 1500 u of the
-    latter above it, the largest coordinate standing for the distance: from 1500 / 16 on the sphere may block its own
-    light.
+    A hit in float32 is off its surface by at most 16 u times the numerator, and Mitsuba's shadow rays start 1500 u
+    times the denominator above it: from 1500 / 16 on the sphere may block its own light.
     """
     objects, ratio = truth[Stage.OBJECT][pixels, 0], np.zeros(np.count_nonzero(pixels))
     for index, shape in enumerate(scene.shapes):

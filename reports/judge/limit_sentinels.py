@@ -1,4 +1,4 @@
-"""`Sentinel`, and sentinels for limits: scenes whose limits at the middle pixel are worked out by hand."""
+"""`Sentinel`, a self-test, and the self-tests of limits: scenes with limits derived by hand at the middle pixel."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -47,26 +47,26 @@ CASE = Case(
 
 
 class BrokenJudgeError(RuntimeError):
-    """The judge got a sentinel wrong: nothing that it says can be believed."""
+    """The judge's verdict on a self-test is wrong, so that no verdict can be trusted."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Sentinel:
-    """Answers with a known verdict."""
+    """A self-test of the judge: answers with a known verdict."""
 
     name: str
     ours: StageImages | None
     theirs: StageImages
     outcome: Outcome
-    stage: Stage | None  # the one blamed; None: any
+    stage: Stage | None  # the stage to blame; None: any
     case: Case = CASE
-    others: tuple[Answers, ...] = ()  # who is heard beside the oracle
-    steps: Mapping[Stage, Resolution] = field(default_factory=dict)  # how coarse the subject's output is
+    others: tuple[Answers, ...] = ()  # references in addition to the oracle
+    steps: Mapping[Stage, Resolution] = field(default_factory=dict)  # of the subject's output
     oracle: Analytic | None = None  # that is wrong on purpose; None: the right one
 
 
 def rounded(answers: StageImages) -> StageImages:
-    """Return answers as a faultless float32 renderer gives them."""
+    """Return the answers of a perfect float32 renderer."""
     return {
         stage: image if stage is Stage.CAMERA else np.asarray(image).astype(np.float32).astype(np.float64)
         for stage, image in answers.items()
@@ -80,15 +80,15 @@ def spoilt_at(image: np.ndarray, pixel: tuple[int, int], value: float) -> np.nda
     return changed
 
 
-# Sentinels of the limits themselves: what each one is at a pixel where it can be worked out by hand, within 5 %.
+# Self-tests of the limits: each limit at a pixel at which it can be derived by hand, within 5 %.
 #
-# The camera stands 4 m above the origin, looks down and sees 90 degrees; of its 9 x 9 pixels the middle one looks
-# straight down, n.d = 1. There every limit is a number of unit roundoffs u, derived below, first of a floor (the
-# plane z = 0), then of a unit sphere around the origin, hit at (0, 0, 1). docs/judging.md says what a limit is made
-# of; here it is worked out a second time, as numbers, so that a limit moves only where somebody means it to.
+# The camera is 4 m above the origin, looks down and has a field of view of 90 degrees; the middle one of its 9 x 9
+# pixels looks straight down, n.d = 1. There every limit is a multiple of the unit roundoff u, derived below, first for
+# a floor (the plane z = 0), then for a unit sphere around the origin, hit at (0, 0, 1). docs/judging.md explains the
+# parts of a limit; here it is derived a second time, in numbers, so that no limit changes unintentionally.
 #
-#     ray        axes 1, carried to the image's border (1 + tan 45 deg), tan's condition pi / 2, and twice the places
-#                (4 + 0) / 4, carried alike: 16 (1 + 1 + 1 + pi / 2) + 2 (1 + 1) = 52 + 8 pi
+#     ray        axes 1, at the image's border times (1 + tan 45 deg), tan's condition pi / 2, and twice the coordinates
+#                (4 + 0) / 4, times the same factor: 16 (1 + 1 + 1 + pi / 2) + 2 (1 + 1) = 52 + 8 pi
 #     distance   floor: 16 (eye and hit 4, the plane's own 1/2, t 4); sphere: 16 (4 + 1, radius 1, hit 1, t 3)
 #     position   4 (4 + t) and, end to end, the distance's and t times the ray's
 #     normal     16, doubled on the sphere, whose point has as large an error as its radius; end to end the sphere's
@@ -109,15 +109,15 @@ CAMERA = Camera(
     eye=(0.0, 0.0, 4.0), target=(0.0, 0.0, 0.0), up=(0.0, 1.0, 0.0), fovy=90.0, width=9, height=9, near=0.5, far=99.0
 )
 CLOSE = 0.05  # relative
-MANY = 100  # times its limit: how wrong a pixel is made, so that rounding is nothing beside it
+MANY = 100  # multiple of the limit by which a pixel is made wrong, so that rounding is negligible
 JUST = (0.95, Outcome.PASS), (1.05, Outcome.FAIL)
-# References whose limits are more than those of their precision, and how many times; any other has 1.
+# The calibrated constants of references whose limits exceed those of their precision; all others have 1.
 CONSTANTS: Mapping[str, float] = {}
 
 
 @dataclass(frozen=True, kw_only=True)
 class Pin:
-    """One stage's limits at the middle pixel, in unit roundoffs of who is judged plus whom it is judged by."""
+    """One stage's limits at the middle pixel, in units of the sum of both renderers' unit roundoffs."""
 
     stage: Stage
     continued: tuple[float, ...]  # of each channel
@@ -148,9 +148,9 @@ class KnownLimits:
 def _known(
     name: str, shape: Shape, *, t: float, height: float, distance: float, normal: float, bend: float
 ) -> KnownLimits:
-    """Return a scene whose middle pixel is hit after `t` at `height` [m], where the shape's curvature is `bend` [1/m].
+    """Return a scene whose middle pixel has a hit at `t` and `height` [m], on a shape of curvature `bend` [1/m].
 
-    `distance` and `normal` are their own limits in roundoffs.
+    `distance` and `normal` are the limits of these stages in unit roundoffs.
     """
     ray = 52 + 8 * math.pi
     position = distance + ray * t + 4 * (4 + t)
@@ -186,42 +186,44 @@ BALL = _known("ball", Sphere(albedo=ALBEDO), t=3, height=1, distance=16 * 10, no
 
 
 def guard_limits(oracle: Analytic) -> int:
-    """Judge answers that are wrong by known multiples of known limits; return how many were.
+    """Judge answers that are wrong by known multiples of known limits; return their number.
 
     Raises:
-        BrokenJudgeError: a limit is another, or somebody was not judged by their own answers.
+        BrokenJudgeError: a limit has changed, or a renderer was not judged by its own answers.
 
     """
     count = 0
-    for known, precisions in ((FLOOR, ("float32", "float64")), (BALL, ("float32",))):
-        truth = oracle.render(known.scene, stages_of(known.scene))
+    for test, precisions in ((FLOOR, ("float32", "float64")), (BALL, ("float32",))):
+        truth = oracle.render(test.scene, stages_of(test.scene))
         for precision in precisions:
-            for pin in known.pins:
-                count += _guard_pin(known, pin, precision, truth, oracle)
+            for pin in test.pins:
+                count += _guard_pin(test, pin, precision, truth, oracle)
     truth = oracle.render(FLOOR.scene, stages_of(FLOOR.scene))
     _guard_panel(truth, oracle)
     return count + _guard_lights(FLOOR, truth, oracle) + _guard_parties(truth, oracle)
 
 
-def _guard_pin(known: KnownLimits, pin: Pin, precision: str, truth: StageImages, oracle: Analytic) -> int:
-    """Hold one stage's limits of one precision before the oracle against their numbers, channel by channel."""
+def _guard_pin(test: KnownLimits, pin: Pin, precision: str, truth: StageImages, oracle: Analytic) -> int:
+    """Compare one stage's limits of one precision, against the oracle, with their derived values, per channel."""
     u = UNIT_ROUNDOFF[precision] + UNIT_ROUNDOFF["float64"]
     good = _answered(truth, "float64")
     channels = range(len(pin.continued))
     spoilt = {f"channel {c}": _off(good, pin.stage, c, MANY * pin.end_to_end[c] * u) for c in channels}
-    # Of the two limits the smaller one decides.
+    # The smaller of the two limits decides.
     least = min(pin.continued[0], pin.end_to_end[0]) * u
     edge = {f"{times} times": (_off(good, pin.stage, 0, times * least), outcome) for times, outcome in JUST}
-    # A float64 image cannot be wrong by so little more or less than its limit.
+    # A float64 image has too few digits for an error of so little more or less than its limit.
     edge = edge if precision == "float32" else {}
-    subjects = [_candidate(name, precision, ours) for name, ours in spoilt.items()]
-    subjects += [_candidate(name, precision, ours) for name, (ours, _) in edge.items()]
-    checks = {check.configuration: check for check in _checks(known, oracle, truth, subjects, pin.stage)}
+    subjects = [_candidate(name, precision, answers) for name, answers in spoilt.items()]
+    subjects += [_candidate(name, precision, answers) for name, (answers, _) in edge.items()]
+    checks = {check.configuration: check for check in _checks(test, oracle, truth, subjects, pin.stage)}
     for name, continued, end_to_end in zip(spoilt, pin.continued, pin.end_to_end, strict=True):
-        found = checks[name].continued, checks[name].end_to_end
-        for how, measured, limit in zip(("by itself", "end to end"), found, (continued, end_to_end), strict=True):
+        measurements = checks[name].continued, checks[name].end_to_end
+        for how, measured, limit in zip(
+            ("by itself", "end to end"), measurements, (continued, end_to_end), strict=True
+        ):
             ratio = measured.worst_ratio if measured is not None else math.nan
-            what = f"the limit of {pin.stage}, {name}, {how} in {precision} on the {known.name}"
+            what = f"the limit of {pin.stage}, {name}, {how} in {precision} on the {test.name}"
             _expect(ratio, MANY * end_to_end / limit, what)
     for name, (_, outcome) in edge.items():
         if checks[name].outcome is not outcome:
@@ -231,20 +233,20 @@ def _guard_pin(known: KnownLimits, pin: Pin, precision: str, truth: StageImages,
     return len(subjects)
 
 
-def _guard_lights(known: KnownLimits, truth: StageImages, oracle: Analytic) -> int:
-    """Darken each light at the middle pixel, where nothing hides it."""
+def _guard_lights(test: KnownLimits, truth: StageImages, oracle: Analytic) -> int:
+    """Judge answers in which a light is dark at the middle pixel, where nothing hides it, per light."""
     dark = [_off(_answered(truth, "float32"), Stage.VISIBILITY, light, -1.0) for light in range(len(LIGHTS))]
-    subjects = [_candidate(f"light {light}", "float32", ours) for light, ours in enumerate(dark)]
-    for check in _checks(known, oracle, truth, subjects, Stage.VISIBILITY):
+    subjects = [_candidate(f"light {light}", "float32", answers) for light, answers in enumerate(dark)]
+    for check in _checks(test, oracle, truth, subjects, Stage.VISIBILITY):
         if check.outcome is not Outcome.FAIL:
             raise BrokenJudgeError(f"the judge is broken: {check.configuration} is dark and passes")
     return len(subjects)
 
 
 def _guard_parties(truth: StageImages, oracle: Analytic) -> int:
-    """Judge several subjects before every reference there is, each off by a multiple of its own.
+    """Judge several subjects against all references, each with an error of a different multiple.
 
-    So every pair must be compared, by its own answers and at its own precisions, and no other number comes out.
+    Every pair must be compared by its own answers and at its own precisions, or its ratio is wrong.
     """
     pin = next(pin for pin in FLOOR.pins if pin.stage is Stage.RADIANCE)
     step = pin.end_to_end[1] * UNIT_ROUNDOFF["float32"]
@@ -265,14 +267,14 @@ def _guard_parties(truth: StageImages, oracle: Analytic) -> int:
             if check is None or check.end_to_end is None:
                 raise BrokenJudgeError(f"the judge is broken: {subject} is not compared with {name}")
             constant = CONSTANTS.get(name, 1.0)
-            theirs = UNIT_ROUNDOFF["float64" if name == ORACLE else "float32"]
-            limit = pin.end_to_end[1] * (UNIT_ROUNDOFF[precision] + constant * theirs)
+            roundoff = UNIT_ROUNDOFF["float64" if name == ORACLE else "float32"]
+            limit = pin.end_to_end[1] * (UNIT_ROUNDOFF[precision] + constant * roundoff)
             _expect(check.end_to_end.worst_ratio, (off[subject] - away) / limit, f"{subject} before {name}")
     return len(compared)
 
 
 def _guard_panel(truth: StageImages, oracle: Analytic) -> None:
-    """Announce a reference of whom nothing comes: each of its checks is planned, and missing."""
+    """Judge a subject with a planned reference without a reply: each of its checks must be missing."""
     subject, reference = _candidate("sentinel", "float32", rounded(truth)), _witness(ORACLE, "float64", truth)
     judged = case.judge_case(FLOOR.case, [subject], [reference], oracle, {}, panel=(ORACLE, "lost"))
     missed = [check for check in judged.checks if check.reference == "lost" and check.outcome is Outcome.MISSING]
@@ -282,7 +284,7 @@ def _guard_panel(truth: StageImages, oracle: Analytic) -> None:
 
 
 def _checks(
-    known: KnownLimits,
+    test: KnownLimits,
     oracle: Analytic,
     truth: StageImages,
     subjects: Sequence[Answers],
@@ -291,7 +293,7 @@ def _checks(
 ) -> list[Check]:
     """Return the checks of one stage; the oracle is the first reference."""
     references = [_witness(ORACLE, "float64", truth), *others]
-    judged = case.judge_case(known.case, subjects, references, oracle, {})
+    judged = case.judge_case(test.case, subjects, references, oracle, {})
     return [check for check in judged.checks if check.stage is stage]
 
 
@@ -304,7 +306,7 @@ def _witness(name: str, precision: str, answers: StageImages) -> Answers:
 
 
 def _answered(truth: StageImages, precision: str) -> StageImages:
-    """Return the truth as somebody else computed it: other last bits, or it would be a copy."""
+    """Return the truth as a different renderer computes it: with different last bits, so that it is no copy."""
     if precision == "float32":
         return rounded(truth)
     return {

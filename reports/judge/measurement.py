@@ -1,4 +1,4 @@
-"""The ledger of what a check examined: what became of every pixel, or of every entry of the camera, none left out."""
+"""The pixel counts of a check: the result of every pixel, or of every entry of the camera."""
 
 import math
 from collections.abc import Sequence
@@ -15,9 +15,9 @@ from rayproof.cases.stages import Stage
 from rayproof.reports.judge.answers import all_of, any_of, crossed, dot, largest, length
 from rayproof.reports.results.case_records import Examined, Measurement
 
-# A limit above this share of the value holds a pixel to so little that it is counted apart.
+# Pixels with a limit above this share of the value are hardly tested, and are counted separately.
 WIDE = 0.01
-# The camera's answer: four matrices, eight corners, and two numbers a pixel each for pixel and NDC.
+# The camera's answer: four matrices, eight corners, and per pixel two numbers each for pixel and NDC.
 MATRIX_ENTRIES, CORNER_ENTRIES, ENTRIES_PER_PIXEL = 4 * 16, 8 * 3, 2 * 2
 
 
@@ -25,15 +25,15 @@ class Kind(IntEnum):
     """The result of one pixel."""
 
     STRICT = 0  # within a limit of at most 1 % of the value
-    WIDE = 1  # likewise, but the limit is more than 1 % of the value
-    ROUNDING = 2  # over its limit, and the exact answer to a problem within rounding
-    EPSILON = 3  # likewise, of a problem that also overlooks what the renderer declares
+    WIDE = 1  # within a limit of more than 1 % of the value
+    ROUNDING = 2  # over its limit, but the exact answer to a problem within rounding
+    EPSILON = 3  # over its limit, but the exact answer to a problem with the renderer's declared epsilons
     WRONG = 4  # over its limit, and no nearby problem's answer
-    UNEXAMINED = 5  # held to nothing: never measured, not asked, or the limit is not finite
+    UNEXAMINED = 5  # not tested: never measured, not compared, or the limit is not finite
 
 
 def counted(kinds: np.ndarray) -> Examined:
-    """Return the ledger of pixels, each a `Kind`; of any shape.
+    """Return the pixel counts of an array of `Kind`, of any shape.
 
     Raises:
         ValueError: a pixel is of no kind.
@@ -47,10 +47,10 @@ def counted(kinds: np.ndarray) -> Examined:
 
 @dataclass(frozen=True, kw_only=True)
 class StagePixels:
-    """One stage of a renderer against a value, pixel by pixel."""
+    """One stage of a renderer compared with a value, pixel by pixel."""
 
     stage: Stage
-    value: np.ndarray  # (height, width, channels) that it is compared with
+    value: np.ndarray  # (height, width, channels), the expected value
     limit: np.ndarray  # (height, width) or (height, width, channels)
     ratio: np.ndarray  # (height, width): error over limit
     error: np.ndarray  # (height, width) or (height, width, channels)
@@ -58,7 +58,7 @@ class StagePixels:
 
     @cached_property
     def wrong(self) -> np.ndarray:
-        """Return the pixels (height, width) that nothing explains."""
+        """Return the pixels (height, width) over their limits without an explanation."""
         return self.kinds == Kind.WRONG
 
     @cached_property
@@ -67,29 +67,29 @@ class StagePixels:
         return (self.kinds == Kind.ROUNDING) | (self.kinds == Kind.EPSILON)
 
 
-CELLS = 8  # rows, and columns, of the grid over an image by which a gate remembers where pixels are wrong
+CELLS = 8  # rows, and columns, of the grid over an image for a gate's records of wrong pixels
 
 
 def cells_of(wrong: np.ndarray) -> tuple[str, str]:
-    """Return which cells of the grid hold a wrong pixel, and which hold one or lie within a pixel of one.
+    """Return the cells of the grid with a wrong pixel, and those with a wrong pixel inside or one pixel outside.
 
-    Each is 64 bits, row by row, as 16 hexadecimal digits. Another processor's roundings move an outline by less than a
-    pixel, so that the second is what may be wrong there.
+    Each is 64 bits, row by row, as 16 hexadecimal digits. The roundings of a different processor move an outline by
+    less than a pixel, so that there only cells of the second kind may be wrong.
     """
     height, width = wrong.shape
     rows, columns = np.nonzero(wrong)
-    found = []
+    digits = []
     for reach in ((0,), (-1, 0, 1)):
         cells = np.zeros((CELLS, CELLS), dtype=bool)
         for down, right in product(reach, reach):
             low, left = (rows + down).clip(0, height - 1), (columns + right).clip(0, width - 1)
             cells[low * CELLS // height, left * CELLS // width] = True
-        found.append(np.packbits(cells).tobytes().hex())
-    return found[0], found[1]
+        digits.append(np.packbits(cells).tobytes().hex())
+    return digits[0], digits[1]
 
 
 def unexamined(stage: Stage, camera: Camera) -> Examined:
-    """Return the ledger of a check that ended before anything was measured."""
+    """Return the pixel counts of a check that ended before any measurement."""
     pixels = camera.width * camera.height
     if stage is Stage.CAMERA:
         pixels = MATRIX_ENTRIES + CORNER_ENTRIES + ENTRIES_PER_PIXEL * pixels
@@ -115,8 +115,8 @@ def kinds_of(
 ) -> np.ndarray:
     """Return each pixel's kind, uint8 (height, width).
 
-    `ratio` is error over limit; `wide` and `bounded` say of the limit that it is above 1 % of the value and that it is
-    finite.
+    `ratio` is error over limit; `wide` are the pixels with a limit above 1 % of the value, `bounded` those with a
+    finite limit.
     """
     kinds = wide.astype(np.uint8)
     over = ~(ratio <= 1)
@@ -131,7 +131,7 @@ def kinds_of(
     return kinds
 
 
-# Measuring one image against another: error over limit, pixel by pixel, worst pixel first, nothing dropped.
+# The comparison of two images: error over limit, pixel by pixel.
 
 
 DIRECTIONS = (Stage.RAY, Stage.NORMAL)
@@ -139,8 +139,8 @@ VECTORS = (*DIRECTIONS, Stage.POSITION)
 
 
 def jsonable(value: Any) -> Any:
-    """Return `value` with numbers that JSON cannot carry written as strings."""
-    # The usual kinds first: a record holds tens of thousands of numbers.
+    """Return `value` with numbers that JSON cannot represent written as strings."""
+    # The usual types first: a record contains tens of thousands of numbers.
     if type(value) is int or (type(value) is float and math.isfinite(value)):
         return value
     if isinstance(value, tuple | list):
@@ -151,28 +151,28 @@ def jsonable(value: Any) -> Any:
     return int(value) if isinstance(value, np.integer) else value
 
 
-def error(stage: Stage, ours: np.ndarray, theirs: np.ndarray) -> np.ndarray:
-    """Return the error per pixel in the stage's own measure; equal infinities are equal, NaN stays NaN.
+def error(stage: Stage, image: np.ndarray, expected: np.ndarray) -> np.ndarray:
+    """Return the error per pixel in the stage's measure; equal infinities have no error, and NaN remains NaN.
 
-    Directions: angle [rad] by atan2 (Kahan, 2006), but never less than the vectors' distance, so that a wrong length
-    counts; position: Euclidean distance; both (height, width). The rest: absolute difference, all channels.
+    Directions: angle [rad] by atan2 (Kahan, 2006), but at least the vectors' distance, so that a wrong length counts;
+    position: Euclidean distance; both (height, width). Other stages: absolute difference per channel.
     """
     with np.errstate(invalid="ignore", over="ignore"):
-        difference = np.asarray(ours - theirs)
+        difference = np.asarray(image - expected)
         np.abs(difference, out=difference)
         if not difference.max(initial=0.0) < np.inf:  # nor is NaN
-            difference = np.where(ours == theirs, 0.0, difference)
+            difference = np.where(image == expected, 0.0, difference)
         if stage in DIRECTIONS:
             distance = length(difference)
-            angle = np.arctan2(crossed(ours, theirs), dot(ours, theirs))
+            angle = np.arctan2(crossed(image, expected), dot(image, expected))
             return np.where(distance == 0, 0.0, np.maximum(angle, distance))
         if stage is Stage.POSITION:
             return length(difference)
     return difference
 
 
-def ratios(stage: Stage, ours: np.ndarray, theirs: np.ndarray, limit: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return error / limit per pixel (height, width), the worst channel's, and the `error`; NaN counts as inf.
+def ratios(stage: Stage, image: np.ndarray, expected: np.ndarray, limit: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the worst channel's error / limit per pixel (height, width), inf for NaN, and the `error`.
 
     `limit` has the error's shape, or that shape without the channels.
 
@@ -180,11 +180,11 @@ def ratios(stage: Stage, ours: np.ndarray, theirs: np.ndarray, limit: np.ndarray
         ValueError: the images differ in shape; nothing is ever broadcast.
 
     """
-    if ours.shape != theirs.shape:
-        raise ValueError(f"{stage} images differ in shape: {ours.shape} against {theirs.shape}")
-    wrong = error(stage, ours, theirs)
+    if image.shape != expected.shape:
+        raise ValueError(f"{stage} images differ in shape: {image.shape} against {expected.shape}")
+    wrong = error(stage, image, expected)
     ratio = over(wrong, limit)
-    if wrong.ndim < ours.ndim:
+    if wrong.ndim < image.ndim:
         return ratio, wrong
     return largest(ratio), wrong
 
@@ -199,8 +199,8 @@ def over(wrong: np.ndarray, limit: np.ndarray) -> np.ndarray:
 
 
 def _worst_channel(wrong: Sequence[float], limit: Sequence[float]) -> float:
-    """Return one pixel's error: that of the channel that is farthest over its limit, 0 where none is off."""
-    times = [_times(*both) for both in zip(wrong, limit, strict=True)]
+    """Return one pixel's error in the channel with the largest ratio to its limit, 0 if all are exact."""
+    times = [_times(*channel) for channel in zip(wrong, limit, strict=True)]
     worst = max(times)
     return wrong[times.index(worst)] if worst > 0 else 0.0
 
@@ -215,8 +215,8 @@ def _times(wrong: float, limit: float) -> float:
 
 def measure(
     stage: Stage,
-    ours: np.ndarray,
-    theirs: np.ndarray,
+    answer: np.ndarray,
+    expected: np.ndarray,
     limit: np.ndarray,
     kinds: np.ndarray,
     *,
@@ -224,87 +224,87 @@ def measure(
     precision: str,
     compared: tuple[np.ndarray, np.ndarray] | None = None,
 ) -> Measurement:
-    """Return the numbers of one comparison, of which each pixel's `kinds` (height, width) are known.
+    """Return the measurement of one comparison from each pixel's `kinds` (height, width).
 
-    `hit` is where the oracle hits something, and `compared` what `ratios` returns, if that is known.
+    `hit` is the mask of the oracle's hits; `compared` is the result of `ratios`, if it exists already.
     """
-    ratio, wrong = compared or ratios(stage, ours, theirs, limit)
+    ratio, wrong = compared or ratios(stage, answer, expected, limit)
     excused = (kinds == Kind.ROUNDING) | (kinds == Kind.EPSILON)
-    # Of what was not examined nobody knows: it is counted, and is no failure.
+    # Unexamined pixels are counted, but are no failure.
     left_out = excused | (kinds == Kind.UNEXAMINED)
     judged = np.where(left_out, 0.0, ratio) if left_out.any() else ratio
     row, column = divmod(int(judged.argmax()), judged.shape[1])
-    there = judged[row, column]
+    worst_ratio = judged[row, column]
     is_wrong = kinds == Kind.WRONG
     misses = None
     if stage is Stage.OBJECT:
-        misses = (ours[..., 0] != theirs[..., 0]) | (ours[..., 1] != theirs[..., 1])
+        misses = (answer[..., 0] != expected[..., 0]) | (answer[..., 1] != expected[..., 1])
     elif stage is Stage.DISTANCE:
-        misses = np.isinf(ours[..., 0]) != np.isinf(theirs[..., 0])
-    finite = bool(np.isfinite(ours).all())
-    own, others = (tuple(map(float, image[row, column])) for image in (ours, theirs))
+        misses = np.isinf(answer[..., 0]) != np.isinf(expected[..., 0])
+    finite = bool(np.isfinite(answer).all())
+    values, expected_values = (tuple(map(float, image[row, column])) for image in (answer, expected))
     errors, bounds = (np.atleast_1d(image[row, column]).tolist() for image in (wrong, limit))
     worst_error = _worst_channel(errors, bounds if len(bounds) == len(errors) else bounds * len(errors))
     everywhere = np.ones_like(hit) if stage is Stage.RAY else hit
     return Measurement(
-        worst_ratio=float(there),
+        worst_ratio=float(worst_ratio),
         worst_error=worst_error,
-        limit=float(worst_error / there) if 0 < there < np.inf else float(np.max(limit[row, column])),
+        limit=float(worst_error / worst_ratio) if 0 < worst_ratio < np.inf else float(np.max(limit[row, column])),
         pixel=(column, row),
-        ours=own,
-        theirs=others,
+        ours=values,
+        theirs=expected_values,
         interior=int(np.count_nonzero(everywhere & (ratio <= 1))),
         wrong=int(np.count_nonzero(is_wrong)),
         explained=int(np.count_nonzero(excused)),
         hit_miss=int(np.count_nonzero(misses & is_wrong)) if misses is not None else 0,
-        nan=0 if finite else int(np.count_nonzero(any_of(np.isnan(ours)))),
-        inf=0 if finite else _new_infinities(ours, theirs, left_out),
-        ulp=_ulp(own, others, precision),
-        mean_wrong=_mean_finite(wrong[is_wrong]) if there > 1 else 0.0,
+        nan=0 if finite else int(np.count_nonzero(any_of(np.isnan(answer)))),
+        inf=0 if finite else _new_infinities(answer, expected, left_out),
+        ulp=_ulp(values, expected_values, precision),
+        mean_wrong=_mean_finite(wrong[is_wrong]) if worst_ratio > 1 else 0.0,
         kinds=kinds,
     )
 
 
 def _mean_finite(errors: np.ndarray) -> float:
-    """Return the mean of errors, of each pixel's largest channel, without those that are not finite; 0 of none."""
-    each = errors if errors.ndim == 1 else errors.max(axis=-1)
-    known = each[np.isfinite(each)]
-    return float(known.mean()) if known.size else 0.0
+    """Return the mean of each pixel's largest error, without values that are not finite; 0 if none is left."""
+    largest_errors = errors if errors.ndim == 1 else errors.max(axis=-1)
+    finite = largest_errors[np.isfinite(largest_errors)]
+    return float(finite.mean()) if finite.size else 0.0
 
 
 def held_to(
-    stage: Stage, limit: np.ndarray, theirs: np.ndarray, size: np.ndarray | None = None
+    stage: Stage, limit: np.ndarray, expected: np.ndarray, size: np.ndarray | None = None
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return where a limit is more than `WIDE` of the value, and where it is finite at all (height, width).
+    """Return masks (height, width) of limits that are more than `WIDE` of the value, and of finite limits.
 
-    `size` is what it is a share of where that is not the value: (height, width).
+    `size` (height, width), if given, is the size of the value.
     """
     bounded = all_of(np.isfinite(limit)) if limit.ndim == 3 else np.isfinite(limit)
-    return _wide(stage, limit, theirs, size), bounded
+    return _wide(stage, limit, expected, size), bounded
 
 
-def _wide(stage: Stage, limit: np.ndarray, theirs: np.ndarray, size: np.ndarray | None) -> np.ndarray:
-    """Return where a limit is more than `WIDE` of the value, or of `size`, in any channel (height, width)."""
+def _wide(stage: Stage, limit: np.ndarray, expected: np.ndarray, size: np.ndarray | None) -> np.ndarray:
+    """Return a mask (height, width): in any channel the limit is more than `WIDE` of the value, or of `size`."""
     if stage in DIRECTIONS:
         return limit > WIDE  # rad, of a unit vector
-    # A black pixel, or a miss, has no size: the step of a file of floats there, 2^-150, is no wide limit.
+    # A black pixel or a miss has the size 0: a limit of the step of a float file there, 2^-150, is not wide.
     least = np.finfo(np.float32).tiny
     if size is not None or stage is Stage.POSITION:
-        return limit > WIDE * np.maximum(length(theirs) if size is None else size, least)
-    values = np.maximum(np.abs(theirs), least)
-    return any_of((limit if limit.ndim == theirs.ndim else limit[..., np.newaxis]) > WIDE * values)
+        return limit > WIDE * np.maximum(length(expected) if size is None else size, least)
+    values = np.maximum(np.abs(expected), least)
+    return any_of((limit if limit.ndim == expected.ndim else limit[..., np.newaxis]) > WIDE * values)
 
 
-def _new_infinities(ours: np.ndarray, theirs: np.ndarray, left_out: np.ndarray) -> int:
-    """Return how many pixels are infinite where the reference is finite, and neither explained nor unexamined."""
-    return int(np.count_nonzero(any_of(np.isinf(ours) & ~np.isinf(theirs)) & ~left_out))
+def _new_infinities(image: np.ndarray, expected: np.ndarray, left_out: np.ndarray) -> int:
+    """Return the number of infinite pixels at which the reference is finite, except explained and unexamined ones."""
+    return int(np.count_nonzero(any_of(np.isinf(image) & ~np.isinf(expected)) & ~left_out))
 
 
-def _ulp(ours: Sequence[float], theirs: Sequence[float], precision: str) -> float:
+def _ulp(image: Sequence[float], expected: Sequence[float], precision: str) -> float:
     """Return one pixel's error in units in the last place of the reference's largest component."""
-    if not all(map(math.isfinite, (*ours, *theirs))) or not ours:
-        return 0.0 if ours == theirs else math.inf
-    size = max(*map(abs, theirs), float(np.finfo(precision).tiny))
-    # Python's division: next to a black reference the quotient may overflow, which is an answer and no mishap.
-    farthest = max(abs(one - other) for one, other in zip(ours, theirs, strict=True))
+    if not all(map(math.isfinite, (*image, *expected))) or not image:
+        return 0.0 if image == expected else math.inf
+    size = max(*map(abs, expected), float(np.finfo(precision).tiny))
+    # Python's division: for a black reference the quotient may overflow to inf, without a warning of NumPy's.
+    farthest = max(abs(value - expected_value) for value, expected_value in zip(image, expected, strict=True))
     return farthest / float(np.spacing(np.asarray(size, dtype=precision)))

@@ -44,7 +44,7 @@ def relative_mean_square(image: np.ndarray, truth: np.ndarray, value_range: tupl
 
 @METRICS.register("nrmse")
 def root_mean_square(image: np.ndarray, truth: np.ndarray, value_range: tuple[float, float]) -> float | None:
-    """Return the root mean square error over the reference's Euclidean norm; None where that is zero everywhere."""
+    """Return the root mean square error over the reference's Euclidean norm; None if that is zero."""
     if not np.any(truth):
         return None
     norm = np.sqrt(np.mean(np.square(truth), dtype=np.float64))
@@ -53,7 +53,7 @@ def root_mean_square(image: np.ndarray, truth: np.ndarray, value_range: tuple[fl
 
 @METRICS.register("ssim")
 def structural_similarity(image: np.ndarray, truth: np.ndarray, value_range: tuple[float, float]) -> float | None:
-    """Return the mean over pixels of each one's worst channel, over the stated range; None without contrast.
+    """Return the mean over pixels of each pixel's worst channel, over the stated range; None without contrast.
 
     Source: Wang, Bovik, Sheikh and Simoncelli, Image quality assessment: from error visibility to structural
     similarity, IEEE Transactions on Image Processing 13(4), 2004. An image smaller than the window has none.

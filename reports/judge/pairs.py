@@ -1,4 +1,4 @@
-"""`RendererPair`: two renderers' answers compared, from what is said of each of them against the oracle.
+"""`RendererPair`: the comparison of two renderers' answers, from the comparison of each with the oracle.
 
 Two renderers agree in a pixel if they differ by no more than both limits, or if neither of them is wrong there.
 """
@@ -18,7 +18,7 @@ from rayproof.reports.judge.scene_truth import SceneTruth
 
 @dataclass(frozen=True, eq=False)
 class RendererPair:
-    """A subject and a reference, or any two renderers; it makes no difference which is which."""
+    """A subject and a reference, or any two renderers, in either order."""
 
     one: AgainstOracle
     other: AgainstOracle
@@ -48,13 +48,13 @@ class RendererPair:
         return {}
 
     def pixels(self, stage: Stage) -> StagePixels:
-        """Return an image stage that both answer, the first against the second, pixel by pixel."""
+        """Return the comparison of an image stage that both answer, the first against the second, pixel by pixel."""
         if stage not in self._known:
             self._known[stage] = self.one.end_to_end[stage] if self.by_oracle else self._compared(stage)
         return self._known[stage]
 
     def worst(self, stage: Stage) -> tuple[float, int]:
-        """Return the worst error over limit of what nearby problems do not explain, and how many pixels are wrong."""
+        """Return the worst error over limit without explained pixels, and the number of wrong pixels."""
         if self.by_oracle or stage in self._known:
             pixels = self.pixels(stage)
         else:
@@ -65,18 +65,18 @@ class RendererPair:
         return float(np.where(pixels.explained, 0.0, pixels.ratio).max()), int(np.count_nonzero(pixels.wrong))
 
     def _measured(self, stage: Stage) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-        """Return the second's value, both limits added, error over limit, and error."""
+        """Return the second renderer's value, the sum of both limits, error over limit, and error."""
         limits = [against.own_limits.end_to_end.get(stage) for against in (self.one, self.other)]
         limit = self.base.no_limit if limits[0] is None or limits[1] is None else limits[0] + limits[1]
         value = np.asarray(self.reference.answers[stage], dtype=np.float64)
         return value, limit, *ratios(stage, self.subject.answers[stage], value, limit)
 
     def _compared(self, stage: Stage) -> StagePixels:
-        base, each = self.base, (self.one, self.other)
+        base, sides = self.base, (self.one, self.other)
         value, limit, ratio, error = self._measured(stage)
         explained = None
         if not (over := ratio <= 1).all():
-            kinds = [against.end_to_end[stage].kinds for against in each]
+            kinds = [against.end_to_end[stage].kinds for against in sides]
             wrong, unknown, epsilon = (
                 (kinds[0] == kind) | (kinds[1] == kind) for kind in (Kind.WRONG, Kind.UNEXAMINED, Kind.EPSILON)
             )

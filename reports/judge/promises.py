@@ -21,7 +21,7 @@ from rayproof.reports.judge.scene_truth import SceneTruth
 from rayproof.reports.results.case_records import Check
 from rayproof.reports.results.outcomes import Outcome
 
-ALWAYS = (Stage.CAMERA, Stage.RAY)  # decided whatever the scene
+ALWAYS = (Stage.CAMERA, Stage.RAY)  # decided in every scene
 # The largest allowed epsilon as a multiple of the length that rounding requires: a bound is a few times the error, the
 # bound of a whole scene a few times more, and a strategy may double it at either end.
 ALLOWED = 16
@@ -93,6 +93,6 @@ def beyond_need(subject: AgainstOracle, pixels: StagePixels) -> np.ndarray:
 
 
 def needed_ray(scene: Scene, precision: str) -> float:
-    """Return how far [m] a surface through the eye may seem off it."""
+    """Return the largest apparent distance [m] from the eye of a surface that contains it, due to rounding."""
     eye = np.asarray(scene.camera.eye, dtype=np.float64)
     return Roundoff(precision)(HIT) * max((error_at_eye(shape, eye) for shape in scene.shapes), default=0.0)

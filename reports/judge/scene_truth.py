@@ -32,14 +32,14 @@ class SceneTruth:
 
     @cached_property
     def pixels_per_length(self) -> np.ndarray:
-        """Return how many pixels a length of 1 m is at most that is seen within two pixels, (height, width) [px/m]."""
+        """Return the largest number of pixels per length [px/m] within two pixels, (height, width)."""
         c = self.conditioning
         with np.errstate(divide="ignore", invalid="ignore"):
             return widest_near(np.where(c.hit, 1 / (c.distance * c.pixel_angle), 0.0))
 
     @cached_property
     def beside_changes(self) -> np.ndarray:
-        """Return the pixels (height, width) of which a neighbour shows another face, other lights or another side."""
+        """Return the pixels (height, width) with a neighbour that shows another face, other lights or another side."""
         shown = [self.truth[stage] for stage in (Stage.OBJECT, Stage.VISIBILITY) if stage in self.truth]
         image = np.concatenate(shown, axis=-1)
         turned = dot(self.truth[Stage.NORMAL], self.truth[Stage.RAY]) < 0
@@ -69,6 +69,6 @@ def _cut(image: np.ndarray, axis: int, part: slice) -> np.ndarray:
 def scene_truth(
     scene: Scene, stages: tuple[Stage, ...], oracle: Analytic, *, known: StageImages | None = None
 ) -> SceneTruth:
-    """Return the truth of a scene; `known` are the oracle's answers as far as they were given already."""
+    """Return the truth of a scene; `known` are the oracle's answers if they exist already."""
     truth = known if known is not None and set(stages) <= set(known) else oracle.render(scene, stages)
     return SceneTruth(scene=scene, truth=truth, conditioning=condition(scene, truth), oracle=oracle)

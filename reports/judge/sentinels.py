@@ -1,7 +1,7 @@
-"""The judge's self-test before a run: sentinels at edges, of each stage, of witnesses and of the panel (`stand_guard`).
+"""The judge's self-test before a run (`stand_guard`): cases at edges, of each stage, of references and of the panel.
 
-A level square stands before a plane; its border runs exactly through the centres of a frame of pixels. What a pixel
-there shows may be the square or the plane, but no third value.
+At edges, a level square is in front of a plane; its border passes exactly through the centres of a frame of pixels.
+Such a pixel may show the square or the plane, but no third value.
 """
 
 import math
@@ -34,7 +34,7 @@ from rayproof.reports.results.case_records import AdjudicationRecord, Number
 from rayproof.reports.results.outcomes import Outcome
 
 PIXEL, HEIGHT = 0.125, 4.0  # m: a pixel's side on the square, and the eye's height above it
-SIDE = 0.875  # m; its half is an odd number of half pixels, so that the border meets pixel centres
+SIDE = 0.875  # m; its half is an odd number of half pixels, so that the border passes through pixel centres
 INNER = (7, 8)  # row, column of a pixel on the diagonal
 BORDER = (4, 8)  # row, column of a pixel on the border: its centre is at x = 0.0625, y = 0.4375
 
@@ -75,13 +75,13 @@ EDGE_CASE = Case(
 
 
 def edge_sentinels(oracle: Analytic) -> Iterator[Sentinel]:
-    """Yield the sentinels for the oracle's answers to the scene with an edge through pixel centres."""
+    """Yield the self-tests of the oracle's answers to the scene with an edge through pixel centres."""
     stages = stages_of(EDGE_CASE.scene)
     truth = oracle.render(EDGE_CASE.scene, stages)
     good = rounded(truth)
 
-    def sentinel(name: str, ours: StageImages, outcome: Outcome, stage: Stage | None) -> Sentinel:
-        return Sentinel(name=name, ours=ours, theirs=truth, outcome=outcome, stage=stage, case=EDGE_CASE)
+    def sentinel(name: str, subject: StageImages, outcome: Outcome, stage: Stage | None) -> Sentinel:
+        return Sentinel(name=name, ours=subject, theirs=truth, outcome=outcome, stage=stage, case=EDGE_CASE)
 
     yield sentinel("faultless at an edge", good, Outcome.PASS, None)
     for word, side in (("inside", SIDE * (1 - 1e-9)), ("outside", SIDE * (1 + 1e-9))):
@@ -89,7 +89,7 @@ def edge_sentinels(oracle: Analytic) -> Iterator[Sentinel]:
         yield sentinel(f"an edge seen from {word}", moved, Outcome.PASS, None)
     between = good | {Stage.DISTANCE: spoilt_at(good[Stage.DISTANCE], BORDER, HEIGHT + 0.4)}
     yield sentinel("neither side of an edge", between, Outcome.FAIL, Stage.DISTANCE)
-    # Of a program that answers nothing but radiance no earlier stage says what it should be.
+    # If a program only renders radiance, no earlier stage determines which surface it should show.
     for value in (1e30, 1.001 * float(good[Stage.RADIANCE][(*BORDER, 0)])):
         bare: StageImages = {Stage.RADIANCE: spoilt_at(good[Stage.RADIANCE], BORDER, value)}
         yield sentinel(f"radiance alone, {value:.3g} at an edge", bare, Outcome.FAIL, Stage.RADIANCE)
@@ -109,16 +109,16 @@ def edge_sentinels(oracle: Analytic) -> Iterator[Sentinel]:
     yield sentinel("nothing at an edge", missed, Outcome.FAIL, Stage.OBJECT)
 
 
-# Sentinels before several references: who is wrong is known, and must be found out by the word of the others.
+# Self-tests with several references: the wrong renderer is known, and must be determined by the votes of the others.
 
 
-BLUNDER = 1.01  # a factor that is beyond every limit: they are some roundings wide
+BLUNDER = 1.01  # a factor that exceeds every limit, because limits are only a few roundings
 
 
 def witness_sentinels(truth: StageImages) -> Iterator[Sentinel]:
-    """Yield the sentinels for the oracle's answers to the usual scene."""
+    """Yield the self-tests with several references for the oracle's answers to the usual scene."""
     good, suspect = rounded(truth), Outcome.REFERENCE_SUSPECT
-    # Told from the subject by its last bits, so that it is no copy, and from the oracle by nothing.
+    # It differs from the subject in the last bits, so that it is no copy, and equals the oracle.
     honest = third(truth)
     yield Sentinel(name="two who agree", ours=good, theirs=truth, outcome=Outcome.PASS, stage=None, others=(honest,))
     for stage in (Stage.RAY, Stage.NORMAL, Stage.IRRADIANCE, Stage.EXITANCE, Stage.RADIANCE):
@@ -140,10 +140,10 @@ def witness_sentinels(truth: StageImages) -> Iterator[Sentinel]:
             others=(honest,),
             oracle=BlunderingOracle(stage),
         )
-        mine = good | {stage: good[stage] * BLUNDER}
+        spoilt = good | {stage: good[stage] * BLUNDER}
         yield Sentinel(
             name=f"{stage} wrong before two",
-            ours=mine,
+            ours=spoilt,
             theirs=truth,
             outcome=Outcome.FAIL,
             stage=stage,
@@ -171,25 +171,25 @@ class BlunderingOracle(Analytic):
         self._stage = stage
 
     def image(self, scene: Scene, stage: Stage, values: np.ndarray, points: np.ndarray) -> np.ndarray:
-        """Return what is written of a stage."""
+        """Return the image of a stage."""
         return values * BLUNDER if stage is self._stage else values
 
 
 def third(answers: StageImages) -> Answers:
-    """Return an independent reference beside the oracle."""
+    """Return an independent reference in addition to the oracle."""
     return Answers(name="third", precision="float64", independent=True, answers=answers)
 
 
-# Sentinels of the panel: what a case's record must say of who differs from whom, of steps, and of conventions.
+# Self-tests of the panel: the parts of a case's record about differing renderers, output steps, and conventions.
 
 
-# Far above what float32 loses in the sentinels' pixels, and fine enough to tell them apart.
+# Far above the float32 errors in the self-tests' pixels, and fine enough to distinguish these.
 STEP = Resolution(relative=0.0, absolute=2.0**-13, because="a sentinel: coarse on purpose")
 Record = dict[str, AdjudicationRecord]
 
 
 def step_sentinels(truth: StageImages) -> Iterator[Sentinel]:
-    """Yield the sentinels of coarse outputs: up to the declared step all is well, beyond it nothing is."""
+    """Yield the self-tests of coarse outputs: errors up to the declared step pass, larger errors fail."""
     good = rounded(truth)
     lit = np.where(truth[Stage.RADIANCE] > 0, STEP.absolute, 0.0)
     for share, outcome in ((0.9, Outcome.PASS), (1.5, Outcome.FAIL)):
@@ -204,7 +204,7 @@ def step_sentinels(truth: StageImages) -> Iterator[Sentinel]:
 
 
 def panel_sentinels(truth: StageImages, oracle: Analytic) -> Iterator[tuple[Sentinel, Callable[[Record], str | None]]]:
-    """Yield sentinels, each with what says how their record is wrong, or None."""
+    """Yield self-tests, each with a function that returns the error of its record, or None."""
     bright = truth | {Stage.RADIANCE: truth[Stage.RADIANCE] * BLUNDER}
     yield (
         Sentinel(
@@ -234,7 +234,7 @@ def panel_sentinels(truth: StageImages, oracle: Analytic) -> Iterator[tuple[Sent
 
 
 def _third_alone(record: Record) -> str | None:
-    """Return what is wrong with the record of a third that is brighter than the others."""
+    """Return the error in the record of a third renderer that is brighter than the others, or None."""
     names, radiance = ["sentinel", "analytic", "third"], record["radiance"]
     if any(stage["baseline"] != "analytic" or stage["renderers"] != names for stage in record.values()):
         return "it names another baseline, or other renderers"
@@ -245,16 +245,20 @@ def _third_alone(record: Record) -> str | None:
         return "it compares a renderer with itself"
     if not (ratio[0][1] <= 1 and ratio[1][0] <= 1 and differing[0][1] == differing[1][0] == 0):
         return "two who agree differ in it"
-    if not all(ratio[2][one] > 1 and ratio[one][2] > 1 and differing[2][one] > CASE.least_interior for one in (0, 1)):
+    if not all(ratio[2][row] > 1 and ratio[row][2] > 1 and differing[2][row] > CASE.least_interior for row in (0, 1)):
         return "a third of one per cent more does not differ in it"
     conventions = radiance.get("conventions", [])
-    if not conventions or any(one["explains"] for one in conventions) or "Not explained" not in radiance["why"]:
+    if (
+        not conventions
+        or any(convention["explains"] for convention in conventions)
+        or "Not explained" not in radiance["why"]
+    ):
         return "a plain blunder is explained by a convention, or none was tested"
     return None
 
 
 def _off_at_an_edge(record: Record) -> str | None:
-    """Return what is wrong with the record of a third with a value at an edge that is neither side's."""
+    """Return the error in the record of a third renderer with a value at an edge that is neither side's, or None."""
     ratio = _numbers(record["distance"]["ratio"])
     if not (ratio[2][1] > 1 and ratio[2][0] > 1):
         return "the row of who has neither side's value at an edge passes"
@@ -264,18 +268,19 @@ def _off_at_an_edge(record: Record) -> str | None:
 
 
 def _numbers(rows: Sequence[Sequence[Number | None]]) -> list[list[float]]:
-    """Return a table with NaN where it has nothing, which is within no limit and beyond none."""
-    return [[math.nan if one is None else float(one) for one in row] for row in rows]
+    """Return a table with NaN in place of None, which is neither within nor over a limit."""
+    return [[math.nan if cell is None else float(cell) for cell in row] for row in rows]
 
 
-# Sentinels: answers whose verdict is known, judged before every run. A judge that gets one wrong judges nothing.
+# Self-tests of each stage: answers with a known verdict, judged before every run. If any verdict is wrong, the run
+# ends.
 #
-# Each spoils the oracle's own answers to a small scene in one way, some by a little more than the limit, and says what
-# must come of it. They guard the judge itself: limits, nearby problems, counting. A broken judge ends the run.
+# Each perturbs the oracle's answers to a small scene in one way, some by a little more than the limit, and has the
+# expected verdict. They test the judge itself: limits, nearby problems, counting.
 
 
 ITEMS = frozenset({"CAM-4", "HIT-1", "HIT-4", "LIT-1", "RAD-2"})
-# Relative errors that no limit on this scene may let pass: forty times what it asks for, a hundredth of a blunder.
+# Relative errors that must exceed every limit of this scene: forty times its limits, a hundredth of a blunder.
 SLIGHT = {
     Stage.RAY: 3e-4,
     Stage.DISTANCE: 3e-4,
@@ -288,12 +293,12 @@ SLIGHT = {
 
 
 def sentinels(truth: StageImages, clear: tuple[int, int]) -> Iterator[Sentinel]:
-    """Yield the sentinels for the oracle's answers; `clear` is a (row, column) far from edges."""
+    """Yield the self-tests of each stage for the oracle's answers; `clear` is a (row, column) far from edges."""
     good = rounded(truth)
     yield Sentinel(name="faultless", ours=good, theirs=truth, outcome=Outcome.PASS, stage=None)
     for stage, slight in SLIGHT.items():
-        ours = good | {stage: good[stage] * (1 + slight)}
-        yield Sentinel(name=f"{stage} off slightly", ours=ours, theirs=truth, outcome=Outcome.FAIL, stage=stage)
+        subject = good | {stage: good[stage] * (1 + slight)}
+        yield Sentinel(name=f"{stage} off slightly", ours=subject, theirs=truth, outcome=Outcome.FAIL, stage=stage)
         for word, value in (("NaN", np.nan), ("infinite", np.inf)):
             spoilt = good | {stage: spoilt_at(good[stage], clear, value)}
             yield Sentinel(name=f"{stage} {word}", ours=spoilt, theirs=truth, outcome=Outcome.FAIL, stage=stage)
@@ -309,10 +314,10 @@ def sentinels(truth: StageImages, clear: tuple[int, int]) -> Iterator[Sentinel]:
                 name=f"{stage} off in one channel", ours=spoilt, theirs=truth, outcome=Outcome.FAIL, stage=stage
             )
     for stage in truth:
-        ours = {one: image for one, image in good.items() if one is not stage}
-        yield Sentinel(name=f"no {stage}", ours=ours, theirs=truth, outcome=Outcome.UNSUPPORTED, stage=stage)
-    theirs = {one: image for one, image in truth.items() if one is not Stage.EXITANCE}
-    yield Sentinel(name="reference without exitance", ours=good, theirs=theirs, outcome=Outcome.MISSING, stage=None)
+        subject = {kept_stage: image for kept_stage, image in good.items() if kept_stage is not stage}
+        yield Sentinel(name=f"no {stage}", ours=subject, theirs=truth, outcome=Outcome.UNSUPPORTED, stage=stage)
+    incomplete = {kept_stage: image for kept_stage, image in truth.items() if kept_stage is not Stage.EXITANCE}
+    yield Sentinel(name="reference without exitance", ours=good, theirs=incomplete, outcome=Outcome.MISSING, stage=None)
     camera = good | {Stage.CAMERA: truth[Stage.CAMERA] | {"view": truth[Stage.CAMERA]["view"] * 1.0003}}
     yield Sentinel(name="camera off slightly", ours=camera, theirs=truth, outcome=Outcome.FAIL, stage=Stage.CAMERA)
     for word, index in (("missed", -1.0), ("another", 1.0)):
@@ -344,10 +349,10 @@ def sentinels(truth: StageImages, clear: tuple[int, int]) -> Iterator[Sentinel]:
 
 
 def stand_guard(oracle: Analytic) -> int:
-    """Judge every sentinel and return how many there are.
+    """Judge every self-test and return their number.
 
     Raises:
-        BrokenJudgeError: one came out otherwise than it must; the message names it.
+        BrokenJudgeError: a self-test has the wrong verdict; the message names it.
 
     """
     truth = oracle.render(SCENE, tuple(Stage))
@@ -355,24 +360,26 @@ def stand_guard(oracle: Analytic) -> int:
         count = guard_limits(oracle)
     except BrokenJudgeError:
         raise
-    except Exception as fall:  # whatever a broken judge raises
+    except Exception as error:  # any exception of a broken judge
         raise BrokenJudgeError(
-            f"the judge is broken: it fell over known limits: {type(fall).__name__}: {fall}"
-        ) from fall
+            f"the judge is broken: it fell over known limits: {type(error).__name__}: {error}"
+        ) from error
     usual = chain(
         sentinels(truth, _clear(truth)), witness_sentinels(truth), edge_sentinels(oracle), step_sentinels(truth)
     )
     whole = chain(((sentinel, None) for sentinel in usual), panel_sentinels(truth, oracle))
-    for sentinel, said in whole:
+    for sentinel, error_of_record in whole:
         try:
-            # Spoilt numbers overflow on purpose; a comparison that ends in 0/0 is the judge's own fault.
+            # Perturbed numbers overflow on purpose; a comparison that computes 0/0 is an error of the judge.
             with np.errstate(over="ignore", under="ignore", divide="raise", invalid="raise"):
                 judged, subject = _judge(sentinel, oracle)
-                wrong = said(adjudication(judged, [subject], oracle)) if said is not None else None
-        except Exception as fall:  # whatever a broken judge raises
+                wrong = (
+                    error_of_record(adjudication(judged, [subject], oracle)) if error_of_record is not None else None
+                )
+        except Exception as error:  # any exception of a broken judge
             raise BrokenJudgeError(
-                f"the judge is broken: it fell over sentinel {sentinel.name!r}: {type(fall).__name__}: {fall}"
-            ) from fall
+                f"the judge is broken: it fell over sentinel {sentinel.name!r}: {type(error).__name__}: {error}"
+            ) from error
         count += 1
         if judged.outcome is not sentinel.outcome or sentinel.stage not in (None, judged.stage):
             blamed = f" blaming {judged.stage}" if judged.stage else ""
@@ -404,10 +411,10 @@ def _judge(sentinel: Sentinel, oracle: Analytic) -> tuple[Judged, Answers]:
 
 
 def _clear(truth: StageImages) -> tuple[int, int]:
-    """Return the lit pixel of the sphere whose neighbourhood is the sphere's for the widest."""
-    seen = (truth[Stage.OBJECT][..., 0] == 0) & (truth[Stage.VISIBILITY][..., 0] == 1)
-    rows, columns = np.nonzero(seen)
-    gaps = np.nonzero(~seen)
+    """Return the lit pixel (row, column) of the sphere that is farthest from any other pixel."""
+    lit = (truth[Stage.OBJECT][..., 0] == 0) & (truth[Stage.VISIBILITY][..., 0] == 1)
+    rows, columns = np.nonzero(lit)
+    gaps = np.nonzero(~lit)
     distance = np.hypot(rows[:, np.newaxis] - gaps[0], columns[:, np.newaxis] - gaps[1]).min(axis=1)
     best = int(distance.argmax())
     return int(rows[best]), int(columns[best])

@@ -1,4 +1,4 @@
-"""From checks and closed forms to a case's outcome, the stage to blame and the items to blame."""
+"""The verdict of a case: its outcome, the stage to blame and the items to blame, from checks and closed forms."""
 
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -17,22 +17,22 @@ from rayproof.reports.results.outcomes import Outcome, worst
 
 @dataclass(frozen=True, kw_only=True)
 class Judged:
-    """A case's checks and what they add up to."""
+    """A case's checks and its verdict."""
 
     case: Case
     checks: list[Check]
     expectations: list[ExpectationRecord]
     outcome: Outcome
     stage: Stage | None = None
-    blamed: tuple[str, ...] = ()  # the specification's items that the checks cannot tell apart
+    blamed: tuple[str, ...] = ()  # the specification's items between which the checks cannot decide
     reason: str = ""
     planned: int
-    panel: Mapping[Stage, AgreementMatrix] = field(default_factory=dict)  # everybody against everybody
-    base: SceneTruth | None = None  # on which it was judged; None where the oracle had no answer
-    against: Mapping[str, AgainstOracle] = field(default_factory=dict)  # every renderer by name, pixel by pixel
+    panel: Mapping[Stage, AgreementMatrix] = field(default_factory=dict)  # all pairs of renderers
+    base: SceneTruth | None = None  # the truth of the case; None without an answer of the oracle
+    against: Mapping[str, AgainstOracle] = field(default_factory=dict)  # by the renderer's name
 
     def worsened(self, outcome: Outcome, reason: str) -> "Judged":
-        """Return it with a worse outcome for a reason of its own; a verdict that is as bad or worse stays."""
+        """Return it with a worse outcome and its reason; unchanged if the verdict is at least as bad."""
         if outcome is self.outcome or worst([self.outcome, outcome]) is not outcome:
             return self
         return replace(self, outcome=outcome, reason=reason, stage=None, blamed=())
@@ -56,42 +56,44 @@ def sum_up(
     if outcome is Outcome.PASS:
         return judged
     order = list(Stage)
-    # A stage that is wrong by itself comes before one that only shows what it was handed.
-    guilty = min(
+    # A stage that is wrong by itself precedes a stage with only propagated errors.
+    failure = min(
         (check for check in checks if check.outcome is outcome),
         key=lambda check: (not check.alone, order.index(check.stage), -check.ratio),
         default=None,
     )
-    if guilty is None:
-        broken = next(one for one in expectations if one["verdict"] == outcome.value)
+    if failure is None:
+        broken = next(check for check in expectations if check["verdict"] == outcome.value)
         reason = f"{broken['configuration']}: {broken['measured']} instead of {broken['expected']}: {broken['because']}"
         return replace(judged, stage=Stage(broken["stage"]), reason=reason)
     blamed: tuple[str, ...] = ()
     if subjects is not None and outcome is Outcome.FAIL:
-        named = next(one.configuration for one in checks if one.outcome is outcome and one.stage is guilty.stage)
-        verdicts = [(one.stage.value, one.outcome.value) for one in checks if one.configuration == named]
+        named = next(
+            check.configuration for check in checks if check.outcome is outcome and check.stage is failure.stage
+        )
+        verdicts = [(check.stage.value, check.outcome.value) for check in checks if check.configuration == named]
         own = subjects[named].items if named in subjects else ITEMS_OF_OTHERS
         shapes = [type(shape).__name__ for shape in case.scene.shapes]
-        blamed = items_to_blame(guilty.stage, verdicts, shapes, () if own == ITEMS_OF_OTHERS else own)
-    reason = f"{guilty.configuration} against {guilty.reference}, {guilty.stage}: {guilty.reason}"
-    return replace(judged, stage=guilty.stage, blamed=blamed, reason=reason)
+        blamed = items_to_blame(failure.stage, verdicts, shapes, () if own == ITEMS_OF_OTHERS else own)
+    reason = f"{failure.configuration} against {failure.reference}, {failure.stage}: {failure.reason}"
+    return replace(judged, stage=failure.stage, blamed=blamed, reason=reason)
 
 
 def case_outcome(checks: Sequence[Check], expectations: Sequence[ExpectationRecord]) -> Outcome:
-    """Return the worst outcome of checks and closed forms; what is undecided leaves the word to the rest.
+    """Return the worst outcome of checks and closed forms; undecided checks count only if there are no others.
 
-    Camera and rays are decided whatever the scene: where they alone are, the scene's question is undecided.
+    Camera and rays are decided in every scene: if only they are, the case is undecided.
     """
-    outcomes = [check.outcome for check in checks] + [Outcome(one["verdict"]) for one in expectations]
-    found = worst(outcomes)
-    asked = [check.outcome for check in checks if check.stage not in (Stage.CAMERA, Stage.RAY)]
+    outcomes = [check.outcome for check in checks] + [Outcome(expectation["verdict"]) for expectation in expectations]
+    outcome = worst(outcomes)
+    scene_outcomes = [check.outcome for check in checks if check.stage not in (Stage.CAMERA, Stage.RAY)]
     answered = {Outcome.PASS, Outcome.WARN}
-    if found in answered and Outcome.UNDECIDED in asked and not answered & {*asked}:
+    if outcome in answered and Outcome.UNDECIDED in scene_outcomes and not answered & {*scene_outcomes}:
         return Outcome.UNDECIDED
-    return found
+    return outcome
 
 
-# From a stage that failed to the specification item whose formula is to blame.
+# The specification's items whose formulas are to blame for a failed stage.
 
 
 HITS: dict[type[Shape], tuple[str, ...]] = {
@@ -105,8 +107,8 @@ HITS: dict[type[Shape], tuple[str, ...]] = {
 NORMALS: dict[type[Shape], str] = {Sphere: "NRM-1", Cube: "NRM-2"}
 MATRICES = ("XF-1", "XF-2")
 _HITS = ("HIT-1", "HIT-2", "HIT-3", "HIT-4", "HIT-5", "HIT-6", "HIT-7", "HIT-8", "HIT-9")
-# Items whose formula can make a stage wrong though the stages before it are right. A shadow ray meets shapes as well,
-# behind the eye and from inside, where no ray of the camera shows it; a light is left out of visibility or of the sum.
+# Items whose formula can make a stage wrong although the stages before it are right. A shadow ray hits shapes as well,
+# behind the eye and from inside, which no camera ray shows; a light may be missing in visibility or in the sum.
 COMPUTED: dict[Stage, tuple[str, ...]] = {
     Stage.CAMERA: ("CAM-1", "CAM-2", "CAM-3", "CAM-5"),
     Stage.RAY: ("CAM-1", "CAM-2", "CAM-3", "CAM-4", "CAM-5"),
@@ -120,7 +122,7 @@ COMPUTED: dict[Stage, tuple[str, ...]] = {
     Stage.RADIANCE: ("NRM-3", "RAD-4"),
 }
 GOOD = frozenset({Outcome.PASS.value, Outcome.WARN.value})
-# Kinds of shapes without which an item is not asked for.
+# Item -> kinds of shapes, without any of which the item is not used.
 OF_SHAPES: dict[str, tuple[type[Shape], ...]] = {
     **{name: tuple(kind for kind, names in HITS.items() if name in names) for names in HITS.values() for name in names},
     **{name: (kind,) for kind, name in NORMALS.items()},
@@ -128,57 +130,61 @@ OF_SHAPES: dict[str, tuple[type[Shape], ...]] = {
 
 
 def possible_items(stage: Stage, passing: Collection[Stage], shapes: Collection[str]) -> tuple[str, ...]:
-    """Return the items that may be to blame where `stage` is the first that is wrong.
+    """Return the items that may be to blame if `stage` is the first wrong stage.
 
-    That is those of the stage itself and of each stage before it that nobody has seen pass. `passing` are the stages
-    written that pass in the case, `shapes` the names of the scene's kinds of shapes.
+    They belong to the stage itself and to each stage before it without a passing check. `passing` are the stages that
+    pass in the case, `shapes` the names of the scene's kinds of shapes.
     """
     order = list(Stage)
     suspects = [stage, *(before for before in order[: order.index(stage)] if before not in passing)]
     if Stage.RAY in passing and stage is not Stage.CAMERA:
-        suspects = [one for one in suspects if one is not Stage.CAMERA]  # of a camera images show nothing but its rays
-    named = {name for one in suspects for name in COMPUTED[one]}
+        # Images depend on the camera only through its rays.
+        suspects = [suspect for suspect in suspects if suspect is not Stage.CAMERA]
+    named = {name for suspect in suspects for name in COMPUTED[suspect]}
     kinds = {name: {kind.__name__ for kind in kinds} for name, kinds in OF_SHAPES.items()}
     return tuple(name for name in ITEMS if name in named and (name not in kinds or kinds[name] & set(shapes)))
 
 
 def passing(checks: Iterable[tuple[str, str]]) -> frozenset[Stage]:
-    """Return the stages at which every check passes, of one configuration's stages with their verdicts."""
+    """Return the stages at which every check passes, from (stage, verdict) of one configuration's checks."""
     verdicts: dict[str, set[str]] = {}
     for stage, verdict in checks:
         verdicts.setdefault(stage, set()).add(verdict)
     quiet = {*GOOD, Outcome.UNDECIDED.value}
-    return frozenset(stage for stage in Stage if (seen := verdicts.get(stage.value, set())) & GOOD and seen <= quiet)
+    return frozenset(
+        stage for stage in Stage if (present := verdicts.get(stage.value, set())) & GOOD and present <= quiet
+    )
 
 
 def items_to_blame(
     stage: Stage, checks: Iterable[tuple[str, str]], shapes: Collection[str], own: Collection[str]
 ) -> tuple[str, ...]:
-    """Return the items that may be to blame where a configuration's `checks` fail first at `stage`.
+    """Return the items that may be to blame if the first failure of a configuration's `checks` is at `stage`.
 
-    `own` are the items that its formulas cover, as far as they are known.
+    `own` are the items that its formulas cover, if known.
     """
-    found = possible_items(stage, passing(checks), shapes)
-    return tuple(item for item in found if item in own) or found
+    possible = possible_items(stage, passing(checks), shapes)
+    return tuple(item for item in possible if item in own) or possible
 
 
-# A subject that supports some stages only is judged on these: what it says it cannot is no pass and no failure.
+# A subject that supports only some stages is judged on these; a stage that it declares unsupported neither passes nor
+# fails.
 #
-# Checks of such stages stay `unsupported`; a case in which nothing else was measured is `unsupported` as well.
+# Checks of such stages remain `unsupported`; a case without any other measurement is `unsupported` as well.
 
 
 def of_what_is_supported(judged: Judged, subjects: Sequence[Answers]) -> Judged:
-    """Return the verdict by what was measured, if nothing is amiss but stages that a subject declared."""
+    """Return the verdict on the measured stages, if all other stages are declared unsupported by a subject."""
     if judged.outcome is not Outcome.UNSUPPORTED:
         return judged
     declared = {(subject.name, stage) for subject in subjects for stage in subject.unsupported}
-    left = [one for one in judged.checks if (one.configuration, one.stage) not in declared]
-    lost = next((one for one in left if one.outcome is Outcome.UNSUPPORTED), None)
-    if lost is not None:  # a stage that was neither given nor declared
+    left = [check for check in judged.checks if (check.configuration, check.stage) not in declared]
+    lost = next((check for check in left if check.outcome is Outcome.UNSUPPORTED), None)
+    if lost is not None:  # a stage that was neither rendered nor declared unsupported
         why = f"{lost.configuration} against {lost.reference}, {lost.stage}: {lost.reason}"
         return replace(judged, outcome=Outcome.MISSING, stage=lost.stage, blamed=(), reason=why)
     if left or judged.expectations:
         outcome = case_outcome(left, judged.expectations)
-        why = next((one.reason for one in left if one.outcome is outcome), "")
+        why = next((check.reason for check in left if check.outcome is outcome), "")
         return replace(judged, outcome=outcome, stage=None, blamed=(), reason=why)
     return judged

@@ -1,1 +1,1 @@
-"""Worker processes, the channels to them, and what they leave behind when they die."""
+"""Worker processes, the channels to them, and the removal of their processes and files."""

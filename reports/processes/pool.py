@@ -1,20 +1,20 @@
-"""`Pool`: starts worker processes by kind, hands out tasks with deadlines, lets sleeping kinds run beside `jobs`.
+"""`Pool`: starts worker processes by kind, gives them tasks with deadlines, runs sleeping kinds in addition to `jobs`.
 
-`Pool.submit` returns a `Future`, which coroutines await; `Coroutines` continues those whose futures are done.
+`Pool.submit` returns a `Future`, which coroutines await; `Coroutines` continues the coroutines whose futures are done.
 
-A worker is a new interpreter that imports `rayproof` and nothing of the script that called it: `multiprocessing` would
-run an unguarded script a second time, and refuses to start anything below a process of its own. It ends with its
-parent, however that ends, and is shown as `rayproof-` and its kind in listings of processes. What libraries print in it
-goes to an unnamed file, whose last line is reported where the process fails.
+A worker is a new interpreter that imports `rayproof` and nothing of the calling script: `multiprocessing` would run an
+unguarded script a second time, and does not allow its daemonic processes to have children. A worker ends with its
+parent, however the parent ends, and process listings show it as `rayproof-` and its kind. Output of libraries in it
+goes to an unnamed file, whose last line is reported if the process fails.
 
-A worker that dies or overruns its deadline costs the task that it had, if it had one; it is replaced when the next task
-of its kind comes. The files that it left in its own temporary folder go with it. The deadline includes handing over the
-task and taking back the reply, so that nobody waits for a worker that was stopped in the middle of either.
+If a worker dies or overruns its deadline, its task, if any, fails; it is replaced for the next task of its kind. The
+files in its temporary folder are removed. The deadline includes sending the task and receiving the reply, so that the
+pool does not wait for a worker that was stopped in the middle of either.
 
-A sleeping program takes no processor from anybody: kinds whose programs poll or wait have several workers each, and
-these come on top of the `jobs`. The processor time of a kind's last tasks shows whether it sleeps. Where all workers of
-a kind have been at their tasks for long and a processor is idle, the kind gets one worker more. A large task takes much
-of the machine's memory, so that one of them runs at a time, and its worker ends with it.
+A sleeping program uses no processor: kinds whose programs poll or wait have several workers each, in addition to the
+`jobs`. The processor time of a kind's last tasks decides whether it sleeps. If all workers of a kind have had their
+tasks for long and a processor is idle, the kind gets one more worker. A large task takes much of the machine's memory,
+so only one of them runs at a time, and its worker ends with it.
 """
 
 import concurrent.futures
@@ -42,27 +42,27 @@ START = (
     "import sys; sys.path.insert(0, sys.argv[1]); "
     "from rayproof.reports.processes.pool import begin; begin(*map(int, sys.argv[2:]))"
 )
-PARTING = 5.0  # s for a process whose channel has closed, or that was killed, to be gone
-LAST = 1000  # bytes of what it printed in which its last line is looked for
+PARTING = 5.0  # s for a process to end after its channel has closed or it was killed
+LAST = 1000  # bytes at the end of its output that are searched for its last line
 
 
 @dataclass(frozen=True, kw_only=True)
 class WorkerProcess:
-    """A process that serves one kind of task, and our end of its channel."""
+    """A process that serves one kind of task, and this process's end of the channel to it."""
 
     process: subprocess.Popen[bytes]
     connection: Channel
     scratch: Scratch
-    printed: IO[bytes]  # what it printed, be it to standard output or error
+    printed: IO[bytes]  # its standard output and standard error
 
     @property
     def alive(self) -> bool:
-        """Say whether it still runs."""
+        """Return whether it still runs."""
         return self.process.poll() is None
 
     @property
     def memory(self) -> int:
-        """Return how much of the machine's memory it has [bytes]; 0 where it has gone."""
+        """Return its resident memory [bytes], 0 if it has ended."""
         import psutil
 
         try:
@@ -71,7 +71,7 @@ class WorkerProcess:
             return 0
 
     def how_it_ended(self) -> str:
-        """Return in words how a process ended that closed its channel."""
+        """Return a description of the end of a process that closed its channel."""
         self._wait()
         code = self.process.returncode
         if code is None:
@@ -81,8 +81,8 @@ class WorkerProcess:
                 return f"signal {signal.Signals(-code).name}"
             except ValueError:
                 return f"signal {-code}"
-        said = self._last_line() if code else ""
-        return f"exit code {code}: {said}" if said else f"exit code {code}"
+        last_line = self._last_line() if code else ""
+        return f"exit code {code}: {last_line}" if last_line else f"exit code {code}"
 
     def _last_line(self) -> str:
         self.printed.seek(0, os.SEEK_END)
@@ -92,7 +92,7 @@ class WorkerProcess:
         return "".join(letter for letter in last.strip() if letter.isprintable())
 
     def end(self) -> None:
-        """End it with all that it started: a program under test does not outlive the run that called it."""
+        """End it and all its descendants: a program under test does not outlive the run that called it."""
         self.connection.close()
         if self.alive:
             from rayproof.reports.processes.signals import end_below
@@ -101,7 +101,7 @@ class WorkerProcess:
         self.process.kill()
 
     def clean_up(self) -> None:
-        """Wait until it is gone, though not for what a killed process may still wait for, and remove what it left."""
+        """Wait for its end, for at most PARTING s, and remove its files."""
         self._wait()
         self.printed.close()
         self.scratch.remove()
@@ -113,34 +113,34 @@ class WorkerProcess:
 
 @dataclass(frozen=True, kw_only=True)
 class _Beginning:
-    """What a new process is told first of all."""
+    """The first message to a new process."""
 
-    module: str  # in which the function is that serves
+    module: str  # of the function that serves tasks
     function: str
     kind: str
     folder: str  # for temporary files
-    path: tuple[str, ...]  # where modules are looked for
+    path: tuple[str, ...]  # sys.path
 
 
 def started(kind: str, target: Callable[[str, Any], None], within: Path | None = None) -> WorkerProcess:
     """Return a new process in which `target`, a function at the top of its module, serves tasks of `kind`.
 
-    Its folder for temporary files is made in `within`, or where this process has its own.
+    Its folder for temporary files is made in `within`, by default in this process's own.
     """
     scratch = Scratch(within)
     try:
-        ours, theirs = channels()
+        own_end, worker_end = channels()
         printed = tempfile.TemporaryFile(dir=scratch.folder)  # noqa: SIM115  closed by `clean_up`
         with deaf():
             process = subprocess.Popen(
-                [sys.executable, "-c", START, str(HOLDER), str(theirs.fileno()), str(os.getpid())],
+                [sys.executable, "-c", START, str(HOLDER), str(worker_end.fileno()), str(os.getpid())],
                 stdin=subprocess.DEVNULL,
                 stdout=printed,
                 stderr=printed,
-                pass_fds=[theirs.fileno()],
+                pass_fds=[worker_end.fileno()],
             )
-        theirs.close()
-        ours.post(
+        worker_end.close()
+        own_end.post(
             _Beginning(
                 module=target.__module__,
                 function=target.__qualname__,
@@ -152,22 +152,22 @@ def started(kind: str, target: Callable[[str, Any], None], within: Path | None =
     except BaseException:
         scratch.remove()
         raise
-    return WorkerProcess(process=process, connection=ours, scratch=scratch, printed=printed)
+    return WorkerProcess(process=process, connection=own_end, scratch=scratch, printed=printed)
 
 
 def begin(descriptor: int, parent: int) -> None:
-    """Serve as a worker over a channel's end: what a new process does, first and last.
+    """Serve as a worker over the channel's end `descriptor`: the main function of a new process.
 
-    Its temporary files are made in a folder that the parent removes: one that is killed cannot remove them itself.
+    Its temporary files are made in a folder that the parent removes, because a killed process cannot remove them.
     """
     end_with_parent(parent)
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     if hasattr(signal, "pthread_sigmask"):
-        signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})  # what it starts may hear it
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})  # child processes may receive it
     connection = Channel.of(descriptor)
     try:
         beginning: _Beginning = connection.recv()
-    except EOFError:  # the parent gave up meanwhile
+    except EOFError:  # the parent has closed the channel
         return
     sys.path[:] = beginning.path
     tempfile.tempdir = beginning.folder
@@ -182,20 +182,20 @@ class Future(concurrent.futures.Future[Result]):
     """A result that comes later; a coroutine of `Coroutines` can await it."""
 
     def __await__(self) -> Generator["Future[Result]", None, Result]:
-        """Wait until the result is there, and return it."""
+        """Suspend until the future is done, and return its result."""
         if not self.done():
             yield self
         return self.result()
 
 
 class Coroutines:
-    """Coroutines that await futures, without an event loop: whoever waits for their results calls `step`.
+    """Coroutines that await futures, without an event loop: the code that waits for their results calls `step`.
 
     An exception in a coroutine is raised by `start` or `step`.
     """
 
     def __init__(self) -> None:
-        # Each with the future that it awaits and the future of its own result.
+        # Each coroutine with the future that it awaits and the future of its own result.
         self._suspended: list[tuple[Coroutine[Future[Any], None, Any], Future[Any], Future[Any]]] = []
 
     def start(self, coroutine: Coroutine[Future[Any], None, Result]) -> Future[Result]:
@@ -221,14 +221,17 @@ class Coroutines:
 
 
 GLANCE = 1.0  # s, the longest wait at a time
-# A kind is found to sleep if its last tasks, so many and of so many seconds together, computed for no more than this
-# part of them. It is small, so that who computes is no sleeper on a machine where eight others want each processor.
+# A kind sleeps if its last LAST_TASKS tasks took at least LONG_ENOUGH s together, with processor time for at most the
+# share SLEEPING of it. The share is small, so that a program that computes does not count as sleeping on a machine with
+# up to eight busy processes per processor.
 LAST_TASKS, LONG_ENOUGH, SLEEPING = 3, 0.3, 1 / 8
-SLEEPERS = 6  # workers of a kind that sleeps; each costs memory, and its imports
-# A worker is replaced after so many tasks, or once it has grown by so many bytes since its first ones, which is seen
-# each time that it has done a few.
+SLEEPERS = 6  # workers of a kind that sleeps; each costs memory and the time of its imports
+# A worker is replaced after MOST_TASKS tasks, or if its memory has grown by GROWTH bytes since its first LOOKED_AT
+# tasks; both are tested every LOOKED_AT tasks.
 MOST_TASKS, GROWTH, LOOKED_AT = 2000, 2**31, 20
-ASLEEP = 1.0  # s beyond it: this process was stopped, took calls, or its machine slept, and no worker is to blame
+# If a wait takes this much longer than planned [s], this process was stopped, took calls, or its machine slept, and the
+# deadlines of the workers are extended.
+ASLEEP = 1.0
 
 
 @dataclass(kw_only=True)
@@ -238,14 +241,14 @@ class _Worker:
     limit: float = 0.0  # s that its task may take
     deadline: float = 0.0
     started: float = 0.0
-    large: bool = False  # whether its task is
-    tasks: int = 0  # that it has done
-    settled: int = 0  # bytes that it had once it had done a few
+    large: bool = False  # whether its task is large
+    tasks: int = 0  # number of tasks done
+    settled: int = 0  # its memory after the first LOOKED_AT tasks [bytes]
 
 
 @dataclass(kw_only=True)
 class _Waiting:
-    """A task that no worker has yet."""
+    """A task that waits for a worker."""
 
     kind: str
     task: Any
@@ -259,7 +262,7 @@ _CALLS: dict[int, Callable[[], None]] = {}  # by descriptor
 
 @contextlib.contextmanager
 def taking_calls(descriptor: int, take: Callable[[], None]) -> Iterator[None]:
-    """Have each pool of this process call `take`, while it waits, when there is something to read at a descriptor."""
+    """Have every waiting pool of this process call `take` when a descriptor has something to read."""
     _CALLS[descriptor] = take
     try:
         yield
@@ -268,12 +271,12 @@ def taking_calls(descriptor: int, take: Callable[[], None]) -> Iterator[None]:
 
 
 class Pool:
-    """Run tasks in workers by kind; `step` waits for something to happen and sets the results of futures.
+    """Run tasks in workers by kind; `step` waits for an event and sets the results of futures.
 
-    A kind has one worker, or as many as `copies` says; a renderer with a compiler of its own wants only one. Its tasks
-    have `timeout` seconds each, or as many as `timeouts` says. The kinds in `may_sleep` sleep where they are found to.
-    A worker calls `target`, a function at the top of its module, with its kind and its end of the channel. Each has a
-    folder for temporary files in `folder`, or where this process has its own.
+    A kind has one worker, or the number in `copies`; a renderer with its own compiler should have only one. The time
+    limit of a task is `timeout` [s], or its kind's in `timeouts`. Only the kinds in `may_sleep` can count as
+    sleeping. A worker calls `target`, a function at the top of its module, with its kind and its end of the channel.
+    Each has a folder for temporary files in `folder`, by default in this process's own.
     """
 
     def __init__(
@@ -293,9 +296,9 @@ class Pool:
         self._timeouts = timeouts or {}
         self._target, self._folder = target, folder
         self._workers: dict[tuple[str, int], _Worker] = {}
-        self.memory = float("inf")  # bytes that a worker may have; may be said later
-        self.relief = float("inf")  # s after which a kind gets one worker more; may be said later
-        # Kind -> s that its last tasks took, and computed.
+        self.memory = float("inf")  # bytes that a worker may use; may be set later
+        self.relief = float("inf")  # s after which a kind gets one more worker; may be set later
+        # Kind -> (duration, processor time) of its last tasks [s].
         self._last: dict[str, deque[tuple[float, float]]] = {kind: deque(maxlen=LAST_TASKS) for kind in may_sleep}
         self._urgent: deque[_Waiting] = deque()
         self._waiting: deque[_Waiting] = deque()
@@ -309,9 +312,10 @@ class Pool:
         seconds: float | None = None,
         large: bool = False,
     ) -> Future[Reply]:
-        """Queue a task for a worker of `kind`; return the future of its reply. All `first` ones go before others.
+        """Queue a task for a worker of `kind`, before all others if `first`; return the future of its reply.
 
-        It may take `seconds`, if that is more than the pool's limit. A `large` one waits until no other large one runs.
+        It may take `seconds`, if that is more than the pool's limit. A `large` task waits until no other large task
+        runs.
         """
         queue, future = self._urgent if first else self._waiting, Future[Reply]()
         queue.append(_Waiting(kind=kind, task=task, future=future, seconds=seconds, large=large))
@@ -326,35 +330,35 @@ class Pool:
 
     @property
     def busy(self) -> dict[str, float]:
-        """Return the kinds of the workers that have a task, and for how long [s] they have had it."""
+        """Return the kinds of the workers that have a task, and the time since they got it [s]."""
         now = time.monotonic()
         return {kind: now - worker.started for (kind, _), worker in self._busy().items()}
 
     def prepare(self, kind: str, task: Any = None) -> None:
-        """Start a worker of `kind` before its first task, which then finds its imports made.
+        """Start a worker of `kind` before its first task, so that its imports are done by then.
 
-        So is `task` done, if there is one, before whatever is not first; nobody hears its reply.
+        `task`, if not None, is done before all tasks that are not `first`; its reply is ignored.
         """
         place = (kind, 0)
         if place in self._workers:
             return
-        with contextlib.suppress(OSError):  # it died; its first task will tell
+        with contextlib.suppress(OSError):  # it died; its first task will report that
             self._spawn(place).process.connection.post(PREPARE)
         if task is not None:
             self.submit(kind, task, first=True)
 
     def spare(self) -> int:
-        """Start what can start, and return how many more tasks could compute."""
+        """Start waiting tasks if possible, and return how many more tasks could compute."""
         self.start()
         return self._jobs - self._computing(self._sleeping)
 
     @property
     def idle(self) -> bool:
-        """Say whether nothing runs and nothing waits."""
+        """Return whether no task runs or waits."""
         return not self._urgent and not self._waiting and not self._busy()
 
     def step(self) -> None:
-        """Start what can start, then wait a little for a worker to answer, die or overrun."""
+        """Start waiting tasks if possible, then wait a little until a worker replies, dies or overruns."""
         self.start()
         busy = self._busy()
         if not busy:
@@ -370,9 +374,9 @@ class Pool:
 
     @staticmethod
     def _ready(busy: Mapping[tuple[str, int], _Worker]) -> set[int]:
-        """Return the descriptors of workers that give or take something, once there is one or a deadline is near.
+        """Wait until a worker's channel is ready or a deadline is near, and return the ready descriptors.
 
-        Calls are taken, too; the time that this takes is no worker's.
+        The functions of `taking_calls` are called too; their time does not count against the workers' deadlines.
         """
         poll = select.poll()
         for descriptor in _CALLS:
@@ -392,7 +396,7 @@ class Pool:
         return ready
 
     def close(self) -> None:
-        """Stop every worker, now."""
+        """Stop every worker immediately."""
         for worker in self._workers.values():
             worker.process.end()
         for worker in self._workers.values():
@@ -406,11 +410,11 @@ class Pool:
         return {place: worker for place, worker in self._workers.items() if worker.future is not None}
 
     def _computing(self, sleeping: Collection[str]) -> int:
-        """Return how many workers have a task and do not sleep over it."""
+        """Return the number of workers that have a task and are not of a sleeping kind."""
         return sum(worker.future is not None and kind not in sleeping for (kind, _), worker in self._workers.items())
 
     def start(self) -> None:
-        """Give waiting tasks, in order, to idle workers of their kind, without waiting."""
+        """Give waiting tasks, in their order, to idle workers of their kind, without waiting."""
         for queue in (self._urgent, self._waiting):
             self._start_from(queue)
 
@@ -419,7 +423,7 @@ class Pool:
         full: set[str] = set()  # kinds whose workers all have a task
         sleeping = self._sleeping
         computing = self._computing(sleeping)
-        # Small cases wait by the hundred, and mostly nobody has room for any of them.
+        # Hundreds of small cases may wait; the loop ends early if no worker can take any of them.
         asleep = sleeping.intersection(task.kind for task in queue)
         while queue and (computing < self._jobs or not asleep <= full):
             task = queue.popleft()
@@ -447,7 +451,7 @@ class Pool:
         queue.extendleft(reversed(postponed))
 
     def _free_place(self, kind: str) -> tuple[str, int] | None:
-        """Return where a task of `kind` can go now: to an idle worker, else to a new one, else nowhere."""
+        """Return the place of an idle worker of `kind`, else that of a new worker, None if all are busy."""
         count = max(self._copies.get(kind, 1), SLEEPERS if self._sleeps(kind) else 1)
         places = [(kind, copy) for copy in range(count)]
         begun = [worker.started for place, worker in self._busy().items() if place in places]
@@ -461,7 +465,7 @@ class Pool:
         return {kind for kind in self._last if self._sleeps(kind)}
 
     def _sleeps(self, kind: str) -> bool:
-        """Say whether the tasks of a kind leave the processors to others."""
+        """Return whether the last tasks of a kind used little processor time."""
         last = self._last.get(kind, ())
         seconds, computed = sum(took for took, _ in last), sum(took for _, took in last)
         return len(last) == LAST_TASKS and seconds >= LONG_ENOUGH and computed <= SLEEPING * seconds
@@ -471,9 +475,9 @@ class Pool:
         return worker
 
     def _exchange(self, place: tuple[str, int], worker: _Worker) -> None:
-        """Hand over what is left of a task, and take what there is of its reply."""
+        """Send the unsent part of a task, and receive the part of its reply that has arrived."""
         try:
-            with contextlib.suppress(BrokenPipeError):  # its last words may lie there still
+            with contextlib.suppress(BrokenPipeError):  # its last reply may still be in the buffer
                 worker.process.connection.flush()
             whole, reply = worker.process.connection.receive()
         except (EOFError, OSError):
@@ -484,14 +488,14 @@ class Pool:
             if place[0] in self._last and reply.computed is not None:
                 self._last[place[0]].append((reply.seconds, reply.computed))
             worker.tasks += 1
-            # What a large one has learnt and freed is of no use to anybody, and stays in its memory.
+            # Caches and freed memory of a large task are of no further use, but would stay in the worker's memory.
             if worker.large or self._worn(worker):
                 self._forget(place, worker)
             future.set_result(reply)
 
     @staticmethod
     def _worn(worker: _Worker) -> bool:
-        """Say whether a worker has done so much that a new one is better: compilers keep something of each task."""
+        """Return whether a worker should be replaced: compilers keep some memory for each task."""
         if worker.tasks % LOOKED_AT:
             return False
         size = worker.process.memory
@@ -499,13 +503,13 @@ class Pool:
         return worker.tasks >= MOST_TASKS or size > worker.settled + GROWTH
 
     def _bury(self, place: tuple[str, int]) -> None:
-        """Forget a worker that died while it had nothing to do: the next task is not to blame."""
+        """Remove a worker that died while it was idle, so that the next task does not fail."""
         worker = self._workers.get(place)
         if worker is not None and not worker.process.alive:
             self._lose(place, worker, "the worker had died")
 
     def _lose(self, place: tuple[str, int], worker: _Worker, why: str, *, stopped: bool = False) -> None:
-        """Answer a lost worker's task with an error and forget the worker; `stopped` says that its time was over."""
+        """Reply to a lost worker's task with an error and remove the worker; `stopped`: it overran its deadline."""
         self._forget(place, worker)
         future, worker.future = worker.future, None
         if future is not None:

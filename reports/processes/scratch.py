@@ -1,4 +1,4 @@
-"""Temporary folders that name their owner, and the sweep of those whose owner was killed."""
+"""Temporary folders with an owner, and the removal of folders whose owner was killed."""
 
 import os
 import shutil
@@ -14,26 +14,26 @@ PREFIX = "rayproof-"
 
 
 class Scratch:
-    """A new folder, in `within` or where temporary files are made, that this process owns until it removes it."""
+    """A new folder, in `within` or the system's temporary folder, that this process owns until it removes it."""
 
     def __init__(self, within: Path | None = None) -> None:
         self.folder = Path(tempfile.mkdtemp(prefix=PREFIX, dir=within))
         self._lock = acquired(self.folder)
 
     def remove(self) -> None:
-        """Remove the folder with all that is in it, as far as that can be done."""
+        """Remove the folder and its contents, as far as possible."""
         shutil.rmtree(self.folder, ignore_errors=True)
         self._lock.release(force=True)
 
 
 @contextmanager
 def scratch() -> Iterator[None]:
-    """Have this process's temporary files in a folder of their own for the body; sweep what killed ones left."""
-    with put_off():  # to find the folder for temporary files a file is written there
+    """Use a new folder for this process's temporary files inside the body, and remove abandoned folders."""
+    with put_off():  # gettempdir writes a file to test the folder
         sweep(Path(tempfile.gettempdir()))
     before, own = tempfile.tempdir, None
     try:
-        with put_off():  # from here on a folder is there, and is known
+        with put_off():  # a signal cannot separate making the folder from assigning it
             own = Scratch()
         tempfile.tempdir = str(own.folder)
         yield
@@ -44,11 +44,11 @@ def scratch() -> Iterator[None]:
 
 
 def sweep(folder: Path) -> None:
-    """Remove the scratch folders in `folder` whose owners have ended; what is another user's is left alone."""
+    """Remove the scratch folders in `folder` whose owners have ended, except those of other users."""
     for path in folder.glob(f"{PREFIX}*"):
         try:
-            ours = path.lstat().st_uid == os.geteuid() if os.name == "posix" else True
+            own = path.lstat().st_uid == os.geteuid() if os.name == "posix" else True
         except OSError:
             continue
-        if ours and not path.is_symlink() and abandoned(path):
+        if own and not path.is_symlink() and abandoned(path):
             shutil.rmtree(path, ignore_errors=True)

@@ -1,6 +1,6 @@
-"""SIGTERM as Ctrl-C, ending with one's parent, and ending every process below another.
+"""SIGTERM as Ctrl-C, ending a process with its parent, and ending all descendants of a process.
 
-CI services cancel a job by SIGTERM. A process whose parent was killed gets no other word of it, and would run on.
+CI services cancel a job by SIGTERM. A process whose parent was killed is not notified otherwise, and would run on.
 """
 
 import ctypes
@@ -16,14 +16,14 @@ from typing import Any
 import psutil
 
 SIGNALS = (signal.SIGINT, signal.SIGTERM)
-AGAIN = 0.05  # s after which a signal that nobody heard is sent again
+AGAIN = 0.05  # s after which a signal whose exception was lost is sent again
 
 
 class Stopping:
-    """Raise KeyboardInterrupt in the body when the process is asked to stop, and remember in `told` that it was.
+    """Raise KeyboardInterrupt in the body on a signal to stop, and set `told`.
 
-    A signal that was ignored stays so, as a shell has it for what runs in the background. One that comes while a
-    finalizer or a callback of the garbage collector runs, above which nobody hears what it raises, comes again.
+    Ignored signals remain ignored, as a shell sets them for background jobs. A signal during a finalizer or a callback
+    of the garbage collector, whose exceptions are lost, is sent again.
     """
 
     def __init__(self) -> None:
@@ -34,7 +34,7 @@ class Stopping:
         self._again: threading.Timer | None = None
 
     def __enter__(self) -> "Stopping":
-        if threading.current_thread() is threading.main_thread():  # elsewhere signals cannot be heard
+        if threading.current_thread() is threading.main_thread():  # signal handlers can only be set there
             for name in SIGNALS:
                 if signal.getsignal(name) not in (signal.SIG_IGN, None):
                     self._before[name] = signal.signal(name, self._stop)
@@ -64,30 +64,30 @@ class Stopping:
 
 @contextmanager
 def put_off() -> Iterator[None]:
-    """Call the handlers of the signals that came during the block only after it."""
-    heard: list[tuple[Any, int, Any]] = []
+    """Delay the handlers of signals that arrive during the block until its end."""
+    delayed: list[tuple[Any, int, Any]] = []
     before: dict[signal.Signals, Any] = {}
-    if threading.current_thread() is threading.main_thread():  # handlers run in no other
+    if threading.current_thread() is threading.main_thread():  # handlers run only there
         before = {number: signal.getsignal(number) for number in SIGNALS}
         before = {number: handler for number, handler in before.items() if callable(handler)}
         for number, handler in before.items():
-            signal.signal(number, lambda number, frame, handler=handler: heard.append((handler, number, frame)))
+            signal.signal(number, lambda number, frame, handler=handler: delayed.append((handler, number, frame)))
     try:
         yield
     finally:
         for number, handler in before.items():
             signal.signal(number, handler)
-        for handler, number, frame in heard:
+        for handler, number, frame in delayed:
             handler(number, frame)
 
 
 @contextmanager
 def deaf() -> Iterator[None]:
-    """Put off signals to stop, for this process, and Ctrl-C for the processes that it starts meanwhile.
+    """Delay signals to stop for this process, and block Ctrl-C for the processes that it starts in the block.
 
-    Ctrl-C goes to the whole process group, and only the main process decides what it means; a worker that heard it
-    while it loads would print what it was about. So would one whose parent gave up between starting it and telling it
-    what to do. A blocked signal alone does not prevent that, because another thread may still take it.
+    Ctrl-C is sent to the whole process group, and only the main process handles it; a worker that received it while it
+    loads would print a traceback. So would a worker whose parent is interrupted between starting it and sending its
+    first message. Blocking the signal is not enough for that, because another thread of this process may receive it.
     """
     with put_off():
         if not hasattr(signal, "pthread_sigmask"):
@@ -104,9 +104,9 @@ PDEATHSIG, NAME = 1, 15  # PR_SET_PDEATHSIG and PR_SET_NAME, linux/prctl.h
 
 
 def end_with_parent(parent: int, name: str = "") -> None:
-    """Have the kernel kill this process when its parent ends (Linux), and end at once if that was before.
+    """Have the kernel kill this process when its parent ends (Linux), and end at once if the parent has ended.
 
-    `parent` is the parent's process number; `name`, of up to 15 bytes, is how process listings show this one.
+    `parent` is the parent's process id; `name`, of up to 15 bytes, is the name of this process in process listings.
     """
     if sys.platform != "linux":
         return
@@ -119,28 +119,28 @@ def end_with_parent(parent: int, name: str = "") -> None:
 
 
 SUBREAPER = 36  # PR_SET_CHILD_SUBREAPER, linux/prctl.h
-MOST_ROUNDS = 50  # a program that forks faster than it is stopped ends sooner than this
+MOST_ROUNDS = 50  # of stopping new descendants, more than any program needs that forks while it is stopped
 
 
 def adopt_orphans() -> None:
-    """Have processes whose parent has gone become this one's children, so that none can slip away (Linux)."""
+    """Make this process the new parent of orphaned descendants, so that none can escape (Linux)."""
     if sys.platform == "linux":
         ctypes.CDLL(None, use_errno=True).prctl(SUBREAPER, 1, 0, 0, 0)
 
 
 def descendants(pid: int, *, besides: frozenset[int] = frozenset()) -> list[psutil.Process]:
-    """Return the living processes below `pid`, without those of `besides`."""
+    """Return the living descendants of the process `pid`, except the ids in `besides`."""
     try:
         below = psutil.Process(pid).children(recursive=True)
     except psutil.NoSuchProcess:
         return []
-    return [one for one in below if one.pid not in besides and _alive(one)]
+    return [process for process in below if process.pid not in besides and _alive(process)]
 
 
 def end_below(pid: int, *, besides: frozenset[int] = frozenset()) -> list[str]:
-    """End every process below `pid` and return their names.
+    """End all descendants of the process `pid` and return their names.
 
-    All are stopped first, again and again until no new one shows up: what is stopped cannot fork.
+    All are stopped first, repeatedly until no new one appears: a stopped process cannot fork.
     """
     stopped: dict[int, psutil.Process] = {}
     names: list[str] = []

@@ -1,9 +1,8 @@
 """A worker's main loop, and `Channel`: pickled messages over a pair of sockets.
 
-A channel carries pickled messages over a pair of sockets, one end of which never waits. A worker waits for its tasks
-and for room to answer. The pool must not: a worker that is stopped takes nothing and gives half a message, and whoever
-waits for it waits for ever. So the pool posts what there is room for, takes what is there, and keeps the rest until
-`poll` reports that there is more.
+A worker's end of a channel waits: for tasks, and for space in the socket for its replies. The pool's end must not wait:
+a worker that is stopped reads nothing and may have sent half a message, so waiting for it would never end. The pool
+sends and reads as much as the socket's buffers allow, and continues when `poll` reports more.
 """
 
 import contextlib
@@ -22,7 +21,7 @@ AT_ONCE = getattr(socket, "MSG_DONTWAIT", 0)
 
 
 class Channel:
-    """One end; the descriptor of the other one may be given to a process that is being started."""
+    """One end of a channel; the descriptor of the other end may be passed to a process that is being started."""
 
     def __init__(self, end: socket.socket) -> None:
         self._end = end
@@ -33,12 +32,12 @@ class Channel:
 
     @classmethod
     def of(cls, descriptor: int) -> "Channel":
-        """Return the end that a process was started with; whatever this process starts does not inherit it."""
+        """Return the end that a new process got from its parent; its own child processes do not inherit it."""
         os.set_inheritable(descriptor, False)
         return cls(socket.socket(fileno=descriptor))
 
     def fileno(self) -> int:
-        """Return the descriptor to wait for."""
+        """Return the descriptor for `poll`."""
         return self._end.fileno()
 
     def close(self) -> None:
@@ -46,7 +45,7 @@ class Channel:
         self._end.close()
 
     def send(self, message: Any) -> None:
-        """Send a message, however long that takes; raise OSError if the other end has closed."""
+        """Send a message, waiting for space if necessary; raise OSError if the other end has closed."""
         self._end.sendall(_packed(message))
 
     def recv(self) -> Any:
@@ -55,17 +54,17 @@ class Channel:
         return self._message()
 
     def post(self, message: Any) -> None:
-        """Send as much of a message as there is room for now; raise OSError if the other end has closed."""
+        """Send as much of a message as possible without waiting; raise OSError if the other end has closed."""
         self._unsent = memoryview(bytes(self._unsent) + _packed(message) if self._unsent else _packed(message))
         self.flush()
 
     @property
     def unsent(self) -> bool:
-        """Say whether a part of what was posted waits for room."""
+        """Return whether a part of a posted message is not yet sent."""
         return bool(self._unsent)
 
     def flush(self) -> None:
-        """Send as much of what was posted as there is room for now; raise OSError if the other end has closed."""
+        """Send as much of the unsent part as possible without waiting; raise OSError if the other end has closed."""
         while self._unsent:
             try:
                 self._unsent = self._unsent[self._end.send(self._unsent, AT_ONCE) :]
@@ -73,7 +72,7 @@ class Channel:
                 return
 
     def receive(self) -> tuple[bool, Any]:
-        """Return whether a whole message has come, and the message; raise EOFError if the other end has closed."""
+        """Return whether a whole message has arrived, and the message; raise EOFError if the other end has closed."""
         try:
             self._take(AT_ONCE)
         except BlockingIOError:
@@ -81,7 +80,7 @@ class Channel:
         return True, self._message()
 
     def _take(self, flags: int) -> None:
-        """Read until a message is whole."""
+        """Read until a message is complete."""
         if self._body is None:
             self._fill(self._head, flags)
             self._body, self._filled = bytearray(LENGTH.unpack(self._head)[0]), 0
@@ -102,8 +101,8 @@ class Channel:
 
 def channels() -> tuple[Channel, Channel]:
     """Return the two ends of a new channel."""
-    ours, theirs = socket.socketpair()
-    return Channel(ours), Channel(theirs)
+    first, second = socket.socketpair()
+    return Channel(first), Channel(second)
 
 
 def _packed(message: Any) -> bytes:
@@ -111,28 +110,28 @@ def _packed(message: Any) -> bytes:
     return LENGTH.pack(len(packed)) + packed
 
 
-PREPARE = None  # instead of a task: import what the first one will need; nothing is answered
+PREPARE = None  # in place of a task: do the imports of the first task, without a reply
 
 
 @dataclass(frozen=True, kw_only=True)
 class Reply:
-    """The reply of a worker: a value, or its error and where it happened."""
+    """The reply of a worker: a value, or an error and its traceback."""
 
     value: Any
     error: str | None
     trace: str | None
     seconds: float
-    stopped: bool = False  # by a time limit, and not by anything that went wrong
-    computed: float | None = None  # s of processor time that it took, its programs' included; None: unknown
+    stopped: bool = False  # by a time limit, not by an error
+    computed: float | None = None  # s of processor time, its programs included; None: unknown
 
 
 def _processor_time() -> float:
-    """Return what this process and the programs that it has called took so far [s]."""
+    """Return the processor time of this process and of the programs that it has called [s]."""
     return sum(os.times()[:4])
 
 
 def serve(kind: str, connection: Channel, handlers: Callable[[str], Callable[[Any], Any]]) -> None:
-    """Answer tasks until the other end closes; `handlers` returns the function that does tasks of `kind`."""
+    """Reply to tasks until the other end closes; `handlers` returns the function that does tasks of `kind`."""
     handler: Callable[[Any], Any] | None = None
     while True:
         try:
@@ -141,13 +140,13 @@ def serve(kind: str, connection: Channel, handlers: Callable[[str], Callable[[An
             return
         start, before = time.perf_counter(), _processor_time()
         if task is PREPARE:
-            with contextlib.suppress(Exception):  # the first task meets it too, and answers with it
+            with contextlib.suppress(Exception):  # the first task raises it again, and its reply reports it
                 handler = handlers(kind)
             continue
         try:
             handler = handler or handlers(kind)
             reply = Reply(value=handler(task), error=None, trace=None, seconds=time.perf_counter() - start)
-        except Exception as error:  # the boundary: whatever a renderer raises is that task's error
+        except Exception as error:  # the boundary: any exception of a renderer is its task's error
             line = f"{type(error).__name__}: {error}".splitlines()[0]
             reply = Reply(value=None, error=line, trace=traceback.format_exc(), seconds=time.perf_counter() - start)
         try:

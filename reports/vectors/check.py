@@ -1,13 +1,13 @@
-"""Score an answer file against the test vectors beside this script: `python check.py ANSWERS.csv [float64]`.
+"""Score an answer file against the test vectors in this script's folder: `python check.py ANSWERS.csv [float64]`.
 
-Python's standard library alone. An answer file is a CSV whose columns are `id` and those of its file of vectors, such
-as `id,hit,t`. Lines that begin with # may declare, before the header:
+The script needs only Python's standard library. An answer file is a CSV with the column `id` and the answer columns of
+its file of vectors, such as `id,hit,t`. Before the header, lines that begin with # may declare:
 
-    # inside exit      what t is where a ray starts inside: exit (the default), near (behind the ray) or zero
-    # edge 1e-5        a tolerance at edges: rays that clear an outline by no more may fall on either side
+    # inside exit      the t of a ray that starts inside: exit (the default), near (behind the ray) or zero
+    # edge 1e-5        a tolerance at edges: rays that clear an outline by no more than this may hit or miss
 
-A row that lies outside the library's documented contract has the word skip in its second column. Exit codes: 0 all rows
-pass, 1 some fail, 2 the answer file cannot be scored, 3 everything was skipped.
+A row outside the library's documented contract has the word skip in its second column. Exit codes: 0 all rows pass,
+1 some fail, 2 the answer file cannot be scored, 3 everything was skipped.
 """
 
 import csv
@@ -18,9 +18,9 @@ from dataclasses import dataclass, field
 from fractions import Fraction
 from pathlib import Path
 
-# Licence of this file and of all that lies beside it: CC0-1.0.
+# Licence of this file and of all files in its folder: CC0-1.0.
 VERSION = "1"
-# File -> the column of its decision ("" where it has none), and groups of numbers: one limit is for all of a group.
+# File -> the column of its decision ("" if it has none), and groups of numbers, each with a common limit.
 FILES: dict[str, tuple[str, dict[str, tuple[str, ...]]]] = {
     "camera_ray": ("", {"direction": ("dx", "dy", "dz"), "near": ("t_near",), "far": ("t_far",)}),
     "sphere": ("hit", {"t": ("t",)}),
@@ -34,7 +34,7 @@ FILES: dict[str, tuple[str, dict[str, tuple[str, ...]]]] = {
     "radiance": ("dark", {"value": ("r", "g", "b")}),
     "nearest": ("nearest", {}),
 }
-OPTIONAL = ("point",)  # groups that are scored where they are answered
+OPTIONAL = ("point",)  # groups that are scored only if they are answered
 EITHER, SKIP = "either", "skip"
 INSIDE = ("exit", "near", "zero")
 Row = dict[str, str]
@@ -46,17 +46,17 @@ class WrongFileError(Exception):
 
 @dataclass(frozen=True)
 class RowVerdict:
-    """What became of a row or a relation: passed, failed or skipped, and the error over its limit."""
+    """The outcome of a row or a relation (passed, failed or skipped), and the error over its limit."""
 
     id: str
     outcome: str
-    ratio: float = 0.0  # inf where a decision is wrong
+    ratio: float = 0.0  # inf if a decision is wrong
     because: str = ""
 
 
 @dataclass(frozen=True)
 class AnswerFile:
-    """An answer file: what it declares, and the answers by id."""
+    """An answer file: its declarations, and the answers by id."""
 
     rows: Mapping[str, Row]
     inside: str = "exit"
@@ -66,32 +66,32 @@ class AnswerFile:
 
 
 def file_of(identity: str) -> str:
-    """Return the file of an id, without what marks extreme scales."""
+    """Return the file of an id, without the suffix for extreme scales."""
     return identity.split("-")[1].removesuffix("_extreme")
 
 
-def read_answers(path: Path, known: Iterable[str]) -> AnswerFile:
-    """Return the answers in a file; `known` are the ids of all rows.
+def read_answers(path: Path, expected: Iterable[str]) -> AnswerFile:
+    """Return the answers in a file; `expected` are the ids of all rows.
 
     Raises:
-        WrongFileError: it is short, has doubled or unknown ids, or holds no numbers.
+        WrongFileError: rows are missing, ids are doubled or unknown, or a cell is no number.
 
     """
-    known = list(known)
+    expected = list(expected)
     try:
         lines = path.read_text(encoding="utf-8").splitlines()
     except (OSError, UnicodeDecodeError) as error:
         raise WrongFileError(f"{path}: {getattr(error, 'strerror', None) or 'not UTF-8 text'}") from error
-    said = {}
+    declared = {}
     for line in lines:
         words = line[1:].split() if line.startswith("#") else []
         if len(words) > 1:
-            said[words[0]] = " ".join(words[1:])
+            declared[words[0]] = " ".join(words[1:])
     table = list(csv.reader(line for line in lines if line.strip() and not line.startswith("#")))
     if not table or table[0][:1] != ["id"] or len(table[0]) < 2:
         raise WrongFileError(f"{path}: the first line must name the columns: id, and hit,t or what is answered")
-    if said.get("inside", "exit") not in INSIDE:
-        raise WrongFileError(f"{path}: inside is one of {', '.join(INSIDE)}, got {said['inside']}")
+    if declared.get("inside", "exit") not in INSIDE:
+        raise WrongFileError(f"{path}: inside is one of {', '.join(INSIDE)}, got {declared['inside']}")
     rows: dict[str, Row] = {}
     for cells in table[1:]:
         if len(cells) != len(table[0]):
@@ -99,27 +99,31 @@ def read_answers(path: Path, known: Iterable[str]) -> AnswerFile:
         if cells[0] in rows:
             raise WrongFileError(f"{path}: {cells[0]} is answered twice")
         rows[cells[0]] = {name: cell.strip() for name, cell in zip(table[0], cells)}  # noqa: B905 - same length
-    wanted = set(known)
+    wanted = set(expected)
     for identity in rows:
         if identity not in wanted:
             version = identity.partition("-")[0]
-            other = version.isdigit() and version != VERSION
-            why = f"is of version {version} of the vectors, these are version {VERSION}" if other else "is no id"
+            other_version = version.isdigit() and version != VERSION
+            why = (
+                f"is of version {version} of the vectors, these are version {VERSION}" if other_version else "is no id"
+            )
             raise WrongFileError(f"{path}: {identity} {why}")
     answered = {identity.split("-")[1] for identity in rows}
-    missing = [identity for identity in known if identity.split("-")[1] in answered and identity not in rows]
+    missing = [identity for identity in expected if identity.split("-")[1] in answered and identity not in rows]
     if missing or not rows:
         raise WrongFileError(
-            f"{path}: {len(missing) or 'all'} rows have no answer, the first is {(missing or known)[0]}"
+            f"{path}: {len(missing) or 'all'} rows have no answer, the first is {(missing or expected)[0]}"
         )
     for identity, row in rows.items():
         _numbers(path, identity, row, table[0][1:])
     try:
-        edge = float(said.get("edge", 0))
+        edge = float(declared.get("edge", 0))
     except ValueError:
-        raise WrongFileError(f"{path}: edge must be a length, got {said['edge']}") from None
-    name = said.get("name", path.stem)
-    return AnswerFile(rows=rows, inside=said.get("inside", "exit"), edge=edge, name=name, files=tuple(sorted(answered)))
+        raise WrongFileError(f"{path}: edge must be a length, got {declared['edge']}") from None
+    name = declared.get("name", path.stem)
+    return AnswerFile(
+        rows=rows, inside=declared.get("inside", "exit"), edge=edge, name=name, files=tuple(sorted(answered))
+    )
 
 
 def _numbers(path: Path, identity: str, row: Row, columns: list[str]) -> None:
@@ -141,7 +145,7 @@ def _numbers(path: Path, identity: str, row: Row, columns: list[str]) -> None:
 
 
 def distance(answer: str, row: Row, name: str) -> float:
-    """Return how far an answer lies outside the bounds of the right one, without a rounding; of zero outside 0."""
+    """Return how far an answer is outside the bounds of column `name`, or from 0 for "zero", without a rounding."""
     value = float(answer)
     low, high = (0.0, 0.0) if name == "zero" else (float(row[f"{name}_low"]), float(row[f"{name}_high"]))
     if not (math.isfinite(value) and math.isfinite(low)):
@@ -151,7 +155,7 @@ def distance(answer: str, row: Row, name: str) -> float:
 
 
 def right_times(row: Row, answers: AnswerFile) -> list[str]:
-    """Return which t are right: from inside what the file declares, from a surface each of them."""
+    """Return the names of the right t: from inside the t that the file declares, from a surface all of them."""
     start = row.get("start", "")
     if start == "on":
         return [name for name in ("t_in", "t_out") if row.get(f"{name}_low")] + ["zero"]
@@ -166,19 +170,19 @@ def judged(identity: str, row: Row, answers: AnswerFile, precision: str) -> RowV
     if SKIP in answer.values():
         return RowVerdict(identity, "skipped")
     decision, groups = FILES[file_of(identity)]
-    said = ""
+    decided = ""
     if decision and row[f"decision{bits}"]:
         number = float(answer[decision])
-        said = "0" if number == 0 else str(int(number)) if number == int(number) else "?"
+        decided = "0" if number == 0 else str(int(number)) if number == int(number) else "?"
         if decision == "hit":
-            said = "1" if number and math.isfinite(float(answer.get("t") or "nan")) else "0"
+            decided = "1" if number and math.isfinite(float(answer.get("t") or "nan")) else "0"
         right = row[f"decision{bits}"]
         within = row.get("clearance") and float(row["clearance"]) <= answers.edge
         if right == EITHER or within:
             return RowVerdict(identity, "passed")
-        if said != right:
-            return RowVerdict(identity, "failed", math.inf, f"{decision} is {said}, right is {right}")
-        if decision == "hit" and said == "0":
+        if decided != right:
+            return RowVerdict(identity, "failed", math.inf, f"{decision} is {decided}, right is {right}")
+        if decision == "hit" and decided == "0":
             return RowVerdict(identity, "passed")
     worst, because = 0.0, ""
     for group, names in groups.items():
@@ -188,8 +192,8 @@ def judged(identity: str, row: Row, answers: AnswerFile, precision: str) -> RowV
         if group == "t":
             off = min(distance(answer.get("t") or "nan", row, name) for name in right_times(row, answers))
         else:
-            asked = [name for name in names if row[f"{name}_low"]]
-            off = math.hypot(*(distance(answer.get(name) or "nan", row, name) for name in asked))
+            required = [name for name in names if row[f"{name}_low"]]
+            off = math.hypot(*(distance(answer.get(name) or "nan", row, name) for name in required))
         ratio = off / float(limit)
         if not ratio <= worst:
             worst, because = ratio, f"{group} is off by {off:.3g}, limit {float(limit):.3g}"
@@ -197,7 +201,7 @@ def judged(identity: str, row: Row, answers: AnswerFile, precision: str) -> RowV
 
 
 def related(relation: Row, answers: AnswerFile) -> RowVerdict | None:
-    """Return the verdict on a relation between rows: None where its file is not answered."""
+    """Return the verdict on a relation between rows, None if a row of it is not answered."""
     members = relation["rows"].split()
     if any(member not in answers.rows for member in members):
         return None
@@ -215,8 +219,8 @@ def related(relation: Row, answers: AnswerFile) -> RowVerdict | None:
 def scored(rows: Mapping[str, Row], relations: Iterable[Row], answers: AnswerFile, precision: str) -> list[RowVerdict]:
     """Return the verdicts on all answered rows, and on the relations between them."""
     verdicts = [judged(identity, rows[identity], answers, precision) for identity in answers.rows]
-    found = (related(relation, answers) for relation in relations)
-    return verdicts + [verdict for verdict in found if verdict is not None]
+    relation_verdicts = (related(relation, answers) for relation in relations)
+    return verdicts + [verdict for verdict in relation_verdicts if verdict is not None]
 
 
 def read_vectors(folder: Path) -> tuple[dict[str, Row], list[Row]]:
@@ -240,7 +244,7 @@ def exit_code(verdicts: Iterable[RowVerdict]) -> int:
 
 
 def main(arguments: list[str]) -> int:
-    """Score a file, print what fails, and return the exit code."""
+    """Score a file, print the failures, and return the exit code."""
     precision = "float64" if "float64" in arguments[1:] else "float32"
     rows, relations = read_vectors(Path(__file__).resolve().parent)
     try:

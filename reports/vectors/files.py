@@ -1,7 +1,7 @@
-"""Vectors as files: one CSV a file of `FILES`, `relations.csv`, `vectors.json`, `check.py`; their columns and schema.
+"""Vectors as files: a CSV per file of `FILES`, `relations.csv`, `vectors.json`, `check.py`; their columns and schema.
 
 Numbers have 17 significant digits, which every language reads back to the same float32 and float64, -0 included; lines
-end with a line feed. The digest is the SHA-256 of all CSV files, one after the other in the order of their names.
+end with a line feed. The digest is the SHA-256 of all CSV files, concatenated in the order of their names.
 """
 
 import csv
@@ -25,12 +25,12 @@ from rayproof.reports.vectors.shapes import length, vector
 
 LICENCE = "CC0-1.0"
 CHECKER = Path(__file__).with_name("check.py")
-ORDER = (  # of the columns that every file has
+ORDER = (  # of the columns that all files share
     *("id", "class", "question", "item", "ladder", "value"),
     *("decision32", "decision64", "clearance", "start", "face", "length", "unit", "space", "sided", "why"),
 )
 AXES = {2: ("_s", "_t"), 3: ("_x", "_y", "_z"), 12: tuple(f"{i}{j}" for i in range(3) for j in range(4))}
-ROUNDED = 1e-5  # by which a float32 unit vector may be off 1
+ROUNDED = 1e-5  # largest deviation of a float32 unit vector's length from 1
 CHANNELS = ("_r", "_g", "_b")
 MEANINGS = {
     "id": "version, file and number", "class": "core, inside, direction, behind, tie, shared, reported or special",
@@ -55,7 +55,7 @@ class RelationRecord(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class VectorFile(msgspec.Struct, frozen=True, kw_only=True):
-    """One file: its digest, the slots that it puts to the test, its columns with their meaning, its rows."""
+    """One file: its digest, the slots that it tests, its columns with their meaning, its rows."""
 
     sha256: str
     slots: list[str]
@@ -79,12 +79,12 @@ def schema() -> dict[str, Any]:
 
 
 def number(value: float) -> str:
-    """Return 17 significant digits, which come back as the same number."""
+    """Return 17 significant digits, which are read back as the same number."""
     return f"{value:.17g}"
 
 
 def length_of(direction: tuple[float, ...]) -> float:
-    """Return the length of a direction, correctly rounded; NaN of what is no number."""
+    """Return the length of a direction, correctly rounded; NaN if a component is not finite."""
     if not np.all(np.isfinite(direction)):
         return float("nan")
     with precision(BITS):
@@ -92,7 +92,7 @@ def length_of(direction: tuple[float, ...]) -> float:
 
 
 def flat(name: str, value: Numbers) -> dict[str, str | float]:
-    """Return an input as columns: a vector has one for each component."""
+    """Return an input as columns: a vector has one column per component."""
     if not isinstance(value, tuple):
         return {name: value}
     ends = CHANNELS if name in ("albedo", "irradiance", "exitance") else AXES[len(value)]
@@ -102,38 +102,38 @@ def flat(name: str, value: Numbers) -> dict[str, str | float]:
 def cells(identity: str, row: Row) -> dict[str, str | float]:
     """Return all cells of a row by their columns."""
     exact, (_, groups) = row.exact, FILES[row.file]
-    found: dict[str, str | float] = {
+    by_column: dict[str, str | float] = {
         "id": identity, "class": row.kind, "question": row.question, "item": row.item, "ladder": row.ladder,
         "value": "" if row.value is None else row.value,
     }  # fmt: skip
     for name, value in row.inputs.items():
-        found |= flat(name, value)
+        by_column |= flat(name, value)
     for name in PRECISIONS if FILES[row.file][0] else ():
-        found[f"decision{name[-2:]}"] = exact.decision.get(name, "")
+        by_column[f"decision{name[-2:]}"] = exact.decision.get(name, "")
     for name, (low, high) in exact.values.items():
-        found |= {f"{name}_low": low, f"{name}_high": high}
+        by_column |= {f"{name}_low": low, f"{name}_high": high}
     for place, group in enumerate(groups):
         for name in PRECISIONS:
             limit = exact.limits.get(group, {}).get(name, "")
-            found[f"limit{name[-2:]}" + (f"_{group}" if place else "")] = limit
+            by_column[f"limit{name[-2:]}" + (f"_{group}" if place else "")] = limit
     direction = row.inputs.get("d")
     if isinstance(direction, tuple):
         size = length_of(direction)
-        found |= {"length": size, "unit": "yes" if abs(size - 1) < ROUNDED else "no"}
+        by_column |= {"length": size, "unit": "yes" if abs(size - 1) < ROUNDED else "no"}
     if exact.clearance is not None:
-        found["clearance"] = exact.clearance
-    found |= {"start": exact.start, "face": exact.face, "space": row.space, "sided": row.sided, "why": row.why}
-    return found
+        by_column["clearance"] = exact.clearance
+    by_column |= {"start": exact.start, "face": exact.face, "space": row.space, "sided": row.sided, "why": row.why}
+    return by_column
 
 
 def columns(table: Iterable[dict[str, str | float]], order: Sequence[str]) -> list[str]:
-    """Return the columns of all rows in the order of `order`, others before what comes after them."""
-    seen = dict.fromkeys(name for row in table for name in row)
+    """Return the columns of all rows: the first six of `order`, the columns not in `order`, the rest of `order`."""
+    present = dict.fromkeys(name for row in table for name in row)
     head, tail = order[:6], order[6:]
-    inner = [name for name in seen if name not in order]
+    inner = [name for name in present if name not in order]
     # Inputs first, then bounds of the answer, then limits.
     inner.sort(key=lambda name: (name.startswith("limit"), name.endswith(("_low", "_high"))))
-    return [*head, *inner, *(name for name in tail if name in seen)]
+    return [*head, *inner, *(name for name in tail if name in present)]
 
 
 def as_csv(names: Sequence[str], table: Iterable[dict[str, str | float]]) -> str:
@@ -150,22 +150,22 @@ def as_csv(names: Sequence[str], table: Iterable[dict[str, str | float]]) -> str
 def tables(wanted: Iterable[str] = FILES) -> dict[str, list[dict[str, str | float]]]:
     """Return the cells of every row of these files and of their extreme scales, by file."""
     rows, _ = everything()
-    found: dict[str, list[dict[str, str | float]]] = {}
+    by_file: dict[str, list[dict[str, str | float]]] = {}
     kept = set(wanted)
     for identity, row in rows.items():
         if row.file in kept:
-            found.setdefault(identity.split("-")[1], []).append(cells(identity, row))
-    return found
+            by_file.setdefault(identity.split("-")[1], []).append(cells(identity, row))
+    return by_file
 
 
 def contents(wanted: Iterable[str] = FILES) -> dict[str, str]:
     """Return the text of every file by its name."""
     wanted = list(wanted)
-    found, texts = tables(wanted), {}
-    names = {file: columns(table, ORDER) for file, table in found.items()}
-    for file, table in found.items():
+    by_file, texts = tables(wanted), {}
+    names = {file: columns(table, ORDER) for file, table in by_file.items()}
+    for file, table in by_file.items():
         texts[f"{file}.csv"] = as_csv(names[file], table)
-    ids = {str(row["id"]) for table in found.values() for row in table}
+    ids = {str(row["id"]) for table in by_file.values() for row in table}
     relations = [relation for relation in everything()[1] if ids.issuperset(relation["rows"].split())]
     if relations:
         texts["relations.csv"] = as_csv(list(relations[0]), [dict(relation) for relation in relations])
@@ -185,7 +185,7 @@ def contents(wanted: Iterable[str] = FILES) -> dict[str, str]:
                     for row in table
                 ],
             )
-            for file, table in found.items()
+            for file, table in by_file.items()
         },
         relations=[RelationRecord(**relation) for relation in relations],
     )
@@ -197,13 +197,13 @@ def contents(wanted: Iterable[str] = FILES) -> dict[str, str]:
 
 
 def slots_table() -> str:
-    """Return the file of every slot of `rayproof list formulas`, or why it has none, as Markdown."""
+    """Return a Markdown table with the file of every slot of `rayproof list formulas`, or the reason for none."""
     places = {slot: f"`{file}.csv`" for file, slots in SLOTS_OF.items() for slot in slots} | NO_FILE
     return "".join(f"| {slot} | {place} |\n" for slot, place in [("slot", "file"), ("---", "---"), *places.items()])
 
 
 def meaning(name: str) -> str:
-    """Return what a column of numbers holds."""
+    """Return the meaning of a column of numbers."""
     if name.startswith("limit"):
         return f"largest error of float{name[5:7]}, empty where none is asked for"
     for end, bound in (("_low", "lower"), ("_high", "upper")):
@@ -221,11 +221,11 @@ def write(folder: Path, wanted: Iterable[str] = FILES) -> dict[str, str]:
 
 
 def as_read(wanted: Iterable[str] = FILES) -> tuple[dict[str, dict[str, str]], list[dict[str, str]]]:
-    """Return rows by id and relations as the checker reads them from the files, with every column."""
-    found: dict[str, dict[str, str]] = {}
+    """Return rows by id, and relations, as the checker reads them from the files, with every column."""
+    by_id: dict[str, dict[str, str]] = {}
     for table in tables(wanted).values():
         names = {name for row in table for name in row}
         for row in table:
             texts = {name: value if isinstance(value, str) else number(value) for name, value in row.items()}
-            found[texts["id"]] = dict.fromkeys(names, "") | texts
-    return found, [relation for relation in everything()[1] if relation["rows"].split()[0] in found]
+            by_id[texts["id"]] = dict.fromkeys(names, "") | texts
+    return by_id, [relation for relation in everything()[1] if relation["rows"].split()[0] in by_id]

@@ -1,6 +1,6 @@
-"""Rows made by hand: special values, faces of boxes, starts on surfaces and in middles, what users reported.
+"""Rows made by hand: special values, faces of boxes, starts on surfaces and in middles, cases that users reported.
 
-Each is (file, question, inputs, why, kind); a kind of "" is found from the answer. Every number is a float32.
+Each is (file, question, inputs, why, kind); a kind of "" is derived from the answer. Every number is a float32.
 """
 
 from collections.abc import Iterator
@@ -24,7 +24,7 @@ REPORTS = {
 
 
 def made() -> Iterator[Made]:
-    """Yield all of them."""
+    """Yield all rows made by hand."""
     for part in (_spheres, _boxes, _planes, _squares, _triangles, _cameras, _normals, _light):
         yield from part()
 

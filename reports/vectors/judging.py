@@ -1,4 +1,4 @@
-"""An answer file judged: its score, ladders' breakpoints, worst rows, known formulas that fail alike; JUnit."""
+"""The judgement on an answer file: score, ladders' breakpoints, worst rows, formulas that fail alike; JUnit."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -18,27 +18,27 @@ from rayproof.reports.vectors.rows import LADDERS, everything
 from rayproof.tracer.formulas import FORMULAS
 
 Cells = Mapping[str, str]
-LADDERS_TITLE = "ladders, by the gate of rayproof stability at float32 inputs"  # it draws float64 ones for float64
-ALIKE = 0.5  # share of all failures from which a formula is named
+LADDERS_TITLE = "ladders, by the gate of rayproof stability at float32 inputs"  # which draws float64 inputs for float64
+ALIKE = 0.5  # smallest share of common failures for which a formula is named
 
 
 @dataclass(frozen=True, kw_only=True)
 class LadderReach:
-    """How far the answers climb a ladder by the gate of `rayproof stability`."""
+    """The values of a ladder up to which the answers are right, by the gate of `rayproof stability`."""
 
     ladder: Ladder
-    breakpoint: float | None  # the last value up to which all hold, None where the first does not
+    breakpoint: float | None  # the last value up to which all are right, None if the first value is wrong
     last: float  # the last value that has rows
 
     @property
     def whole(self) -> bool:
-        """Return whether nothing breaks."""
+        """Return whether all values are right."""
         return self.breakpoint == self.last
 
 
 @dataclass(frozen=True, kw_only=True)
 class FileJudgement:
-    """All that is known about an answer file."""
+    """The judgement on an answer file."""
 
     name: str
     precision: str
@@ -57,7 +57,7 @@ class FileJudgement:
 
     @property
     def files(self) -> list[str]:
-        """Return the files that were answered, and relation where there are such verdicts."""
+        """Return the files that were answered, and "relation" if there are verdicts on relations."""
         return list(dict.fromkeys(_family(verdict.id) for verdict in self.verdicts))
 
 
@@ -84,7 +84,7 @@ def judge(answers: AnswerFile, precision: str) -> FileJudgement:
 
 
 def climbed(members: Mapping[str, Row], cells: Mapping[str, Cells], precision: str) -> list[LadderReach]:
-    """Return how far the answers climb each ladder whose rows they hold."""
+    """Return the reach of the answers on each ladder that has rows among them."""
     rays: dict[str, dict[tuple[float, int], list[str]]] = {}
     for identity, row in members.items():
         if row.ladder and SKIP not in cells[identity].values():
@@ -100,21 +100,21 @@ def _climb(
     precision: str,
 ) -> LadderReach:
     first = [members[ids[0]].given for ids in rays.values()]
-    inputs = {name: np.concatenate([given[name] for given in first]) for name in first[0]}
-    rungs = np.array([ladder.values.index(value) for value, _ in rays])
+    inputs = {name: np.concatenate([inputs_of_ray[name] for inputs_of_ray in first]) for name in first[0]}
+    steps = np.array([ladder.values.index(value) for value, _ in rays])
     question = QUESTIONS[ladder.question]()
-    truth = question.truth(ladder, inputs, rungs)
-    given = [[cells[identity] for identity in ids] for ids in rays.values()]
-    answer = {name: np.array(column) for name, column in _answer(ladder, given, inputs).items()}
+    truth = question.truth(ladder, inputs, steps)
+    cells_by_ray = [[cells[identity] for identity in ids] for ids in rays.values()]
+    answer = {name: np.array(column) for name, column in _answer(ladder, cells_by_ray, inputs).items()}
     grades = question.grade(ladder, inputs, truth, answer, precision)
     off = np.nan_to_num(grades.index, nan=0.0) > ladder.gate.index
     bad = grades.counted & (grades.false_hit | grades.false_miss | grades.invalid | off)
     last = None
-    for rung in np.unique(rungs):
-        if np.any(bad[rungs == rung]):
+    for step in np.unique(steps):
+        if np.any(bad[steps == step]):
             break
-        last = ladder.values[rung]
-    return LadderReach(ladder=ladder, breakpoint=last, last=ladder.values[int(rungs.max())])
+        last = ladder.values[step]
+    return LadderReach(ladder=ladder, breakpoint=last, last=ladder.values[int(steps.max())])
 
 
 def _numbers(row: Cells, names: Sequence[str]) -> list[float]:
@@ -122,47 +122,49 @@ def _numbers(row: Cells, names: Sequence[str]) -> list[float]:
 
 
 def _time(row: Cells) -> float:
-    """Return t, inf where nothing is hit."""
+    """Return t, inf for a miss."""
     return float(row.get("t") or "nan") if float(row["hit"]) else math.inf
 
 
-def _answer(ladder: Ladder, given: Sequence[Sequence[Cells]], inputs: Mapping[str, np.ndarray]) -> Mapping[str, list]:
-    """Return the answers, one list of cells a ray, as the ladder's question takes them."""
-    one, slot = [cells[0] for cells in given], ladder.slots[0]
+def _answer(
+    ladder: Ladder, cells_by_ray: Sequence[Sequence[Cells]], inputs: Mapping[str, np.ndarray]
+) -> Mapping[str, list]:
+    """Return the answers, a list of cells per ray, as arguments of the ladder's question."""
+    first, slot = [cells[0] for cells in cells_by_ray], ladder.slots[0]
     vectors = {"view_ray": "d", "sphere_normal": "n", "placed_normal": "n", "facing": "n", "face": "normal"}
     match ladder.question:
         case "distance" | "special_distance" | "placed_distance":
-            return {"t": [_time(row) for row in one]}
+            return {"t": [_time(row) for row in first]}
         case "watertight":
-            return {"found": [sum(math.isfinite(_time(row)) for row in cells) for cells in given]}
+            return {"found": [sum(math.isfinite(_time(row)) for row in cells) for cells in cells_by_ray]}
         case "view_ray":
-            return {"d": [_numbers(row, ("dx", "dy", "dz")) for row in one]}
+            return {"d": [_numbers(row, ("dx", "dy", "dz")) for row in first]}
         case "sphere_normal" | "placed_normal" | "facing" | "face" as question:
-            return {vectors[question]: [_numbers(row, ("nx", "ny", "nz")) for row in one]}
+            return {vectors[question]: [_numbers(row, ("nx", "ny", "nz")) for row in first]}
         case "light" | "dark_light" | "value" if slot in ("falloff", "cosine", "sum_lights"):
             name = {"light": "value", "dark_light": "E", "value": "sum"}[ladder.question]
-            return {name: [_numbers(row, ("e",))[0] for row in one]}
+            return {name: [_numbers(row, ("e",))[0] for row in first]}
         case "value" if slot == "exitance":
-            return {f"0{k}": [_numbers(row, ("r", "g", "b"))[k] for row in one] for k in range(3)}
+            return {f"0{k}": [_numbers(row, ("r", "g", "b"))[k] for row in first] for k in range(3)}
         case "value" if slot in ("radiance", "radiance_simplified"):
-            return {"L": [_numbers(row, ("r",))[0] for row in one]}
+            return {"L": [_numbers(row, ("r",))[0] for row in first]}
         case "value":
-            return {end: [_numbers(row, (f"t_{end}",))[0] for row in one] for end in ("near", "far")}
+            return {end: [_numbers(row, (f"t_{end}",))[0] for row in first] for end in ("near", "far")}
         case "order":
-            return {"second": [float(row["nearest"]) - 1 for row in one]}
+            return {"second": [float(row["nearest"]) - 1 for row in first]}
         case "shadow":
-            lit, stopped = ([1 - float(cells[k]["visible"]) for cells in given] for k in (0, 1))
+            lit, stopped = ([1 - float(cells[k]["visible"]) for cells in cells_by_ray] for k in (0, 1))
             return {"own": lit, "stopped": stopped}
         case _ if slot == "hidden":
-            return {"yes": [float(row["dark"]) for row in one]}
+            return {"yes": [float(row["dark"]) for row in first]}
         case _ if slot == "horizon":
-            return {"yes": [1 - float(row["visible"]) for row in one]}
+            return {"yes": [1 - float(row["visible"]) for row in first]}
         case _:
-            ends = [_numbers(row, ("t_near", "t_far")) for row in one]
+            ends = [_numbers(row, ("t_near", "t_far")) for row in first]
             return {"yes": [float(a < t < b) for (a, b), t in zip(ends, inputs["t"], strict=True)]}
 
 
-# Which known formula fails alike.
+# The formulas that fail on the same rows.
 
 
 def _failures(verdicts: Sequence[RowVerdict]) -> set[str]:
@@ -177,35 +179,36 @@ def _alike(
     own: Sequence[RowVerdict],
     bits: str,
 ) -> str | None:
-    """Return in a sentence which formula of the tracer fails the same rows and relations; None where nothing fails.
+    """Return a sentence with the formulas of the tracer that fail the same rows and relations; None without failures.
 
-    Of two sets of failures what both have is divided by what either has, so that one that fails all is like nobody.
+    The similarity of two sets of failures is the size of their intersection over that of their union, so that a formula
+    that fails every row resembles no other.
     """
     members = {identity: row for identity, row in everything()[0].items() if row.file == file and identity in rows}
     related = [relation for relation in relations if relation["rows"].split()[0] in members]
     known_ids = set(members) | {relation["id"] for relation in related}
-    mine = _failures(own) & known_ids
-    if not mine:
+    failures = _failures(own) & known_ids
+    if not failures:
         return None
     share: dict[str, float] = {}
     for formula in formulas_of(file):
         cells = answered(members, configured(formula, bits))
-        theirs = _failures(scored(rows, related, AnswerFile(rows=cells), bits))
-        share[formula.name] = len(mine & theirs) / len(mine | theirs)
+        formula_failures = _failures(scored(rows, related, AnswerFile(rows=cells), bits))
+        share[formula.name] = len(failures & formula_failures) / len(failures | formula_failures)
     best = max(share.values())
     if best < ALIKE:
-        return f"{len(mine)} fail; no known formula fails alike"
+        return f"{len(failures)} fail; no known formula fails alike"
     names = [name for name, alike in share.items() if alike == best]
     about = FORMULAS[names[0]]
-    said = about.known_bad or about.facts.get("says") or about.summary
-    return f"{len(mine)} fail, as with {' and '.join(names)} in {best:.0%} of what fails with either: {said}"
+    description = about.known_bad or about.facts.get("says") or about.summary
+    return f"{len(failures)} fail, as with {' and '.join(names)} in {best:.0%} of what fails with either: {description}"
 
 
-# What is published.
+# Publication.
 
 
 def reach_cell(reach: LadderReach) -> str:
-    """Return how far a ladder was climbed, for a table."""
+    """Return the breakpoint of a ladder, for a table."""
     return "none" if reach.breakpoint is None else f"{reach.breakpoint:g}" + (" (all)" if reach.whole else "")
 
 
@@ -231,7 +234,7 @@ def markdown(judgement: FileJudgement) -> str:
 
 
 def junit(judgement: FileJudgement) -> str:
-    """Return the judgement as JUnit XML: a suite a file, a case a row."""
+    """Return the judgement as JUnit XML: a suite per file, a case per row."""
     root = ElementTree.Element("testsuites", {"name": legal(f"rayproof vectors {judgement.name}")})
     for file in judgement.files:
         own = judgement.of_file(file)

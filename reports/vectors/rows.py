@@ -1,7 +1,7 @@
-"""All rows with ids: chosen rays of ladders, rows made by hand, extreme ones; relations between rows.
+"""All rows with ids: chosen rays of ladders, rows made by hand, extreme rows; relations between rows.
 
-`chosen.json` holds, for each value of each ladder, indices into the ladder's own seeded draw in float32: few rays that
-break every formula that breaks there and none that holds (`tests/harness/choose_vectors.py` makes it).
+`chosen.json` contains, for each value of each ladder, indices into the ladder's seeded draw in float32: a few rays on
+which every formula fails that fails at that value, and no other formula (`tests/harness/choose_vectors.py` makes it).
 """
 
 import json
@@ -19,7 +19,7 @@ from rayproof.reports.vectors.check import EITHER, FILES, VERSION
 from rayproof.reports.vectors.handmade_rows import ORIGIN, in_faces, made
 
 CHOSEN = Path(__file__).with_name("chosen.json")
-# (file, question) -> the exact answer, the item of the specification, whether object space is meant.
+# (file, question) -> the function of the exact answer, the item of the specification.
 QUESTIONS: Mapping[tuple[str, str], tuple[Callable[[Any], Exact], str]] = {
     ("camera_ray", "direction"): (values.direction, "CAM-4"),
     ("camera_ray", "clip"): (values.clipped, "HIT-2"),
@@ -45,7 +45,7 @@ QUESTIONS: Mapping[tuple[str, str], tuple[Callable[[Any], Exact], str]] = {
     ("radiance", "dark"): (values.dark, "RAD-4"),
     ("nearest", "nearest"): (values.nearest, "HIT-9"),
 }
-# Ladders that ask something else: of trees, of points in space, of matrices, of strategies inside a renderer.
+# Ladders without rows: they test trees, points in space, matrices, or strategies inside a renderer.
 NOT_ASKED = ("tree", "point", "baked_distance", "special_camera", "special_light")
 NOT_SLOTS = ("sample", "ndc", "pixel", "projection", "inverse", "view", "corners", "to_object")
 NOT_LADDERS = ("SHD-SELF", "SHD-COPLANAR", "SHD-BALL-REPROJECTED")
@@ -54,13 +54,14 @@ LADDERS = tuple(
     for ladder in all_ladders()
     if ladder.question not in NOT_ASKED and ladder.slots[0] not in NOT_SLOTS and ladder.name not in NOT_LADDERS
 )
-SMALLEST, LARGEST = 1e-9, 1e9  # of lengths in a row of no extreme scale: products of four stay float32 numbers
+# Bounds of lengths in a row that is not of extreme scale: products of four such lengths are finite in float32.
+SMALLEST, LARGEST = 1e-9, 1e9
 
 
 def drawn(ladder: Ladder) -> tuple[Inputs, np.ndarray]:
-    """Return the inputs of a ladder as rows hold them, and the index of each ray's value.
+    """Return the inputs of a ladder in the form of rows, and the index of each ray's value.
 
-    They are those that `rayproof stability` draws in float32; a blocker is the point where it stands.
+    They are the inputs that `rayproof stability` draws in float32; a blocker is given by its position.
     """
     generator = np.random.default_rng(ladder.seed)
     rays = ladder.quick_rays if ladder.question == "watertight" else ladder.rays
@@ -75,24 +76,24 @@ def drawn(ladder: Ladder) -> tuple[Inputs, np.ndarray]:
 
 def _row(file: str, question: str, inputs: Mapping[str, Numbers], why: str, **about: Any) -> Row:
     exact, item = QUESTIONS[file, question]
-    found = exact(inputs)
+    answer = exact(inputs)
     numbers = [np.ravel(value).tolist() for value in inputs.values() if not isinstance(value, str)]
     kind = about.pop("kind", "")
     if not np.all(np.isfinite([number for part in numbers for number in part])):
         kind = "special"
-    elif not kind and found.decision.get("float32") == EITHER:
+    elif not kind and answer.decision.get("float32") == EITHER:
         kind = "tie"
-    elif not kind and found.start in ("inside", "on"):
+    elif not kind and answer.start in ("inside", "on"):
         kind = "inside"
     elif not kind and "d" in inputs and abs(np.linalg.norm(np.array(inputs["d"])) - 1) > 1e-5:
         kind = "direction"
     sided = "two" if file in ("plane", "triangle", "square", "nearest") else ""
-    return Row(file=file, question=question, kind=kind or "core", item=item, inputs=inputs, exact=found, why=why,
+    return Row(file=file, question=question, kind=kind or "core", item=item, inputs=inputs, exact=answer, why=why,
                sided=sided, **about)  # fmt: skip
 
 
 def extreme(row: Row) -> bool:
-    """Return whether a row has lengths that only formulas of extreme scale can answer, or numbers that are none."""
+    """Return whether a row has lengths that only formulas for extreme scales can compute, or infinities or NaN."""
     for value in row.inputs.values():
         if not isinstance(value, str) or "inf" in value:
             size = float(np.linalg.norm(np.array(value, dtype=np.float64))) if not isinstance(value, str) else 0.0
@@ -106,7 +107,7 @@ def extreme(row: Row) -> bool:
 
 
 def _of_ladder(ladder: Ladder, x: Mapping[str, Any]) -> Iterator[tuple[str, str, dict[str, Numbers], str]]:
-    """Yield file, question, inputs and kind of the rows that one ray of a ladder makes."""
+    """Yield file, question, inputs and kind of the rows of a ladder's ray."""
     shape, slot = ladder.options.get("shape"), ladder.slots[0]
     ray: dict[str, Numbers] = {"o": x["o"], "d": x["d"]} if "o" in x else {}
     match ladder.question:
@@ -137,8 +138,8 @@ def _of_ladder(ladder: Ladder, x: Mapping[str, Any]) -> Iterator[tuple[str, str,
         case "face":
             yield "normals", "box", ray, ""
         case "light":
-            given = {name: x[name] for name in (("flux", "away") if slot == "falloff" else ("normal", "away"))}
-            yield "irradiance", "facing" if slot == "falloff" else "cosine", given, ""
+            row_inputs = {name: x[name] for name in (("flux", "away") if slot == "falloff" else ("normal", "away"))}
+            yield "irradiance", "facing" if slot == "falloff" else "cosine", row_inputs, ""
         case "dark_light":
             yield "irradiance", "lit", {name: x[name] for name in ("flux", "normal", "away")}, ""
         case "order":
@@ -165,15 +166,15 @@ def _of_ladder(ladder: Ladder, x: Mapping[str, Any]) -> Iterator[tuple[str, str,
             yield "shadow_ray", "horizon", {"normal": x["n"], "light": x["d"]}, ""
         case _:  # clipping
             clip = slot.removeprefix("clip_")
-            given = {name: x[name] for name in ("direction", "forward", "near", "far")}
-            yield "camera_ray", "clip", {"clip": clip, **given}, ""
+            row_inputs = {name: x[name] for name in ("direction", "forward", "near", "far")}
+            yield "camera_ray", "clip", {"clip": clip, **row_inputs}, ""
 
 
 def _shadow(x: Mapping[str, Any], ray: dict[str, Numbers]) -> Iterator[tuple[str, str, dict[str, Numbers], str]]:
     sphere = {"center": x.get("c", ""), "radius": x.get("r", "")}
-    given = ray | {"point": x["point"], "normal": x["normal"], **sphere, "light": x["light"]}
-    yield "shadow_ray", "shadow_ray", given | {"blocker": ""}, ""
-    yield "shadow_ray", "shadow_ray", given | {"blocker": x["blocker"]}, ""
+    row_inputs = ray | {"point": x["point"], "normal": x["normal"], **sphere, "light": x["light"]}
+    yield "shadow_ray", "shadow_ray", row_inputs | {"blocker": ""}, ""
+    yield "shadow_ray", "shadow_ray", row_inputs | {"blocker": x["blocker"]}, ""
 
 
 def _plain(array: np.ndarray) -> Any:
@@ -182,14 +183,14 @@ def _plain(array: np.ndarray) -> Any:
 
 
 def of_rays(ladder: Ladder, inputs: Inputs, whys: Sequence[str]) -> list[Row]:
-    """Return rays that a ladder asks about as rows, each with the sentence why it is one."""
-    found: list[Row] = []
+    """Return rays of a ladder as rows, each with its reason from `whys`."""
+    rows: list[Row] = []
     for ray, why in enumerate(whys):
-        given = {name: array[ray : ray + 1] for name, array in inputs.items()}
-        x = {name: _plain(array) for name, array in given.items()}
-        for file, question, asked, kind in _of_ladder(ladder, x):
-            found.append(_row(file, question, asked, why, kind=kind or "reported", ray=ray, given=given))
-    return found
+        ray_inputs = {name: array[ray : ray + 1] for name, array in inputs.items()}
+        x = {name: _plain(array) for name, array in ray_inputs.items()}
+        for file, question, row_inputs, kind in _of_ladder(ladder, x):
+            rows.append(_row(file, question, row_inputs, why, kind=kind or "reported", ray=ray, given=ray_inputs))
+    return rows
 
 
 def of_ladders() -> Iterator[Row]:
@@ -199,12 +200,20 @@ def of_ladders() -> Iterator[Row]:
         inputs, _ = drawn(ladder)
         for value, rays in zip(ladder.values, chosen[ladder.name], strict=True):
             for ray in rays:
-                given = {name: array[ray : ray + 1] for name, array in inputs.items()}
-                x = {name: _plain(array) for name, array in given.items()}
+                ray_inputs = {name: array[ray : ray + 1] for name, array in inputs.items()}
+                x = {name: _plain(array) for name, array in ray_inputs.items()}
                 why = f"{ladder.parameter.capitalize()}: {value:g}."
-                for file, question, asked, kind in _of_ladder(ladder, x):
+                for file, question, row_inputs, kind in _of_ladder(ladder, x):
                     yield _row(
-                        file, question, asked, why, kind=kind, ladder=ladder.name, value=value, ray=ray, given=given
+                        file,
+                        question,
+                        row_inputs,
+                        why,
+                        kind=kind,
+                        ladder=ladder.name,
+                        value=value,
+                        ray=ray,
+                        given=ray_inputs,
                     )
 
 
@@ -213,7 +222,7 @@ def of_ladders() -> Iterator[Row]:
 
 @cache
 def everything() -> tuple[dict[str, Row], list[dict[str, str]]]:
-    """Return all rows by id, file after file, and the relations between them."""
+    """Return all rows by id, ordered by file, and the relations between them."""
     faces = [(_row(file, question, x, why, kind=kind), place) for (file, question, x, why, kind), place in in_faces()]
     by_hand = (_row(file, question, x, why, kind=kind) for file, question, x, why, kind in made())
     rows = [*of_ladders(), *by_hand, *(row for row, _ in faces)]

@@ -1,10 +1,11 @@
 """Exact answers of ray and sphere, box, plane, triangle and square, with their limits.
 
-A limit is 16 u (|o| + |shape| + t |d|) / |n . d|: sixteen roundings of the largest lengths that enter, carried to t
-along the normal n at the hit. A decision is required where the ray clears the shape's outline, its own start and the
-parallel case by more than 16 u (|o| + |shape| + t |d|); elsewhere either answer is accepted. Near a sphere's outline
-1 / |n . d| is not linear any more: there the half chord of a sphere that is smaller by that length is compared.
-The distance of a ray from an edge is multiplied by the sine between them, which a triple product divides by.
+A limit is 16 u (|o| + |shape| + t |d|) / |n . d|: sixteen roundings of the largest input lengths, converted to an error
+of t by the normal n at the hit. A decision is required if the ray clears the shape's outline, its own start and the
+parallel case by more than 16 u (|o| + |shape| + t |d|); otherwise either answer is accepted. Near a sphere's outline
+the error is not linear in 1 / |n . d|: there the limit is the change of the half chord if the radius shrinks by that
+length. The distance of a ray from an edge is multiplied by the sine between them, because a triple product divides by
+it.
 """
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -52,7 +53,7 @@ def _answer(
     start: str = "",
     face: str = "",
 ) -> Exact:
-    """Return the answer; `size` is the sum of lengths, `error` of a length along the normal the error of t."""
+    """Return the answer; `size` is the sum of lengths; `error` returns the error of t for one along the normal."""
     decision, limits = {}, {}
     for name in PRECISIONS:
         noise = ball_limit(size, name)
@@ -72,17 +73,17 @@ def _answer(
 
 
 def degenerate() -> Exact:
-    """Return that anything is accepted."""
+    """Return an answer that accepts either decision."""
     return Exact(decision=dict.fromkeys(PRECISIONS, EITHER), clearance=0.0)
 
 
 def miss() -> Exact:
-    """Return that nothing is hit, whatever the precision: numbers that are none."""
+    """Return a miss in every precision, the answer to inputs that are not finite."""
     return Exact(decision=dict.fromkeys(PRECISIONS, "0"))
 
 
 def certified(question: Callable[[Inputs], Exact]) -> Callable[[Inputs], Exact]:
-    """Return a question that is answered with balls of BITS bits, and by a miss where an input is no number."""
+    """Decorate the function of an answer: it computes with balls of BITS bits and returns a miss for NaN or inf."""
 
     def asked(x: Inputs) -> Exact:
         with precision(BITS):
@@ -109,13 +110,13 @@ def sphere(x: Inputs) -> Exact:
     surface = abs(away - arb(r))
     hit = margin >= ZERO and (outside < ZERO or h < ZERO)
     root = arb(margin).sqrt() if margin > ZERO else arb(0)
-    met = {"t_in": (-arb(h) - root) / arb(a), "t_out": (root - arb(h)) / arb(a)} if margin >= ZERO else {}
-    t = met["t_out" if outside <= ZERO else "t_in"] if hit else abs(arb(h)) / arb(a)
+    times = {"t_in": (-arb(h) - root) / arb(a), "t_out": (root - arb(h)) / arb(a)} if margin >= ZERO else {}
+    t = times["t_out" if outside <= ZERO else "t_in"] if hit else abs(arb(h)) / arb(a)
     size = length(o) + length(c) + arb(r) + abs(t) * speed
     start = "outside" if outside > ZERO else "inside"
     clearance = arb("inf")
     if surface <= ball_limit(size, "float32"):
-        # Where a ray starts on a surface both roots, zero and, if it leaves, a miss are right.
+        # For a start on the surface both roots and zero are right, and a miss too if the ray leaves the sphere.
         start, clearance = "on", arb("inf") if outside < ZERO or h < ZERO else arb(0)
     elif outside > ZERO:
         lateral = abs(arb(r) - apart)
@@ -130,8 +131,8 @@ def sphere(x: Inputs) -> Exact:
         return (half - left.sqrt()).max(noise) / speed
 
     if start == "on" and outside > ZERO:
-        clearance = arb(0)  # a float32 origin cannot tell whether it is outside
-    return _answer(hit, met, clearance, size, error, start=start)
+        clearance = arb(0)  # a float32 origin does not determine the side of the surface
+    return _answer(hit, times, clearance, size, error, start=start)
 
 
 @certified
@@ -145,7 +146,8 @@ def box(x: Inputs) -> Exact:
     ends = {axis: sorted(((low[axis] - o[axis]) / d[axis], (high[axis] - o[axis]) / d[axis])) for axis in moving}
     enter, leave = max(ends[axis][0] for axis in moving), min(ends[axis][1] for axis in moving)
     room = [(o[axis] - low[axis]).__class__(min(o[axis] - low[axis], high[axis] - o[axis])) for axis in range(3)]
-    gaps = [arb(room[axis]) for axis in range(3) if axis not in moving]  # negative: outside a slab that it runs along
+    # Negative: outside a slab to which the ray is parallel.
+    gaps = [arb(room[axis]) for axis in range(3) if axis not in moving]
     for i in moving:
         for j in moving:
             if i != j:
@@ -175,7 +177,7 @@ def box(x: Inputs) -> Exact:
         clearance = -behind
         for gap in gaps:
             clearance = clearance.max(-gap)
-    met = {"t_in": enter, "t_out": leave} if enter <= leave else {}
+    times = {"t_in": enter, "t_out": leave} if enter <= leave else {}
 
     def error(noise: arb) -> arb | None:
         slack = {axis: noise / arb(abs(d[axis])) for axis in moving}
@@ -186,10 +188,10 @@ def box(x: Inputs) -> Exact:
         earliest = [arb(leave) - (arb(ends[axis][1]) - slack[axis]) for axis in moving]
         return _largest(earliest, slack[last])
 
-    answer = _answer(hit, met, clearance, size, error, start=start)
+    answer = _answer(hit, times, clearance, size, error, start=start)
     if not hit or start != "outside":
         return answer
-    # The point is off along the ray by the error of t, and by its own roundings.
+    # The point has the error of t along the ray, and its own roundings.
     speed = length(d)
     point = dict(zip("xyz", (bounds(a + enter * b) for a, b in zip(o, d, strict=True)), strict=True))
     off = {name: upwards(arb(limit) * speed + ball_limit(size, name)) for name, limit in answer.limits["t"].items()}
@@ -206,7 +208,8 @@ def _largest(values: Sequence[arb], least: arb) -> arb:
 def plane(x: Inputs) -> Exact:
     """Return t of the plane through `point` with the normal `normal`, of any length.
 
-    What is no number may lie along the plane, where it matters to some formulas alone: either answer is accepted then.
+    For inputs that are not finite either answer is accepted: they may be components along the plane, which only some
+    formulas read.
     """
     if not all(isfinite(number) for name in ("o", "d") for number in x[name]):
         return degenerate()
@@ -251,7 +254,7 @@ def _flat(
     unit, speed = length(normal), length(d)
     apart = abs(arb(height)) / unit
     if slope == ZERO:
-        # A ray along the plane misses it, unless it lies within rounding of it.
+        # A ray along the plane misses it; one within rounding of the plane may hit it too.
         return _answer(False, {}, apart, length(o) + shape, lambda noise: None)
     t = height / slope
     sides = []
@@ -272,5 +275,5 @@ def _flat(
     size = length(o) + shape + abs(arb(t)) * speed
     face = "front" if slope < ZERO else "back"
     if cosine / speed <= ball_limit(arb(1), "float32"):
-        clearance = arb(0)  # rounding turns such a ray away from the plane, or towards it
+        clearance = arb(0)  # rounding may turn such a ray away from the plane, or towards it
     return _answer(hit, {"t_in": t} if t > ZERO else {}, clearance, size, lambda noise: noise / cosine, face=face)

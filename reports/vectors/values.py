@@ -1,16 +1,16 @@
 """Certified answers of cameras, normals, shadow rays and light, with their limits.
 
-Limits, u being the unit roundoff, of a vector for the length of the difference:
+Limits; u is the unit roundoff, and the error of a vector is the length of the difference:
 
-    camera's direction  16 u (1 + 1 / sin(F, up) + a q sec^2 a / (1 + q^2 tan^2 a) + tan a sqrt(aspect^2 + 1) cos), the
-                        third being what the angle of view is magnified by, the last the roundings of sx and sy; a is
-                        half the angle of view, q the distance from the image's middle in half heights
-    clipping            t times (that of the direction times tan + 8 u) over the cosine to the axis
-    normals             16 u, of placed ones times cond(M) in the Frobenius norm
+    camera's direction  16 u (1 + 1 / sin(F, up) + a q sec^2 a / (1 + q^2 tan^2 a) + tan a sqrt(aspect^2 + 1) cos). The
+                        third term is the amplification of the angle of view, the last has the roundings of sx and sy; a
+                        is half the angle of view, q the distance from the image's middle in half heights
+    clipping            t times 32 u over the cosine to the axis
+    normals             16 u; for placed shapes times cond(M) in the Frobenius norm
     irradiance          16 u Phi / (4 pi r^2), a cosine 16 u, a sum of n lights (n + 16) u times the sum of their sizes
     exitance, radiance  16 u of themselves
-    shadow ray          required where light and blocker clear the plane of the hit, and each other, by more than the
-                        error of the hit, 16 u (|o| + |p| + t |d|)
+    shadow ray          a decision is required if light and blocker clear the plane of the hit, and each other, by more
+                        than the error of the hit, 16 u (|o| + |p| + t |d|)
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -35,7 +35,7 @@ def balls(numbers: Sequence[float]) -> tuple[arb, arb, arb]:
 
 
 def numbers_of(group: str, values: Mapping[str, arb], limit: Callable[[str], arb]) -> Exact:
-    """Return an answer of numbers alone; where a precision has no such number nothing is asked of it."""
+    """Return an answer without a decision; a precision that cannot represent the numbers gets no limit."""
     limits = {}
     for name in PRECISIONS:
         sizes = [abs(value) for value in values.values() if not value.is_zero()]
@@ -49,17 +49,17 @@ def numbers_of(group: str, values: Mapping[str, arb], limit: Callable[[str], arb
 
 
 def axes(x: Inputs) -> tuple[Vector, Vector, Vector, arb]:
-    """Return right, up and forward, and the sine of the angle between forward and the given up."""
+    """Return right, up and forward, and the sine of the angle between forward and the camera's `up`."""
     forward = unit(minus(balls(x["target"]), balls(x["eye"])))
-    given = balls(x["up"])
-    right = cross(forward, given)
-    sine = dot(right, right).sqrt() / dot(given, given).sqrt()
+    up = balls(x["up"])
+    right = cross(forward, up)
+    sine = dot(right, right).sqrt() / dot(up, up).sqrt()
     right = unit(right)
     return right, cross(right, forward), forward, sine
 
 
 def image_point(x: Inputs) -> tuple[arb, arb, arb]:
-    """Return (sx, sy) and the aspect: as given, or of a pixel's centre."""
+    """Return (sx, sy) and the aspect from the inputs, or those of a pixel's centre."""
     if "column" not in x:
         return arb(x["sx"]), arb(x["sy"]), arb(x["aspect"])
     width, height = arb(x["width"]), arb(x["height"])
@@ -82,7 +82,7 @@ def look(x: Inputs) -> tuple[Vector, Callable[[str], arb]]:
     q = (sx * aspect * sx * aspect + sy * sy).sqrt()
     half = arb(exact(x["fovy"]) / 360) * arb.pi()
     view = half * q * (1 + tan * tan) / (1 + q * q * tan * tan)
-    # sx and sy are differences with 1, however little is left; they turn a ray by as much as it leaves the axis.
+    # sx and sy are differences with 1, so their absolute errors are u; they turn a ray by its distance from the axis.
     pixel = tan * (aspect * aspect + 1).sqrt() / (1 + q * q * tan * tan).sqrt()
     noise = 1 + 1 / sine + view + pixel
     return direction, lambda name: ball_limit(noise, name)
@@ -91,13 +91,13 @@ def look(x: Inputs) -> tuple[Vector, Callable[[str], arb]]:
 @certified
 def direction(x: Inputs) -> Exact:
     """Return the unit direction of a camera's ray."""
-    found, limit = look(x)
-    return numbers_of("direction", dict(zip(("dx", "dy", "dz"), found, strict=True)), limit)
+    unit_direction, limit = look(x)
+    return numbers_of("direction", dict(zip(("dx", "dy", "dz"), unit_direction, strict=True)), limit)
 
 
 @certified
 def clipped(x: Inputs) -> Exact:
-    """Return where clipping begins and ends along the given unit direction: `clip` is depth, shell or none."""
+    """Return the t of near and far along the given unit direction: `clip` is depth, shell or none."""
     near, far = arb(x["near"]), arb(x["far"])
     d, f = balls(x["direction"]), balls(x["forward"])
     cosine = dot(d, f)
@@ -120,8 +120,8 @@ NORMAL: tuple[str, ...] = ("nx", "ny", "nz")
 @certified
 def sphere_normal(x: Inputs) -> Exact:
     """Return the unit normal outward at `p` of the sphere about `center`."""
-    found = unit(tuple(map(arb, minus(vector(x["p"]), vector(x["center"])))))
-    return numbers_of("normal", dict(zip(NORMAL, found, strict=True)), lambda name: ball_limit(arb(1), name))
+    normal = unit(tuple(map(arb, minus(vector(x["p"]), vector(x["center"])))))
+    return numbers_of("normal", dict(zip(NORMAL, normal, strict=True)), lambda name: ball_limit(arb(1), name))
 
 
 @certified
@@ -133,10 +133,10 @@ def placed_normal(x: Inputs) -> Exact:
     det = dot(columns[0], by[0])
     n = vector(x["n"])
     turned = [sum((by[k][i] * n[k] for k in range(3)), fmpq(0)) / det for i in range(3)]
-    found = unit(tuple(map(arb, turned)))
+    normal = unit(tuple(map(arb, turned)))
     sizes = [arb(sum((dot(row, row) for row in rows), fmpq(0))).sqrt() for rows in (columns, by)]
     condition = sizes[0] * sizes[1] / abs(arb(det))
-    return numbers_of("normal", dict(zip(NORMAL, found, strict=True)), lambda name: ball_limit(condition, name))
+    return numbers_of("normal", dict(zip(NORMAL, normal, strict=True)), lambda name: ball_limit(condition, name))
 
 
 @certified
@@ -145,9 +145,9 @@ def facing(x: Inputs) -> Exact:
     n, d = vector(x["n"]), vector(x["d"])
     side = dot(n, d)
     size = length(n) * length(d)
-    found = dict(zip(NORMAL, ((-arb(c) if side > 0 else arb(c)) for c in n), strict=True))
+    normal = dict(zip(NORMAL, ((-arb(c) if side > 0 else arb(c)) for c in n), strict=True))
     decided = {name for name in PRECISIONS if abs(arb(side)) > ball_limit(size, name)}
-    answer = numbers_of("normal", found, lambda name: ball_limit(length(n), name))
+    answer = numbers_of("normal", normal, lambda name: ball_limit(length(n), name))
     return Exact(
         values=answer.values, limits={"normal": {k: v for k, v in answer.limits["normal"].items() if k in decided}}
     )
@@ -155,7 +155,7 @@ def facing(x: Inputs) -> Exact:
 
 @certified
 def box_normal(x: Inputs) -> Exact:
-    """Return the outward axis of the face of the cube [-0.5, 0.5]^3 that the ray meets first."""
+    """Return the outward normal of the face of the cube [-0.5, 0.5]^3 that the ray hits first."""
     o, d = vector(x["o"]), vector(x["d"])
     half = fmpq(1, 2)
     moving = [axis for axis in range(3) if d[axis] != 0]
@@ -168,21 +168,21 @@ def box_normal(x: Inputs) -> Exact:
     size = length(o) + arb(1) + arb(t) * length(d)
     # The other faces' planes must be farther from the hit than the error of the hit.
     clear = min(abs(half - abs(o[axis] + t * d[axis])) for axis in range(3) if axis != chosen)
-    found = {name: arb(sign if axis == chosen else 0) for axis, name in enumerate(NORMAL)}
+    normal = {name: arb(sign if axis == chosen else 0) for axis, name in enumerate(NORMAL)}
     cosine = arb(abs(d[chosen])) / length(d)
     limits = {
         name: upwards(ball_limit(arb(1), name)) for name in PRECISIONS if arb(clear) > ball_limit(size, name) / cosine
     }
-    return Exact(values={name: bounds(value) for name, value in found.items()}, limits={"normal": limits})
+    return Exact(values={name: bounds(value) for name, value in normal.items()}, limits={"normal": limits})
 
 
-# Shadow rays: a ray at a surface, a light, and a plane in the way, parallel to the surface at the hit, through
-# `blocker`.
+# Shadow rays: a ray that hits a surface, a light, and a blocking plane through `blocker`, parallel to the surface at
+# the hit.
 
 
 @certified
 def visible(x: Inputs) -> Exact:
-    """Return whether the light is seen from where the ray meets the plane or the sphere."""
+    """Return whether the light is visible from the ray's hit on the plane or the sphere."""
     o, d, light = balls(x["o"]), balls(x["d"]), balls(x["light"])
     point, normal = balls(x["point"]), balls(x["normal"])
     if x["radius"] != "":
@@ -198,18 +198,19 @@ def visible(x: Inputs) -> Exact:
     across = unit(normal)
     above = dot(upward, minus(light, hit))
     size = dot(o, o).sqrt() + size + abs(t) * dot(d, d).sqrt()
-    gaps, seen = [abs(above)], bool(above > 0)
+    gaps, lit = [abs(above)], bool(above > 0)
     if x["blocker"] != "":
         blocker = balls(x["blocker"])
         before, after = dot(across, minus(blocker, hit)), dot(across, minus(light, blocker))
         gaps += [abs(before), abs(after)]
-        seen = seen and not (before > 0 and after > 0)
+        lit = lit and not (before > 0 and after > 0)
         size = size + dot(blocker, blocker).sqrt()
-    # A hit is off along the ray by the error along the normal over the cosine, which a blocker across it never notices.
+    # The error of a hit along the ray is that along the normal over the cosine; a blocker parallel to the surface only
+    # depends on the latter.
     clearance = gaps[0]
     for gap in gaps[1:]:
         clearance = clearance.min(gap)
-    decision = {name: str(int(seen)) if clearance > ball_limit(size, name) else EITHER for name in PRECISIONS}
+    decision = {name: str(int(lit)) if clearance > ball_limit(size, name) else EITHER for name in PRECISIONS}
     return Exact(decision=decision, clearance=float(clearance.mid()))
 
 
@@ -239,7 +240,7 @@ def facing_light(x: Inputs) -> Exact:
 
 @certified
 def cosine(x: Inputs) -> Exact:
-    """Return dot(N, L), L the unit vector to the light."""
+    """Return dot(N, L) with the unit vector L to the light."""
     n, away = vector(x["normal"]), vector(x["away"])
     return _value(arb(dot(n, away)) / length(away), arb(1))
 
@@ -299,18 +300,18 @@ def simplified_radiance(x: Inputs) -> Exact:
 
 @certified
 def dark(x: Inputs) -> Exact:
-    """Return 1 where a one-sided surface with the normal `n` shows its back to a ray along `d`."""
+    """Return 1 if a ray along `d` sees the back of a one-sided surface with the normal `n`."""
     n, d = vector(x["n"]), vector(x["d"])
     side, size = arb(dot(n, d)), length(n) * length(d)
     right = "1" if side >= 0 else "0"
     return Exact(decision={name: right if abs(side) > ball_limit(size, name) else EITHER for name in PRECISIONS})
 
 
-# Which of two triangles is the nearer one?
+# The nearer of two triangles.
 
 
 def nearest(x: Inputs) -> Exact:
-    """Return 1 or 2."""
+    """Return the number of the nearer triangle, 1 or 2."""
     answers = [triangle({"o": x["o"], "d": x["d"], **{name: x[f"{name}{k}"] for name in "abc"}}) for k in (1, 2)]
     with precision(BITS):
         ends = [answer.values["t_in"] for answer in answers]

@@ -25,10 +25,10 @@ from rayproof.reports.results.case_records import CHANCE, LEAST_DISTINCT, Bias, 
 # Roundings of the numbers that all pixels under one light share: flux, 4 pi and their quotient; then albedo and its
 # product with these; then pi, the quotient by it and the product with the constants before it.
 CONSTANTS = {Stage.IRRADIANCE: 3, Stage.EXITANCE: 5, Stage.RADIANCE: 8}
-# The longest path to a ray, a hit or a curved normal has sixteen roundings, of which two are shared by pixels: that of
-# a datum, and that of its transform into the frame of its use. Limits weigh both with the magnitudes of all data.
+# The longest path to a ray, a hit or a curved normal has sixteen roundings. Pixels share two of them: the rounding of a
+# datum, and the rounding of its transform into the frame of its use. Limits weigh both with the magnitudes of all data.
 SHARED = 2 / 16
-# Half of the roundings of numbers that depend on the eye's position, on the single normal of a flat shape, and on the
+# Half of the roundings in numbers that depend on the eye's position, on the single normal of a flat shape, and on the
 # direction to a light: the light's position is one of two inputs, and equal normals give equal products.
 HALF = 1 / 2
 WIDE = 0.01  # of the light: pixels with a larger limit are tested together
@@ -106,7 +106,7 @@ class CommonFactors:
         constants = Roundoff(self.renderer.precision)(CONSTANTS[stage]) + ORACLES(CONSTANTS[stage])
         (shared_own, whole_own), (shared, whole) = self._light_bounds
         if continued:
-            # Separate passes have their own end-to-end error each, and so do the stages from which they are continued.
+            # Separate passes have their own end-to-end error each, and so have the stages before them.
             own, passes = float(stage is Stage.IRRADIANCE), 0.0 if self.renderer.chained else 2.0
             with np.errstate(invalid="ignore"):  # 0 times infinity, where no light arrives and no group is
                 shared, whole = own * shared_own + passes * shared, own * whole_own + passes * whole
@@ -164,9 +164,9 @@ class CommonFactors:
 
     @cached_property
     def wide_pixels(self) -> tuple[np.ndarray, np.ndarray]:
-        """Return the pixels that receive light and are held to a limit of more than `WIDE` of it.
+        """Return the pixels that receive light and have a limit of more than `WIDE` of it.
 
-        As flat indices (n,) and each one's brightest channel (n,).
+        They are flat indices (n,), with each pixel's brightest channel (n,).
         """
         value, pixels = self._irradiance, self._receiving
         limit = self.limits.end_to_end[Stage.IRRADIANCE].reshape(value.shape)[pixels]
@@ -251,7 +251,7 @@ class Factor:
 
     shape: int
     lights: tuple[int, ...]  # all that the group's pixels see
-    fitted: int | None  # the light whose own factor it is, out of several that overlap; None: all of them together
+    fitted: int | None  # the light with this factor, out of several that overlap; None: all of them together
     channel: int
     pixels: int
     value: float  # ours / theirs
@@ -266,7 +266,7 @@ class Factor:
 
     @property
     def ratio(self) -> float:
-        """Return how far it is off over its limit."""
+        """Return its distance from 1 over its limit."""
         off = abs(self.value - 1)
         return 0.0 if off == 0 else off / self.limit if self.limit > 0 else math.inf
 
@@ -349,15 +349,15 @@ def bias(
 ) -> Factors:
     """Return the factors of `ours` (height, width, 3) over the oracle's stage, or over `value`.
 
-    `value` is what the oracle continued from the renderer's own stages; `explained` are the pixels (height, width) that
-    have another surface's light.
+    `value` is the oracle's value from the renderer's own stages; `explained` are the pixels (height, width) that have
+    another surface's light.
     """
     bounds = factors.stage_bounds(stage, continued=value is not None)
     flat = image.reshape(-1, image.shape[-1])
     expected = np.asarray(factors.base.truth[stage] if value is None else value, dtype=np.float64).reshape(flat.shape)
     if explained is not None and explained.any():
         expected = np.where(explained.reshape(-1, 1), 0.0, expected)  # below every floor
-    # An output with steps has a largest value, to which larger values are clamped.
+    # An output with steps has a largest value and clamps larger values.
     coarse = factors.renderer.resolutions.get(stage)
     top = float(image.max(initial=0.0)) if coarse is not None and coarse.absolute > TINY else math.inf
     top = min(top, float(np.finfo(factors.renderer.precision).max))
@@ -385,7 +385,7 @@ def _leaning(values: np.ndarray, expected: np.ndarray, shared: np.ndarray) -> Le
 def _factors(
     group: Group, bound: Bounds, values: np.ndarray, expected: np.ndarray, ceiling: float, floor: float
 ) -> list[Factor]:
-    """Return a group's factors: of all its lights together, and of each where they are several."""
+    """Return a group's factors: of all its lights together, and of each light if there are several."""
     good = (expected > floor) & (expected < ceiling) & (values > 0) & (values < ceiling)
     lit = np.flatnonzero(good.any(axis=0))
     weights = group.weights
@@ -407,7 +407,7 @@ def _factors(
     for place, channel in enumerate(int(group.channels[index]) for index in lit):
         value, limit, enough = float(middle[place]), float(bound.usual[place]), distinct[place] >= LEAST_DISTINCT
         if enough:
-            # Moved by this much more, so many pixels would be beyond the bound that chance cannot have done it.
+            # If moved by this much more, too many pixels would exceed the bound to be explained by chance.
             rank = int(count * least_share(int(distinct[place])))
             limit = min(limit, abs(value) - float(beyond[rank, place]))
         about = _About(group=group, channel=channel, pixels=count)

@@ -3,14 +3,14 @@
 A nearby problem explains a value according to this table. A piece is smooth: one face, one of a cube's six, one of a
 sphere's two crossings, seen from its lit or its unlit side. A value between those of two pieces is not explained.
 
-    ray                              never: only the forward limit counts object                           one of the
-    problems hits it distance, position               of the problems that hit the renderer's object, those of one
-    piece: between the least
-                                     and the greatest value, or within the limit of one value
-    normal                           the same for each component, and of unit length
-    visibility                       of the problems that hit the renderer's object: for each light one of them agrees
-    irradiance, exitance, radiance   of one piece: a sum over lights, each between its least and its greatest share;
-                                     lights whose visibility varies are added wholly or not at all
+    ray                              never: only the forward limit counts
+    object                           one of the problems hits it
+    distance, position               it is between the least and the greatest value of the problems that hit one piece
+                                     of the renderer's object, or within the limit of a value
+    normal                           the same for each component, and it is of unit length
+    visibility                       for each light one of the problems that hit the renderer's object agrees
+    irradiance, exitance, radiance   on one piece it is a sum over lights, each between its least and its greatest
+                                     share; lights whose visibility varies are added wholly or not at all
 
 If only radiance is known, any object that a nearby problem hits may be the renderer's.
 """
@@ -27,9 +27,8 @@ from rayproof.reports.judge.answers import all_of, dot, length
 SURFACE = (Stage.DISTANCE, Stage.POSITION, Stage.NORMAL)
 LIGHT = (Stage.IRRADIANCE, Stage.EXITANCE, Stage.RADIANCE)
 WIDE = 0.01  # a limit above this share of the value is called wide
-MOST_LISTED = (
-    12  # the most undecided lights whose combinations are listed; up to twice as many are listed in two halves
-)
+# The most undecided lights whose combinations are listed; up to twice as many are listed in two halves.
+MOST_LISTED = 12
 FACES, PIECES = 1 << 21, 1 << 21  # more than a shape has
 
 
@@ -54,16 +53,16 @@ class Cloud:
         )
 
     def named(self, objects: np.ndarray | None) -> np.ndarray:
-        """Return which answers (K, n) hit the objects (n, 2) that a renderer names; all where it names none."""
+        """Return a mask (K, n) of answers that hit the objects (n, 2) that a renderer names; all True for None."""
         if objects is None:
             return np.ones(self.codes.shape, dtype=bool)
         return all_of(self.rows[Stage.OBJECT] == objects)
 
     def pieces(self, counting: np.ndarray, wanted: np.ndarray) -> Iterator[tuple[np.ndarray, np.ndarray]]:
-        """Yield (pixels (m,), answers (K, m) of one piece in each of them) until all pieces of all pixels were there.
+        """Yield (pixels (m,), answers (K, m) of a piece at each pixel) until all pieces of all pixels were yielded.
 
-        `counting` (K, n) are the answers that count; `wanted` (n,), which a caller may change between two pieces, the
-        pixels that are still of interest.
+        `counting` (K, n) is the mask of valid answers; `wanted` (n,), which a caller may change between two pieces, is
+        the mask of pixels that are still needed.
         """
         left = counting & wanted
         while True:
@@ -78,7 +77,7 @@ class Cloud:
 
 
 def split(samples: Samples, times: int) -> Cloud:
-    """Return the answers of one call, which asked `times` points of each pixel, problem by problem."""
+    """Return the answers of one call with `times` points per pixel as a cloud, with one problem per point."""
 
     def parted(image: np.ndarray) -> np.ndarray:
         return image.reshape(times, -1, *image.shape[1:])
@@ -118,11 +117,11 @@ def codes_of(rows: Mapping[Stage, np.ndarray], pieces: np.ndarray) -> np.ndarray
 
 @dataclass(frozen=True, kw_only=True)
 class Allowed:
-    """How far from a nearby problem's answer a value may be, at pixels (n,): that problem's forward limits."""
+    """The allowed difference from a nearby problem's answer at pixels (n,): the problem's forward limits."""
 
     limits: Mapping[Stage, np.ndarray]  # (n,) or (n, 3), of distance, position and normal
     lights: np.ndarray | None  # (n, lights, 3): of each light's irradiance where it is visible
-    relative: np.ndarray | None  # (n, lights): the same of a light straight above, relative to it
+    relative: np.ndarray | None  # (n, lights): the same for a light straight above, relative to its irradiance
     roundings: float  # relative to a sum of lights: those from irradiance to radiance
     steps: Mapping[Stage, np.ndarray]  # (n,) or (n, channels): of an output that is coarser than its arithmetic
 
@@ -133,7 +132,7 @@ class Allowed:
 
 
 def is_of_surface(stage: Stage, values: np.ndarray, cloud: Cloud, answers: np.ndarray, allowed: Allowed) -> np.ndarray:
-    """Return which values (n, channels) of distance, position or normal lie within a piece's, (n,)."""
+    """Return a mask (n,): values (n, channels) of distance, position or normal are in the range of a piece."""
     samples, limit = cloud.rows[stage], allowed.at(stage)
     here = answers[..., np.newaxis]
     with np.errstate(invalid="ignore"):
@@ -151,7 +150,7 @@ def is_of_surface(stage: Stage, values: np.ndarray, cloud: Cloud, answers: np.nd
 def _no_wider(limit: np.ndarray, wide: np.ndarray, span: np.ndarray) -> np.ndarray:
     """Return limits, of which wide ones are reduced to the span of nearby answers.
 
-    The forward limit of an ill-conditioned problem is meaningless: a ray within a plane meets it anywhere.
+    The forward limit of an ill-conditioned problem is meaningless: a ray in a plane hits it anywhere.
     """
     return np.where(wide, np.minimum(limit, np.nan_to_num(span)), limit)
 
@@ -164,9 +163,9 @@ def one_of(samples: np.ndarray, answers: np.ndarray) -> np.ndarray:
 def is_of_lights(
     stage: Stage, values: np.ndarray, cloud: Cloud, answers: np.ndarray, allowed: Allowed
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return which values (n, 3) are a possible sum of lights on a piece, and which have too many undecided lights.
+    """Return masks (n,): values (n, 3) are a possible sum of lights on a piece, or have too many undecided lights.
 
-    The latter (n,) are only known to be within the span of all combinations of lights.
+    The latter are only tested to be within the span of all combinations of lights.
     """
     assert cloud.shares is not None
     assert allowed.lights is not None

@@ -1,6 +1,6 @@
-"""Which pixels of a continued stage are explained: the oracle continues from the renderer's stages, moved by rounding.
+"""Explanations of the pixels of a continued stage: the oracle continues from the renderer's stages, moved by rounding.
 
-What a renderer handed over is moved as this table says, by up to 2, 8 and 16 times the size given; u is the unit
+The numbers of the renderer's stages are moved by up to 2, 8 and 16 times the sizes in this table; u is the unit
 roundoff of its precision.
 
     ray, normal                        u, each component
@@ -9,10 +9,10 @@ roundoff of its precision.
     irradiance, exitance               u times themselves
     object, visibility                 nothing: they are whole numbers
 
-Where all these problems show the same piece, hit or miss and side as the oracle does from the unmoved numbers, the
-forward limit is all. An output that is coarser than its arithmetic moves them by its own step. Where stages were
-computed by passes of their own (`chained: false`), each is moved by its own end-to-end limit as well. The scene moves
-as it does for stages end to end, and for visibility the start of shadow rays.
+If all these problems show the same piece, hit or miss and side as the oracle's answer to the unmoved numbers, only the
+forward limit applies. An output that is coarser than its arithmetic moves the numbers by its own step. If stages were
+computed in separate passes (`chained: false`), each is moved by its own end-to-end limit as well. The scene moves as
+for stages end to end, and for visibility the start of shadow rays moves too.
 """
 
 import math
@@ -28,8 +28,8 @@ from rayproof.reports.judge.measurement import Explained
 from rayproof.reports.judge.nearby.explaining import FIRST, HALVINGS, NOTHING, ROUNDS, DecisionReach, Declared
 from rayproof.reports.judge.nearby.problems import AMOUNTS, FARTHEST, Problem, Problems
 
-COUNT = 16  # numbers drawn for a pixel: more than what is handed over has, and three for shadow rays
-MOVING = 2  # rounds in which scenes move
+COUNT = 16  # numbers drawn per pixel: more than its stages have, and four for shadow rays
+MOVING = 2  # rounds that move scenes
 READ_BY: Mapping[Stage, tuple[Stage, ...]] = {
     Stage.OBJECT: (Stage.RAY,),
     Stage.DISTANCE: (Stage.RAY, Stage.OBJECT),
@@ -44,15 +44,15 @@ READ_BY: Mapping[Stage, tuple[Stage, ...]] = {
 
 @dataclass(frozen=True, kw_only=True)
 class Handed:
-    """What a renderer handed over at some pixels (n,), and by how much each number of it is moved."""
+    """A renderer's earlier stages at some pixels (n,), and the movement of each of their numbers."""
 
     pixels: np.ndarray  # (n,): flat indices
     rows: Mapping[Stage, np.ndarray]  # (n, channels)
     rounding: Mapping[Stage, np.ndarray]  # (n, 1) or (n, channels): per unit of roundoff
-    whole: Mapping[Stage, np.ndarray]  # likewise: by an output's step, and by passes of their own
+    whole: Mapping[Stage, np.ndarray]  # (n, 1) or (n, channels): by an output's step and separate passes
 
     def moved(self, problem: Problem) -> dict[Stage, np.ndarray]:
-        """Return the rows moved; what is drawn for a pixel does not depend on which others are asked."""
+        """Return the moved rows; the random numbers of a pixel do not depend on the other pixels."""
         moved, place = {}, 0
         numbers = problem.drawn(self.pixels, sum(values.shape[1] for values in self.rows.values()))
         for stage, values in self.rows.items():
@@ -61,7 +61,7 @@ class Handed:
                 continue
             drawn = numbers[:, place : place + values.shape[1]]
             place += values.shape[1]
-            with np.errstate(invalid="ignore"):  # a miss is infinitely far away, wherever it moves
+            with np.errstate(invalid="ignore"):  # the infinite distance of a miss
                 off = (problem.amount * self.rounding[stage] + self.whole.get(stage, 0.0)) * drawn
                 moved[stage] = np.where(np.isfinite(values), values + off, values)
         return moved
@@ -79,38 +79,37 @@ class Continuing:
     reach: DecisionReach
     declared: Declared
     unit: float  # unit roundoff
-    whole: Mapping[
-        Stage, np.ndarray | float
-    ]  # by what a stage's numbers are moved beyond rounding, (height, width, ...)
+    # Movement of a stage's numbers in addition to rounding, (height, width, ...).
+    whole: Mapping[Stage, np.ndarray | float]
 
     def explain(self, over: np.ndarray) -> Explained:
-        """Return what became of the pixels (height, width) that are over the limit."""
+        """Return the explanations of the pixels (height, width) that are over the limit."""
         nothing = {name: np.zeros_like(over) for name in ("rounding", "epsilon", "unexamined")}
-        found = Explained(**nothing)
-        # Where rounding turns rays by more than the image is large nothing is examined.
+        explained = Explained(**nothing)
+        # Pixels whose rays rounding turns by more than the image's size are not examined.
         lost = over & (self.reach.image > sum(over.shape))
-        found.unexamined[lost] = True
+        explained.unexamined[lost] = True
         over = over & ~lost
         settled = over & ~self._changing(over, self._far())
         left = over & ~settled
-        self._judge(left, 0, NOTHING, found.rounding)
-        # A stage that is wrong in a settled pixel is wrong; its others are asked no more.
+        self._judge(left, 0, NOTHING, explained.rounding)
+        # A stage that is wrong in a settled pixel is wrong; its other pixels need no examination.
         if not settled.any():
             for number in range(1, 1 + MOVING):
-                self._judge(left, number, NOTHING, found.rounding)
+                self._judge(left, number, NOTHING, explained.rounding)
         if self.declared:
-            self._judge(left, 1, self.declared, found.epsilon)
-        return found
+            self._judge(left, 1, self.declared, explained.epsilon)
+        return explained
 
-    def _judge(self, left: np.ndarray, number: int, declared: Declared, found: np.ndarray) -> None:
-        """Move the pixels that a round of problems explains from `left` to `found`, (height, width) both."""
+    def _judge(self, left: np.ndarray, number: int, declared: Declared, explained: np.ndarray) -> None:
+        """Move the pixels that a round of problems explains from `left` to `explained`, both (height, width)."""
         if left.any():
             good = self._explained(left, self._problems(number), declared)
-            found |= good
+            explained |= good
             left &= ~good
 
     def _far(self) -> list[Problem]:
-        """Return problems that are moved as far as `FARTHEST`."""
+        """Return problems that are moved by `FARTHEST`."""
         scenes = [self.problems.moved(FARTHEST, number) for number in range(FIRST)]
         still = [replace(self.problems.itself(number), amount=FARTHEST) for number in range(FIRST)]
         return [*still, *(problem for problem in scenes if problem is not None)]
@@ -122,7 +121,7 @@ class Continuing:
         return list(self.problems.within(range(start, start + ROUNDS[number - 1])))
 
     def _changing(self, where: np.ndarray, problems: list[Problem]) -> np.ndarray:
-        """Return those of some pixels (height, width) of which a problem shows another piece, side or miss."""
+        """Return the pixels of `where` (height, width) in which a problem shows another piece, side or miss."""
         changing = np.zeros_like(where)
         rows, columns = np.nonzero(where)
         if len(rows):
@@ -144,18 +143,18 @@ class Continuing:
     def _answers(
         self, rows: np.ndarray, columns: np.ndarray, problems: list[Problem], declared: Declared
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return problems' answers at pixels (K, n, channels), their pieces (K, n), and where these change (n,)."""
+        """Return problems' answers at pixels (K, n, channels), their pieces (K, n), and a mask (n,) of changes."""
         handed = self._handed(rows, columns)
         values, pieces = [], []
         for problem in problems:
-            given = handed.moved(problem)
+            moved = handed.moved(problem)
             freedom = self._freedom(rows, columns, problem, declared)
-            with np.errstate(all="ignore"):  # from whatever was handed over, infinities too
-                values.append(self.oracle.continued(problem.scene, self.stage, given, freedom))
-            pieces.append(self._pieces(problem, given, freedom))
-        for given in self._towards(handed):
-            values.append(self.oracle.continued(self.problems.scene, self.stage, given))
-            pieces.append(self._pieces(self.problems.itself(), given))
+            with np.errstate(all="ignore"):  # the renderer's stages may contain infinities
+                values.append(self.oracle.continued(problem.scene, self.stage, moved, freedom))
+            pieces.append(self._pieces(problem, moved, freedom))
+        for moved in self._towards(handed):
+            values.append(self.oracle.continued(self.problems.scene, self.stage, moved))
+            pieces.append(self._pieces(self.problems.itself(), moved))
         with np.errstate(all="ignore"):
             usual = self.oracle.continued(self.problems.scene, self.stage, handed.rows)
         places = self._pieces(self.problems.itself(), handed.rows)
@@ -166,9 +165,9 @@ class Continuing:
         return answers, shown, changes
 
     def _towards(self, handed: Handed) -> list[Mapping[Stage, np.ndarray]]:
-        """Return what was handed over with its rays turned towards the objects that the renderer names, ever less.
+        """Return the renderer's stages with rays turned towards the objects that it names, by decreasing amounts.
 
-        Between many thin faces no ray turned at random meets a given one.
+        Rays that are turned at random rarely hit a particular one of many thin faces.
         """
         if self.stage not in (Stage.OBJECT, Stage.DISTANCE):
             return []
@@ -176,7 +175,7 @@ class Continuing:
         objects = self.answers[Stage.OBJECT].reshape(-1, 2)[handed.pixels]
         with np.errstate(all="ignore"):
             way = self.oracle.rays(scene, self.oracle.image_points_of(scene, objects)) - rays
-            # An eye that moves turns the way to a surface as a ray does that is turned.
+            # A movement of the eye turns the direction to a surface like a movement of the ray.
             camera = scene.camera
             apart = math.dist(camera.eye, camera.target)
             turned = 1 + (math.hypot(*camera.eye) + apart) / self._distances(handed.pixels, apart)
@@ -186,14 +185,14 @@ class Continuing:
         return [{**handed.rows, Stage.RAY: rays + step * 0.5**halved} for halved in range(HALVINGS)]
 
     def _distances(self, pixels: np.ndarray, otherwise: float) -> np.ndarray:
-        """Return how far away [m] the renderer's hits are, (n, 1), or another length where it has none."""
+        """Return the distances [m] of the renderer's hits, (n, 1), or `otherwise` [m] without a hit."""
         if Stage.DISTANCE not in self.answers:
             return np.full((len(pixels), 1), otherwise)
         distances = np.asarray(self.answers[Stage.DISTANCE], dtype=np.float64).reshape(-1, 1)[pixels]
         return np.where(np.isfinite(distances) & (distances > 0), distances, otherwise)
 
     def _among(self, own: np.ndarray, values: np.ndarray, pieces: np.ndarray, limit: np.ndarray) -> np.ndarray:
-        """Return which values (n, channels) are a problem's, or lie between those (K, n, channels) of one piece."""
+        """Return a mask (n,): `own` (n, channels) equals a problem's values or is between those of a piece."""
         if self.stage is Stage.OBJECT:
             return np.asarray(all_of(values == own).any(axis=0))
         if self.stage is Stage.VISIBILITY:
@@ -204,29 +203,29 @@ class Continuing:
                 first = left[:, pixels].argmax(axis=0)
                 same = left[:, pixels] & (pieces[:, pixels] == pieces[first, pixels])
                 left[:, pixels] &= ~same
-                each, here = values[:, pixels], same[..., np.newaxis]
-                low, high = np.where(here, each, np.inf).min(axis=0), np.where(here, each, -np.inf).max(axis=0)
-                mine, slack = own[pixels], limit[pixels]
-                inside = ((mine >= low - slack) & (mine <= high + slack)) | ((mine == low) & (mine == high))
+                answers, here = values[:, pixels], same[..., np.newaxis]
+                low, high = np.where(here, answers, np.inf).min(axis=0), np.where(here, answers, -np.inf).max(axis=0)
+                value, slack = own[pixels], limit[pixels]
+                inside = ((value >= low - slack) & (value <= high + slack)) | ((value == low) & (value == high))
                 good[pixels] = all_of(inside)
         return good
 
     def _pieces(
-        self, problem: Problem, given: Mapping[Stage, np.ndarray], freedom: Freedom | None = None
+        self, problem: Problem, received: Mapping[Stage, np.ndarray], freedom: Freedom | None = None
     ) -> np.ndarray:
-        """Return a number (n,) that values have in common which may span an interval."""
-        objects = given[Stage.OBJECT] if Stage.OBJECT in given else np.zeros((len(given[Stage.RAY]), 2))
+        """Return the number (n,) of the piece: values with the same number may span an interval."""
+        objects = received[Stage.OBJECT] if Stage.OBJECT in received else np.zeros((len(received[Stage.RAY]), 2))
         if self.stage is Stage.NORMAL:
             with np.errstate(all="ignore"):
-                turned = dot(self.oracle.continued(problem.scene, self.stage, given), given[Stage.RAY]) < 0
-                return 2 * self.oracle.pieces_at(problem.scene, given) + turned
+                turned = dot(self.oracle.continued(problem.scene, self.stage, received), received[Stage.RAY]) < 0
+                return 2 * self.oracle.pieces_at(problem.scene, received) + turned
         if self.stage is Stage.DISTANCE:
             with np.errstate(all="ignore"):
-                distances = self.oracle.continued(problem.scene, self.stage, given, freedom)
-                at = self.oracle.positions(problem.scene, given[Stage.RAY], objects, distances)
-                return self.oracle.pieces_at(problem.scene, {**given, Stage.POSITION: at})
+                distances = self.oracle.continued(problem.scene, self.stage, received, freedom)
+                at = self.oracle.positions(problem.scene, received[Stage.RAY], objects, distances)
+                return self.oracle.pieces_at(problem.scene, {**received, Stage.POSITION: at})
         if self.stage is Stage.RADIANCE:
-            return (dot(given[Stage.NORMAL], given[Stage.RAY]) < 0).astype(int)
+            return (dot(received[Stage.NORMAL], received[Stage.RAY]) < 0).astype(int)
         return np.zeros(len(objects), dtype=int)
 
     def _handed(self, rows: np.ndarray, columns: np.ndarray) -> Handed:

@@ -1,9 +1,9 @@
-"""Which pixels over their limits are explained: by rounding, by a declared epsilon, or not at all.
+"""Explanations of pixels over their limits: by rounding, by a declared epsilon, or none.
 
-Pixels in which nothing changes even `FARTHEST` units of roundoff away are left to their forward limits. The others are
-asked in rounds. The first two move only the image points and the starts of shadow rays, all of them in one call of the
-oracle. Then the scenes move as well, 18 and 72 of them, each with several points of a pixel. A pixel is asked on until
-a problem explains it.
+Pixels in which nothing changes in problems as far as `FARTHEST` units of roundoff are decided by their forward limits.
+The others are compared with nearby problems in rounds. The first two rounds move only the image points and the starts
+of shadow rays, all in one call of the oracle. The next rounds move the scenes as well, 18 and 72 of them, each with
+several points per pixel. A pixel takes part until a problem explains it.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -31,37 +31,37 @@ from rayproof.reports.judge.nearby.clouds import (
 from rayproof.reports.judge.nearby.exact import ExactOracle
 from rayproof.reports.judge.nearby.problems import AMOUNTS, COINCIDING, EVERY_TIE, FARTHEST, Problem, Problems
 
-FIRST, SECOND = 8, 64  # draws of the rounds in which only points move
-FAR = 16  # problems that are moved as far as `FARTHEST`
-SMOOTH = 4  # times what the limits allow in proportion: several data that move at once change a value by less
-ROUNDS = (6, 24)  # scenes of each amount in the rounds in which these move
-POINTS = (8, 16)  # points of each pixel that are asked in each of these scenes
-DRAWN = 7  # numbers for each point: two of its place, lift, epsilon, what that is, which horizon and twin, slide
-MOST_ASKED = 400  # pixels that go on to the rounds in which scenes move: a wrong renderer is wrong in its first ones
-HALVINGS = 40  # of the way from a pixel's centre to the object that a renderer names
-AGAIN = 10  # times as many problems before a renderer is failed by few pixels
-FEW = 16  # pixels
+FIRST, SECOND = 8, 64  # draws of the rounds that move only points
+FAR = 16  # problems that are moved by `FARTHEST`
+SMOOTH = 4  # factor on the scaled limits: several data that move at once change a value by less than that
+ROUNDS = (6, 24)  # scenes per amount in the rounds that move scenes
+POINTS = (8, 16)  # points per pixel in each of these scenes
+DRAWN = 7  # random numbers per point: two for its position, lift, epsilon's kind and size, horizon and object, slide
+MOST_ASKED = 400  # pixels that take part in the rounds that move scenes: a wrong renderer fails in the first of them
+HALVINGS = 40  # of the line from a pixel's centre to the object that a renderer names
+AGAIN = 10  # factor on the number of problems if only a few pixels would fail a renderer
+FEW = 16  # such pixels
 
 
 @dataclass(frozen=True, kw_only=True)
 class DecisionReach:
-    """How far rounding, and what a renderer declares, move what decides about single pixels, (height, width)."""
+    """How far rounding moves the quantities that decide single pixels, (height, width)."""
 
-    image: np.ndarray  # px: the ray's own forward limit
-    lift: np.ndarray  # m: a hit's own error across its surface
-    tie: np.ndarray  # m: how much farther coinciding surfaces may lie
+    image: np.ndarray  # px: the forward limit of the ray
+    lift: np.ndarray  # m: the error of a hit along its normal
+    tie: np.ndarray  # m: the largest distance of surfaces that count as coinciding
 
 
 @dataclass(frozen=True, kw_only=True)
 class Declared:
-    """What a renderer declares that it overlooks or takes for equal; nothing by default."""
+    """The declared epsilons of a renderer, within which it ignores hits or treats them as equal; 0 by default."""
 
-    shadow: np.ndarray | float = 0.0  # m, (height, width) or one for all: at the start of a shadow ray
-    ray: float = 0.0  # m: hits nearer to the eye
-    light: float = 0.0  # of a shadow ray's length: blockers nearer to the light
-    edge: np.ndarray | float = 0.0  # px, (height, width): how far beyond an edge points may be taken for inside
-    tie: float = 0.0  # m: surfaces no farther apart along a ray
-    edge_length: float = 0.0  # m: the same as `edge`, by which a position there may be off
+    shadow: np.ndarray | float = 0.0  # m, (height, width) or a scalar: ignored at the start of a shadow ray
+    ray: float = 0.0  # m: hits nearer to the eye are ignored
+    light: float = 0.0  # of a shadow ray's length: blockers nearer to the light are ignored
+    edge: np.ndarray | float = 0.0  # px, (height, width): points this far beyond an edge may count as inside
+    tie: float = 0.0  # m: surfaces no farther apart along a ray count as equal
+    edge_length: float = 0.0  # m: `edge` as a length, the possible error of a position there
 
     def __bool__(self) -> bool:
         """Return whether anything is declared."""
@@ -76,18 +76,18 @@ AllowedAt = Callable[[np.ndarray, np.ndarray, Mapping[Stage, np.ndarray]], Allow
 
 @dataclass(eq=False)
 class Asking:
-    """One renderer's values at pixels over their limits, put to the oracle's answers to nearby problems."""
+    """Compare a renderer's values at pixels over their limits with the oracle's answers to nearby problems."""
 
     oracle: Analytic
     problems: Problems
-    stages: Sequence[Stage]  # that the oracle answers
+    stages: Sequence[Stage]  # with an answer of the oracle
     answers: StageImages  # the renderer's, (height, width, channels)
     over: Mapping[Stage, np.ndarray]  # (height, width): the pixels over their limits
     reach: DecisionReach
     declared: Declared
-    allowed: AllowedAt  # of pixels' (rows, columns), and of an answer's rows (n, channels)
-    chained: bool = True  # light was computed of the very hits that the renderer names, not by a pass of its own
-    clouds: list[tuple[Cloud, np.ndarray, np.ndarray]] = field(default_factory=list)  # kept where `keep` says so
+    allowed: AllowedAt  # limits at pixels (rows, columns) for an answer's rows (n, channels)
+    chained: bool = True  # light was computed at the hits that the renderer names, not in a separate pass
+    clouds: list[tuple[Cloud, np.ndarray, np.ndarray]] = field(default_factory=list)  # stored if `keep`
     keep: bool = False
 
     def __post_init__(self) -> None:
@@ -99,47 +99,47 @@ class Asking:
 
     @property
     def scene(self) -> Scene:
-        """Return the scene asked about."""
+        """Return the scene of the problems."""
         return self.problems.scene
 
     @property
     def last(self) -> Stage:
-        """Return the last stage in question."""
-        asked = max(self._left, key=IMAGE_STAGES.index)
-        return asked if IMAGE_STAGES.index(asked) >= IMAGE_STAGES.index(Stage.NORMAL) else Stage.NORMAL
+        """Return the last stage that the oracle must compute."""
+        latest = max(self._left, key=IMAGE_STAGES.index)
+        return latest if IMAGE_STAGES.index(latest) >= IMAGE_STAGES.index(Stage.NORMAL) else Stage.NORMAL
 
     @cached_property
     def objects(self) -> np.ndarray | None:
-        """Return the objects (height, width, 2) that the renderer names, None where it names none."""
+        """Return the objects (height, width, 2) that the renderer names, None without an object stage."""
         return self.answers.get(Stage.OBJECT)
 
     def explain(self) -> Mapping[Stage, Explained]:
-        """Return what became of the pixels of each stage."""
+        """Return the explanations of the pixels of each stage."""
         if not self._left:
             return self._found
         if self._lost():
             return self._found
         decided: dict[Stage, np.ndarray] = {}
         waiting = np.ones_like(self.reach.image, dtype=bool)
-        while (asked := self._sample(waiting)).any():
-            settled = self._settled(asked)
+        while (sample := self._sample(waiting)).any():
+            settled = self._settled(sample)
             self._ask_itself(waiting & ~settled, FIRST)
-            # A stage that is wrong in a settled pixel is wrong; its others are asked no more.
+            # A stage that is wrong in a settled pixel is wrong; its other pixels need no examination.
             self._decide(settled, decided)
-            self._ask(asked & ~settled)
-            # If one of a stage's pixels that were asked is wrong, those that were not asked count as wrong as well.
-            self._decide(asked, decided)
-            waiting &= ~asked
+            self._ask(sample & ~settled)
+            # If any examined pixel of a stage is wrong, its pixels that were not examined count as wrong as well.
+            self._decide(sample, decided)
+            waiting &= ~sample
         self._left |= decided
         return self._found
 
     def _decide(self, pixels: np.ndarray, decided: dict[Stage, np.ndarray]) -> None:
-        """Move the stages that are left in some of the pixels (height, width) to those that are decided."""
+        """Move the stages with unexplained pixels in the mask `pixels` (height, width) to `decided`."""
         for stage in [stage for stage, mask in self._left.items() if (mask & pixels).any()]:
             decided[stage] = self._left.pop(stage)
 
     def _ask(self, moving: np.ndarray) -> None:
-        """Ask pixels (height, width) of the rounds, up to the last that are left."""
+        """Examine pixels (height, width) in all rounds, until none is left."""
         self._ask_itself(moving, SECOND)
         for number, (more, times) in enumerate(zip(ROUNDS, POINTS, strict=True)):
             pixels = self._pixels(moving)
@@ -154,7 +154,7 @@ class Asking:
             self._ask_again(moving)
 
     def _ask_again(self, moving: np.ndarray) -> None:
-        """Ask the few pixels that are left of ten times as many problems, and of an oracle that decides exactly."""
+        """Examine the few remaining pixels with ten times as many problems, then with the exact oracle."""
         pixels = self._pixels(moving)
         start = sum(ROUNDS)
         for number in range(start, start + AGAIN * ROUNDS[0], ROUNDS[0]):
@@ -169,13 +169,13 @@ class Asking:
 
     @property
     def left(self) -> Mapping[Stage, np.ndarray]:
-        """Return the pixels that nothing has explained so far."""
+        """Return the pixels that are not explained so far."""
         return self._left
 
     def reach_of(self, stage: Stage, truth: StageImages) -> np.ndarray:
-        """Return how far the answers of nearby problems lie from the oracle's own, (height, width, channels).
+        """Return the largest difference of nearby problems from the oracle's answer, (height, width, channels).
 
-        By the first round, and by problems whose scenes move.
+        The problems are those of the first round and some whose scenes move.
         """
         off = np.zeros(np.shape(truth[stage]))
         rows, columns = pixels = self._pixels(np.ones_like(self.reach.image, dtype=bool))
@@ -192,7 +192,7 @@ class Asking:
     # Rounds.
 
     def _lost(self) -> bool:
-        """Leave everything unexamined where rounding turns rays by more than the image is large."""
+        """Mark pixels as unexamined whose rays rounding turns by more than the image; return whether none is left."""
         lost = self.reach.image > sum(self.reach.image.shape)
         if lost.any():
             for stage, mask in self._left.items():
@@ -201,27 +201,27 @@ class Asking:
         return not any(mask.any() for mask in self._left.values())
 
     def _ask_itself(self, where: np.ndarray, times: int) -> None:
-        """Ask pixels of the scene itself, with so many points of each moved, in one call of the oracle."""
+        """Examine pixels with `times` moved points each in the unmoved scene, in one call of the oracle."""
         for declared, kind in ((NOTHING, "rounding"), (self.declared, "epsilon")):
             pixels = self._pixels(where)
             if len(pixels[0]) and (declared or kind == "rounding"):
                 self._judge(pixels, self._of_itself(*pixels, declared, times), self._found, kind, declared)
 
-    def _settled(self, asked: np.ndarray) -> np.ndarray:
-        """Return those of some pixels (height, width) that show the same even far away, so that their limits decide.
+    def _settled(self, candidates: np.ndarray) -> np.ndarray:
+        """Return the pixels of `candidates` (height, width) without changes in far problems: their limits decide.
 
-        What changes by no more than in proportion to how far the problem is, is a matter of the limits.
+        A change in proportion to the distance of the problem is covered by the limits.
         """
-        settled = self._unchanged(asked, [replace(self.problems.itself(), amount=FARTHEST)], times=FIRST)
+        settled = self._unchanged(candidates, [replace(self.problems.itself(), amount=FARTHEST)], times=FIRST)
         if settled.any():
             problems = [self.problems.moved(FARTHEST, number) for number in range(FAR)]
             settled = self._unchanged(settled, [problem for problem in problems if problem is not None])
         return settled
 
-    def _unchanged(self, asked: np.ndarray, problems: Sequence[Problem], *, times: int = 1) -> np.ndarray:
-        """Return those of some pixels (height, width) that show the same piece and lights in all of some problems."""
-        unchanged = np.zeros_like(asked)
-        rows, columns = pixels = self._pixels(asked)
+    def _unchanged(self, candidates: np.ndarray, problems: Sequence[Problem], *, times: int = 1) -> np.ndarray:
+        """Return the pixels of `candidates` (height, width) that show the same piece and lights in all problems."""
+        unchanged = np.zeros_like(candidates)
+        rows, columns = pixels = self._pixels(candidates)
         if not len(rows) or not problems:
             return unchanged
         cloud = self._cloud(pixels, problems, self.declared, times=times, every_tie=1, by_light=False)
@@ -239,7 +239,7 @@ class Asking:
         return unchanged
 
     def _sample(self, where: np.ndarray) -> np.ndarray:
-        """Return which pixels of `where` are asked next: at most `MOST_ASKED`, the same ones in every image."""
+        """Return the pixels of `where` to examine next: at most `MOST_ASKED`, the same ones in every image."""
         waiting = _mask(where.shape, self._pixels(where))
         if np.count_nonzero(waiting) <= MOST_ASKED:
             return waiting
@@ -247,7 +247,7 @@ class Asking:
         return order <= np.partition(order.ravel(), MOST_ASKED - 1)[MOST_ASKED - 1]
 
     def _put_to(self, pixels: tuple[np.ndarray, np.ndarray], problems: Sequence[Problem], *, times: int = 1) -> None:
-        """Ask pixels of problems whose scenes move, of directed draws, and at last with what the renderer declares."""
+        """Examine pixels with problems whose scenes move and with directed draws, and again with declared epsilons."""
         for declared, kind in ((NOTHING, "rounding"), (self.declared, "epsilon")):
             left = self._pixels(_mask(self.reach.image.shape, pixels))
             if not len(left[0]) or (kind == "epsilon" and not declared):
@@ -257,7 +257,7 @@ class Asking:
             self._judge(left, joined(more), self._found, kind, declared)
 
     def _pixels(self, where: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return rows and columns of the pixels of `where` that are left."""
+        """Return rows and columns of the pixels of `where` that are not explained so far."""
         left = np.zeros_like(where)
         for mask in self._left.values():
             left |= mask & where
@@ -267,7 +267,7 @@ class Asking:
     # Answers.
 
     def _of_itself(self, rows: np.ndarray, columns: np.ndarray, declared: Declared, times: int = FIRST) -> Cloud:
-        """Return the scene's own answers at the centre and at points around it, in one call of the oracle."""
+        """Return the answers of the unmoved scene at the centre and at points around it, in one call of the oracle."""
         points, freedom = self._points(rows, columns, self.problems.itself(times), declared, times=times)
         still = np.zeros(len(rows))
         ties = np.arange(times) % EVERY_TIE == EVERY_TIE - 1
@@ -293,9 +293,9 @@ class Asking:
         every_tie: int = EVERY_TIE,
         by_light: bool = True,
     ) -> Cloud:
-        """Return the oracle's answers to problems at pixels, each at so many points of every pixel.
+        """Return the oracle's answers to problems at `times` points of each pixel.
 
-        In one of `every_tie` problems coinciding surfaces come in another order.
+        In every `every_tie`-th problem coinciding surfaces are in a different order.
         """
         clouds = []
         for number, problem in enumerate(problems):
@@ -307,15 +307,15 @@ class Asking:
         return joined(clouds)
 
     def _centre(self, pixels: tuple[np.ndarray, np.ndarray]) -> Cloud:
-        """Return the oracle's answers at pixels' centres, with nothing moved."""
+        """Return the oracle's answers at pixels' centres in the unmoved scene."""
         return split(self.oracle.samples(self.scene, _centers(*pixels), self.last), 1)
 
     def _points(
         self, rows: np.ndarray, columns: np.ndarray, problem: Problem, declared: Declared, *, times: int = 1
     ) -> tuple[np.ndarray, Freedom]:
-        """Return where rays go in a problem, (times n, 2) [px], and what it leaves open at its points.
+        """Return the image points of a problem, (times n, 2) [px], and the freedom of its answers at these points.
 
-        What is drawn for a pixel does not depend on which others are asked.
+        The random numbers of a pixel do not depend on the other pixels.
         """
         shape = self.reach.image.shape
         drawn = problem.drawn(rows * shape[1] + columns, times * DRAWN).reshape(-1, times, DRAWN)
@@ -326,7 +326,7 @@ class Asking:
         half = np.abs(drawn[:, 2:])
         lift = self.reach.lift[rows, columns] * half[:, 0] * share
         shadow = np.broadcast_to(declared.shadow, shape)[rows, columns] * half[:, 2] * max(1.0, share)
-        skips = half[:, 1] < 1 / 3  # a renderer moves the start or skips blockers near it; nobody says which
+        skips = half[:, 1] < 1 / 3  # a renderer moves the start or skips blockers near it; it does not declare which
         return _centers(rows, columns) + reach[:, np.newaxis] * drawn[:, :2], Freedom(
             lift=lift + np.where(skips, 0.0, shadow),
             tie=COINCIDING * self.reach.tie[rows, columns] + declared.tie,
@@ -340,9 +340,10 @@ class Asking:
         )
 
     def _named(self, rows: np.ndarray, columns: np.ndarray, always: np.ndarray) -> np.ndarray | None:
-        """Return the objects (n, 2) that are hit where several coincide; of light by another pass, not `always` (n,).
+        """Return the objects (n, 2) that are hit among coinciding ones: those that the renderer names.
 
-        Such a pass may have met another of them than the one that is named.
+        If light was computed in a separate pass, which may have hit another of them, they are named only where `always`
+        (n,) is set.
         """
         if self.objects is None:
             return None
@@ -350,10 +351,10 @@ class Asking:
         return objects if self.chained else np.where(always[:, np.newaxis], objects, NOWHERE)
 
     def _directed(self, pixels: tuple[np.ndarray, np.ndarray], cloud: Cloud, *, by_light: bool = True) -> list[Cloud]:
-        """Return answers on the way from pixels' centres to the objects that the renderer names and no problem hit.
+        """Return answers on lines from pixels' centres to the objects that the renderer names and no problem hit.
 
-        Between many thin faces no draw at random meets a given one. The way is halved, so that however narrow the face
-        is at the pixel, some of the points lie on it; those within the ray's reach count.
+        Random draws rarely hit a particular one of many thin faces. The line is halved repeatedly, so that some of the
+        points are on the face, however narrow it is at the pixel. Points beyond the ray's reach are moved into it.
         """
         if self.objects is None:
             return []
@@ -367,13 +368,13 @@ class Asking:
             way = self.oracle.image_points_of(self.scene, objects[missed]) - centers[missed]
             size = np.abs(way).max(axis=1)
         reach = self.reach.image[rows, columns][missed]
-        known = np.isfinite(size) & (size > 0)
-        if not known.any():
+        finite = np.isfinite(size) & (size > 0)
+        if not finite.any():
             return []
-        share = np.where(known, np.minimum(reach / np.where(known, size, 1.0), 1.0), 0.0)
+        share = np.where(finite, np.minimum(reach / np.where(finite, size, 1.0), 1.0), 0.0)
         points = np.repeat(centers[np.newaxis], HALVINGS, axis=0)
         steps = (0.5 ** np.arange(HALVINGS))[:, np.newaxis, np.newaxis]
-        points[:, missed] += steps * (share[:, np.newaxis] * np.where(known[:, np.newaxis], way, 0.0))
+        points[:, missed] += steps * (share[:, np.newaxis] * np.where(finite[:, np.newaxis], way, 0.0))
         samples = self.oracle.samples(self.scene, points.reshape(-1, 2), self.last, by_light=by_light)
         return [split(samples, HALVINGS)]
 
@@ -383,11 +384,11 @@ class Asking:
         self,
         pixels: tuple[np.ndarray, np.ndarray],
         cloud: Cloud,
-        found: Mapping[Stage, Explained],
+        explained: Mapping[Stage, Explained],
         kind: str,
         declared: Declared = NOTHING,
     ) -> None:
-        """Take the pixels that some answer explains off those that are left."""
+        """Record the pixels that some answer explains, and remove them from the unexplained ones."""
         rows, columns = pixels
         if self.keep:
             self.clouds.append((cloud, rows, columns))
@@ -396,22 +397,22 @@ class Asking:
         lit = named if self.chained else np.ones_like(named)
         good = {stage: np.zeros(len(rows), dtype=bool) for stage in waiting}
         spanned = {stage: np.zeros(len(rows), dtype=bool) for stage in waiting}
-        for stage, asked in waiting.items():
+        for stage, unexplained in waiting.items():
             values = self._values(stage, rows, columns)
             if stage is Stage.OBJECT:
-                good[stage] = asked & named.any(axis=0)
+                good[stage] = unexplained & named.any(axis=0)
             elif stage is Stage.VISIBILITY:
                 agree = cloud.rows[stage] == values
-                good[stage] = asked & all_of((agree & lit[..., np.newaxis]).any(axis=0))
+                good[stage] = unexplained & all_of((agree & lit[..., np.newaxis]).any(axis=0))
         for counting, stages in ((named, SURFACE), (lit, LIGHT)):
             by_piece = [stage for stage in waiting if stage in stages and waiting[stage].any()]
             if by_piece:
                 self._judge_by_piece(by_piece, (rows, columns), cloud, counting, waiting, good, spanned, declared)
         for stage in waiting:
             where = rows[good[stage]], columns[good[stage]]
-            getattr(found[stage], kind)[where] = True
+            getattr(explained[stage], kind)[where] = True
             between = spanned[stage] & ~good[stage]
-            found[stage].unexamined[rows[between], columns[between]] = True
+            explained[stage].unexamined[rows[between], columns[between]] = True
             self._left[stage][where] = False
             self._left[stage][rows[between], columns[between]] = False
 
@@ -426,7 +427,7 @@ class Asking:
         spanned: Mapping[Stage, np.ndarray],
         declared: Declared,
     ) -> None:
-        """Add to `good` and `spanned` (n,) what the answers that count (K, n) say of some stages, piece by piece."""
+        """Set `good` and `spanned` (n,) for the stages `by_piece`, per piece, from the answers in `counting` (K, n)."""
         rows, columns = pixels
         wanted = np.any([waiting[stage] for stage in by_piece], axis=0)
         for places, answers in cloud.pieces(counting, wanted):
@@ -437,15 +438,21 @@ class Asking:
                 ask = waiting[stage][places] & ~good[stage][places]
                 if not ask.any():
                     continue
-                some = np.flatnonzero(ask)
-                values = self._values(stage, rows[places[some]], columns[places[some]])
-                arguments = stage, values, here.at(some), answers[:, some], _allowed_at(allowed, some, declared)
+                indices = np.flatnonzero(ask)
+                values = self._values(stage, rows[places[indices]], columns[places[indices]])
+                arguments = (
+                    stage,
+                    values,
+                    here.at(indices),
+                    answers[:, indices],
+                    _allowed_at(allowed, indices, declared),
+                )
                 if stage in SURFACE:
-                    good[stage][places[some]] = is_of_surface(*arguments)
+                    good[stage][places[indices]] = is_of_surface(*arguments)
                 else:
                     explained, between = is_of_lights(*arguments)
-                    good[stage][places[some]] = explained
-                    spanned[stage][places[some]] |= between
+                    good[stage][places[indices]] = explained
+                    spanned[stage][places[indices]] |= between
             wanted &= np.any([waiting[stage] & ~good[stage] for stage in by_piece], axis=0)
 
     def _values(self, stage: Stage, rows: np.ndarray, columns: np.ndarray) -> np.ndarray:
@@ -453,7 +460,7 @@ class Asking:
 
 
 def _allowed_at(allowed: Allowed, places: np.ndarray, declared: Declared) -> Allowed:
-    """Return limits at some of the pixels, wider by the length by which a declared epsilon moves a hit."""
+    """Return the limits at `places`, widened by the length by which a declared epsilon moves a hit."""
     off = declared.edge_length + declared.tie
     limits = {stage: np.asarray(limit)[places] for stage, limit in allowed.limits.items()}
     for stage in (Stage.DISTANCE, Stage.POSITION):

@@ -1,4 +1,4 @@
-"""The problems that differ from the one asked by no more than rounding: what moves, by how much, and why.
+"""Nearby problems, which differ from the original problem by no more than rounding: the moved data and their amounts.
 
 An answer is right if it differs by no more than the forward limit from the exact answer to such a problem: mixed
 forward-backward stability (Wilkinson, Rounding Errors in Algebraic Processes, 1963; Higham, Accuracy and Stability of
@@ -7,24 +7,24 @@ moved by up to 2, 8 and 16 u of the size given here, drawn at random:
 
     image point of a ray      the ray's own forward limit, in pixels. It shows outlines, shadows' edges, terminators
     eye and target            |eye| + |target - eye|, together: the direction is moved by the image point
-    shapes                    the length of the vectors that place them, by one affine map of the world, and of each
-                              number that only one shape has; corners at one place move as one, whatever their index,
-                              and shapes that share a corner are moved by one map. So no nearby scene has a crack, and
-                              a hole is never explained
+    shapes                    the length of their placement's vectors, by a common affine map of the world, and of each
+                              number that only one shape has; coincident corners move together, whatever their index,
+                              and shapes that share a corner are moved by the same map. So no nearby scene has a crack,
+                              and a hole is never explained
     lights                    |position| + |target - eye|
     near and far plane        themselves
-    start of a shadow ray     from the hit up to the hit's own error across the surface, never below it: so shadow acne
-                              is never explained. Whether a light is above the horizon is asked of hit and start, and
-                              in half of the points of the plane of the face as well, from which corners that are
-                              rounded to float32 turn a triangle's normal
-    place of a normal         the hit's own error along its ray: at a cube's edge it may be that of the next side
-    coinciding surfaces       whichever of the surfaces within four limits of the first is hit, in every third problem
-    the scene as it is read   rounded once to the precision, as one problem: far from the origin it is another scene
+    start of a shadow ray     from the hit up to the hit's error along the normal, never below the surface: so shadow
+                              acne is never explained. Hit and start decide whether a light is above the horizon, and
+                              for half of the points the plane of the face as well, from which corners rounded to
+                              float32 turn a triangle's normal
+    position of a normal      the hit's own error along its ray: at a cube's edge it may be on the next side
+    coinciding surfaces       any of the surfaces within four limits of the first may be hit, in every third problem
+    the scene as read         rounded once to the precision, as one problem: far from the origin the scene differs
 
-What a renderer declares moves more of the same kind (`Declared`): the start of shadow rays by its shadow epsilon, or
-blockers within it are skipped; hits within its ray epsilon of the eye are skipped; shadow rays end earlier by its light
-epsilon; surfaces within its tie epsilon coincide; image points move by its edge epsilon, seen from the eye, and by the
-radius within which it places its samples.
+Declared epsilons (`Declared`) move further data: the start of shadow rays by the shadow epsilon, or blockers within it
+are skipped; hits within the ray epsilon of the eye are skipped; shadow rays end earlier by the light epsilon; surfaces
+within the tie epsilon coincide; image points move by the edge epsilon, seen from the eye, and by the radius within
+which the renderer places its samples.
 """
 
 import hashlib
@@ -39,26 +39,26 @@ from rayproof.cases.rounding import UNIT_ROUNDOFF
 from rayproof.cases.scene import GOLDEN, Camera, Motion, Scene, SceneError, Shape, Vector, scrambled
 
 AMOUNTS = (2.0, 8.0, 16.0)  # units of roundoff by which data are moved
-FARTHEST = 8 * AMOUNTS[-1]  # where a pixel does not change even for these, no nearby problem explains it
-COINCIDING = 4  # limits of the distance within which surfaces coincide: two of them may each be off by two hits' limits
-EVERY_TIE = 3  # of so many problems one lets coinciding surfaces come in another order
+FARTHEST = 8 * AMOUNTS[-1]  # if a pixel does not change even by this amount, no nearby problem explains it
+COINCIDING = 4  # limits of distance within which surfaces coincide: the error of each may be two hits' limits
+EVERY_TIE = 3  # in every third problem coinciding surfaces are in a different order
 
 
 @dataclass(frozen=True, kw_only=True)
 class Problem:
-    """A scene within rounding of the one asked, and what decides about its single points."""
+    """A scene within rounding of the original scene, and the random numbers of its points."""
 
     scene: Scene
     amount: float  # units of roundoff; 0: the scene itself
-    seed: tuple[int, ...]  # of what is drawn for its single points
+    seed: tuple[int, ...]  # of the random numbers of its points
 
     @property
     def draw(self) -> np.random.Generator:
-        """Return a generator for what is drawn for its points, the same each time."""
+        """Return a generator of the random numbers of its points, with the same seed each time."""
         return np.random.default_rng(self.seed)
 
     def drawn(self, pixels: np.ndarray, count: int) -> np.ndarray:
-        """Return `count` numbers from [-1, 1) for each pixel (n,), (n, count), whichever others are asked."""
+        """Return `count` numbers from [-1, 1) per pixel (n,), (n, count), independent of the other pixels."""
         start = np.random.SeedSequence(self.seed).generate_state(1, np.uint64)[0]
         with np.errstate(over="ignore"):
             own = scrambled(start ^ (pixels.astype(np.uint64) + np.uint64(1)) * GOLDEN)
@@ -70,7 +70,7 @@ class Problem:
 class Problems:
     """The problems within rounding of a scene, in one precision; equal scenes have equal problems.
 
-    `baked` says that shapes are turned by what rounding their corners in world space does.
+    With `baked`, shapes are also turned as by the rounding of their corners in world space.
     """
 
     scene: Scene
@@ -79,7 +79,7 @@ class Problems:
 
     @cached_property
     def seed(self) -> int:
-        """Return a number drawn from the scene's content, so that no name of a case decides a verdict."""
+        """Return a number derived from the scene's content, so that the name of a case does not affect a verdict."""
         return seed_of(self.scene)
 
     @cached_property
@@ -88,16 +88,16 @@ class Problems:
         return adjoining(self.scene.shapes)
 
     def itself(self, number: int = 0) -> Problem:
-        """Return the problem asked, of which only the single points are moved."""
+        """Return the original scene as a problem, of which only the points are moved."""
         return Problem(scene=self.scene, amount=AMOUNTS[-1], seed=(self.seed, 0, number))
 
     @cached_property
     def moved(self) -> Callable[[float, int], Problem | None]:
-        """Return `_problem`, which then computes each problem once."""
+        """Return `_problem` with a cache, so that each problem is computed once."""
         return cache(self._problem)
 
     def _problem(self, amount: float, number: int) -> Problem | None:
-        """Return a problem with all data moved by up to `amount` units of roundoff; None where that is no scene."""
+        """Return a problem with all data moved by up to `amount` units of roundoff; None if it is no valid scene."""
         seed = (self.seed, int(amount), 1 + number)
         try:
             scene = _moved(self.scene, self.groups, amount * UNIT_ROUNDOFF[self.precision], seed, baked=self.baked)
@@ -113,7 +113,7 @@ class Problems:
                     yield problem
 
     def as_read(self) -> Problem | None:
-        """Return the scene whose numbers are rounded once to the precision; None where that is no scene."""
+        """Return the scene whose numbers are rounded once to the precision; None if it is no valid scene."""
         if self.precision == "float64":
             return None
         try:
@@ -132,7 +132,7 @@ class Problems:
 
 @lru_cache(maxsize=4)
 def problems_of(scene: Scene, precision: str, *, baked: bool) -> Problems:
-    """Return the problems within rounding of a scene; kept, since all renderers of one precision have the same."""
+    """Return the problems within rounding of a scene; cached, since all renderers of one precision share them."""
     return Problems(scene, precision, baked)
 
 
@@ -160,11 +160,11 @@ def _moved(
 
 
 def _motion(shapes: list[Shape], amount: float, draw: np.random.Generator, *, baked: bool) -> Motion:
-    """Return the motion of shapes that share corners, or of a single one."""
+    """Return the motion of shapes that share corners, or of a single shape."""
     size, turn = max(shape.extent for shape in shapes), amount
     centers = np.array([np.asarray(shape.to_world)[:3, 3] for shape in shapes])
     if baked:
-        # Corners that are off by u |T| turn a shape by so much over its least extent.
+        # Errors of u |T| at the corners turn a shape by that over its least extent.
         for shape, center in zip(shapes, centers, strict=True):
             least = np.linalg.svd(np.asarray(shape.to_world)[:3, :3], compute_uv=False)[-1]
             turn = max(turn, amount * float(np.linalg.norm(center)) / least)
@@ -180,7 +180,7 @@ def _motion(shapes: list[Shape], amount: float, draw: np.random.Generator, *, ba
 
 
 def adjoining(shapes: tuple[Shape, ...]) -> tuple[tuple[int, ...], ...]:
-    """Return the shapes' indices in groups that share a corner to the last bit, directly or by others."""
+    """Return the shapes' indices in groups that share a corner to the last bit, directly or through other shapes."""
     group = list(range(len(shapes)))
 
     def root(index: int) -> int:
@@ -193,8 +193,8 @@ def adjoining(shapes: tuple[Shape, ...]) -> tuple[tuple[int, ...], ...]:
     if sum(len(places) > 0 for _, places in corners) > 1:
         for index, places in corners:
             for place in {row.tobytes() for row in np.asarray(places, dtype=np.float64) + 0.0}:
-                other = owner.setdefault(place, index)
-                group[root(index)] = root(other)
+                first = owner.setdefault(place, index)
+                group[root(index)] = root(first)
     members: dict[int, list[int]] = {}
     for index in range(len(shapes)):
         members.setdefault(root(index), []).append(index)
@@ -203,7 +203,7 @@ def adjoining(shapes: tuple[Shape, ...]) -> tuple[tuple[int, ...], ...]:
 
 @lru_cache(maxsize=8)
 def seed_of(scene: Scene) -> int:
-    """Return 63 bits of a digest of everything that a scene contains; a case's name is not among it."""
+    """Return 63 bits of a digest of a scene's content, without the case's name."""
     content = hashlib.sha256(repr((scene.camera, scene.lights, scene.shading, scene.clip)).encode())
     for shape in scene.shapes:
         content.update(shape.digest.encode())
