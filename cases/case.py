@@ -17,6 +17,7 @@ ITEMS: tuple[str, ...] = (
 
 STORING = "IMG-1"  # how the image is stored: no formula, and part of every case
 BLAMABLE: tuple[str, ...] = (*ITEMS, STORING)
+RANDOM = "random"  # the family of scenes that are drawn; each is named random/SEED/NUMBER
 # If the specification has two formulas, the one that another renderer uses is unknown: the first one is blamed.
 SECOND_WAYS = frozenset({"CAM-5", "HIT-6", "HIT-8", "LIT-2", "LIT-3", "LIT-4", "LIT-5"})
 ITEMS_OF_OTHERS = frozenset(ITEMS) - SECOND_WAYS

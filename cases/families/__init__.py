@@ -9,10 +9,9 @@ from difflib import get_close_matches
 from fnmatch import fnmatchcase
 from functools import cache
 
-from rayproof.cases.case import Case
+from rayproof.cases.case import RANDOM, Case
 from rayproof.cases.registry import Entry, Table
 
-RANDOM = "random"  # not in the table: its scenes are drawn, and named random/SEED/NUMBER
 CASE_FAMILIES: Table[Callable[[], Iterator[Case]]] = Table(
     "case family",
     package="rayproof.cases.families",

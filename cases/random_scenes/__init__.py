@@ -17,8 +17,8 @@ from functools import lru_cache
 
 import numpy as np
 
+from rayproof.cases.case import RANDOM as FAMILY
 from rayproof.cases.case import Case, covering
-from rayproof.cases.families import RANDOM as FAMILY
 from rayproof.cases.placement import compose, scaling, vector
 from rayproof.cases.random_scenes.draft import Draws, plain_draft, upward
 from rayproof.cases.random_scenes.features import FEATURES, Step
