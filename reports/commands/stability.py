@@ -1,4 +1,4 @@
-"""`rayproof stability`, `worst`, `limits`: formulas on ladders, their worst inputs, and renderers on ladders."""
+"""`rayproof stability`, `worst` and `limits`: formulas on ladders, their worst inputs, and renderers on ladders."""
 
 import os
 import sys
@@ -25,15 +25,15 @@ if TYPE_CHECKING:
     from rayproof.reports.studies.stability.worst import Worst
 from rayproof.reports.studies.stability.survey import Plan
 
-CLEARED = 100  # columns of an earlier, longer line
+CLEARED = 100  # columns to overwrite, since the previous line may have been longer
 COLUMNS = (
     "ladder", "formula", "precision", "slope", "predicted", "breakpoint", "error / K u", "false hits", "false misses",
     "per million", "verdict", "expected",
 )  # fmt: skip
-FITS = ("ladder", "formula", "precision", "slope", "breakpoint", "error / K u", "verdict")  # of an article's text
+FITS = ("ladder", "formula", "precision", "slope", "breakpoint", "error / K u", "verdict")  # fit into an article's text
 WORST_COLUMNS = ("formula", "inputs of", "what", "limits", "inputs")
-NAMED = 5  # worst inputs that are printed
-SHOWN = 40  # rows of the table, unless formulas or ladders were named
+NAMED = 5  # printed worst inputs
+SHOWN = 40  # printed rows of the table, unless formulas or ladders were named
 Precisions = Annotated[tuple[Literal["float32", "float64"], ...], Parameter(negative="", show_default=False)]
 
 
@@ -63,16 +63,18 @@ def stability(
     json
         Also write the results to this file.
     out
-        Also write JSON, CSV and SVG of every ladder to OUT/stability, with what is needed to compute them again.
+        Also write JSON, CSV and SVG of every ladder to OUT/stability, with all inputs needed to compute them again.
     sweep
-        Measure your own function for many values of one of its parameters: eps=1e-6..1e-2:9 are nine values in equal
-        ratios.
+        Measure your own function for many values of a parameter of it. For example, eps=1e-6..1e-2:9 gives nine values
+        of eps in equal ratios.
 
     """
     from rayproof.cases.ladders import all_ladders
 
-    ladder = [word for word in selectors if any(fnmatchcase(one.name, word) for one in all_ladders())]
-    formulas = [word for word in selectors if word not in ladder]
+    patterns_of_ladders = [
+        word for word in selectors if any(fnmatchcase(ladder.name, word) for ladder in all_ladders())
+    ]
+    formulas = [word for word in selectors if word not in patterns_of_ladders]
     writable(out, json, paper)
     from rayproof.tracer.kernel.compiler import choose_packaged_llvm
 
@@ -88,45 +90,47 @@ def stability(
     from rayproof.reports.studies.stability.survey import plan, survey
 
     name, patterns, values = swept(formulas, sweep)
-    mine = sweep is None and own_alone(patterns)
+    with_defaults = sweep is None and own_alone(patterns)
     with told_in_one_line():
-        asked = [*patterns, *defaults_of(patterns)] if mine else patterns
-        planned = plan(asked, ladders=ladder, precisions=precision or ("float32", "float64"), quick=quick)
-        columns = beside_columns(patterns, planned.precisions) if mine else COLUMNS
+        measured = [*patterns, *defaults_of(patterns)] if with_defaults else patterns
+        planned = plan(
+            measured, ladders=patterns_of_ladders, precisions=precision or ("float32", "float64"), quick=quick
+        )
+        columns = beside_columns(patterns, planned.precisions) if with_defaults else COLUMNS
         chosen(paper, columns)
     if not planned.ladders:
         raise UsageError("none of these formulas is measured on any of these ladders")
     doubts: list[str] = []
     records: list[ClimbRecord] = []
-    for one in survey(planned, doubts=doubts.append):
-        records.append(one)
-        tell(len(records), planned.climbs, one)
-    surprises = sum(bool(one["surprise"]) for one in records) + len(doubts)
-    found = summary(planned, records, doubts, surprises)
-    write_json(json, found)
+    for record in survey(planned, doubts=doubts.append):
+        records.append(record)
+        tell(len(records), planned.climbs, record)
+    surprises = sum(bool(record["surprise"]) for record in records) + len(doubts)
+    content = summary(planned, records, doubts, surprises)
+    write_json(json, content)
     if out is not None:
-        written(out / "stability", planned, found)
-        keep(out, "stability", found["origin"]["seed"])
-    rows = beside_rows(records, planned.precisions) if mine else [row(one) for one in records]
-    if mine:
+        written(out / "stability", planned, content)
+        keep(out, "stability", content["origin"]["seed"])
+    rows = beside_rows(records, planned.precisions) if with_defaults else [row(record) for record in records]
+    if with_defaults:
         show_table(beside_title(patterns), columns, rows)
         tell_the_rest(records, doubts, surprises)
     else:
-        show(records, doubts, surprises, everything=bool(formulas or ladder))
-    ladders = [one for one, _ in planned.ladders]
+        show(records, doubts, surprises, everything=bool(formulas or patterns_of_ladders))
+    ladders = [ladder for ladder, _ in planned.ladders]
     if paper.figure is not None and len(ladders) > MOST_PANELS:
         say(f"--figure shows the {MOST_PANELS} of {len(ladders)} ladders on which the formulas differ most")
         ladders = most_different(ladders, records, MOST_PANELS)
-    about = f"{', '.join(one.name for one in ladders[:MOST_PANELS])}. {caption(found['origin'])}."
-    title = f"{beside_title(patterns)}. " if mine else ""
-    write_table(paper, columns, rows, caption=f"{title}{about}", fits=() if mine else FITS)
+    about = f"{', '.join(ladder.name for ladder in ladders[:MOST_PANELS])}. {caption(content['origin'])}."
+    title = f"{beside_title(patterns)}. " if with_defaults else ""
+    write_table(paper, columns, rows, caption=f"{title}{about}", fits=() if with_defaults else FITS)
     drawn = paper_rows(ladders, records, (name, values) if name else None) if paper.figure is not None else []
     draw(paper, drawn, caption=about, height=0.38 * paper.width)
     return 1 if surprises else 0
 
 
 def writable(out: Path | None, json: Path | None, paper: Paper) -> None:
-    """Raise UsageError if the files and folders of a study cannot be written, before anything is measured."""
+    """Raise UsageError if a file or folder of a study cannot be written; call it before anything is measured."""
     with told_in_one_line():
         paper.check()
         if out is not None:
@@ -146,7 +150,7 @@ def worst_inputs(
     table: Path | None = None,
     columns: str | None = None,
 ) -> int:
-    """Search for the inputs that each formula answers worst; exit with 1 if one is answered beyond its limit.
+    """Search for the inputs with each formula's largest errors; exit with 1 if an error exceeds its limit.
 
     For example: rayproof worst sphere=./mine.py:nearest_hit --keep worst.csv
 
@@ -157,11 +161,11 @@ def worst_inputs(
     precision
         float32 or float64.
     seconds
-        The time [s] for which each formula is searched.
+        The time [s] of the search for each formula.
     seed
         The seed of the search.
     keep_rays
-        Write the worst inputs into this CSV file, as test vectors.
+        Write the worst inputs to this CSV file, as test vectors.
     json
         Also write the results to this file.
     out
@@ -199,7 +203,7 @@ def worst_inputs(
         if precision != "float32" or any(breed.ladder not in LADDERS for _, breeds in bred for breed in breeds):
             raise UsageError("--keep writes vectors, which are float32 rays and lights: this search finds none")
     kept = Vectors()
-    found: list[WorstRecord] = []
+    records: list[WorstRecord] = []
     for formula, breeds in bred:
         for breed in breeds:
             with console().status("searching") as status:
@@ -218,11 +222,11 @@ def worst_inputs(
                 [formula.name, breed.ladder.name, worst.kinds[number], f"{score:.3g}", _inputs(worst.inputs, number)]
                 for number, score in enumerate(worst.scores[:NAMED])
             ]
-            found.append({
+            records.append({
                 "formula": formula.name, "ladder": breed.ladder.name, "tried": worst.tried, "beyond": beyond,
                 "scores": worst.scores.tolist(), "common": alike, "worst": rows,
             })  # fmt: skip
-    shown = sorted((row for one in found for row in one["worst"]), key=lambda row: -float(row[3]))
+    shown = sorted((row for record in records for row in record["worst"]), key=lambda row: -float(row[3]))
     show_table("The worst inputs", WORST_COLUMNS, shown[: NAMED * len(searched)])
     if keep_rays is not None:
         keep_rays.write_text(as_csv(vector_columns(kept.cells, ORDER), kept.cells), encoding="utf-8")
@@ -233,13 +237,13 @@ def worst_inputs(
         "origin": made,
         "seconds": seconds,
         "precision": precision,
-        "formulas": found,
+        "formulas": records,
     }
     write_json(json, content)
     if out is not None:
         write_json(out / "stability" / "worst.json", content)
     write_table(paper, WORST_COLUMNS, shown, caption=f"The worst inputs. {caption(made)}.")
-    return 1 if any(one["beyond"] for one in found) else 0
+    return 1 if any(record["beyond"] for record in records) else 0
 
 
 class Vectors:
@@ -249,7 +253,7 @@ class Vectors:
         self.cells: list[dict[str, str | float]] = []
 
     def add(self, formula: str, worst: "Worst", tied: int) -> None:
-        """Take in what a search found, and its exact ties."""
+        """Add the worst inputs of a search, and its first `tied` exact ties."""
         from rayproof.reports.vectors.check import VERSION
         from rayproof.reports.vectors.files import cells
         from rayproof.reports.vectors.rows import of_rays
@@ -263,7 +267,7 @@ class Vectors:
 
 
 def _inputs(inputs: "Inputs", number: int) -> str:
-    """Return one of some inputs, each of its numbers with the digits that bring it back."""
+    """Return input `number` as text, each component with enough digits to restore its exact value."""
     return "  ".join(f"{name} {_exact(array[number])}" for name, array in inputs.items())
 
 
@@ -273,9 +277,10 @@ def _exact(numbers: "np.ndarray") -> str:
 
 
 def swept(formulas: Sequence[str], sweep: str | None) -> tuple[str, list[str], dict[str, float]]:
-    """Return a swept parameter, the formulas with its values in place of the user's own, and the value of each.
+    """Return the swept parameter, the formulas to measure, and the parameter's value by the name of the formula.
 
-    Without a sweep: no parameter, and the formulas as they are.
+    A formula of the user's own is replaced by one formula for each value. Without a sweep the parameter is empty, and
+    the formulas are unchanged.
     """
     if sweep is None:
         return "", list(formulas), {}
@@ -283,13 +288,13 @@ def swept(formulas: Sequence[str], sweep: str | None) -> tuple[str, list[str], d
     from rayproof.tracer.formulas.own_file import is_own, with_number
 
     name, values = sweep_of(sweep)
-    own = [one for one in formulas if is_own(one)]
+    own = [formula for formula in formulas if is_own(formula)]
     if not own:
         raise UsageError("--sweep needs a formula of your own, slot=FILE.py:function")
     with told_in_one_line():
-        each = {with_number(one, name, value): value for one in own for value in values}
-        known = {FORMULAS.named(text).name: value for text, value in each.items()}
-    return name, [*(one for one in formulas if one not in own), *each], known
+        variants = {with_number(formula, name, value): value for formula in own for value in values}
+        value_of = {FORMULAS.named(text).name: value for text, value in variants.items()}
+    return name, [*(formula for formula in formulas if formula not in own), *variants], value_of
 
 
 def limits(
@@ -302,7 +307,7 @@ def limits(
     table: Path | None = None,
     columns: str | None = None,
 ) -> int:
-    """Measure up to where a whole renderer is right, on ladders of ever harder scenes.
+    """Measure a whole renderer on ladders of ever harder scenes, and show the hardest scene of each that it passes.
 
     For example: rayproof limits offset tall --subject "exec:./mine {scene} {output}"
 
@@ -313,15 +318,15 @@ def limits(
     subject
         The renderer: tracer, a reference, or "exec:COMMAND {scene} {output}".
     quick
-        Leave out the other renderers' limits.
+        Do not measure the limits of the other renderers.
     against
-        The file or folder of earlier limits. The exit code is 1 if one of them is lower now.
+        The file or folder of earlier limits. The exit code is 1 if a limit is lower than there.
     json
         Also write the limits to this file.
     out
         Also write the limits to OUT/stability, which the report shows.
     table
-        Also write the table into this file, ending in .tex, .csv or .md.
+        Also write the table to this file, ending in .tex, .csv or .md.
     columns
         Columns of the table by their headings, separated by commas, in this order. Default: all.
 
@@ -333,14 +338,14 @@ def limits(
 
     choose_packaged_llvm()
     with told_in_one_line():
-        earlier = None if against is None else load_limits(against)  # read now, since it may lie in OUT
+        earlier = None if against is None else load_limits(against)  # read first, since OUT may contain the file
     return limits_shown(whole_renderer(subject, ladders, json, out, alone=quick), earlier, paper)
 
 
 def whole_renderer(
     subject: str, names: Sequence[str], json: Path | None, out: Path | None, *, alone: bool
 ) -> "LimitsRecord":
-    """Measure a renderer on the scene ladders, and the other renderers unless it is `alone`; write the files named."""
+    """Measure a renderer on ladders of scenes, with the other renderers unless `alone`, and write the named files."""
     from rayproof.reports.commands.lookup import subject_named
     from rayproof.reports.processes.scratch import scratch
     from rayproof.reports.run.renderer_limits import columns, ladders_named, measure, scale
@@ -353,7 +358,7 @@ def whole_renderer(
     with scratch():
         tested = subject_named(subject)
         renderers = columns(tested, alone=alone)
-        found: LimitsRecord = {
+        record: LimitsRecord = {
             "schema": SCHEMA,
             "subject": tested.title,
             "renderers": [column.title for column in renderers],
@@ -361,49 +366,49 @@ def whole_renderer(
             "limits": list(measure(renderers, ladders, jobs=os.cpu_count() or 1, seconds=USUAL_LIMIT)),
             "environment": versions(),
         }
-    write_json(json, found)
+    write_json(json, record)
     if out is not None:
-        write_limits(out / "stability", found)
-    return found
+        write_limits(out / "stability", record)
+    return record
 
 
-def limits_shown(found: "LimitsRecord", earlier: "LimitsRecord | None", paper: Paper) -> int:
-    """Print up to where each renderer is right, hold the first against earlier limits, and return the exit code."""
+def limits_shown(limits: "LimitsRecord", earlier: "LimitsRecord | None", paper: Paper) -> int:
+    """Print the limits of each renderer, compare the first renderer's with earlier ones, and return the exit code."""
     from rayproof.reports.studies.stability.limit_records import changes, table, worse
 
-    columns, rows = table(found)
-    show_table(f"{found['renderers'][0]}: right up to", columns, rows)
-    if any(not one["monotone"] for one in found["limits"]):
+    columns, rows = table(limits)
+    show_table(f"{limits['renderers'][0]}: right up to", columns, rows)
+    if any(not limit["monotone"] for limit in limits["limits"]):
         say("*: later rungs pass again; the ladder was climbed whole")
     with told_in_one_line():
         write_table(paper, columns, rows, caption=f"Up to where renderers are right. {caption(origin())}.")
     if earlier is not None:
         with told_in_one_line():
-            compared = changes(earlier, found)
+            compared = changes(earlier, limits)
         lower = worse(compared)
         for sentence in lower:
             say(f"LOWER: {sentence}")
         say(f"{len(lower)} of {len(compared)} limits are lower than they were")
         return 1 if lower else 0
-    firsts = {one["verdict"]: one for one in found["limits"][: len(found["ladders"])] if one["limit"] is None}
+    firsts = {limit["verdict"]: limit for limit in limits["limits"][: len(limits["ladders"])] if limit["limit"] is None}
     broken = firsts.get("error") or firsts.get("missing")
     if broken is not None:
         say(f"{broken['ladder']} {broken['verdict']}: {broken['reason']}")
     return 1 if "fail" in firsts else 0 if broken is None else 3
 
 
-def tell(done: int, total: int, one: "ClimbRecord") -> None:
-    """Say on standard error how far the survey has come; piped, only what is surprising."""
-    line = f"[{done}/{total}] {one['ladder']} {one['formula']} {one['precision']}"
-    if one["surprise"]:
-        sys.stderr.write(f"\r{line}: SURPRISE: {one['surprise']}\n")
+def tell(done: int, total: int, record: "ClimbRecord") -> None:
+    """Print the progress of the survey to standard error; only surprises if that is not a terminal."""
+    line = f"[{done}/{total}] {record['ladder']} {record['formula']} {record['precision']}"
+    if record["surprise"]:
+        sys.stderr.write(f"\r{line}: SURPRISE: {record['surprise']}\n")
     elif sys.stderr.isatty():
         sys.stderr.write(f"\r{line:<{CLEARED}}" + ("\n" if done == total else ""))
         sys.stderr.flush()
 
 
 def summary(planned: "Plan", records: list["ClimbRecord"], doubts: list[str], surprises: int) -> "SurveyRecord":
-    """Return what `--json` writes."""
+    """Return the content of the JSON file: all records, with the counts, the origin and the environment."""
     from rayproof.reports.studies.stability.device import keeps_subnormals
     from rayproof.tracer.kernel.arrays import versions
 
@@ -415,67 +420,69 @@ def summary(planned: "Plan", records: list["ClimbRecord"], doubts: list[str], su
         "quick": planned.quick,
         "origin": origin(", ".join(f"{ladder.name} {ladder.seed}" for ladder, _ in planned.ladders[:MOST_PANELS])),
         "environment": versions(),
-        "subnormals": {one: "kept" if keeps_subnormals(one) else "flushed to zero" for one in planned.precisions},
+        "subnormals": {
+            precision: "kept" if keeps_subnormals(precision) else "flushed to zero" for precision in planned.precisions
+        },
     }
 
 
-def written(folder: Path, planned: "Plan", found: "SurveyRecord") -> None:
-    """Write every ladder's files, a list of them, and what is true of all of them; the report shows these."""
+def written(folder: Path, planned: "Plan", record: "SurveyRecord") -> None:
+    """Write the files of every ladder, a list of the ladders, and their common properties, for the report."""
     from rayproof.reports.studies.stability.figures import publish
 
     for ladder, _ in planned.ladders:
-        publish(folder, ladder, [one for one in found["ladders"] if one["ladder"] == ladder.name])
+        publish(folder, ladder, [climb for climb in record["ladders"] if climb["ladder"] == ladder.name])
     write_json(folder / "ladders.json", [ladder.name for ladder, _ in planned.ladders])
-    write_json(folder / "about.json", {key: value for key, value in found.items() if key != "ladders"})
+    write_json(folder / "about.json", {key: value for key, value in record.items() if key != "ladders"})
 
 
 def show(records: list["ClimbRecord"], doubts: list[str], surprises: int, *, everything: bool) -> None:
-    """Print the table, worst first, then what was surprising."""
+    """Print the table, worst first, then the surprises."""
     from rayproof.reports.studies.stability.survey import worst_first
 
     ordered = worst_first(records)
     kept = ordered if everything else ordered[:SHOWN]
-    show_table(f"{len(records)} climbs, worst first", COLUMNS, [row(one) for one in kept])
+    show_table(f"{len(records)} climbs, worst first", COLUMNS, [row(record) for record in kept])
     if len(kept) < len(ordered):
         say(f"and {len(ordered) - len(kept)} more that did no worse; --json or --out holds all")
     tell_the_rest(ordered, doubts, surprises)
 
 
 def tell_the_rest(records: list["ClimbRecord"], doubts: list[str], surprises: int) -> None:
-    """Print what was surprising, what makes the truth unsure, and how much was measured."""
-    for one in records:
-        if one["surprise"]:
-            say(f"SURPRISE: {one['ladder']} {one['formula']} {one['precision']}: {one['surprise']}")
+    """Print the surprises, the doubts about the reference values, and the number of measurements."""
+    for record in records:
+        if record["surprise"]:
+            say(f"SURPRISE: {record['ladder']} {record['formula']} {record['precision']}: {record['surprise']}")
     for doubt in doubts:
         say(f"DOUBT: {doubt}")
-    expected = sum(one["expected"] == "fail" for one in records)
-    counts = {"ladder": len({one["ladder"] for one in records}), "climb": len(records)}
+    expected = sum(record["expected"] == "fail" for record in records)
+    counts = {"ladder": len({record["ladder"] for record in records}), "climb": len(records)}
     counts |= {"known failure": expected, "surprise": surprises}
     say(", ".join(several(count, noun) for noun, count in counts.items()))
 
 
-def row(one: "ClimbRecord") -> list[str]:
-    """Return one line of the table."""
-    slope = "" if one["slope"] is None else f"{one['slope']:.2f}"
-    if one["slope_interval"]:
-        slope += " [{:.2f}, {:.2f}]".format(*one["slope_interval"])
-    counts = ", ".join(f"{name.replace('_', ' ')} {count:.0f}" for name, count in one["per_million"].items())
+def row(record: "ClimbRecord") -> list[str]:
+    """Return the row of the table for the record of a climb."""
+    slope = "" if record["slope"] is None else f"{record['slope']:.2f}"
+    if record["slope_interval"]:
+        slope += " [{:.2f}, {:.2f}]".format(*record["slope_interval"])
+    counts = ", ".join(f"{name.replace('_', ' ')} {count:.0f}" for name, count in record["per_million"].items())
     return [
-        one["ladder"],
-        one["formula"],
-        one["precision"],
+        record["ladder"],
+        record["formula"],
+        record["precision"],
         slope,
-        short(one["slope_predicted"]),
-        short(one["breakpoint"]) or "never right",
-        short(one["worst_error_over_Ku"]),
-        str(one["false_hits"]),
-        str(one["false_misses"]),
+        short(record["slope_predicted"]),
+        short(record["breakpoint"]) or "never right",
+        short(record["worst_error_over_Ku"]),
+        str(record["false_hits"]),
+        str(record["false_misses"]),
         counts,
-        one["verdict"],
-        one["expected"],
+        record["verdict"],
+        record["expected"],
     ]
 
 
 def short(value: float | None) -> str:
-    """Return a cell of three digits, empty where there is nothing."""
+    """Return a number with three digits, or an empty cell for None."""
     return "" if value is None else f"{value:.3g}"
