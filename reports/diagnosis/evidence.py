@@ -1,4 +1,4 @@
-"""`Evidence`: a renderer's images of one case, held against the oracle, right or with a mistake."""
+"""`Evidence`: a renderer's images of one case, compared with the right oracle or an oracle with a mistake."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
@@ -21,18 +21,18 @@ from rayproof.reports.judge.oracle import stages_of
 from rayproof.reports.judge.scene_truth import SceneTruth, scene_truth
 from rayproof.reports.mistakes import Family, Mistake, lights_only
 
-PRECISION = "float32"  # what results keep, whatever a renderer computes in
-MOST_OVER = 0.05  # of the pixels: more over their limits are no matter of rounding
-LEFT = 0.1  # of the pixels that are wrong by the right oracle: so many may stay wrong
-MOST_LEFT = 0.002  # of the image
-TELLS = 0.5  # limits of the right oracle: an oracle within so little of it tells nothing
-SHOWS = 0.01  # of the image: a mistake that changes more pixels shows
-LOOKED_AT = 400  # pixels, in which 1 % of an image is met with 98 % probability
-MORE = gamma(16, precision=PRECISION)  # relative: roundings that a mistake adds to those counted
-WIDEST = 0.01  # relative: no mistake widens a limit to more
-# Of a sample of pixels: so many are drawn among wrong ones, and among all; of these so many may be off.
+PRECISION = "float32"  # the precision of stored results, whatever precision the renderer has
+MOST_OVER = 0.05  # share of the pixels; if more exceed their limits, rounding is not the reason
+LEFT = 0.1  # share of the pixels that are wrong with the right oracle that an explanation may leave wrong
+MOST_LEFT = 0.002  # share of the image that an explanation may leave wrong
+TELLS = 0.5  # in limits of the right oracle; a smaller difference of an oracle does not count
+SHOWS = 0.01  # share of the image; a mistake that changes more pixels is visible
+LOOKED_AT = 400  # pixels of a sample, which contains a pixel of any 1 % of an image with 98 % probability
+MORE = gamma(16, precision=PRECISION)  # relative error of the roundings that a mistake adds
+WIDEST = 0.01  # relative; a mistake widens no limit beyond this
+# The pixels of a sample that are drawn from the wrong pixels, and from all; the shares of these that may differ.
 DRAWN, OFF_OF_WRONG, OFF_OF_ALL = 80, 0.15, 0.1
-# Coarse tolerances, relative to the value's size: what is farther off no rounding explains.
+# Coarse tolerances, relative to the value's size; rounding does not explain larger differences.
 COARSE = {Stage.RAY: 1e-4, Stage.DISTANCE: 1e-3, Stage.POSITION: 1e-3, Stage.NORMAL: 5e-3}
 COARSE_LIGHT = 3e-3
 RIGHT = Analytic()
@@ -40,30 +40,30 @@ RIGHT = Analytic()
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class SupposedTruth(SceneTruth):
-    """What an oracle with a mistake answers; limits of light grow with how much brighter the mistake makes it."""
+    """The images of an oracle with a mistake; the limits of light grow with the light that the mistake adds."""
 
-    basis: StageImages  # the answers before they are written, of which the limits are
+    basis: StageImages  # the images before they are written, for which the limits are derived
 
     def limits(self, g: Roundoff, *, by_matrices: bool) -> Limits:
-        """Return the limits of one kind of rounding."""
-        found = limits(self.scene, self.basis, self.conditioning, g, by_matrices=by_matrices)
-        plain, whole = dict(self.basis), dict(found.end_to_end)
+        """Return the limits for the roundings `g` of a precision."""
+        unchanged = limits(self.scene, self.basis, self.conditioning, g, by_matrices=by_matrices)
+        plain, whole = dict(self.basis), dict(unchanged.end_to_end)
         for stage in LIGHT:
             if stage not in whole:
                 continue
             size = self.scene.camera.height, self.scene.camera.width
-            rows = {one: image.reshape(size[0] * size[1], -1) for one, image in plain.items() if one in IMAGE_STAGES}
+            rows = {name: image.reshape(size[0] * size[1], -1) for name, image in plain.items() if name in IMAGE_STAGES}
             plain[stage] = RIGHT.continued(self.scene, stage, rows).reshape(*size, 3)
             value, limit = np.abs(self.truth[stage]), whole[stage]
             brighter = np.nan_to_num(value / np.abs(plain[stage]), nan=1.0, posinf=1.0)
             changed = ~np.isclose(brighter, 1.0, rtol=1e-9, atol=0)
             widened = limit * np.maximum(brighter, 1.0) + MORE * value * changed
             whole[stage] = np.nan_to_num(np.maximum(limit, np.minimum(widened, WIDEST * value)))
-        return replace(found, end_to_end=whole)
+        return replace(unchanged, end_to_end=whole)
 
 
 def supposed(scene: Scene, stages: tuple[Stage, ...], oracle: Analytic) -> SceneTruth:
-    """Return what an oracle with a mistake answers, with its limits."""
+    """Return the images of an oracle with a mistake, with their limits."""
     truth = basis = oracle.render(scene, stages)
     if type(oracle).image is not Analytic.image:
         basis = type("Unwritten", (type(oracle),), {"image": Analytic.image})().render(scene, stages)
@@ -72,31 +72,31 @@ def supposed(scene: Scene, stages: tuple[Stage, ...], oracle: Analytic) -> Scene
 
 @dataclass(eq=False, kw_only=True)
 class Evidence:
-    """A case of a run as far as a renderer's images of it are known."""
+    """A case of a run with a renderer's images, which are loaded when they are first needed."""
 
     case: str
     scene: Scene
     load: Callable[[], StageImages]
     failed: bool
-    name: str = "renderer"  # as its rounding is known by
-    shadow_epsilon: float = 0.0  # m: as the renderer declares it
+    name: str = "renderer"  # the name by which the judge chooses the model of its rounding
+    shadow_epsilon: float = 0.0  # m, declared by the renderer
     world_normals: bool = False
-    resolutions: dict[Stage, Resolution] = field(default_factory=dict)  # of coarse output that was found
-    kept: dict[type, dict[Stage, np.ndarray]] = field(default_factory=dict)  # samples of mistakes without numbers
-    kept_hits: dict[tuple[type, ...], dict[Stage, np.ndarray]] = field(default_factory=dict)  # without light
+    resolutions: dict[Stage, Resolution] = field(default_factory=dict)  # of stages that are stored in coarse steps
+    kept: dict[type, dict[Stage, np.ndarray]] = field(default_factory=dict)  # samples of mistakes without parameters
+    kept_hits: dict[tuple[type, ...], dict[Stage, np.ndarray]] = field(default_factory=dict)  # samples before light
     explains_known: dict[object, bool] = field(default_factory=dict)
 
     @cached_property
     def images(self) -> StageImages:
-        """Return the renderer's image stages of the scene's size, as float64."""
+        """Return the renderer's images that have the scene's size, as float64."""
         loaded = {stage: np.asarray(image, dtype=np.float64) for stage, image in self.load().items()}
-        asked = {stage: image for stage, image in loaded.items() if stage in stages_of(self.scene)}
-        renderer = Answers(name="renderer", precision=PRECISION, answers=asked)
+        usable = {stage: image for stage, image in loaded.items() if stage in stages_of(self.scene)}
+        renderer = Answers(name="renderer", precision=PRECISION, answers=usable)
         return dict(well_shaped(self.scene, renderer).answers)
 
     @cached_property
     def stages(self) -> tuple[Stage, ...]:
-        """Return the image stages that it answers, in order."""
+        """Return the stages of the renderer's images, in order."""
         return tuple(stage for stage in IMAGE_STAGES if stage in self.images)
 
     @cached_property
@@ -106,28 +106,28 @@ class Evidence:
 
     @property
     def work(self) -> int:
-        """Return how much work a scene is: what every mistake meets first ought to be little."""
+        """Return an estimate of the work of rendering the scene, by which cases are sorted; the unit is arbitrary."""
         faces = sum(len(shape.faces) if isinstance(shape, Mesh) else 1 for shape in self.scene.shapes)
         return self.scene.camera.width * self.scene.camera.height * (faces + 4) * (2 + len(self.scene.lights))
 
     def judge_by(self, resolutions: Mapping[Stage, Resolution]) -> None:
-        """Judge the images by the steps in which they are stored."""
+        """Judge the images again with the resolutions at which they are stored."""
         self.resolutions = dict(resolutions)
         self._judge_anew()
 
     def judge_instead(self, images: StageImages) -> None:
-        """Judge other images, as the renderer's are decoded."""
+        """Judge these images in place of the renderer's, such as decoded ones."""
         self.load = lambda: images
         self._judge_anew()
 
     def _judge_anew(self) -> None:
-        for known in (self.explains_known, self.kept, self.kept_hits):
-            known.clear()
+        for cache in (self.explains_known, self.kept, self.kept_hits):
+            cache.clear()
         for name in ("images", "stages", "right", "wrong", "drawn", "own", "looked_at", "blank"):
             vars(self).pop(name, None)
 
     def held(self, oracle: Analytic) -> AgainstOracle:
-        """Return the renderer's images held against an oracle."""
+        """Return the comparison of the renderer's images with an oracle."""
         stages = tuple(stage for stage in stages_of(self.scene) if stage is not Stage.CAMERA)
         with np.errstate(all="ignore"):
             right = oracle is RIGHT
@@ -140,12 +140,12 @@ class Evidence:
 
     @cached_property
     def right(self) -> AgainstOracle:
-        """Return the images held against the right oracle."""
+        """Return the comparison of the images with the right oracle."""
         return self.held(RIGHT)
 
     @cached_property
     def wrong(self) -> np.ndarray:
-        """Return the pixels (height, width) that are wrong by the right oracle, at any stage."""
+        """Return a mask (height, width) of the pixels that are wrong at any stage, compared with the right oracle."""
         over = over_of(self.right)
         return wrong_of(self.right) if over.mean() < MOST_OVER else over
 
@@ -168,36 +168,36 @@ class Evidence:
         return self._tells(against)
 
     def _tells(self, against: AgainstOracle) -> bool:
-        """Return whether an oracle differs from the right one, beyond its limits, in most pixels that are wrong."""
-        told, right = np.zeros_like(self.wrong), self.right.base.truth
+        """Return whether an oracle differs from the right one in most wrong pixels, by more than half a limit."""
+        differing, right = np.zeros_like(self.wrong), self.right.base.truth
         for stage in self.stages:
             limit = self.right.limits.end_to_end.get(stage, self.right.base.no_limit)
-            told |= ~(ratios(stage, against.base.truth[stage], right[stage], limit)[0] <= TELLS)
-        return bool(2 * np.count_nonzero(told & self.wrong) >= np.count_nonzero(self.wrong))
+            differing |= ~(ratios(stage, against.base.truth[stage], right[stage], limit)[0] <= TELLS)
+        return bool(2 * np.count_nonzero(differing & self.wrong) >= np.count_nonzero(self.wrong))
 
     @cached_property
     def drawn(self) -> tuple[np.ndarray, np.ndarray]:
-        """Return a sample of pixels (n,), by their numbers, and which of them are wrong by the right oracle."""
+        """Return the flat indices (n,) of a sample of pixels, and a mask (n,) of the wrong ones among them."""
         draw, wrong = np.random.default_rng(0), np.flatnonzero(self.wrong.ravel())
-        some = draw.permutation(wrong)[:DRAWN]
-        others = draw.permutation(self.wrong.size)[:DRAWN]
-        pixels = np.concatenate([some, others])
+        of_wrong = draw.permutation(wrong)[:DRAWN]
+        of_all = draw.permutation(self.wrong.size)[:DRAWN]
+        pixels = np.concatenate([of_wrong, of_all])
         return pixels, self.wrong.ravel()[pixels]
 
     @cached_property
     def own(self) -> dict[Stage, np.ndarray]:
-        """Return the renderer's values (n, channels) at the sample."""
+        """Return the renderer's values (n, channels) at the sample, by stage."""
         pixels, _ = self.drawn
         return {stage: image.reshape(len(self.wrong.ravel()), -1)[pixels] for stage, image in self.images.items()}
 
     def sampled(self, oracle: Analytic) -> dict[Stage, np.ndarray]:
-        """Return an oracle's values (n, channels) at the sample."""
+        """Return an oracle's values (n, channels) at the sample, by stage."""
         kind = type(oracle)
         if kind in self.kept:
             return self.kept[kind]
         with np.errstate(all="ignore"):
             rows = self._lit(oracle) if self.stages[-1] in LIGHT else self._asked(oracle)
-        if isinstance(oracle, Mistake) and not oracle.parts and not oracle.parameters:  # asked again in later rounds
+        if isinstance(oracle, Mistake) and not oracle.parts and not oracle.parameters:  # later rounds need it again
             self.kept[kind] = rows
         return rows
 
@@ -206,7 +206,7 @@ class Evidence:
         return oracle.samples(self.scene, points, last or self.stages[-1]).rows
 
     def _lit(self, oracle: Analytic) -> dict[Stage, np.ndarray]:
-        """Return the sample; what is hit and visible is asked once of all mistakes that have it in common."""
+        """Return the sample; the hits and visibility are computed only once for all mistakes that share them."""
         kinds = oracle.parts if isinstance(oracle, Mistake) and oracle.parts else (type(oracle),)
         before = tuple(kind for kind in kinds if not lights_only(kind))
         if before == kinds or any(issubclass(kind, Family) for kind in before):
@@ -214,37 +214,37 @@ class Evidence:
         if before not in self.kept_hits:
             made = type("Hits", (*before, Analytic), {"image": Analytic.image})
             self.kept_hits[before] = self._asked(made(), Stage.VISIBILITY)
-        rows, seen = dict(self.kept_hits[before]), oracle.scene(self.scene)
+        rows, changed = dict(self.kept_hits[before]), oracle.scene(self.scene)
         for stage in LIGHT[: LIGHT.index(self.stages[-1]) + 1]:
-            rows[stage] = oracle.continued(seen, stage, rows)
+            rows[stage] = oracle.continued(changed, stage, rows)
         points = pixel_centers(self.scene.camera)[self.drawn[0]]
-        return {stage: oracle.image(seen, stage, values, points) for stage, values in rows.items()}
+        return {stage: oracle.image(changed, stage, values, points) for stage, values in rows.items()}
 
     def off(self, values: Mapping[Stage, np.ndarray], stages: tuple[Stage, ...] | None = None) -> np.ndarray:
-        """Return which pixels of the sample (n,) are off by more than any rounding, at some stage."""
-        found = np.zeros(len(self.drawn[0]), dtype=bool)
+        """Return a mask (n,) of the sampled pixels that differ at some stage by more than any rounding."""
+        differing = np.zeros(len(self.drawn[0]), dtype=bool)
         for stage in self.stages if stages is None else stages:
             if stage in values:
-                found |= off(stage, self.own[stage], values[stage], self.resolutions.get(stage))
-        return found
+                differing |= off(stage, self.own[stage], values[stage], self.resolutions.get(stage))
+        return differing
 
-    def off_each_other(self, one: Analytic, other: Analytic) -> np.ndarray:
-        """Return in which pixels of the sample (n,) two oracles are apart by more than any rounding."""
-        first, second = self.sampled(one), self.sampled(other)
-        found = np.zeros(len(self.drawn[0]), dtype=bool)
+    def off_each_other(self, first_oracle: Analytic, second_oracle: Analytic) -> np.ndarray:
+        """Return a mask (n,) of the sampled pixels where two oracles differ by more than any rounding."""
+        first, second = self.sampled(first_oracle), self.sampled(second_oracle)
+        differing = np.zeros(len(self.drawn[0]), dtype=bool)
         for stage in self.stages:
-            found |= off(stage, first[stage], second[stage])
-        return found
+            differing |= off(stage, first[stage], second[stage])
+        return differing
 
     def agrees(self, oracle: Analytic) -> bool:
-        """Return whether an oracle may explain this case, by a sample and coarse tolerances."""
-        wrong, found = self.drawn[1], self.off(self.sampled(oracle))
+        """Return whether an oracle may explain this case, from a sample and with coarse tolerances."""
+        wrong, differing = self.drawn[1], self.off(self.sampled(oracle))
         if not wrong.any():
             return False
-        return bool(found[wrong].mean() <= OFF_OF_WRONG and found.mean() <= OFF_OF_ALL)
+        return bool(differing[wrong].mean() <= OFF_OF_WRONG and differing.mean() <= OFF_OF_ALL)
 
     def shows(self, mistake: type[Mistake]) -> bool:
-        """Return whether a mistake changes more than 1 % of what the renderer answers here, by a sample."""
+        """Return whether a mistake changes more than 1 % of the pixels of the renderer's stages, from a sample."""
         if not self.stages:
             return False
         points, last = pixel_centers(self.scene.camera)[self.looked_at], self.stages[-1]
@@ -258,25 +258,25 @@ class Evidence:
 
     @cached_property
     def looked_at(self) -> np.ndarray:
-        """Return a sample of pixels (n,), by their numbers, whether wrong or not."""
+        """Return the flat indices (n,) of a sample of all pixels, wrong or not."""
         return np.random.default_rng(1).permutation(self.wrong.size)[:LOOKED_AT]
 
     @cached_property
     def blank(self) -> bool:
-        """Return whether each image holds one value: it tells nothing of which mistake took all away."""
+        """Return whether each image has only one value, so that many mistakes explain it equally well."""
         return all(np.all(image == image[:1, :1]) for image in self.images.values())
 
 
-def off(stage: Stage, ours: np.ndarray, theirs: np.ndarray, step: Resolution | None = None) -> np.ndarray:
-    """Return which pixels (...) are farther apart at a stage than any rounding explains."""
+def off(stage: Stage, values: np.ndarray, expected: np.ndarray, step: Resolution | None = None) -> np.ndarray:
+    """Return a mask (...) of the pixels whose values (..., channels) differ by more than any rounding explains."""
     with np.errstate(all="ignore"):
-        wrong = error(stage, ours, theirs)
-        wrong = wrong.max(axis=-1) if wrong.ndim == ours.ndim else wrong
+        wrong = error(stage, values, expected)
+        wrong = wrong.max(axis=-1) if wrong.ndim == values.ndim else wrong
         if stage in (Stage.OBJECT, Stage.VISIBILITY):
             return np.asarray(~(wrong == 0))
-        size = np.linalg.norm(np.where(np.isfinite(theirs), theirs, 0.0), axis=-1)
+        size = np.linalg.norm(np.where(np.isfinite(expected), expected, 0.0), axis=-1)
         if stage in LIGHT:
-            largest = np.abs(theirs[np.isfinite(theirs)]).max(initial=0.0)
+            largest = np.abs(expected[np.isfinite(expected)]).max(initial=0.0)
             limit = COARSE_LIGHT * size + 1e-5 * largest
         else:
             limit = COARSE[stage] * np.maximum(size, 1.0 if stage in (Stage.RAY, Stage.NORMAL) else 1e-3)
@@ -286,19 +286,19 @@ def off(stage: Stage, ours: np.ndarray, theirs: np.ndarray, step: Resolution | N
 
 
 def over_of(against: AgainstOracle) -> np.ndarray:
-    """Return the pixels (height, width) over the forward limit of any stage."""
-    found = np.zeros(against.base.conditioning.hit.shape, dtype=bool)
+    """Return a mask (height, width) of the pixels that exceed the forward limit of any stage."""
+    over = np.zeros(against.base.conditioning.hit.shape, dtype=bool)
     with np.errstate(all="ignore"):
         for stage in IMAGE_STAGES:
             if against.answers(stage):
-                found |= against.over(stage)
-    return found
+                over |= against.over(stage)
+    return over
 
 
 def wrong_of(against: AgainstOracle) -> np.ndarray:
-    """Return the pixels (height, width) that no nearby problem explains, at any stage."""
-    found = np.zeros(against.base.conditioning.hit.shape, dtype=bool)
+    """Return a mask (height, width) of the pixels that no nearby problem explains, at any stage."""
+    wrong = np.zeros(against.base.conditioning.hit.shape, dtype=bool)
     with np.errstate(all="ignore"):
         for pixels in against.end_to_end.values():
-            found |= pixels.wrong
-    return found
+            wrong |= pixels.wrong
+    return wrong
