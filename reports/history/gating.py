@@ -1,4 +1,4 @@
-"""The gate: a run is held against known failures and earlier runs; accepting and pruning expectations."""
+"""The gate, which compares a run with known failures and earlier runs; also accepts and prunes expectations."""
 
 import math
 import shutil
@@ -35,53 +35,53 @@ from rayproof.reports.results.records import SHUTTING, GateRecord, RunRecord
 
 GOOD = (Outcome.PASS, Outcome.WARN, Outcome.UNDECIDED, Outcome.UNSUPPORTED)
 RIGHT = (Outcome.PASS, Outcome.WARN)
-LEAST_OF_BEFORE = 0.99  # of the share of the checks that was answered when it was accepted
+LEAST_OF_BEFORE = 0.99  # the share of answered checks may fall to this factor of the share at acceptance
 SHOW_NOTHING = (Outcome.ERROR, Outcome.MISSING, Outcome.UNDECIDED, Outcome.UNSUPPORTED)
 
 
 @dataclass(frozen=True, kw_only=True)
 class Base:
-    """What a run is held against: the results of an earlier one, or a file with a history."""
+    """The base of a comparison: the results of an earlier run, or a file with a history."""
 
-    name: str  # as the user wrote it
-    results: RunRecord | None  # None: a history
+    name: str  # the path as the user wrote it
+    results: RunRecord | None  # None for a history
 
 
 def load_base(path: Path) -> Base:
     """Return the run in a folder, or the history in a file.
 
     Raises:
-        OSError, ValueError: it is neither; the message names the file.
+        OSError, ValueError: the path is neither; the message names the file.
 
     """
     if path.is_dir():
         return Base(name=str(path), results=load_results(path))
     with opened(path):
-        pass  # it is one, and can be read
+        pass  # the file is a history and can be read
     return Base(name=str(path), results=None)
 
 
 @dataclass(frozen=True, kw_only=True)
 class Standing:
-    """How a run stands before an earlier one, in sentences that begin with the case."""
+    """The comparison of a run with an earlier one, in sentences that begin with the name of a case."""
 
     worse: list[str]
-    as_before: list[str]  # what fails, and did not become worse
-    cases: list[str]  # names of cases that fail, and in which nothing became worse
-    mended: list[str] = field(default_factory=list)  # cases that failed, and pass
+    as_before: list[str]  # failures that did not become worse
+    cases: list[str]  # names of failing cases without a change for the worse
+    mended: list[str] = field(default_factory=list)  # cases that failed before and pass now
 
 
 def standing(results: RunRecord, base: Base) -> Standing:
-    """Return what became worse since `base`, and what fails as it did."""
+    """Return the changes of a run since `base`: failures that became worse, and failures that did not."""
     return _before_history(results, base) if base.results is None else _before_run(results, base.name, base.results)
 
 
 def _before_run(results: RunRecord, name: str, earlier: RunRecord) -> Standing:
-    known = {case["name"]: case for case in earlier["cases"]}
-    pairs = paired(*([str(one) for one in run.get("configurations", ())] for run in (earlier, results)))
-    found, same, cases, mended = [], [], [], []
+    earlier_cases = {case["name"]: case for case in earlier["cases"]}
+    pairs = paired(*([str(name) for name in run.get("configurations", ())] for run in (earlier, results)))
+    worse_cases, same, cases, mended = [], [], [], []
     for case in results["cases"]:
-        before = known.get(case["name"])
+        before = earlier_cases.get(case["name"])
         if before is not None and before["verdict"] not in GOOD and case["verdict"] in RIGHT:
             mended.append(f"{case['name']}: {case['verdict']}, was {before['verdict']} in {name}")
         worsened, kept = [], []
@@ -96,28 +96,28 @@ def _before_run(results: RunRecord, name: str, earlier: RunRecord) -> Standing:
                     kept.append(f"{where}: {check.outcome}, as in {name}")
             if not worsened and not kept and ORDER.index(case["verdict"]) > ORDER.index(before["verdict"]):
                 worsened = [f"{case['verdict']}, was {before['verdict']}"]
-        found += _for_a_case(case["name"], worsened)
+        worse_cases += _for_a_case(case["name"], worsened)
         same += _for_a_case(case["name"], kept)
         if case["verdict"] not in GOOD and not worsened:
             cases.append(case["name"])
-    return Standing(worse=found, as_before=same, cases=cases, mended=mended)
+    return Standing(worse=worse_cases, as_before=same, cases=cases, mended=mended)
 
 
 def _for_a_case(name: str, sentences: Sequence[str]) -> list[str]:
-    """Return in one sentence what was found of a case's checks: of the first, and of how many more; of none nothing."""
+    """Return a list with the first sentence and the number of further ones; an empty list without sentences."""
     more = f" (and {len(sentences) - 1} more of its checks)" if len(sentences) > 1 else ""
     return [f"{name}: {sentences[0]}{more}"] if sentences else []
 
 
 def _worse(before: Check | None, after: Check | None) -> str | None:
-    """Return in words how a check became worse, or None."""
+    """Return a phrase that describes how a check became worse, or None."""
     if after is None:
         return f"was {before.outcome}, and is not made any more" if before is not None else None
     now = after.outcome
     if before is None:
         return f"{now}, and was not made before" if now not in GOOD else None
     was = before.outcome
-    # What shows nothing is no better than a failure.
+    # An outcome without a measurement is no better than a failure.
     if ORDER.index(now) > ORDER.index(was) or (now in SHOW_NOTHING and now != was):
         return f"{now}, was {was}"
     for what, value, earlier in zip(
@@ -134,59 +134,62 @@ def _worse(before: Check | None, after: Check | None) -> str | None:
 
 
 def _elsewhere(check: Check, allowed: str) -> str | None:
-    """Return in words in how many cells a check's pixels are wrong where they may not be, or None."""
+    """Return a phrase with the number of cells that contain wrong pixels but are not `allowed` to, or None."""
     cells = int((check.cells or NO_CELLS)[0], 16) & ~int(allowed, 16)
     return f"{cells.bit_count()} of 64 parts of the image in which they were right" if cells else None
 
 
 def _before_history(results: RunRecord, base: Base) -> Standing:
-    """Return how a run stands in a history, of which a copy takes it up: the file itself is `--history`'s to write."""
+    """Return the comparison of a run with a history.
+
+    The run is appended to a copy of the history, since only `--history` writes to the file itself.
+    """
     with tempfile.TemporaryDirectory(prefix="rayproof-against-") as folder:
         copy = Path(folder, "history.sqlite")
         shutil.copyfile(base.name, copy)
         run = append(copy, results, revision())
         with opened(copy) as connection:
-            found = worse(read_series(connection, str(results.get("subject", "tracer"))), run)
-    named = {entry["case"] for entry in found}
+            records = worse(read_series(connection, str(results.get("subject", "tracer"))), run)
+    named = {entry["case"] for entry in records}
     cases = [case["name"] for case in results["cases"] if case["verdict"] not in GOOD and case["name"] not in named]
     return Standing(
-        worse=[entry["sentence"] for entry in found],
+        worse=[entry["sentence"] for entry in records],
         as_before=[f"{name}: fails, and is no worse than in {base.name}" for name in cases],
         cases=cases,
     )
 
 
-# Hold a finished run against what is expected of it.
+# The comparison of a finished run with the expectations.
 
 
 @dataclass(kw_only=True)
 class Gate:
-    """The result: each list holds a sentence for each case or entry, which begins with its name."""
+    """The result of the gate; each list contains a sentence per case or entry, which begins with its name."""
 
-    file: str  # what it holds a run against, in words
-    regressions: list[str] = field(default_factory=list)  # fails, and is not expected, or not so
-    tighten: list[str] = field(default_factory=list)  # fails less than expected, or no longer
-    stale: list[str] = field(default_factory=list)  # entries about planned cases that meet no check of theirs
-    expired: list[str] = field(default_factory=list)  # entries about planned cases whose last day is over
-    worse: list[str] = field(default_factory=list)  # what is worse than in the run or history that it is held against
-    uncovered: list[str] = field(default_factory=list)  # that too few of the checks were measured, or answered
-    matched: list[str] = field(default_factory=list)  # cases with checks that fail as expected, and the reason given
-    cases: list[str] = field(default_factory=list)  # names of cases of which all that fails is expected
-    mended: list[str] = field(default_factory=list)  # cases that failed in the run that it is held against, and pass
+    file: str  # the names of the file, run or history that the gate compares with
+    regressions: list[str] = field(default_factory=list)  # unexpected failures, or failures that differ from the entry
+    tighten: list[str] = field(default_factory=list)  # checks that fail less than expected, or pass
+    stale: list[str] = field(default_factory=list)  # entries for planned cases that match no check
+    expired: list[str] = field(default_factory=list)  # entries for planned cases whose last valid day is over
+    worse: list[str] = field(default_factory=list)  # changes for the worse since the earlier run or the history
+    uncovered: list[str] = field(default_factory=list)  # sentences on too few measured or answered checks
+    matched: list[str] = field(default_factory=list)  # cases with checks that fail as expected, and the entry's reason
+    cases: list[str] = field(default_factory=list)  # names of cases whose failures are all expected
+    mended: list[str] = field(default_factory=list)  # cases that failed in the earlier run and pass now
 
     @property
     def red(self) -> bool:
-        """Say whether the gate stays shut."""
+        """Return whether the gate is red, so that the exit code is 1."""
         return any(getattr(self, kind) for kind in SHUTTING)
 
     @property
     def sentence(self) -> str:
-        """Return what came of it in one sentence."""
-        said = ", ".join(gate_counts(cast(GateRecord, asdict(self)))) or "nothing fails"
-        return f"The gate {self.file} is {'red' if self.red else 'green'}: {said}."
+        """Return the result in one sentence."""
+        counts = ", ".join(gate_counts(cast(GateRecord, asdict(self)))) or "nothing fails"
+        return f"The gate {self.file} is {'red' if self.red else 'green'}: {counts}."
 
     def record(self) -> GateRecord:
-        """Return it as results.json has it."""
+        """Return the record for results.json."""
         return cast(GateRecord, {"sentence": self.sentence, "red": self.red, **asdict(self)})
 
 
@@ -194,25 +197,25 @@ class Gate:
 class Demanded:
     """The conditions that a user sets for a run; by default there are none."""
 
-    expected: tuple[str, Known] | None = None  # what is known to fail: a file's name, and what it holds
-    against: Base | None = None  # nothing may be worse than there
-    least_coverage: float | None = None  # %, of the cases that must be answered
+    expected: tuple[str, Known] | None = None  # the name of the file of known failures, and its content
+    against: Base | None = None  # the base of the comparison; nothing may be worse than there
+    least_coverage: float | None = None  # share of the cases that must be answered [%]
 
     @property
     def lets_through(self) -> bool:
-        """Say whether some failures are let through."""
+        """Return whether the gate may be green although checks fail."""
         return self.expected is not None or self.against is not None
 
 
 def held(results: RunRecord, demanded: Demanded, *, today: date | None = None) -> Gate:
-    """Return what a run's record (`results.json`) comes to before what is demanded of it."""
-    file, known = demanded.expected or ("", Known())
+    """Compare a run's record (`results.json`) with the demanded conditions, and return the result."""
+    file, known_failures = demanded.expected or ("", Known())
     names = [file] if demanded.expected else []
     names += [f"against {demanded.against.name}"] if demanded.against else []
     names += [f"of at least {demanded.least_coverage:g} % coverage"] if demanded.least_coverage is not None else []
     called = ", ".join(names)
     if demanded.expected is not None or demanded.against is None:
-        result = gate(results, known, file=called, today=today)
+        result = gate(results, known_failures, file=called, today=today)
     else:
         result = Gate(file=called)
         _hold_the_whole(results, result)
@@ -222,128 +225,138 @@ def held(results: RunRecord, demanded: Demanded, *, today: date | None = None) -
         if demanded.expected is None:
             result.matched, result.cases = stands.as_before, stands.cases
     if demanded.least_coverage is not None:
-        share, told = coverage(results)
+        share, sentence = coverage(results)
         if not share >= demanded.least_coverage:
-            result.uncovered.append(f"{told}, and {demanded.least_coverage:g} % are demanded")
+            result.uncovered.append(f"{sentence}, and {demanded.least_coverage:g} % are demanded")
     return result
 
 
 def coverage(results: RunRecord) -> tuple[float, str]:
-    """Return the share [%] of the cases that were answered (0 where none was planned), and it in words."""
+    """Return the share [%] of answered cases, 0 if none was planned, and a phrase with the numbers."""
     answered = results.get("answered") or {}
     cases, planned = answered.get("cases", 0), answered.get("planned_cases", 0)
     share = 100 * cases / planned if planned else 0.0
     return share, f"{cases} of {several(planned, 'case')} ({share:.1f} %) were answered"
 
 
-def gate(results: RunRecord, known: Known, *, file: str, today: date | None = None) -> Gate:
-    """Return what a run's record (`results.json`) comes to before a file of known failures.
+def gate(results: RunRecord, known_failures: Known, *, file: str, today: date | None = None) -> Gate:
+    """Compare a run's record (`results.json`) with a file of known failures, and return the result.
 
-    Only entries about planned cases count, so that the shards of a suite can share a file.
+    Only entries for planned cases count, so that the shards of a suite can share a file.
     """
     today = today or date.today()
     result = Gate(file=file)
     valid: list[Expectation] = []
-    for entry in known.expected:
+    for entry in known_failures.expected:
         if not any(entry.about_case(case["name"]) for case in results["cases"]) or not entry.holds_for(results):
             continue
         if entry.expired(today):
             result.expired.append(f"{entry.name}: expired on {entry.expires}: {entry.reason}")
         else:
             valid.append(entry)
-    met: dict[tuple[int, str], list[str]] = {(k, name): [] for k, entry in enumerate(valid) for name in entry.checks}
+    outcomes: dict[tuple[int, str], list[str]] = {
+        (k, name): [] for k, entry in enumerate(valid) for name in entry.checks
+    }
     for case in results["cases"]:
-        _hold_case(case, valid, met, result)
+        _hold_case(case, valid, outcomes, result)
     for place, entry in enumerate(valid):
-        verdicts = {name: met[place, name] for name in entry.checks}
+        verdicts = {name: outcomes[place, name] for name in entry.checks}
         gone = [f"no check of the run is called {name}" for name in verdicts if not verdicts[name]]
-        right = [name for name, seen in verdicts.items() if seen and all(verdict in RIGHT for verdict in seen)]
-        silent = {name: seen for name, seen in verdicts.items() if seen and {*seen} <= {*GOOD} and {*seen} - {*RIGHT}}
+        right = [name for name, values in verdicts.items() if values and all(verdict in RIGHT for verdict in values)]
+        silent = {
+            name: values
+            for name, values in verdicts.items()
+            if values and {*values} <= {*GOOD} and {*values} - {*RIGHT}
+        }
         result.stale += _for_a_case(entry.name, gone)
         result.tighten += _for_a_case(entry.name, [f"{name} passes now, and is expected to fail" for name in right])
-        why = [f"{name} is {seen[0]}, which does not show whether it still fails" for name, seen in silent.items()]
+        why = [f"{name} is {values[0]}, which does not show whether it still fails" for name, values in silent.items()]
         result.regressions += _for_a_case(entry.name, why)
     _hold_the_whole(results, result)
-    result.uncovered += _answers_less(results, known)
+    result.uncovered += _answers_less(results, known_failures)
     return result
 
 
-def _answers_less(results: RunRecord, known: Known) -> list[str]:
-    """Return in sentences of which families a smaller share of the checks is answered than when that was accepted."""
-    found = []
+def _answers_less(results: RunRecord, known_failures: Known) -> list[str]:
+    """Return a sentence for each family with a smaller share of answered checks than at acceptance."""
+    sentences = []
     for family, (done, planned) in (results.get("answered") or {}).get("families", {}).items():
-        before, of = known.answered.get(family, (0, 0))
-        # Times both numbers of checks, so that nothing is rounded.
+        before, of = known_failures.answered.get(family, (0, 0))
+        # Multiplied by both numbers of checks, which avoids the rounding of a division.
         if done * of < LEAST_OF_BEFORE * before * planned:
             was = f"{100 * before / of:.4g} %"
-            found.append(
+            sentences.append(
                 f"{family}: {done} of {planned} checks ({100 * done / planned:.4g} %) are answered, {was} were"
             )
-    return found
+    return sentences
 
 
-def _hold_the_whole(results: RunRecord, found: Gate) -> None:
-    found.regressions += [f"the whole run: {sentence}" for sentence in of_the_whole(results)]
+def _hold_the_whole(results: RunRecord, result: Gate) -> None:
+    result.regressions += [f"the whole run: {sentence}" for sentence in of_the_whole(results)]
     if not results.get("finished", False):
-        found.regressions.append("the whole run: it is not finished, so that not all is known")
+        result.regressions.append("the whole run: it is not finished, so that not all is known")
 
 
 def _hold_case(
-    case: CaseRecord, valid: Sequence[Expectation], met: dict[tuple[int, str], list[str]], result: Gate
+    case: CaseRecord, valid: Sequence[Expectation], outcomes: dict[tuple[int, str], list[str]], result: Gate
 ) -> None:
-    """Hold the checks of one case against the entries about them."""
-    known: dict[str, int] = {}  # the reasons of what is expected: how many checks
+    """Compare the checks of one case with the entries that match them, and add the sentences to `result`."""
+    matched: dict[str, int] = {}  # reason of an entry -> number of checks that fail as it expects
     wrong: dict[str, list[str]] = {"regressions": [], "tighten": []}
     entries = [(place, entry) for place, entry in enumerate(valid) if entry.about_case(case["name"])]
     for check in case["checks"] if entries or case["verdict"] not in RIGHT else ():
         about = [(entry, name, place) for place, entry in entries if (name := entry.about(case["name"], check))]
         for _, name, place in about:
-            met[place, name].append(check.outcome)
+            outcomes[place, name].append(check.outcome)
         if check.outcome in GOOD:
             continue
         where = check.name
         if not about:
             wrong["regressions"].append(f"{where}: {check.outcome}, and no entry is about it")
             continue
-        # Of several entries about a check it is enough to be as one of them says.
+        # If several entries match a check, it is enough that the check agrees with one.
         objections = [_objection(case, check, entry, entry.checks[name]) for entry, name, _ in about]
         if None in objections:
             entry = about[objections.index(None)][0]
-            known[entry.reason] = known.get(entry.reason, 0) + 1
+            matched[entry.reason] = matched.get(entry.reason, 0) + 1
             continue
         kind, why = min(filter(None, objections), key=lambda objection: objection[0] != "tighten")
         wrong[kind].append(f"{where}: {why}")
-    # A closed form fails a case without a check of its own: no entry can be about that.
-    closed = [told["verdict"] for told in case.get("expectations") or () if told.get("verdict") not in (None, *GOOD)]
+    # The comparison with a closed form fails a case without a check, so that no entry can match it.
+    closed = [
+        expectation["verdict"]
+        for expectation in case.get("expectations") or ()
+        if expectation.get("verdict") not in (None, *GOOD)
+    ]
     wrong["regressions"] += [f"{verdict} of its expectations, of which no entry can be" for verdict in closed]
-    if not any([known, *wrong.values()]) and case["verdict"] not in GOOD:
+    if not any([matched, *wrong.values()]) and case["verdict"] not in GOOD:
         wrong["regressions"].append(f"{case['verdict']}: {case.get('reason') or 'no check says why'}")
     result.regressions += _for_a_case(case["name"], wrong["regressions"])
     result.tighten += _for_a_case(case["name"], wrong["tighten"])
-    result.matched += [f"{case['name']}: {several(n, 'failing check')}: {reason}" for reason, n in known.items()]
-    if known and not any(wrong.values()):
+    result.matched += [f"{case['name']}: {several(n, 'failing check')}: {reason}" for reason, n in matched.items()]
+    if matched and not any(wrong.values()):
         result.cases.append(case["name"])
 
 
-def _objection(case: CaseRecord, check: Check, entry: Expectation, known: KnownCheck) -> tuple[str, str] | None:
-    """Return what a check that fails has against an entry, or None if it fails as the entry says."""
+def _objection(case: CaseRecord, check: Check, entry: Expectation, expected: KnownCheck) -> tuple[str, str] | None:
+    """Return the list of `Gate` and the phrase for a check that does not fail as the entry expects; None if it does."""
     if (why := unexpectable(check)) is not None:
         return "regressions", why
-    if check.outcome != known.verdict:
-        return "regressions", f"{check.outcome}, and {known.verdict} is expected"
+    if check.outcome != expected.verdict:
+        return "regressions", f"{check.outcome}, and {expected.verdict} is expected"
     if entry.item is not None and entry.item not in (case.get("blamed_items") or [case.get("item")]):
         return "regressions", f"{blamed_items(case) or 'nothing'} is blamed, and {entry.item} is expected"
-    for what, value, (low, high) in zip(FIGURES, figures(check), known.ranges, strict=True):
+    for what, value, (low, high) in zip(FIGURES, figures(check), expected.ranges, strict=True):
         if not value <= high:
             return "regressions", f"{value:.4g} {what}, and at most {high:.4g} is expected"
         if value < low:
             return "tighten", f"{value:.4g} {what}, and at least {low:.4g} is expected"
-    strays = None if known.cells is None else _elsewhere(check, known.cells)
+    strays = None if expected.cells is None else _elsewhere(check, expected.cells)
     return None if strays is None else ("regressions", f"pixels are wrong in {strays}")
 
 
 def unexpectable(check: Check) -> str | None:
-    """Return in words why no entry can be about a check that fails, or None."""
+    """Return a phrase with the reason why a failing check cannot be expected, or None."""
     if check.outcome not in EXPECTABLE:
         return f"{check.outcome}, where nothing can be expected of it: {check.reason}"
     count = not_finite(check)
@@ -356,28 +369,31 @@ FIGURES = ("error over limit", "wrong pixels", "mean error of the wrong pixels")
 
 
 def figures(check: Check) -> tuple[float, int, float]:
-    """Return a check's worst error over its limit, how many pixels are over it, and their mean error."""
+    """Return a check's largest error over limit, the number of pixels over their limit, and their mean error."""
     means = [measured.mean_wrong for measured in (check.end_to_end, check.continued) if measured is not None]
     wrong = check.examined.wrong if check.examined else 0
     return check.ratio, wrong, next(filter(None, means), 0.0)
 
 
 def not_finite(check: Check) -> int:
-    """Return in how many pixels the renderer under test has NaN, or an infinity that is no miss."""
-    measured = [one for one in (check.end_to_end, check.continued) if one is not None]
-    return max((one.nan + (one.inf if check.stage is not Stage.DISTANCE else 0) for one in measured), default=0)
+    """Return the number of pixels with NaN, or with an infinity that is no miss, in the subject's image."""
+    measured = [measurement for measurement in (check.end_to_end, check.continued) if measurement is not None]
+    return max(
+        (measurement.nan + (measurement.inf if check.stage is not Stage.DISTANCE else 0) for measurement in measured),
+        default=0,
+    )
 
 
-# Write what fails into a file of known failures, and take out of it what no longer does.
+# The acceptance of failures into a file of known failures, and the removal of mended ones.
 
 
 @dataclass(frozen=True, kw_only=True)
 class Acceptance:
-    """What is accepted, and why; by default every failing check."""
+    """The failing checks to accept, by default all, and the reason."""
 
     reason: str
-    cases: tuple[str, ...] = ()  # names of cases; empty: all
-    cause: str | None = None  # name of a mistake: only cases that it explains
+    cases: tuple[str, ...] = ()  # names of cases; empty for all
+    cause: str | None = None  # name of a mistake; only cases that it explains are accepted
     expires: str | None = None
     issue: str | None = None
     when: Mapping[str, str] = field(default_factory=dict)
@@ -389,16 +405,19 @@ class Acceptance:
         return not self.cases or case["name"] in self.cases
 
 
-def accepted(results: RunRecord, known: Known, acceptance: Acceptance) -> tuple[Known, int, list[str]]:
-    """Return the file with the failing checks that none of its entries is about, how many, and what cannot be accepted.
+def accepted(results: RunRecord, known_failures: Known, acceptance: Acceptance) -> tuple[Known, int, list[str]]:
+    """Add a run's failing checks that match no entry to the known failures.
 
-    Of each family it also says how many checks were answered.
-    Checks of a case with the same item, reason and conditions are one expectation.
+    Return the new known failures, the number of added checks, and a sentence for each check that cannot be accepted.
+    The numbers of answered checks per family are also updated. Checks of a case with the same item, reason and
+    conditions become a single expectation.
     """
-    expectations = list(known.expected)
+    expectations = list(known_failures.expected)
     count, refused = 0, []
     for case in filter(acceptance.covers, results["cases"]):
-        about = [entry for entry in known.expected if entry.about_case(case["name"]) and entry.holds_for(results)]
+        about = [
+            entry for entry in known_failures.expected if entry.about_case(case["name"]) and entry.holds_for(results)
+        ]
         new: dict[str, KnownCheck] = {}
         for check in case["checks"]:
             if check.outcome in GOOD or any(entry.about(case["name"], check) for entry in about):
@@ -434,78 +453,82 @@ def accepted(results: RunRecord, known: Known, acceptance: Acceptance) -> tuple[
         else:
             checks = {**expectations[place].checks, **new}
             expectations[place] = msgspec.structs.replace(expectation, checks=checks)
-    answered = {**known.answered, **(results.get("answered") or {}).get("families", {})}
-    return msgspec.structs.replace(known, expected=expectations, answered=answered), count, refused
+    answered = {**known_failures.answered, **(results.get("answered") or {}).get("families", {})}
+    return msgspec.structs.replace(known_failures, expected=expectations, answered=answered), count, refused
 
 
 def _only_cause(case: CaseRecord) -> str | None:
-    """Return the name of the mistake that explains a case's failure; None if there is none, or more than one."""
+    """Return the name of the mistake that explains a case's failure; None if there is no mistake or more than one."""
     names = case.get("cause") or ()
     return names[0] if len(names) == 1 else None
 
 
-def pruned(results: RunRecord, known: Known) -> tuple[Known, list[str]]:
-    """Return the file without checks that pass or are gone, others narrowed to what is there, and a line for each case.
+def pruned(results: RunRecord, known_failures: Known) -> tuple[Known, list[str]]:
+    """Remove checks that pass or no longer exist from the known failures, and narrow the others to the run's failures.
 
-    It only shrinks: no entry is added, and none becomes wider. What was not run, or not measured, stays as it is.
+    Return the new known failures, and a line for each changed entry. No entry is added or widened. Entries of cases or
+    checks that were not run or not measured stay unchanged.
     """
     kept, done = [], []
-    for entry in known.expected:
+    for entry in known_failures.expected:
         cases = [case for case in results["cases"] if entry.about_case(case["name"])]
         if not cases or not entry.holds_for(results):
             kept.append(entry)
             continue
-        seen: dict[str, list[Check]] = {name: [] for name in entry.checks}
+        matched: dict[str, list[Check]] = {name: [] for name in entry.checks}
         for case in cases:
             for check in case["checks"]:
                 if (name := entry.about(case["name"], check)) is not None:
-                    seen[name].append(check)
-        left = {name: _narrowed(entry.checks[name], checks) for name, checks in seen.items() if not _over(checks)}
+                    matched[name].append(check)
+        left = {name: _narrowed(entry.checks[name], checks) for name, checks in matched.items() if not _over(checks)}
         narrowed = sum(check != entry.checks[name] for name, check in left.items())
         counts = ((len(entry.checks) - len(left), "pass now or are gone"), (narrowed, "fail less and are narrowed"))
         if words := ", ".join(f"{count} {what}" for count, what in counts if count):
             done.append(f"{entry.name}: of {len(entry.checks)} checks {words}")
         if left:
             kept.append(msgspec.structs.replace(entry, checks=left))
-    return msgspec.structs.replace(known, expected=kept), done
+    return msgspec.structs.replace(known_failures, expected=kept), done
 
 
 def _over(checks: Sequence[Check]) -> bool:
-    """Say whether what an entry says of some checks is over: they pass, or there are none."""
+    """Return whether the checks of an entry no longer fail: all pass, or there are none."""
     return all(check.outcome in RIGHT for check in checks)
 
 
-def _narrowed(known: KnownCheck, checks: Sequence[Check]) -> KnownCheck:
-    """Return what is known of some checks with ranges that end no higher, and begin no higher than what is there."""
+def _narrowed(allowed: KnownCheck, checks: Sequence[Check]) -> KnownCheck:
+    """Return a known failure narrowed to the failures of `checks`; its upper ends never rise.
+
+    The lower ends may fall, so that all checks are still inside the ranges.
+    """
     failing = [figures(check) for check in checks if check.outcome in EXPECTABLE]
     if not failing:
-        return known
+        return allowed
     ratios, wrongs, errors = zip(*failing, strict=True)
     there = 0
     for check in checks:
         there |= int((check.cells or NO_CELLS)[1], 16)
     return msgspec.structs.replace(
-        known,
-        ratio=_closer(known.ratio, ratios),
-        error=_closer(known.error, errors),
-        wrong=_fewer(known, wrongs),
-        cells=None if known.cells is None else f"{int(known.cells, 16) & there:016x}",
+        allowed,
+        ratio=_closer(allowed.ratio, ratios),
+        error=_closer(allowed.error, errors),
+        wrong=_fewer(allowed, wrongs),
+        cells=None if allowed.cells is None else f"{int(allowed.cells, 16) & there:016x}",
     )
 
 
-def _closer(known: Bound | Bounds, values: Sequence[float]) -> Bound | Bounds:
-    """Return a number, or a range, that allows no more than `known` does, and is as low as the values are."""
-    if not isinstance(known, tuple) and min(values) == max(values):
-        return known if values[0] >= float(known) else _rounded(values[0])
-    low, high = range_of(known)
+def _closer(allowed: Bound | Bounds, values: Sequence[float]) -> Bound | Bounds:
+    """Return a bound or range that is no higher than `allowed`, and low enough for the values."""
+    if not isinstance(allowed, tuple) and min(values) == max(values):
+        return allowed if values[0] >= float(allowed) else _rounded(values[0])
+    low, high = range_of(allowed)
     least, most = _rounded(min(values) / (1 + SLACK)), _rounded(max(values) * (1 + SLACK))
     return min(low, least), min(high, max(most, least))
 
 
-def _fewer(known: KnownCheck, wrongs: Sequence[int]) -> int | tuple[int, int]:
-    if isinstance(known.wrong, int) and min(wrongs) == max(wrongs):
-        return min(known.wrong, wrongs[0])
-    low, high = known.pixels
+def _fewer(allowed: KnownCheck, wrongs: Sequence[int]) -> int | tuple[int, int]:
+    if isinstance(allowed.wrong, int) and min(wrongs) == max(wrongs):
+        return min(allowed.wrong, wrongs[0])
+    low, high = allowed.pixels
     least, most = math.floor(min(wrongs) / (1 + SLACK)), math.ceil(max(wrongs) * (1 + SLACK))
     return min(low, least), min(high, max(most, least))
 
