@@ -44,7 +44,7 @@ def certify(case: str, *, pixels: str | None = None, stages: str = ALL, json: Pa
     box = rectangle(pixels, loaded.camera)
     from rayproof.cases.stages import exr_channels
     from rayproof.reference.certified import (
-        Certified,  # not by the registry, which would load every other reference first
+        Certified,  # without the registry, which would load all references
     )
 
     certified = Certified()

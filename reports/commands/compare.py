@@ -11,7 +11,7 @@ from rayproof.reports.commands.output import console, say, shout, show_table, wr
 from rayproof.reports.commands.usage import UsageError, one_line, own, told_in_one_line, writable_folder
 from rayproof.reports.studies.publication import Paper
 
-if TYPE_CHECKING:  # only this command needs this module, which every command would load
+if TYPE_CHECKING:  # otherwise every command would load this module
     from rayproof.reports.studies.compare.records import Compared, FormulaComparisonRecord, SweepRecord, SweptRecord
 
 REPETITIONS = 31  # odd, so that the median is a measured time

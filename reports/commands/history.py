@@ -73,7 +73,7 @@ def history(*selectors: str, history: Path | None = None, subject: str | None = 
 
 
 def spanned(values: Sequence[float]) -> str:
-    """Return the range of values as text, such as "0.1 to 0.3"; "-" if there are none."""
+    """Return the range of values as text, such as "0.1 to 0.3", a single number if all are equal, "-" without any."""
     if not values:
         return "-"
     low, high = f"{min(values):.3g}", f"{max(values):.3g}"

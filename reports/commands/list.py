@@ -10,7 +10,7 @@ from rayproof import ROOT
 from rayproof.reports.commands.output import say, show_table, write_json
 from rayproof.reports.commands.usage import UsageError, told_in_one_line, writable_folder
 
-Cell = str | int | list[str]  # of the table; yes or no is a bool
+Cell = str | int | list[str]  # of the table; a bool is shown as yes or no
 Row = dict[str, Cell]  # column -> cell
 TERMS = ROOT / "reports" / "terms.md"
 ENTRY = re.compile(r"^\*\*(.+?)\*\* - (.+)$", re.MULTILINE)
@@ -140,7 +140,7 @@ def metrics() -> list[Row]:
 
 
 def mistakes() -> list[Row]:
-    """Describe every known mistake: the items of the specification that it breaks, and a sentence about its formula."""
+    """Describe every known mistake: the items of the specification that it breaks, and its verb phrase."""
     from rayproof.reports.diagnosis.pages import in_words, listed
     from rayproof.reports.mistakes import FAMILIES
     from rayproof.reports.results.outcomes import TITLES

@@ -47,7 +47,7 @@ class StageAtPixel:
 
 @dataclass(frozen=True, kw_only=True)
 class NearbyAnswers:
-    """The stages in which a renderer exceeds its limit at a pixel, with the values of nearby problems there."""
+    """The stages where a renderer exceeds its limit at a pixel, with the values of nearby problems there."""
 
     renderer: str
     problems: int  # 0 if problems moved eight times as far have the same values, so that the limits decide

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from rayproof.reports.shrinking.attempts import Search
 
 USUAL = 200  # renders
-CLEARED = 100  # columns of an earlier, longer line
+CLEARED = 100  # columns to overwrite, since the previous line may have been longer
 UNCONFIRMED, INTERRUPTED = 1, 130
 
 

@@ -23,11 +23,11 @@ from rayproof.reports.mistakes import Family, Mistake, lights_only
 
 PRECISION = "float32"  # the precision of stored results, whatever precision the renderer has
 MOST_OVER = 0.05  # share of the pixels; if more exceed their limits, rounding is not the reason
-LEFT = 0.1  # share of the pixels that are wrong with the right oracle that an explanation may leave wrong
+LEFT = 0.1  # share of the wrong pixels that an explanation may leave wrong
 MOST_LEFT = 0.002  # share of the image that an explanation may leave wrong
 TELLS = 0.5  # in limits of the right oracle; a smaller difference of an oracle does not count
 SHOWS = 0.01  # share of the image; a mistake that changes more pixels is visible
-LOOKED_AT = 400  # pixels of a sample, which contains a pixel of any 1 % of an image with 98 % probability
+LOOKED_AT = 400  # pixels of a sample; with 98 % probability it contains a pixel of a region of 1 % of the image
 MORE = gamma(16, precision=PRECISION)  # relative error of the roundings that a mistake adds
 WIDEST = 0.01  # relative; a mistake widens no limit beyond this
 # The pixels of a sample that are drawn from the wrong pixels, and from all; the shares of these that may differ.

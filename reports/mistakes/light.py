@@ -271,7 +271,7 @@ class AlbedoPower(Family):
     """albedo^p, where the parameter is p."""
 
     def albedo(self, scene: Scene, objects: np.ndarray) -> np.ndarray:
-        """Return the power."""
+        """Return the albedo (N, 3) to the power p."""
         return np.maximum(super().albedo(scene, objects), 0) ** self.numbers[0]
 
 

@@ -238,7 +238,7 @@ class Gamma(Family, Coded):
     """L^(1/g), where the parameter is g."""
 
     def coded(self, values: np.ndarray) -> np.ndarray:
-        """Return the power."""
+        """Return the values to the power 1/g."""
         return np.maximum(values, 0) ** (1 / self.numbers[0])
 
 

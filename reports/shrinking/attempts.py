@@ -12,7 +12,7 @@ from rayproof.cases.scene_json import scene_to_json
 from rayproof.reports.shrinking.failure import Failure, Renderer, failure
 
 TRIES = 200  # renders
-CUBE = 6  # faces
+CUBE = 6  # faces of a cube
 
 Size = tuple[int, ...]
 

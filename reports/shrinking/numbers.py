@@ -186,7 +186,7 @@ class _Numbers:
     color: bool = False  # whether the simplest value is white instead of zero
 
 
-KEPT = ("width", "height", "to_world", "faces", "albedo", "flux")  # fields that other steps simplify
+KEPT = ("width", "height", "to_world", "faces", "albedo", "flux")  # fields that have no numbers or their own treatment
 
 
 def groups(scene: Scene) -> list[_Numbers]:
