@@ -1,6 +1,7 @@
-"""Set up a virtual environment beside this checkout, then become the program that was asked for.
+"""Set up a virtual environment for this checkout, then replace this process by the requested program.
 
-Standard library only: it runs before anything is installed. `./rayproof` calls it with a Python that is new enough.
+It uses only the standard library, since it runs before any package is installed. `./rayproof` calls it with a Python
+that is new enough.
 """
 
 import ctypes
@@ -21,21 +22,21 @@ from typing import NoReturn
 CHECKOUT = Path(__file__).resolve().parent
 APT = "on Debian 12: apt-get install python3 python3-venv libatomic1"
 STAMP = "rayproof-setup.json"
-# A process of all tests takes up to 2.4 GB, so that not every processor of a large machine gets one.
-# Files are begun in the order of tests/conftest.py, which has the longest first.
+# A process that runs tests takes up to 2.4 GB, so that a large machine does not start one for every processor.
+# The files are started in the order of tests/conftest.py, the longest first.
 SIDE_BY_SIDE = ["-n", "logical", "--maxprocesses", "4", "--dist", "loadfile", "--no-loadscope-reorder"]
 # What a contributor runs while working: all that needs neither Chromium, a child process, another renderer nor time.
 QUICK = ["-m", "not browser and not process and not references and not slow"]
 IN_PROGRESS = {"state": "in progress"}
-EXTRAS = ("dask",)  # each has a lock of its own, requirements-NAME.txt
+EXTRAS = ("dask",)  # each has its own lock file, requirements-NAME.txt
 
 
 class SetupError(Exception):
-    """What stands in the way of a set-up, in one line that says what to do about it."""
+    """A set-up cannot continue; the message is one line with the reason and the remedy."""
 
 
 def missing_prerequisite() -> str | None:
-    """Return one line that names the first prerequisite which this machine lacks, or None."""
+    """Return a line with the first prerequisite that this machine lacks, or None."""
     if platform.system() != "Linux" or platform.machine() not in {"x86_64", "aarch64"}:
         return f"runs on Linux on x86_64 (aarch64 is untried), not on {platform.system()} on {platform.machine()}"
     for module in ("venv", "ensurepip"):
@@ -54,18 +55,18 @@ def missing_prerequisite() -> str | None:
 
 
 def digest(*files: str) -> str:
-    """Return the SHA-256 of files of the checkout."""
+    """Return the SHA-256 of files of the checkout together."""
     return hashlib.sha256(b"\0".join((CHECKOUT / name).read_bytes() for name in files)).hexdigest()
 
 
 def wanted(folder: Path) -> dict[str, str]:
-    """Return what a finished set-up of today's checkout looks like, less what is installed in it."""
+    """Return the stamp of a finished set-up of this checkout, without the digests of the installed requirements."""
     version = f"{sys.version_info.major}.{sys.version_info.minor}"
     return {"state": "finished", "python": version, "folder": str(folder), "project": digest("pyproject.toml")}
 
 
 def read_stamp(folder: Path) -> dict[str, str]:
-    """Return what the last set-up left in the environment `folder`; nothing where there was none."""
+    """Return the stamp of the last set-up in the environment `folder`; empty if there is none."""
     try:
         stamp = json.loads((folder / STAMP).read_text())
     except (OSError, ValueError):
@@ -74,16 +75,16 @@ def read_stamp(folder: Path) -> dict[str, str]:
 
 
 def is_ready(folder: Path, requirements: str) -> bool:
-    """Return whether `folder` holds a finished set-up of this checkout with `requirements` installed."""
+    """Return whether `folder` contains a finished set-up of this checkout with `requirements` installed."""
     stamp = read_stamp(folder)
     return stamp.items() >= wanted(folder).items() and stamp.get(requirements) == digest(requirements)
 
 
 @contextmanager
 def lock(folder: Path) -> Iterator[None]:
-    """Hold the environment `folder` against other set-ups; the lock goes when its process does."""
+    """Lock the environment `folder` against other set-ups; the lock ends with the processes that inherit it."""
     handle = os.open(folder, os.O_RDONLY)
-    os.set_inheritable(handle, True)  # a pip that outlives a killed launcher still writes, so it holds the lock too
+    os.set_inheritable(handle, True)  # if the launcher is killed, pip still writes, so that it must keep the lock
     try:
         try:
             fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
@@ -96,14 +97,14 @@ def lock(folder: Path) -> Iterator[None]:
 
 
 def set_up(folder: Path, requirements: str) -> None:
-    """Fill the environment `folder` with `requirements`, every file checked against its hash.
+    """Install `requirements` into the environment `folder`, with every file checked against its hash.
 
     Raises:
         SetupError: a step failed.
 
     """
     stamp, python = read_stamp(folder), str(folder / "bin" / "python")
-    # What an interrupted set-up left cannot be trusted: pip takes a package half copied for an installed one.
+    # Discard the result of an interrupted set-up: pip would take a partly copied package for an installed one.
     keep = stamp.get("state") == "finished" and all(stamp.get(k) == wanted(folder)[k] for k in ("python", "folder"))
     if not (folder / STAMP).exists() and any(folder.iterdir()):
         raise SetupError(f"{folder} was not made by ./rayproof: remove it, or name another folder in RAYPROOF_VENV")
@@ -112,14 +113,14 @@ def set_up(folder: Path, requirements: str) -> None:
         empty(folder)
         step("1/4 making the virtual environment", [sys.executable, "-m", "venv", str(folder)])
     pip = [python, "-m", "pip", "install", "--disable-pip-version-check", "--no-input", "--progress-bar", "off"]
-    # Python compiles a module when it is first imported, and few of all that is installed ever are.
+    # Python compiles a module at its first import, and only a few of the installed modules are ever imported.
     pip = [*pip, "--no-compile"]
     step(f"2/4 installing {requirements}", [*pip, "--require-hashes", "-r", str(CHECKOUT / requirements)])
-    # The wheel that carries LLVM makes its library links at the first start of Python after its installation.
+    # The wheel of LLVM creates the links to its library at the first start of Python after its installation.
     step("3/4 linking the packaged LLVM", [python, "-c", "pass"])
     step("4/4 installing rayproof", [*pip, "--no-deps", "--no-build-isolation", "--editable", str(CHECKOUT)])
-    # Every lock holds all that requirements.txt does, in the same versions (tests/test_architecture.py), so what an
-    # earlier set-up installed is still there.
+    # Every lock file contains the packages of requirements.txt in the same versions (tests/test_architecture.py), so
+    # that the packages of an earlier set-up are still installed.
     held = {"requirements.txt", requirements}
     if keep:
         held |= {path.name for path in CHECKOUT.glob("requirements*.txt") if stamp.get(path.name) == digest(path.name)}
@@ -128,7 +129,7 @@ def set_up(folder: Path, requirements: str) -> None:
 
 
 def empty(folder: Path) -> None:
-    """Remove all but the stamp, which says until the end that the set-up is in progress."""
+    """Remove all files but the stamp, which marks the set-up as in progress until its end."""
     for entry in folder.iterdir():
         if entry.is_dir() and not entry.is_symlink():
             shutil.rmtree(entry)
@@ -137,10 +138,10 @@ def empty(folder: Path) -> None:
 
 
 def step(title: str, command: Sequence[str]) -> None:
-    """Say `title`, run `command` and show on a terminal what it is busy with.
+    """Print `title` and run `command`; on a terminal, also show its progress.
 
     Raises:
-        SetupError: it failed; the message is its last error.
+        SetupError: the command failed; the message contains its first error, or its last line without any.
 
     """
     say(title)
@@ -162,7 +163,7 @@ def step(title: str, command: Sequence[str]) -> None:
 
 
 def say(line: str) -> None:
-    """Show one line of progress, apart from what the program itself prints."""
+    """Print one line of progress to standard error, so that the program's own output stays separate."""
     print(f"rayproof: {line}", file=sys.stderr, flush=True)
 
 
@@ -174,16 +175,17 @@ def words_of_pytest(arguments: Sequence[str]) -> list[str]:
 
 
 def in_processes(arguments: Sequence[str]) -> list[str]:
-    """Return what has pytest run whole folders, or what markers choose, in several processes, a file at a time.
+    """Return the options of pytest that run whole folders, or the tests of a marker, in several processes.
 
-    A few tests are done before a second process has started; and with other options pytest is left as it is.
+    Return no options for single files or tests, which would finish before a second process has started, and for other
+    options of pytest.
     """
     folders = [name for before, name in zip(("", *arguments), arguments, strict=False) if "-m" not in (before, name)]
     return SIDE_BY_SIDE if all((CHECKOUT / name).is_dir() for name in folders) else []
 
 
 def main(arguments: Sequence[str]) -> NoReturn:
-    """Set up what `arguments` need and become the program that they ask for; `install EXTRA` ends after the set-up.
+    """Set up the environment for `arguments`, then replace this process by their program, except for `install EXTRA`.
 
     Raises:
         SetupError: the arguments of `install` are wrong, a prerequisite is missing or a step failed.
@@ -211,8 +213,8 @@ def main(arguments: Sequence[str]) -> NoReturn:
     if testing:
         os.chdir(CHECKOUT)
         if os.environ.pop("PYTHONDONTWRITEBYTECODE", None):
-            # Tests start hundreds of processes, each of which would compile all that it imports. Nothing is written
-            # beside the sources all the same.
+            # Tests start hundreds of processes, and each would compile all modules that it imports. This cache is
+            # outside the folders of the sources, where the user wants no compiled files.
             os.environ.setdefault("PYTHONPYCACHEPREFIX", str(folder / "pycache"))
     os.execv(program[0], [*program, *(words_of_pytest(arguments[1:]) if testing else arguments)])
 

@@ -1,5 +1,5 @@
-"""One file for each command: it reads the arguments, calls the layer that does the work, and shows the answer.
+"""The commands, one file each: a command reads its arguments, calls the layer below, and prints the result.
 
-To add one: a function here and a line in `reports.cli.COMMANDS`. It returns the exit code, raises `UsageError` for
-what the user got wrong, and imports what is heavy inside the function.
+To add a command, write a function here and add a line to `reports.cli.COMMANDS`. The function returns the exit code,
+raises `UsageError` for a user's mistake, and imports slow modules inside its body.
 """

@@ -10,17 +10,17 @@ from rayproof.reports.commands.usage import UsageError, told_in_one_line
 if TYPE_CHECKING:
     from rayproof.reports.run.cache_store import Item, Store
 
-DAMAGED = 1  # exit code of `verify` where an entry was not what was written
+DAMAGED = 1  # exit code of `verify` if an entry does not match its checksum
 COLUMNS = ("used", "kind", "renderer", "version", "scene", "stages", "seconds", "bytes", "key")
 
 
 def cache(
     what: Literal["list", "verify", "clear"] = "list", *, folder: Path | None = None, json: Path | None = None
 ) -> int:
-    """List, verify or clear what earlier runs kept: references' renders, verdicts.
+    """List, verify or clear the cache of earlier runs: renders of references, and verdicts.
 
-    The renderer under test renders in every run; a verdict is reused only for bit-identical images. An entry is read
-    only if its checksum holds and only this user can write the folder.
+    The renderer under test renders in every run; its cached verdict is reused only for bit-identical images. An entry
+    is read only if its checksum matches and if no other user can write to the folder.
 
     Parameters
     ----------
@@ -60,7 +60,7 @@ def _list(store: "Store", json: Path | None) -> int:
 
 
 def _row(item: "Item") -> dict[str, str | float]:
-    """Return what a listing says of an entry."""
+    """Return the row of an entry in the list."""
     about = item.about
     width, height = about.get("size", ("?", "?"))
     return {
@@ -78,8 +78,8 @@ def _row(item: "Item") -> dict[str, str | float]:
 
 def _verify(store: "Store", json: Path | None) -> int:
     good, bad = store.verify()
-    found = [{"file": str(path), "why": why} for path, why in bad]
-    write_json(json, {"folder": str(store.folder), "good": good, "damaged": found})
+    damaged = [{"file": str(path), "why": why} for path, why in bad]
+    write_json(json, {"folder": str(store.folder), "good": good, "damaged": damaged})
     for path, why in bad:
         say(f"damaged and removed: {path}: {why}")
     say(f"{good} entries are whole, {len(bad)} were damaged, in {store.folder}")

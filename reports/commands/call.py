@@ -1,4 +1,4 @@
-"""`rayproof call`: one call of a program under test, kept in a folder."""
+"""`rayproof call`: one call of a program under test, whose files are kept in a folder."""
 
 from pathlib import Path
 
@@ -27,7 +27,7 @@ def call(
     case
         The name of a case, family/case, or a scene file ending in .json.
     folder
-        This folder gets scene.json, meshes, the image, and call.txt with the command, exit code and standard error.
+        The folder for scene.json, the meshes, the image, and call.txt with the command, exit code and standard error.
     subject
         The program: "exec:COMMAND {scene} {output}", "serve:COMMAND" or "python:FILE.py:FUNCTION".
     timeout
@@ -35,7 +35,7 @@ def call(
     env
         An environment variable to pass to the program, as in `rayproof run`. Repeatable.
     declare
-        A JSON file with what the program does not say itself, as in `rayproof run`.
+        A JSON file with properties of the program that it does not declare itself, as in `rayproof run`.
 
     """
     if not timeout > 0:

@@ -1,4 +1,4 @@
-"""`rayproof certify`: the exact value of every stage of pixels between two float64 numbers, with proof."""
+"""`rayproof certify`: proven bounds, two float64 numbers, of the exact value of every stage at pixels."""
 
 from collections import Counter
 from pathlib import Path
@@ -18,7 +18,7 @@ MOST_PIXELS = 100_000  # some ten seconds of work, and half a gigabyte of JSON
 
 
 def certify(case: str, *, pixels: str | None = None, stages: str = ALL, json: Path | None = None) -> int:
-    """Enclose the exact value of every stage between two float64 numbers, with proof.
+    """Compute proven lower and upper bounds, in float64, of the exact value of every stage.
 
     For example: rayproof certify primitives/sphere --pixels 48,36
 
@@ -32,10 +32,11 @@ def certify(case: str, *, pixels: str | None = None, stages: str = ALL, json: Pa
     stages
         Comma-separated stages, such as distance,normal,radiance.
     json
-        Also write [low, high] per channel, the bits used, and what is undecided, of every pixel to this file.
+        Also write to this file, for every pixel: [low, high] per channel, the precision in bits, and the undecided
+        stages.
 
     """
-    asked = stages_named(stages)
+    chosen_stages = stages_named(stages)
     loaded = scene_named(case)
     if json is not None:
         with told_in_one_line():
@@ -43,15 +44,15 @@ def certify(case: str, *, pixels: str | None = None, stages: str = ALL, json: Pa
     box = rectangle(pixels, loaded.camera)
     from rayproof.cases.stages import exr_channels
     from rayproof.reference.certified import (
-        Certified,  # not by the registry, which would load every other reference first
+        Certified,  # without the registry, which would load all references
     )
 
     certified = Certified()
     left, top, right, bottom = box
     chosen = [(x, y) for y in range(top, bottom + 1) for x in range(left, right + 1)]
-    records = certified.enclose(loaded, asked, chosen)
+    records = certified.enclose(loaded, chosen_stages, chosen)
     undecided = [{"pixel": record["pixel"], "what": record["undecided"]} for record in records if record["undecided"]]
-    names = {str(stage): list(exr_channels(stage, lights=len(loaded.lights))) for stage in asked}
+    names = {str(stage): list(exr_channels(stage, lights=len(loaded.lights))) for stage in chosen_stages}
     content = {
         "scene": case,
         "reference": certified.version(),
@@ -76,10 +77,10 @@ def certify(case: str, *, pixels: str | None = None, stages: str = ALL, json: Pa
 
 
 def rectangle(pixels: str | None, camera: "Camera") -> tuple[int, int, int, int]:
-    """Return the first and last column and row of the pixels that are named; all of them by default.
+    """Return (left, top, right, bottom) of the named rectangle, all included; by default of the whole image.
 
     Raises:
-        UsageError: not two or four whole numbers, a corner outside the image, nothing inside, or too many pixels.
+        UsageError: not two or four whole numbers, a corner outside the image, an empty rectangle, or too many pixels.
 
     """
     left, top, right, bottom = 0, 0, camera.width - 1, camera.height - 1

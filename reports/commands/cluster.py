@@ -1,4 +1,4 @@
-"""The cluster that options of `rayproof run` name: reached, checked, and given the user's own formulas."""
+"""Connects `rayproof run` to a Dask cluster, checks the cluster, and sends it the user's own formulas."""
 
 import sys
 from collections.abc import Iterator
@@ -18,10 +18,10 @@ if TYPE_CHECKING:
 
 
 def scheduler_at(address: str | None, tls: Path | None) -> "ClusterAddress | None":
-    """Return where a cluster is that does the work, or None for this machine.
+    """Return the address of the cluster that runs the cases, or None if they run on this machine.
 
     Raises:
-        UsageError: no cluster can be meant by this.
+        UsageError: the address or the folder of certificates is invalid, or Dask distributed is not installed.
 
     """
     if address is None:
@@ -42,7 +42,7 @@ def scheduler_at(address: str | None, tls: Path | None) -> "ClusterAddress | Non
 def engaged(
     place: "ClusterAddress", request: "RunOptions", references: tuple[str, ...], *, jobs: int | None
 ) -> Iterator["Dispatch"]:
-    """Yield what hands out the request's cases to a cluster's workers, which end what they do for it with the block.
+    """Yield a `Dispatch` that distributes the request's cases over the cluster's workers; close it after the block.
 
     Raises:
         UsageError: the cluster cannot be used, or has no worker.
@@ -63,7 +63,7 @@ def engaged(
 
 
 def _sources(configurations: tuple[str, ...]) -> tuple["Source", ...]:
-    """Return the user's own formulas of configurations; raise ValueError for one that cannot be loaded."""
+    """Return the source files of the user's own formulas in configurations; raise ValueError if loading one fails."""
     from rayproof.reports.run.options import Source
     from rayproof.tracer.configuration import Configuration
     from rayproof.tracer.formulas.own_file import is_own, sources
@@ -74,7 +74,7 @@ def _sources(configurations: tuple[str, ...]) -> tuple["Source", ...]:
         for slot, variant in configuration.formulas.items():
             if is_own(variant):
                 path, files = sources(configuration.formula(slot))
-                # Two functions of one file may import different neighbours.
+                # Two functions of the same file may import different files from its folder.
                 merged[path] = {**merged.get(path, {}), **files}
     return tuple(Source(path=path, files=files) for path, files in merged.items())
 

@@ -1,4 +1,4 @@
-"""`rayproof compare`: two formulas, configurations or runs on the same rays - which errs less, and at what cost."""
+"""`rayproof compare`: errors and run times of two formulas, configurations or runs on the same rays."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -11,10 +11,10 @@ from rayproof.reports.commands.output import console, say, shout, show_table, wr
 from rayproof.reports.commands.usage import UsageError, one_line, own, told_in_one_line, writable_folder
 from rayproof.reports.studies.publication import Paper
 
-if TYPE_CHECKING:  # it would load what only this command needs
+if TYPE_CHECKING:  # otherwise every command would load this module
     from rayproof.reports.studies.compare.records import Compared, FormulaComparisonRecord, SweepRecord, SweptRecord
 
-REPETITIONS = 31  # odd, so that the median is one of the times
+REPETITIONS = 31  # odd, so that the median is a measured time
 
 
 def compare(
@@ -36,20 +36,20 @@ def compare(
         A formula such as sphere/haines, a function of your own, such as sphere=./mine.py:nearest_hit, a configuration
         such as float32/triangle=woop, or the folder of a finished run.
     candidate
-        What to compare it with, named in the same way.
+        The formula, configuration or run to compare with the base, named in the same way.
     selectors
-        Families, cases, stresses or scene files. Default: those that use the formula in which the two differ.
+        Families, cases, stresses or scene files. Default: the cases that use the formula in which the two differ.
     json
         Also write the comparison to this file.
     out
-        Also write comparison.json and comparison.md to this folder, with what is needed to compute them again.
+        Also write comparison.json and comparison.md to this folder, with all inputs needed to compute them again.
     repetitions
-        How often each is timed on each family, at least 9; an even number is raised by one.
+        The number of times that each is timed on each family, at least 9; an even number is raised by one.
     precision
         The precision in which formulas run.
     sweep
-        Compare with the candidate, a function of your own, for many values of one of its parameters: eps=1e-6..1e-2:9
-        are nine values in equal ratios.
+        Compare with the candidate, a function of your own, for many values of a parameter of that function. For
+        example, eps=1e-6..1e-2:9 gives nine values of eps in equal ratios.
 
     """
     from rayproof.reports.studies.compare import records
@@ -101,7 +101,7 @@ def compare(
 
 
 def is_folder(name: str) -> bool:
-    """Return whether a contender is a folder; a name that is too long for a path is no folder."""
+    """Return whether a name is an existing folder, that of a run; raise UsageError if it cannot be looked up."""
     with told_in_one_line():
         return Path(name).is_dir()
 
@@ -109,7 +109,7 @@ def is_folder(name: str) -> bool:
 def swept(
     base: str, candidate: str, selectors: Sequence[str], repetitions: int, precision: str, sweep: str
 ) -> "SweepRecord":
-    """Return the comparison of the base with the candidate for each value of one of its parameters."""
+    """Return the comparisons of the base with the candidate, one for each value of the swept parameter."""
     from rayproof.reports.results.files import SCHEMA
     from rayproof.tracer.formulas.own_file import is_own, with_number
 
@@ -118,9 +118,9 @@ def swept(
         raise UsageError(f"--sweep needs a candidate of your own, slot=FILE.py:function, got {candidate}")
     with told_in_one_line():
         candidates = [with_number(candidate, name, value) for value in values]
-    found = [formulas(base, one, selectors, repetitions, precision) for one in candidates]
+    comparisons = [formulas(base, variant, selectors, repetitions, precision) for variant in candidates]
     swept: SweptRecord = {"candidate": candidate, "parameter": name, "values": values}
-    return {"schema": SCHEMA, "origin": found[0]["origin"], "sweep": swept, "comparisons": found}
+    return {"schema": SCHEMA, "origin": comparisons[0]["origin"], "sweep": swept, "comparisons": comparisons}
 
 
 def formulas(
@@ -137,23 +137,23 @@ def formulas(
     patterns, files = scene_files(selectors)
     with told_in_one_line():
         pair = seen(*(contender(name, precision=precision) for name in (base, candidate)))
-        asked = questions(patterns, *pair, files)
-    shout([fault for one in pair for fault in one.configuration.faults])
+        families = questions(patterns, *pair, files)
+    shout([fault for compared in pair for fault in compared.configuration.faults])
     terminal = console()
     with terminal.status("comparing") as status:
         try:
-            return run_comparison(asked, *pair, repetitions=repetitions, tell=status.update)
+            return run_comparison(families, *pair, repetitions=repetitions, tell=status.update)
         except (OwnFormulaError, LookupError) as error:
             raise UsageError(one_line(error)) from error
         except RuntimeError as error:
-            # Dr.Jit wraps what a formula raises inside its loops.
+            # Dr.Jit wraps an error that a formula raises inside a loop.
             if isinstance(error.__cause__, OwnFormulaError):
                 raise UsageError(one_line(error.__cause__)) from error
             raise
 
 
 def show(result: "Compared", title: str, columns: Sequence[str], table: Sequence[Sequence[str]]) -> None:
-    """Print the verdict, the families and the control, or a line for each value of a swept parameter."""
+    """Print the verdict, the control and the table of families, or a row for each value of a swept parameter."""
     if "sweep" not in result:
         say(result["verdict"])
         if control := result.get("control"):

@@ -19,8 +19,8 @@ if TYPE_CHECKING:
     from rayproof.reports.results.records import RunRecord
 
 FILE = Path("known.json")
-SHUT = 1  # exit code of `check` where the gate is red
-MOST = 8  # lines that are printed of a list: ten with those that count the rest and sum up
+SHUT = 1  # exit code of `check` if the gate is red
+MOST = 8  # printed lines of a list; a command prints ten with the count of the rest and the summary
 
 
 app = App(name="gate", help="Keep a file of known failures for `rayproof run --expect`, and check a run against it.")
@@ -41,7 +41,7 @@ def accept(
     when: Repeated = (),
     json: Path | None = None,
 ) -> int:
-    """Add the failing checks of a run that have no entry in the file, and write how many checks are answered.
+    """Add a run's failing checks that have no entry yet to the file, and record how many checks the renderer answers.
 
     For example: rayproof gate accept report --reason "Mitsuba draws sheared spheres wrong."
 
@@ -50,19 +50,18 @@ def accept(
     folder
         A folder that `rayproof run --out` filled.
     selectors
-        Families, cases or patterns such as `shadows/*`, whose failing checks are accepted. Default: all.
+        Families, cases or patterns such as `shadows/*`; only their failing checks are accepted. Default: all.
     file
         The file of known failures.
     patterns
-        Let entries of the file name cases and checks by patterns, such as shadows/*, or leave out where pixels are
-        wrong. Without it such a file is refused.
+        Allow entries of the file to name cases and checks by patterns, such as shadows/*, or to omit the positions of
+        wrong pixels. Without this option such a file is refused.
     reason
-        Why these checks fail. With --cause the sentence about the cause, unless another is given.
+        The reason why these checks fail. Default with --cause: the diagnosis' sentence about the cause.
     cause
-        The name of a mistake that the run's diagnosis names; the failing checks of all cases that it explains are
-        accepted.
+        A mistake that the run's diagnosis names: accept the failing checks of all cases that this mistake explains.
     expires
-        The last day on which the new entries hold, such as 2027-01-31.
+        The last day on which the new entries are valid, such as 2027-01-31.
     issue
         A link to the issue.
     when
@@ -75,7 +74,7 @@ def accept(
     from rayproof.reports.history.expectations import KnownFailures, entries, save_known
     from rayproof.reports.history.gating import Acceptance, accepted
 
-    results, known = _run_and_file(folder, file, patterns=patterns, absent=KnownFailures())
+    results, known_failures = _run_and_file(folder, file, patterns=patterns, absent=KnownFailures())
     with told_in_one_line():
         if expires is not None:
             date.fromisoformat(expires)
@@ -85,7 +84,7 @@ def accept(
     acceptance = Acceptance(
         reason=reason or sentence or "", cases=cases, cause=cause, expires=expires, issue=issue, when=conditions
     )
-    more, new, refused = accepted(results, known, acceptance)
+    more, new, refused = accepted(results, known_failures, acceptance)
     if new and not acceptance.reason.strip():
         raise UsageError(f"accept needs --reason, which says why these {new} checks fail")
     with told_in_one_line():
@@ -99,7 +98,7 @@ def accept(
 
 @app.command
 def prune(folder: Path, *, file: Path = FILE, patterns: Patterns = False, json: Path | None = None) -> int:
-    """Remove checks that pass from the file, and narrow the others; nothing is added or widened.
+    """Remove checks that now pass from the file, and narrow the other entries; nothing is added or widened.
 
     Parameters
     ----------
@@ -108,7 +107,7 @@ def prune(folder: Path, *, file: Path = FILE, patterns: Patterns = False, json: 
     file
         The file of known failures.
     patterns
-        Let entries of the file name cases and checks by patterns. Without it such a file is refused.
+        Allow entries of the file to name cases and checks by patterns. Without this option such a file is refused.
     json
         Also write the result to this file.
 
@@ -116,13 +115,13 @@ def prune(folder: Path, *, file: Path = FILE, patterns: Patterns = False, json: 
     from rayproof.reports.history.expectations import entries, save_known
     from rayproof.reports.history.gating import pruned
 
-    results, known = _run_and_file(folder, file, patterns=patterns)
-    left, done = pruned(results, known)
+    results, known_failures = _run_and_file(folder, file, patterns=patterns)
+    left, done = pruned(results, known_failures)
     with told_in_one_line():
         save_known(file, left)
     _listed(done)
     count = len(entries(left))
-    say(f"{len(left.expected)} of {several(len(known.expected), 'case')} in {file} stay, in {count} entries")
+    say(f"{len(left.expected)} of {several(len(known_failures.expected), 'case')} in {file} stay, in {count} entries")
     write_json(json, {"file": str(file), "entries": count, "done": done})
     return 0
 
@@ -146,11 +145,11 @@ def check(
     file
         The file of known failures.
     patterns
-        Let entries of the file name cases and checks by patterns. Without it such a file is refused.
+        Allow entries of the file to name cases and checks by patterns. Without this option such a file is refused.
     against
-        An earlier run's folder, or a history file; what became worse is red too.
+        An earlier run's folder, or a history file; the gate is also red if a check became worse than there.
     least_coverage
-        The least share [%] of the cases that must be answered.
+        The smallest share [%] of the cases that must be answered.
     json
         Also write the result to this file.
 
@@ -158,32 +157,32 @@ def check(
     from rayproof.reports.history.gating import Demanded, held, load_base
     from rayproof.reports.results.records import SHUTTING
 
-    results, known = _run_and_file(folder, file, patterns=patterns)
+    results, known_failures = _run_and_file(folder, file, patterns=patterns)
     with told_in_one_line():
         base = None if against is None else load_base(against)
-    demanded = Demanded(expected=(str(file), known), against=base, least_coverage=least_coverage)
-    found = held(results, demanded)
-    _listed([f"{key}: {sentence}" for key in SHUTTING for sentence in getattr(found, key)])
-    say(found.sentence)
-    write_json(json, found.record())
-    return SHUT if found.red else 0
+    demanded = Demanded(expected=(str(file), known_failures), against=base, least_coverage=least_coverage)
+    outcome = held(results, demanded)
+    _listed([f"{key}: {sentence}" for key in SHUTTING for sentence in getattr(outcome, key)])
+    say(outcome.sentence)
+    write_json(json, outcome.record())
+    return SHUT if outcome.red else 0
 
 
 def _run_and_file(
     folder: Path, file: Path, *, patterns: bool, absent: "KnownFailures | None" = None
 ) -> "tuple[RunRecord, KnownFailures]":
-    """Return a run's results and its file of known failures, or `absent` in place of a file that does not exist."""
+    """Return a run's results and the known failures of a file, or `absent` if the file does not exist."""
     from rayproof.reports.history.expectations import load_known
     from rayproof.reports.results.document import load_results
 
     with told_in_one_line():
         results = load_results(folder)
-        known = load_known(file, patterns=patterns) if absent is None or file.exists() else absent
-    return results, structs.replace(known, suite=f"rayproof {results.get('rayproof', '')}".strip())
+        known_failures = load_known(file, patterns=patterns) if absent is None or file.exists() else absent
+    return results, structs.replace(known_failures, suite=f"rayproof {results.get('rayproof', '')}".strip())
 
 
 def _failing(results: "RunRecord", selectors: Sequence[str]) -> tuple[str, ...]:
-    """Return the names of the run's cases that fail and that a selector names; refuse one that names none."""
+    """Return the names of the run's failing cases that selectors match; raise ValueError if a selector matches none."""
     from rayproof.reports.history.gating import GOOD
 
     failing = [case for case in results["cases"] if case["verdict"] not in GOOD]
@@ -201,7 +200,7 @@ def _failing(results: "RunRecord", selectors: Sequence[str]) -> tuple[str, ...]:
 
 
 def _sentence_of(results: "RunRecord", cause: str) -> str:
-    """Return the sentence about a cause of the run; refuse one that the run's diagnosis does not name."""
+    """Return the diagnosis' sentence about a cause; raise ValueError if the run's diagnosis does not name the cause."""
     sentences = {
         str(entry["mistake"]): entry["sentence"] for entry in results.get("diagnosis") or () if entry["mistake"]
     }
@@ -212,7 +211,7 @@ def _sentence_of(results: "RunRecord", cause: str) -> str:
 
 
 def _listed(lines: Sequence[str]) -> None:
-    """Print the first lines, and how many more there are."""
+    """Print the first `MOST` lines, and the number of the remaining ones."""
     for line in lines[:MOST]:
         say(line)
     if len(lines) > MOST:

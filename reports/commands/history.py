@@ -1,4 +1,4 @@
-"""`rayproof report history`: error and time of each case over the stored runs, and what became worse."""
+"""`rayproof report history`: error and time of each case over the stored runs, and the cases that became worse."""
 
 import os
 from collections.abc import Sequence
@@ -13,18 +13,19 @@ RUN = ("run", "started", "revision", "verdict", "seconds")
 
 
 def history(*selectors: str, history: Path | None = None, subject: str | None = None, json: Path | None = None) -> int:
-    """Show error and time of each case, those of the ten runs before, and what became worse.
+    """Show the error and time of each case in the last run and in the ten runs before, and the cases that became worse.
 
-    Runs are kept by `rayproof run --history FILE`.
+    `rayproof run --history FILE` stores the runs.
 
     Parameters
     ----------
     selectors
-        Families, family/case names or patterns. Default: every case that the history has.
+        Families, family/case names or patterns. Default: every case in the history.
     history
         The history file. Default: $RAYPROOF_HISTORY, or rayproof-history.sqlite in the current folder.
     subject
-        The renderer whose history is shown: tracer, or the value of --subject. Default: the only one that the file has.
+        The renderer whose history is shown: tracer, or the value of --subject. Default: the file's renderer, if it has
+        only one.
     json
         Also write every point of every case to this file.
 
@@ -37,12 +38,12 @@ def history(*selectors: str, history: Path | None = None, subject: str | None = 
 
     path = history or Path(os.environ.get(VARIABLE, USUAL))
     with told_in_one_line(), opened(path) as connection:
-        known = [str(row[0]) for row in connection.execute("SELECT DISTINCT subject FROM runs ORDER BY subject")]
-        if subject is None and len(known) > 1:
-            raise UsageError(f"{path} has runs of {', '.join(known)}: choose one with --subject")
-        (shown,) = storable(subject or next(iter(known), "any subject"))
-        if shown not in known:
-            raise UsageError(f"{path} has no run of {shown}{', only of ' if known else ''}{', '.join(known)}")
+        subjects = [str(row[0]) for row in connection.execute("SELECT DISTINCT subject FROM runs ORDER BY subject")]
+        if subject is None and len(subjects) > 1:
+            raise UsageError(f"{path} has runs of {', '.join(subjects)}: choose one with --subject")
+        (shown,) = storable(subject or next(iter(subjects), "any subject"))
+        if shown not in subjects:
+            raise UsageError(f"{path} has no run of {shown}{', only of ' if subjects else ''}{', '.join(subjects)}")
         query = "SELECT id, started, revision, verdict, seconds FROM runs WHERE subject = ? ORDER BY id"
         runs = [dict(zip(RUN, row, strict=True)) for row in connection.execute(query, (shown,))]
         series = read_series(connection, shown)
@@ -72,7 +73,7 @@ def history(*selectors: str, history: Path | None = None, subject: str | None = 
 
 
 def spanned(values: Sequence[float]) -> str:
-    """Return the smallest and the largest of some numbers in words; "-" of none."""
+    """Return the range of values as text, such as "0.1 to 0.3", a single number if all are equal, "-" without any."""
     if not values:
         return "-"
     low, high = f"{min(values):.3g}", f"{max(values):.3g}"

@@ -10,7 +10,7 @@ from rayproof import ROOT
 from rayproof.reports.commands.output import say, show_table, write_json
 from rayproof.reports.commands.usage import UsageError, told_in_one_line, writable_folder
 
-Cell = str | int | list[str]  # of the table; yes or no is a bool
+Cell = str | int | list[str]  # of the table; a bool is shown as yes or no
 Row = dict[str, Cell]  # column -> cell
 TERMS = ROOT / "reports" / "terms.md"
 ENTRY = re.compile(r"^\*\*(.+?)\*\* - (.+)$", re.MULTILINE)
@@ -31,12 +31,12 @@ def catalogue(
     kind
         The kind of things to list.
     names
-        With terms: the word to explain; by default all words are listed. With schema: `scene` for scene files, which is
+        With terms: the word to explain; without a word, all are listed. With schema: `scene` for scene files, which is
         the default, or `results` for results.json.
     json
         Also write the list to this file.
     pages
-        With mistakes: write a page with pictures into this folder. It takes a minute and needs a checkout.
+        With mistakes: write a page with pictures into this folder. This takes a minute and needs a checkout.
 
     """
     if pages is not None:
@@ -90,7 +90,7 @@ def cases() -> list[Row]:
 
 
 def formulas() -> list[Row]:
-    """Describe every formula of the tracer; controls and planted faults are wrong on purpose and say so."""
+    """Describe every formula of the tracer; the kinds "control" and "fault" are wrong on purpose."""
     from rayproof.tracer.formulas import FORMULAS
 
     return [
@@ -124,7 +124,7 @@ def references() -> list[Row]:
 
 
 def version_of(name: str) -> str:
-    """Return a reference's program and version, or why it cannot run here."""
+    """Return a reference's program and version, or the reason why it cannot run here."""
     from rayproof.reference import REFERENCES
 
     missing: Any = getattr(REFERENCES[name], "missing", None)
@@ -140,7 +140,7 @@ def metrics() -> list[Row]:
 
 
 def mistakes() -> list[Row]:
-    """Describe every known mistake: the items that it concerns, the right formulas of these, what the renderer does."""
+    """Describe every known mistake: the items of the specification that it breaks, and its verb phrase."""
     from rayproof.reports.diagnosis.pages import in_words, listed
     from rayproof.reports.mistakes import FAMILIES
     from rayproof.reports.results.outcomes import TITLES
@@ -179,18 +179,18 @@ def first_line(thing: object) -> str:
 
 
 def show_terms(wanted: str, json: Path | None) -> int:
-    """Explain the word that is wanted, or list all of them."""
+    """Print the explanation of the word `wanted`, or all words if it is empty; raise UsageError for an unknown word."""
     terms = dict(ENTRY.findall(TERMS.read_text(encoding="utf-8")))
     if not wanted:
         write_json(json, {"terms": terms})
         say(", ".join(terms))
         return 0
-    known = {name.casefold(): name for name in terms}
-    name = known.get(wanted.casefold().replace("_", " ").replace("-", " ")) or known.get(wanted.casefold().rstrip("s"))
+    names = {name.casefold(): name for name in terms}
+    name = names.get(wanted.casefold().replace("_", " ").replace("-", " ")) or names.get(wanted.casefold().rstrip("s"))
     if name is None:
         from difflib import get_close_matches
 
-        near = get_close_matches(wanted.casefold(), known, n=3)
+        near = get_close_matches(wanted.casefold(), names, n=3)
         hint = f"did you mean {', '.join(near)}?" if near else "`rayproof list terms` lists the words"
         raise UsageError(f"no term is called {wanted!r}; {hint}")
     write_json(json, {"terms": {name: terms[name]}})

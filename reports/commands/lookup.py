@@ -1,4 +1,4 @@
-"""What users name on the command line becomes a case, scene, configuration, sweep, stage or subject."""
+"""Looks up the cases, scenes, configurations, sweeps, stages and subjects that users name on the command line."""
 
 import re
 from collections.abc import Sequence
@@ -23,31 +23,33 @@ if TYPE_CHECKING:
 
 TRACER = "tracer"
 USUAL_LIMIT = 120.0  # s, for one render or one judgement
-Repeated = Annotated[tuple[str, ...], Parameter(negative="", show_default=False)]  # an option given once a value
+Repeated = Annotated[tuple[str, ...], Parameter(negative="", show_default=False)]  # repeat the option for each value
 
 
 def one_case(name: str) -> "Case":
     """Return the case called `name`.
 
     Raises:
-        UsageError: none or several are called so; the message lists near matches.
+        UsageError: `name` matches no case or several; the message lists near matches.
 
     """
     from rayproof.cases.families import select
 
     with told_in_one_line():
-        found = select([name])
-    if len(found) != 1:
-        some = ", ".join(case.name for case in found[:5])
-        raise UsageError(f"{name!r} names {len(found)} cases, one is needed: {some}{', ...' if len(found) > 5 else ''}")
-    return found[0]
+        cases = select([name])
+    if len(cases) != 1:
+        names = ", ".join(case.name for case in cases[:5])
+        raise UsageError(
+            f"{name!r} names {len(cases)} cases, one is needed: {names}{', ...' if len(cases) > 5 else ''}"
+        )
+    return cases[0]
 
 
 def scene_named(name: str) -> "Scene":
     """Return the scene of a case, or of a scene file if `name` ends in .json.
 
     Raises:
-        UsageError: there is none, or the file is not a valid scene.
+        UsageError: there is no such case or file, or the file is not a valid scene.
 
     """
     if not name.endswith(".json"):
@@ -62,10 +64,10 @@ def scene_named(name: str) -> "Scene":
 
 
 def scene_files(selectors: Sequence[str]) -> tuple[tuple[str, ...], "tuple[Case, ...]"]:
-    """Return the selectors that name no scene file, and a case for each scene file that the others name.
+    """Return the selectors that name no scene file, and a case for each scene file.
 
     Raises:
-        UsageError: a file is not a valid scene, or this machine has not enough memory for its image.
+        UsageError: a file is not a valid scene, or this machine has too little memory for its image.
 
     """
     files = [name for name in selectors if name.endswith(".json")]
@@ -81,10 +83,10 @@ def scene_files(selectors: Sequence[str]) -> tuple[tuple[str, ...], "tuple[Case,
 
 
 def formulas_among(selectors: Sequence[str]) -> "tuple[list[Formula], tuple[str, ...]]":
-    """Return the formulas without planted faults that selectors name, and the selectors that name something else.
+    """Return the formulas that selectors name, without planted faults, and the selectors that name no formula.
 
-    A selector names formulas if its first part is a slot, and not a family of cases as well: nearest is the family, and
-    nearest/smaller the formula.
+    A selector names formulas if its first part is a slot and no family of cases; a formula's full name always does.
+    So nearest is the family of cases, and nearest/smaller the formula.
 
     Raises:
         LookupError: a selector names no formula of its slot.
@@ -101,27 +103,27 @@ def formulas_among(selectors: Sequence[str]) -> "tuple[list[Formula], tuple[str,
         if is_own(selector) or selector in FORMULAS:
             matches = [FORMULAS.named(selector)]
         elif slot in FORMULAS.slots and slot not in CASE_FAMILIES:
-            variants = [one for one in FORMULAS.variants(slot) if one.kind != "fault"]
-            matches = [one for one in variants if selector == slot or fnmatchcase(one.name, selector)]
+            variants = [formula for formula in FORMULAS.variants(slot) if formula.kind != "fault"]
+            matches = [formula for formula in variants if selector == slot or fnmatchcase(formula.name, selector)]
             if not matches:
-                known = ", ".join(one.name for one in variants)
-                raise LookupError(f"no formula is called {selector!r}; known: {known}")
+                names = ", ".join(formula.name for formula in variants)
+                raise LookupError(f"no formula is called {selector!r}; known: {names}")
         else:
             others.append(selector)
             continue
-        formulas |= {one.name: one for one in matches}
+        formulas |= {formula.name: formula for formula in matches}
     return [*formulas.values()], tuple(others)
 
 
 SWEEP = re.compile(r"(?P<name>\w+)=(?P<first>[^:]+?)\.\.(?P<last>[^:]+?):(?P<number>\d+)")
-MOST_VALUES = 100  # of a sweep, each of which is measured as a formula is, for seconds
+MOST_VALUES = 100  # in a sweep; measuring each takes seconds, as for a formula
 
 
 def sweep_of(text: str) -> tuple[str, list[float]]:
-    """Return the parameter and its values, in equal ratios, of a sweep such as eps=1e-6..1e-2:9.
+    """Return a sweep's parameter and its values in equal ratios; `text` is a sweep such as eps=1e-6..1e-2:9.
 
     Raises:
-        UsageError: it is not written so.
+        UsageError: the text does not have this form, or a number is out of range.
 
     """
     match = SWEEP.fullmatch(text)
@@ -140,12 +142,12 @@ def sweep_of(text: str) -> tuple[str, list[float]]:
 
 
 def configurations(names: Sequence[str], formulas: Sequence[str]) -> tuple["Configuration", ...]:
-    """Return the tracer configurations that `--configuration` and `--formula` ask for; none if neither does.
+    """Return the tracer configurations of `--configuration` and `--formula`; none if both are empty.
 
     Formulas are added to every configuration, or to the default one in float32.
 
     Raises:
-        UsageError: a name is not known; the message lists what is.
+        UsageError: a name is unknown; the message lists the known names.
 
     """
     from rayproof.tracer.configuration import Configuration
@@ -154,38 +156,39 @@ def configurations(names: Sequence[str], formulas: Sequence[str]) -> tuple["Conf
 
     if not names and not formulas:
         return ()
-    # `rayproof list formulas` writes slot/variant, a configuration slot=variant; either is understood.
+    # Accept slot/variant, as `rayproof list formulas` prints it, and slot=variant, as configurations write it.
     parts = [formula if "=" in formula else formula.replace("/", "=", 1) for formula in formulas]
     with told_in_one_line():
-        found = tuple(Configuration.parse("/".join([name, *parts])) for name in names or ("float32",))
-        if any(is_own(one.name) for one in found):
+        parsed = tuple(Configuration.parse("/".join([name, *parts])) for name in names or ("float32",))
+        if any(is_own(configuration.name) for configuration in parsed):
             choose_packaged_llvm()
             forget()
-            _ = [one.own for one in found]  # loaded now: a mistake in it is told before anything is computed
-        return found
+            # Load the formulas now, so that an error in them is reported before anything is computed.
+            _ = [configuration.own for configuration in parsed]
+        return parsed
 
 
 def stages_named(names: str) -> tuple["Stage", ...]:
     """Return the image stages of a comma-separated list, in the specification's order.
 
     Raises:
-        UsageError: one is not known, or is not an image.
+        UsageError: a name is unknown, or the stage is not an image.
 
     """
     from rayproof.cases.stages import IMAGE_STAGES
 
     wanted = {name.strip() for name in names.split(",")}
-    known = {stage.value for stage in IMAGE_STAGES}
-    if unknown := sorted(wanted - known):
+    names_of_stages = {stage.value for stage in IMAGE_STAGES}
+    if unknown := sorted(wanted - names_of_stages):
         raise UsageError(f"--stages: no image stage is called {unknown[0]!r}; known: {', '.join(IMAGE_STAGES)}")
     return tuple(stage for stage in IMAGE_STAGES if stage.value in wanted)
 
 
 def references_named(required: Sequence[str]) -> tuple[str, ...]:
-    """Return the names of the usual references and the `required` ones, which may answer on request only.
+    """Return the names of the references that always render and of the `required` ones, which may render on request.
 
     Raises:
-        UsageError: a required one is not known; the message lists what is.
+        UsageError: a required reference is unknown; the message lists the known ones.
 
     """
     from rayproof.reference import REFERENCES
@@ -206,10 +209,11 @@ def under_test(
     pool: "Pool | None" = None,
     declare: Path | None = None,
 ) -> "Subject":
-    """Return the subject that is named so; raise ValueError, LookupError or OSError if it cannot be put under test.
+    """Return the subject called `subject`; raise ValueError, LookupError or OSError if it cannot be put under test.
 
-    The file `declare` says of a program what it does not say itself. One that stays alive is started in the `pool` that
-    will ask it, if there is one.
+    The JSON file `declare` declares properties of a program that the program does not declare itself. A program that
+    stays alive is started in the `pool` that will send it scenes, if there is one. `seconds` and `memory` [GiB] are the
+    limits of a render.
     """
     from rayproof.reports.run.workers import ask
     from rayproof.reports.subjects import THE_TRACER
@@ -235,7 +239,7 @@ def under_test(
 def subject_named(
     subject: str, env: tuple[str, ...] = (), declare: Path | None = None, *, seconds: float = USUAL_LIMIT
 ) -> "Subject":
-    """Return the subject that is named so, with the usual limits; one line says why it cannot be put under test."""
+    """Return the subject called `subject`, with the usual limits; raise UsageError if it cannot be put under test."""
     with told_in_one_line():
         about = {"variables": env, "declare": declare, "before_oracle": False}
         return under_test(subject, seconds=seconds, memory=8.0, **about)

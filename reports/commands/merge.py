@@ -1,4 +1,4 @@
-"""`rayproof merge`: several machines' parts of a run become one run."""
+"""`rayproof merge`: merge the parts of a run that several machines made."""
 
 from pathlib import Path
 from typing import Annotated
@@ -14,17 +14,17 @@ def merge(
     json: Annotated[Path | None, OUTPUT] = None,
     gate: Annotated[GateOptions, FLAT] = NO_GATE,
 ) -> int:
-    """Merge the parts of a run that `rayproof run --shard` made, and publish them as one run.
+    """Merge the parts of a run that `rayproof run --shard` made, and publish them as a single run.
 
-    All parts must have the same code, plan, subject and options. The cases of an absent part are missing, and the run
-    counts as not finished.
+    All parts must have the same code, plan, subject and options. If a part is absent, its cases are reported as missing
+    and the run as not finished.
 
     For example: rayproof merge part1 part2 part3 --out whole
 
     Parameters
     ----------
     folders
-        The folders of the parts, none of which is OUT.
+        The folders of the parts; OUT must be another folder.
     out
         Folder for results and report.
     json
@@ -69,7 +69,7 @@ def merge(
         say(sentence)
     suite.clear(out)
     with told_in_one_line():
-        results, found = parts.merge(shards, out, tracer=tracer)
+        results, totals = parts.merge(shards, out, tracer=tracer)
         keep_whole(folders[0], out)
     there = {shard.about["number"] for shard in shards}
     for number in sorted({*range(1, about["of"] + 1)} - there):
@@ -78,7 +78,7 @@ def merge(
     suite.find_out(request, results, console, tracer=tracer, whole=True)
     pictures = str(results["environment"]["pictures"])
     suite.conclude(request, results, None if pictures == "drawn" else pictures, console)
-    code = suite.code_of(request, results, found, console, tracer=tracer)
+    code = suite.code_of(request, results, totals, console, tracer=tracer)
     from rayproof.reports.commands.report import write_one_file
 
     write_one_file(out, asked=False)

@@ -1,4 +1,4 @@
-"""What nearby problems answer at a pixel that is over its limit, for `rayproof probe`."""
+"""The values of nearby problems at a pixel that exceeds its limit, for `rayproof probe`."""
 
 import textwrap
 from collections import Counter
@@ -26,33 +26,33 @@ VERDICTS = {
     Kind.WRONG: "wrong",
     Kind.UNEXAMINED: "unexamined",
 }
-MOST_OBJECTS = 6  # that are named; a fan of triangles has a thousand
-WIDTH, ACROSS = 80, 3  # columns of a line; numbers in one
+MOST_OBJECTS = 6  # objects that are named; a fan of triangles has a thousand
+WIDTH, ACROSS = 80, 3  # columns of a line, numbers in a line
 
 
 @dataclass(frozen=True, kw_only=True)
 class StageAtPixel:
-    """One stage of a renderer at a pixel where it is over its limit."""
+    """One stage of a renderer at a pixel where its error exceeds the limit."""
 
     stage: Stage
-    verdict: str  # end to end, as a run has it
-    continued: str | None  # given the renderer's own previous stages; None without these
+    verdict: str  # end to end, as in a run
+    continued: str | None  # verdict from the renderer's own previous stages; None without these
     value: tuple[float, ...]
     oracle: tuple[float, ...]
     error: float
     limit: float
-    least: tuple[float, ...]  # of the nearby problems' answers, by channel; without any problem none
+    least: tuple[float, ...]  # smallest value of the nearby problems per channel; empty without such problems
     greatest: tuple[float, ...]
 
 
 @dataclass(frozen=True, kw_only=True)
 class NearbyAnswers:
-    """The stages of a renderer that are over their limits at a pixel, and what nearby problems show there."""
+    """The stages where a renderer exceeds its limit at a pixel, with the values of nearby problems there."""
 
     renderer: str
-    problems: int  # 0 if problems that are moved eight times as far show the same, so that the limits decide
-    objects: Mapping[str, int]  # name -> how many problems hit it
-    lights: tuple[int, ...]  # how many problems see each light; none if the stages over their limits need no light
+    problems: int  # 0 if problems moved eight times as far have the same values, so that the limits decide
+    objects: Mapping[str, int]  # name -> number of problems that hit the object
+    lights: tuple[int, ...]  # number of problems that see each light; empty if the stages do not depend on lights
     stages: Sequence[StageAtPixel]
 
     def as_json(self) -> dict[str, object]:
@@ -62,25 +62,27 @@ class NearbyAnswers:
             "objects": dict(self.objects),
             "lights": list(self.lights),
             "stages": {
-                found.stage.value: {
-                    "verdict": found.verdict,
-                    "continued": found.continued,
-                    "error": jsonable(found.error),
-                    "limit": jsonable(found.limit),
-                    "least": jsonable(found.least),
-                    "greatest": jsonable(found.greatest),
+                stage.stage.value: {
+                    "verdict": stage.verdict,
+                    "continued": stage.continued,
+                    "error": jsonable(stage.error),
+                    "limit": jsonable(stage.limit),
+                    "least": jsonable(stage.least),
+                    "greatest": jsonable(stage.greatest),
                 }
-                for found in self.stages
+                for stage in self.stages
             },
         }
 
 
 def nearby_answers(scene: Scene, renderers: Sequence[Answers], x: int, y: int) -> list[NearbyAnswers]:
-    """Return what nearby problems answer at a pixel, for each renderer that is over a limit there."""
+    """Return the values of nearby problems at pixel (x, y), for each renderer that exceeds a limit there."""
     base = scene_truth(scene, stages_of(scene), Analytic())
-    everyone = (AgainstOracle(base, well_shaped(scene, renderer)) for renderer in renderers if renderer.name != ORACLE)
-    found = (_of_renderer(against, x, y) for against in everyone)
-    return [answers for answers in found if answers is not None]
+    comparisons = (
+        AgainstOracle(base, well_shaped(scene, renderer)) for renderer in renderers if renderer.name != ORACLE
+    )
+    nearby = (_of_renderer(against, x, y) for against in comparisons)
+    return [answers for answers in nearby if answers is not None]
 
 
 def _of_renderer(against: AgainstOracle, x: int, y: int) -> NearbyAnswers | None:
@@ -102,20 +104,20 @@ def _of_renderer(against: AgainstOracle, x: int, y: int) -> NearbyAnswers | None
 
 
 def _at(mask: np.ndarray, x: int, y: int) -> np.ndarray:
-    """Return a mask of the pixel if it is in another mask (height, width), and of nothing if not."""
+    """Return the part of a mask (height, width) at pixel (x, y); all other pixels are False."""
     single = np.zeros_like(mask)
     single[y, x] = mask[y, x]
     return single
 
 
 def _objects(scene: Scene, cloud: Cloud) -> dict[str, int]:
-    """Return how many answers of a cloud at one pixel hit each object, most often hit first."""
+    """Return how many problems of a cloud at one pixel hit each object, the most frequent object first."""
     counts = Counter(map(tuple, cloud.rows[Stage.OBJECT][:, 0].astype(int).tolist()))
     return {_name(scene, shape, face): count for (shape, face), count in counts.most_common()}
 
 
 def _name(scene: Scene, shape: int, face: int) -> str:
-    """Return the name of what is hit."""
+    """Return the name of the object hit, such as "shapes[2] (mesh) face 5"; "nothing" for a miss."""
     if shape < 0:
         return "nothing"
     kind = scene.shapes[shape]
@@ -146,12 +148,12 @@ def _numbers(values: object) -> tuple[float, ...]:
     return tuple(float(value) for value in np.ravel(np.asarray(values, dtype=np.float64)))
 
 
-def show_nearby(found: Sequence[NearbyAnswers], agreeing: Sequence[str]) -> None:
-    """Print what nearby problems answer, within 80 columns; `agreeing` renderers are within their limits."""
+def show_nearby(nearby: Sequence[NearbyAnswers], agreeing: Sequence[str]) -> None:
+    """Print the values of nearby problems, within 80 columns; `agreeing` renderers are within their limits."""
     say("")
     if agreeing:
         _say_wrapped(f"within every limit: {', '.join(agreeing)}")
-    for answers in found:
+    for answers in nearby:
         stages = ", ".join(stage.stage.value for stage in answers.stages)
         _say_wrapped(f"{answers.renderer} is over its limit: {stages}")
         if answers.problems:
@@ -170,19 +172,19 @@ def show_nearby(found: Sequence[NearbyAnswers], agreeing: Sequence[str]) -> None
             _show_stage(stage)
 
 
-def _show_stage(found: StageAtPixel) -> None:
-    whole = found.stage in (Stage.OBJECT, Stage.VISIBILITY)
-    numbers = "" if whole else f"; error {found.error:.4g}, limit {found.limit:.4g}"
-    say(f"  {found.stage}: {found.verdict}{numbers}")
-    rows = {"this renderer": found.value, "oracle": found.oracle}
-    if not whole:  # of whole numbers the counts say what nearby problems answer
-        rows |= {"nearby problems, least": found.least, "greatest": found.greatest}
+def _show_stage(values_of_stage: StageAtPixel) -> None:
+    whole = values_of_stage.stage in (Stage.OBJECT, Stage.VISIBILITY)
+    numbers = "" if whole else f"; error {values_of_stage.error:.4g}, limit {values_of_stage.limit:.4g}"
+    say(f"  {values_of_stage.stage}: {values_of_stage.verdict}{numbers}")
+    rows = {"this renderer": values_of_stage.value, "oracle": values_of_stage.oracle}
+    if not whole:  # for integers, the counts above already show the values of nearby problems
+        rows |= {"nearby problems, least": values_of_stage.least, "greatest": values_of_stage.greatest}
     for name, values in rows.items():
         for first in range(0, len(values), ACROSS):
             cells = "".join(f"{value:>17.9g}" for value in values[first : first + ACROSS])
             say(f"    {name if first == 0 else '':<24}{cells}")
-    if found.continued is not None:
-        say(f"    given its own previous stages: {found.continued}")
+    if values_of_stage.continued is not None:
+        say(f"    given its own previous stages: {values_of_stage.continued}")
 
 
 def _say_wrapped(line: str) -> None:

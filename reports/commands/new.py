@@ -20,25 +20,25 @@ if TYPE_CHECKING:
     from rayproof.tracer.formulas import Formula
 
 STARTERS = ROOT / "reports" / "subjects" / "starters"
-# The program, what belongs beside it, how it is built, and how it is called.
+# Language -> the program, the files that it includes, the command that builds it, and the command that calls it.
 LANGUAGES = {
     "python": ("adapter.py", (), None, "python3 {file}"),
     "c++": ("adapter.cpp", ("rayproof.hpp",), "c++ -O2 -std=c++17 -o adapter {file}", "./adapter"),
 }
 WORKFLOWS = ROOT / "reports" / "workflows"
-# Service -> the file that is filled in, where that service looks for it.
+# Service -> the template, and the path where the service expects the workflow.
 SERVICES = {
     "github": ("github.yml", Path(".github/workflows/rayproof.yml")),
     "gitlab": ("gitlab.yml", Path(".gitlab-ci.yml")),
 }
 REPORT = "rayproof-report"
-LINE = re.compile(r"[\x00-\x1f\x7f']")  # what would end the line or the string that a word stands in
+LINE = re.compile(r"[\x00-\x1f\x7f']")  # characters that would end the line or the quoted string of a word
 
 app = App(name="new", help="Write a starter: a formula, an adapter of a renderer, or a workflow for CI.")
 
 
 def free(*files: Path, hint: str = "") -> None:
-    """Refuse files that exist or cannot be written."""
+    """Raise UsageError if a file exists, or if the folder of the first one cannot be written to."""
     with told_in_one_line():
         writable_folder(files[0].parent)
     for file in files:
@@ -48,14 +48,15 @@ def free(*files: Path, hint: str = "") -> None:
 
 @app.command
 def formula(slot: str, file: Path) -> int:
-    """Write a file for a formula of your own, with the slot's contract and its default formula, and a test of it.
+    """Write a Python file for your own formula, which begins as a copy of the slot's default formula, and a test of it.
 
     Parameters
     ----------
     slot
         The slot, such as sphere; `rayproof list formulas` names all slots.
     file
-        The file to write, such as mine.py, with test_mine.py beside it; neither may exist.
+        The file to write, such as mine.py. The test, test_mine.py, is written to the same folder. Neither file may
+        exist.
 
     """
     from rayproof.tracer.formulas import FORMULAS
@@ -71,19 +72,19 @@ def formula(slot: str, file: Path) -> int:
     with told_in_one_line():
         file.write_text(text, encoding="utf-8")
         test.write_text(starter_test(default, f"{slot}={file.name}:{name}"), encoding="utf-8")
-    mine = f"{slot}={file}:{name}"
+    own = f"{slot}={file}:{name}"
     say(f"wrote {file}: the contract of {slot}, and {default.name} to be changed. It works as it stands. Next:")
-    # Against its own copy nothing would be shown: the first other form, one that is right before one that is not.
-    others = sorted(FORMULAS.variants(slot)[1:], key=lambda one: one.kind != "right")
-    compared = [f"compare {others[0].name} {mine}"] if others else []
-    for step in (f"run --formula {mine}", *compared, f"stability {mine}"):
+    # Compare with another variant, a right one if there is one: the default formula would give the same values.
+    others = sorted(FORMULAS.variants(slot)[1:], key=lambda variant: variant.kind != "right")
+    compared = [f"compare {others[0].name} {own}"] if others else []
+    for step in (f"run --formula {own}", *compared, f"stability {own}"):
         say(f"    {called()} {step}")
     say(f"    {shlex.quote(sys.executable)} -m pytest {test}")
     return 0
 
 
 def starter_test(default: "Formula", formula: str) -> str:
-    """Return the text of a test that judges a formula on the smallest cases that exercise its slot."""
+    """Return the source of a test that judges a formula on the three smallest cases that exercise its slot."""
     from rayproof.cases.families import all_cases
 
     covering = [case for case in all_cases() if not default.covers or set(default.covers) & set(case.covers)]
@@ -97,29 +98,29 @@ def starter_test(default: "Formula", formula: str) -> str:
 
 
 def starter(default: "Formula") -> tuple[str, str]:
-    """Return a function's name and the text of a file that holds it: the default of a slot as a user's own formula."""
+    """Return the name of the default formula's function, and the source of a file with it as the user's own formula."""
     name = default.function.__name__
     source = inspect.getsource(sys.modules[default.function.__module__])
     tree, lines = ast.parse(source), source.splitlines()
     bound = {word: node for node in tree.body for word in _bound(node)}
-    # What the function needs of its page: itself, its helpers and constants, and what these need.
+    # The module's statements that the function needs: its definition, and helpers and constants, also indirect ones.
     needed, waiting = {bound[name]}, [bound[name]]
     while waiting:
-        found = {bound[word] for word in _words(waiting.pop()) if word in bound} - needed
-        needed |= found
-        waiting += found
+        new = {bound[word] for word in _words(waiting.pop()) if word in bound} - needed
+        needed |= new
+        waiting += new
     words = {word for node in needed for word in _words(node)}
     head = [f"A formula of your own for the slot `{default.slot}`.", "", *_contract(default.slot), ""]
     head += _members(default)
     written = "\n".join([*head, f"It begins as {default.name}."]).replace("\\", "\\\\").replace('"""', "'''")
     imports = [ast.unparse(kept) for node in tree.body if (kept := _only(node, words)) is not None]
-    # By lines, which have the comments beside them.
+    # Copy the source lines, which keep their comments.
     body = ["\n".join(lines[node.lineno - 1 : node.end_lineno]) for node in tree.body if node in needed]
     return name, "\n\n\n".join([f'"""{written}\n"""\n\n' + "\n".join(imports), *body]) + "\n"
 
 
 def _contract(slot: str) -> list[str]:
-    """Return the contract of a slot, as `tracer.formulas` states it among those of its group."""
+    """Return the lines of a slot's contract in the docstring of `tracer.formulas`, with the heading of its group."""
     from rayproof.tracer import formulas
 
     blocks = inspect.cleandoc(formulas.__doc__ or "").split("\n\n")
@@ -129,7 +130,7 @@ def _contract(slot: str) -> list[str]:
 
 
 def _members(default: "Formula") -> list[str]:
-    """Return the fields and methods of a formula's arguments, a line each; of a vector or a number there are none."""
+    """Return the fields and methods of a formula's arguments as lines; arguments of other types have none."""
     from rayproof.tracer.rays import Hit, Interval, Ray
 
     lines: list[str] = []
@@ -151,7 +152,7 @@ def _members(default: "Formula") -> list[str]:
 
 
 def _bound(node: ast.stmt) -> list[str]:
-    """Return the names that a function, class or assignment of a page binds."""
+    """Return the names that a module's function, class or assignment binds."""
     if isinstance(node, ast.FunctionDef | ast.ClassDef):
         return [node.name]
     return [target.id for target in getattr(node, "targets", ()) if isinstance(target, ast.Name)]
@@ -162,7 +163,7 @@ def _words(node: ast.stmt) -> set[str]:
 
 
 def _only(node: ast.stmt, words: set[str]) -> ast.stmt | None:
-    """Return an import of those names alone that are among the words; None for another statement or no such name."""
+    """Return an import statement reduced to the names in `words`; None for other statements or without such a name."""
     if not isinstance(node, ast.Import | ast.ImportFrom):
         return None
     names = [alias for alias in node.names if (alias.asname or alias.name).split(".")[0] in words]
@@ -175,14 +176,14 @@ def _only(node: ast.stmt, words: set[str]) -> ast.stmt | None:
 
 @app.command
 def adapter(file: Path, *, language: Literal["python", "c++"] | None = None) -> int:
-    """Write a small program that speaks the protocol, to put your renderer into.
+    """Write a small program that implements the protocol, into which you put your renderer.
 
     Parameters
     ----------
     file
         The file to write, such as adapter.py or adapter.cpp; it must not exist.
     language
-        Its language. Default: by the file's ending, otherwise Python.
+        The program's language. Default: C++ if the file's ending is that of C++, otherwise Python.
 
     """
     chosen = language or ("c++" if file.suffix in (".cpp", ".cc", ".cxx") else "python")
@@ -220,29 +221,29 @@ def workflow(
 ) -> int:
     """Write a workflow that runs rayproof in continuous integration.
 
-    It builds the renderer, installs rayproof, runs it, holds the run against a file of known failures, and keeps the
-    report.
+    The workflow builds the renderer, installs rayproof, runs it, compares the run with a file of known failures, and
+    keeps the report.
 
     Parameters
     ----------
     service
-        The service.
+        The service of the workflow.
     selectors
         Families, cases, patterns or scene files to run. Default: the default suite.
     source
-        What pip installs, since rayproof is on no package registry: the path of a wheel in your project, or
-        git+https://HOST/PROJECT@COMMIT.
+        The source from which pip installs rayproof, which is on no package registry: the path of a wheel in your
+        project, or git+https://HOST/PROJECT@COMMIT.
     build
         The shell command that builds the renderer from your checkout, such as "make"; "true" if there is nothing to
         build.
     subject
         The renderer under test, as for `rayproof run --subject`.
     expect
-        The file of known failures and of how much is answered, which `rayproof gate accept` writes.
+        The file of known failures and of the number of answered checks, which `rayproof gate accept` writes.
     least_coverage
-        The least share [%] of the cases that must be answered. Default: 50.
+        The smallest share [%] of the cases that must be answered. Default: 50.
     out
-        The file to write. Default: where the service looks for it.
+        The file to write. Default: the path where the service expects it.
 
     """
     for word in (*selectors, source, build, subject, str(expect)):
@@ -255,15 +256,15 @@ def workflow(
     from rayproof.cases.families import select
 
     with told_in_one_line():
-        if known := [word for word in selectors if not word.endswith((".json", ".jsonl", "/"))]:
-            select(known)
+        if names := [word for word in selectors if not word.endswith((".json", ".jsonl", "/"))]:
+            select(names)
     name, usual = SERVICES[service]
     file = out or usual
     command = ["rayproof", "run", *selectors, "--out", REPORT]
     command += ["--subject", subject, "--expect", str(expect)]
     command += ["--least-coverage", f"{least_coverage:g}"] if least_coverage is not None else []
     filled = (WORKFLOWS / name).read_text(encoding="utf-8")
-    # Double quotes: the services' own files quote by single ones, and YAML takes a shell's line for a string.
+    # Double quotes, since the templates put the command into single quotes, and YAML reads its line as a string.
     words = [shlex.quote(word).replace("'", '"') for word in command]
     for mark, text in (("@INSTALL@", f'"{source}"'), ("@BUILD@", build), ("@RUN@", " ".join(words)), ("@OUT@", REPORT)):
         filled = filled.replace(mark, text)

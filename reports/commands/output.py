@@ -1,4 +1,4 @@
-"""What all commands print with: tables, JSON, and the warning of a planted fault."""
+"""Output of all commands: lines, tables, JSON, and the warning of a planted fault."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -10,7 +10,7 @@ from rayproof.reports.commands.usage import told_in_one_line
 from rayproof.reports.results.files import as_json, legible
 from rayproof.reports.terminal import PIPED_WIDTH, console
 
-ROOM = 34  # columns of a page that a column of a table may need before its names break in two
+ROOM = 34  # width [characters] per column of a table; in narrower ones long names would be broken
 
 
 def say(line: str) -> None:
@@ -19,7 +19,7 @@ def say(line: str) -> None:
 
 
 def shout(faults: Sequence[str]) -> None:
-    """Print a conspicuous first line if a planted fault is in use."""
+    """Print a conspicuous warning if a planted fault is in use."""
     if faults:
         console().print(warning(faults), style="bold white on red", soft_wrap=True)
 
@@ -40,7 +40,7 @@ def show_table(title: str, columns: Sequence[str], rows: Sequence[Sequence[objec
 
 
 def write_json(file: Path | None, content: Any) -> None:
-    """Write `content` to `file` if one was asked for; NaN and infinities, which JSON lacks, become strings.
+    """Write `content` to `file` unless that is None; NaN and infinities, which JSON lacks, become strings.
 
     Raises:
         UsageError: the file cannot be written.

@@ -1,4 +1,4 @@
-"""`rayproof probe`: one pixel, every stage, by every renderer."""
+"""`rayproof probe`: the values of every stage at one pixel, from every renderer."""
 
 import textwrap
 from dataclasses import replace
@@ -24,8 +24,8 @@ if TYPE_CHECKING:
     from rayproof.reports.subjects import Subject
     from rayproof.tracer.configuration import Configuration
 
-WIDTH, NAME, NUMBER, ACROSS = 80, 26, 17, 3  # columns of a line, of a renderer's name, of a number; numbers a line
-Column = dict[str, float | str]  # row name -> number, or the sentence that says why there is none
+WIDTH, NAME, NUMBER, ACROSS = 80, 26, 17, 3  # columns of a line, a renderer's name, a number; numbers in a line
+Column = dict[str, float | str]  # row name -> number, or the reason why there is no number
 
 
 def probe(
@@ -42,7 +42,7 @@ def probe(
     cache: bool = True,
     json: Path | None = None,
 ) -> int:
-    """Show one pixel, every stage, as each renderer answers it, and what nearby problems answer if it is over a limit.
+    """Show every stage at one pixel as each renderer computes it, and the values of nearby problems if it is wrong.
 
     For example: rayproof probe primitives/sphere 48 36 --subject radiance
 
@@ -51,27 +51,27 @@ def probe(
     case
         The name of a case, family/case, or a scene file ending in .json.
     x
-        The pixel's column; 0 is the left one.
+        The pixel's column; 0 is the leftmost.
     y
-        The pixel's row; 0 is the top one.
+        The pixel's row; 0 is the topmost.
     configuration
         A configuration of the tracer, as in `rayproof run`. Repeatable. Default: float32 and float64.
     formula
         A formula for the tracer, such as triangle=signed_areas, or a function of your own, such as
         sphere=./mine.py:nearest_hit. Repeatable.
     require
-        A reference that answers on request only, such as certified. Repeatable.
+        A reference that renders only on request, such as certified. Repeatable.
     subject
-        Another renderer, whose values come first: a reference by name, "exec:COMMAND {scene} {output}",
+        Another renderer, whose values are printed first: a reference by name, "exec:COMMAND {scene} {output}",
         "serve:COMMAND" or "python:FILE.py:FUNCTION".
     env
         An environment variable to pass to a program, as in `rayproof run`. Repeatable.
     declare
-        A JSON file with what a program does not say itself, as in `rayproof run`.
+        A JSON file with properties of a program that it does not declare itself, as in `rayproof run`.
     cache
-        Reuse answers of references from the cache; the tracer always renders.
+        Reuse cached renders of references; the tracer always renders.
     json
-        Also write the values to this file, all digits.
+        Also write the values to this file, with all digits.
 
     """
     scene = scene_named(case)
@@ -82,7 +82,7 @@ def probe(
     names = references_named(require)
     tested = subject_named(subject, env, declare)
     scene = tested.capabilities.asked(scene)
-    shout(faults := sorted({fault for one in chosen for fault in one.faults}))
+    shout(faults := sorted({fault for choice in chosen for fault in choice.faults}))
     from rayproof.tracer.kernel.compiler import choose_packaged_llvm
 
     choose_packaged_llvm()
@@ -104,7 +104,7 @@ def probe(
 
 
 def show_pixel(columns: dict[str, Column]) -> None:
-    """Print a pixel stage by stage, a renderer a line, within 80 columns; then why some say nothing."""
+    """Print a pixel stage by stage, with a line for each renderer, within 80 columns; then the reasons for absences."""
     absent = [name for name in columns if is_absent(name)]
     present = {name: column for name, column in columns.items() if name not in absent}
     channels = dict.fromkeys(name for column in present.values() for name in column)
@@ -132,8 +132,8 @@ def show_pixel(columns: dict[str, Column]) -> None:
             if "." not in name and isinstance(value, str):
                 silent.setdefault((renderer, value), []).append(name)
     for (renderer, why), names in silent.items():
-        said = f"{renderer}, {', '.join(names)}: {why}"
-        for line in textwrap.wrap(said, WIDTH, subsequent_indent="  ", break_long_words=False):
+        sentence = f"{renderer}, {', '.join(names)}: {why}"
+        for line in textwrap.wrap(sentence, WIDTH, subsequent_indent="  ", break_long_words=False):
             say(line)
     if absent:
         say(f"not installed: {', '.join(absent)} (see rayproof list references)")
@@ -148,7 +148,7 @@ def is_absent(name: str) -> bool:
 
 
 def subject_answers(subject: "Subject", scene: Scene) -> "Answers":
-    """Return the answers of another renderer than the tracer."""
+    """Return the images of a subject other than the tracer."""
     from rayproof.reports.run.workers import answered
 
     with told_in_one_line():
@@ -156,7 +156,7 @@ def subject_answers(subject: "Subject", scene: Scene) -> "Answers":
 
 
 def tracer_answers(configuration: "Configuration", scene: Scene) -> "Answers":
-    """Return what the tracer answers, or why the scene is beyond its precision."""
+    """Return the tracer's images, or the reason why its precision is too low for the scene."""
     from rayproof.reports.judge.answers import Answers
     from rayproof.reports.run.tracer_task import trace
     from rayproof.tracer.shapes.bounds import beyond
@@ -168,14 +168,14 @@ def tracer_answers(configuration: "Configuration", scene: Scene) -> "Answers":
 
 
 def reference_answers(name: str, scene: Scene, *, cached: bool) -> "Answers":
-    """Return the answers of a reference, or why it has none."""
+    """Return the images of a reference, or the reason why it has none."""
     from rayproof.reports.run.worker_tasks import render_reference
 
     return render_reference(name, scene, cached=cached).answers
 
 
 def column_of(scene: Scene, renderer: "Answers", x: int, y: int) -> Column:
-    """Return a renderer's values at a pixel, and a sentence for each stage that it does not answer."""
+    """Return a renderer's values at a pixel, and a reason for each stage that it does not support."""
     from rayproof.reports.judge.oracle import stages_of
 
     if renderer.error is not None:
@@ -185,7 +185,7 @@ def column_of(scene: Scene, renderer: "Answers", x: int, y: int) -> Column:
 
 
 def pixel(scene: Scene, x: int, y: int, answers: StageImages) -> Column:
-    """Return a pixel's values by the names of the stages' channels; of the camera what it says about this pixel."""
+    """Return the values of all stages at pixel (x, y) by channel name, with its coordinates in the camera stage."""
     column: Column = {}
     if camera := answers.get(Stage.CAMERA):
         for name in ("ndc", "pixel"):
@@ -201,10 +201,10 @@ def pixel(scene: Scene, x: int, y: int, answers: StageImages) -> Column:
 
 
 def label(channel: str) -> str:
-    """Return a row's name; OpenEXR's plain R, G and B are the radiance."""
+    """Return the name of a channel's row; OpenEXR's channels R, G and B contain the radiance."""
     return f"radiance.{channel}" if channel in {"R", "G", "B"} else channel
 
 
 def short(value: float | str) -> str:
-    """Return a cell: nine digits, which tell any two float32 numbers apart."""
+    """Return the text of a cell; numbers have nine digits, which distinguish any two float32 numbers."""
     return value if isinstance(value, str) else f"{value:.9g}"

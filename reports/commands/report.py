@@ -1,4 +1,4 @@
-"""`rayproof report`: a run published again, two runs with what changed, or any two images; nothing is rendered."""
+"""`rayproof report`: publish a run again, compare two runs, reproduce results, or compare images; renders nothing."""
 
 from pathlib import Path
 
@@ -12,7 +12,7 @@ from rayproof.reports.studies.stability.limit_records import changes, load_limit
 
 NOT_MEASURED = 3
 FEW = 12  # names in a line
-MOST = 40  # rows of a table in the terminal; the page and the JSON have all
+MOST = 40  # rows of a table in the terminal; the report and the JSON contain all
 app = App(name="report")
 app.command("rayproof.reports.commands.history:history", help="Show error and time of each case over the kept runs.")
 
@@ -31,7 +31,7 @@ def report(
     figures: bool = False,
     json: Path | None = None,
 ) -> int:
-    """Publish a results folder again, without rendering, or show what changed between two.
+    """Publish a results folder again, without rendering, or show the changes between two runs.
 
     For example: rayproof report before after --out changes
 
@@ -40,26 +40,26 @@ def report(
     folder
         A folder that `rayproof run --out` filled.
     other
-        The folder of a later run: show what changed between the two, with the images of both. With two
-        folders or files of renderers' limits (`rayproof limits`): up to where each is right.
+        The folder of a later run: show the changes between the two runs, with the images of both. If both folders or
+        files contain limits of renderers, from `rayproof limits`, compare these limits instead.
     out
-        With two runs: the folder for the report of what changed. Default: only a table is printed.
+        With two runs: the folder for the report of the changes. Default: only a table is printed.
     single_file
-        Also write report.html: the report in one file of at most 8 MB, with what fails and the worst ten cases.
+        Also write report.html: the report in one file of at most 8 MB, with the failing cases and the worst ten cases.
     all
-        With --single-file: with every case, however large it becomes.
+        With --single-file: include every case, whatever the size of the file.
     draw
-        Draw the stills of these cases first: a case's name, worst:N, or all. A run draws those of failing cases, at
-        most 100, and of the worst twelve.
+        First draw the stills of these cases: a case's name, worst:N, or all. A run draws the stills of at most 100
+        failing cases, and of the worst twelve.
     pictures
-        Also take pictures of the report into this folder; needs Chromium and Playwright.
+        Also save pictures of the report in this folder; needs Chromium and Playwright.
     case
-        The case that pictures show. Default: the worst one.
+        The case that the pictures show. Default: the worst case.
     figures
-        Also print the size of the report and of its single file, which is written as well, and the time that each
-        takes to open; needs Chromium and Playwright.
+        Also write the report as a single file, and print the size and the opening time of both; needs Chromium and
+        Playwright.
     json
-        With two runs: also write what changed to this file.
+        With two runs: also write the changes to this file.
 
     """
     if other is not None:
@@ -93,15 +93,15 @@ def report(
 
 @app.command
 def reproduce(folder: Path, *, trust: bool = False) -> int:
-    """Print by which command, code and inputs the results in a folder were made.
+    """Print the command, code and inputs from which the results in a folder were made.
 
     Parameters
     ----------
     folder
         A folder that a command filled.
     trust
-        Run the command again, with the inputs that the folder holds, and print what differs; the exit code is 1 if
-        something does. This executes the formulas in that folder.
+        Run the command again with the inputs in the folder, and print the differences; the exit code is 1 if there are
+        any. This executes the formulas in that folder.
 
     """
     from rayproof.reports.results import provenance
@@ -127,7 +127,7 @@ def reproduce(folder: Path, *, trust: bool = False) -> int:
 
 
 def made_again(folder: Path, kind: str) -> bool:
-    """Make the results of one command again and say what differs; return whether they are equal within their limits."""
+    """Run a command again and print the differences; return whether the results are equal within their limits."""
     from tempfile import TemporaryDirectory
 
     from rayproof.reports.results import provenance
@@ -155,7 +155,7 @@ def made_again(folder: Path, kind: str) -> bool:
 
 
 def draw_cases(folder: Path, results: RunRecord, which: str) -> None:
-    """Draw stills of some cases of a results folder, and write where they are into the results."""
+    """Draw stills of the cases that `which` names, and write their paths into the results of the folder."""
     from rayproof.reports.publish.scene3d.stills import chosen, draw_stills
     from rayproof.reports.results.document import save_results
 
@@ -168,12 +168,12 @@ def draw_cases(folder: Path, results: RunRecord, which: str) -> None:
 
 
 def look(folder: Path, results: RunRecord, pictures: Path | None, case: str | None, *, figures: bool) -> None:
-    """Open a published report in Chromium, to take pictures of it or to time it."""
+    """Open a published report in Chromium, to save pictures of it or to measure the time that it takes to open."""
     from rayproof.reports.publish.browser import figures as measured
     from rayproof.reports.publish.browser import missing, take_pictures
 
     with told_in_one_line():
-        if case is not None and all(one["name"] != case for one in results["cases"]):
+        if case is not None and all(record["name"] != case for record in results["cases"]):
             raise LookupError(f"{folder} has no case called {case}")
         if (why := missing()) is not None:
             raise LookupError(why)
@@ -185,9 +185,9 @@ def look(folder: Path, results: RunRecord, pictures: Path | None, case: str | No
 
 
 def write_one_file(folder: Path, results: RunRecord | None = None, *, asked: bool, everything: bool = False) -> None:
-    """Write the report of a published results folder as one file, and say where and how large it is.
+    """Write the report of a published results folder as a single file, and print its path and size [MB].
 
-    An earlier one is written anew though nobody `asked`: it would tell of another run.
+    If not `asked`, write it only if there is an earlier single file, which would otherwise show another run.
     """
     from rayproof.reports.publish.page.page import NAME, write_single_file
     from rayproof.reports.results.document import load_results
@@ -199,7 +199,7 @@ def write_one_file(folder: Path, results: RunRecord | None = None, *, asked: boo
 
 
 def report_between(before: Path, after: Path, out: Path | None, *, single_file: bool, json: Path | None) -> int:
-    """Say what changed between two runs, and publish a folder that shows it."""
+    """Print the changes between two runs, and publish a report of them if `out` is a folder; return the exit code."""
     if place_of(before).is_file() and place_of(after).is_file():
         return limits_between(before, after, json)
     from rayproof.reports.history.run_difference import comparison, moved, names_of, sentence
@@ -242,7 +242,7 @@ def report_between(before: Path, after: Path, out: Path | None, *, single_file: 
 
 
 def limits_between(before: Path, after: Path, json: Path | None) -> int:
-    """Say how far two renderers are right, as `rayproof limits` left it in two folders or files."""
+    """Print the changes between two records of `rayproof limits`, each a folder or file; return the exit code."""
     with told_in_one_line():
         changed = changes(load_limits(before), load_limits(after))
         if json is not None:
@@ -269,9 +269,9 @@ def _cells(row: ComparisonRowRecord) -> list[str]:
 
 @app.command
 def view(*images: Path, out: Path = Path("view.html")) -> int:
-    """Write a page that shows images side by side, swiped, flickering or blended, and their differences.
+    """Write an HTML page that compares images side by side, swiped, flickering or blended, and shows their differences.
 
-    Other files are opened in it, or dropped into it.
+    More files can be opened in the page, or dropped into it.
 
     Parameters
     ----------

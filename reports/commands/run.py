@@ -31,8 +31,8 @@ SELECTION, SUBJECT, LIMITS, OUTPUT, GATE, CLUSTER = (
     Parameter(group=Group(heading, sort_key=place))
     for place, heading in enumerate(("Selection", "Subject", "Limits", "Output", "Gate", "Cluster"))
 )
-MOST_DRAWN = 10_000  # random scenes, all of which are held in memory
-MOST_MEMORY = 2.0**33  # GiB; a process's limits are numbers of 63 bits
+MOST_DRAWN = 10_000  # random scenes; all are in memory at once
+MOST_MEMORY = 2.0**33  # GiB; a process's limits have 63 bits
 WORKER_MEMORY = "RAYPROOF_WORKER_MEMORY"
 
 
@@ -47,10 +47,11 @@ class Settings:
     resume
         Reuse OUT's results for cases whose scene, code and references are unchanged.
     shard
-        Run one part of the cases only, such as 3/8, the third of eight. `rayproof merge` combines the parts' folders.
+        Run only one part of the cases, such as 3/8, the third of eight parts. `rayproof merge` merges the parts'
+        folders.
     require
-        References that must answer, separated by commas: a case that one of them cannot answer at all fails. Beside the
-        panel, certified, which answers on request only. Repeatable.
+        References that must render every case, separated by commas: a case fails if one of them has no answer to it.
+        Besides the usual references, certified may be named, which renders only on request. Repeatable.
     jobs
         Worker processes at once. Default: the number of processors.
     timeout
@@ -63,37 +64,39 @@ class Settings:
     subject
         The renderer under test instead of the tracer: a reference by name, "exec:COMMAND {scene} {output}" (called for
         each scene), "serve:COMMAND" (started once), or "python:FILE.py:FUNCTION". {scene.xml}, {scene.gltf},
-        {scene.pbrt} and {scene.pov} hand the scene over in other formats; {output.pfm}, {output.hdr} and {output.png}
-        name other pictures.
+        {scene.pbrt} and {scene.pov} pass the scene in other formats; {output.pfm}, {output.hdr} and {output.png} ask
+        for other image formats.
     memory
-        Limit [GiB] of the address space of a program under test. The variable RAYPROOF_WORKER_MEMORY limits each worker
-        process of rayproof in the same way; by default they have no limit.
+        Limit [GiB] of the address space of a program under test. The environment variable RAYPROOF_WORKER_MEMORY limits
+        each worker process of rayproof in the same way; by default they have no limit.
     env
         An environment variable to pass to a program under test. PATH, HOME, TMPDIR, the locale and variables of
         libraries, Python, Conda, CUDA and threads are always passed. Repeatable.
     declare
-        A JSON file with what a program under test does not say itself: its capabilities, the file that it always
-        `writes`, and the `transfer` curve of its pictures.
+        A JSON file with properties of a program under test that it does not declare itself: its capabilities, the file
+        that it always `writes`, and the `transfer` curve of its pictures.
     diagnose
-        auto: after a run with failures, look for the known mistake that explains them. off: do not look.
+        auto: after a run with failures, search for the known mistake that explains them. off: do not search.
     cache
-        Reuse answers of references, and verdicts on bit-identical images, from the cache. The renderer under test
-        always renders. The cache holds up to RAYPROOF_CACHE_LIMIT GiB, by default 2.
+        Reuse cached renders of references, and cached verdicts on bit-identical images. The renderer under test always
+        renders. The cache grows to at most RAYPROOF_CACHE_LIMIT GiB, by default 2.
     keep_images
         The cases whose images are kept. failed: cases that did not pass. sample:1%: these and one per cent of the
         others. all: every renderer's images of every case, as EXR. Default: all images of cases that did not pass, and
-        the subject's and the oracle's of the others; with more than 2000 cases sample:1%. Without all, images of cases
-        that did not pass take at most 60 MB, those of the worst; the others keep a preview.
+        the subject's and the oracle's images of the others; with more than 2000 cases sample:1%. Except with all, at
+        most 60 MB of images of cases that did not pass are kept, beginning with the worst; the remaining cases keep a
+        preview.
     dry_run
         Print the plan and an estimate of time, memory and disk, and run nothing.
     json
         Also write results.json to this file.
     scheduler
         A Dask cluster that runs the cases: tls://HOST:PORT of a scheduler, or local:N for N workers on this machine.
-        Needs Dask distributed. --jobs then counts for each worker; by default a worker uses all processors of its
-        machine, or its share with local:N.
+        Needs Dask distributed. --jobs is then the number of processes of each worker; by default a worker uses all
+        processors of its machine, or its share of them with local:N.
     tls
-        With tls://HOST:PORT: the folder with ca.pem (the authority's certificate), cert.pem and key.pem (this end's).
+        With tls://HOST:PORT: the folder with ca.pem, the authority's certificate, and with cert.pem and key.pem, the
+        certificate and key of this machine.
 
     """
 
@@ -131,24 +134,25 @@ class Settings:
 
 @dataclass(frozen=True, kw_only=True)
 class GateOptions:
-    """What a whole run is compared with.
+    """The options of the gate, which compares a whole run with known failures or an earlier run.
 
     Parameters
     ----------
     expect
-        A file of known failures, as `rayproof gate accept` writes it. The exit code is 0 while exactly these failures
-        occur, and 1 if there is a new failure, a missing one or a smaller one.
+        A file of known failures, as `rayproof gate accept` writes it. The exit code is 0 if exactly these failures
+        occur, and 1 if there is a new failure, or if a known failure is missing or smaller.
     patterns
-        With --expect: let the file's entries name cases and checks by patterns, such as shadows/*, or leave out where
-        pixels are wrong. Without it such a file is refused.
+        With --expect: allow the file's entries to name cases and checks by patterns, such as shadows/*, or to omit the
+        positions of wrong pixels. Without this option such a file is refused.
     against
         The folder of an earlier run, or a history file (--history). The exit code is 1 if anything became worse, and 0
-        if everything that fails failed there too.
+        if everything that fails also failed there.
     least_coverage
-        The least share [%] of the cases that must be answered. With fewer, if nothing fails, the exit code is 3.
-        Default: 50, or 0 with --expect or --against.
+        The smallest share [%] of the cases that must be answered. If fewer are answered and nothing fails, the exit
+        code is 3. Default: 50, or 0 with --expect or --against.
     history
-        Append errors and times to this SQLite file and report what became worse; `rayproof report history` shows it.
+        Append errors and times to this SQLite file, and report the cases that became worse. `rayproof report history`
+        shows the file.
 
     """
 
@@ -159,9 +163,9 @@ class GateOptions:
     history: Annotated[Path | None, GATE] = None
 
     def demanded(self) -> "Demanded | None":
-        """Return the gate's demands, None if there are none; raise ValueError or OSError for an unusable file.
+        """Return the gate's demands, or None without any; raise ValueError or OSError for an unusable file.
 
-        The files are read now: OUT may be the folder of the earlier run, whose results it replaces.
+        The files are read before the run, since OUT may be the folder of the earlier run and replace its results.
         """
         if self.least_coverage is not None and not 0 <= self.least_coverage <= 100:
             raise ValueError(f"--least-coverage must be from 0 to 100 %, got {self.least_coverage}")
@@ -177,7 +181,7 @@ class GateOptions:
         )
 
 
-FLAT = Parameter(name="*")  # the fields of a dataclass are options of the command
+FLAT = Parameter(name="*")  # make the fields of a dataclass options of the command
 USUAL, NO_GATE = Settings(), GateOptions()
 
 
@@ -192,7 +196,8 @@ def run(
     ----------
     selectors
         Families, family/case names, patterns such as `shadows/*`, or scene files ending in .json. Default: all cases.
-        By itself: a folder of scene files, ending in /, or a .jsonl file with one scene, with a `name`, on each line.
+        Or a single folder of scene files, ending in /, or a single .jsonl file with a scene and its `name` on each
+        line.
 
     """
     return judged(selectors, settings, gate)
@@ -207,7 +212,7 @@ def random(
 ) -> int:
     """Judge the tracer or another renderer on random scenes with hostile features; write a report.
 
-    `rayproof run random/SEED/NUMBER` judges one of them again.
+    `rayproof run random/SEED/NUMBER` judges the scene with this number again.
 
     For example: rayproof random --count 400 --seed 7 --subject "exec:./mine {scene} {output}" --out mine
 
@@ -242,7 +247,7 @@ def judged(selectors: tuple[str, ...], settings: Settings, gate: GateOptions, *,
     streams = [selector for selector in selectors if selector.endswith((".jsonl", "/"))]
     if streams and len(selectors) > 1:
         raise UsageError(f"{streams[0]}: a folder of scenes, or a file of them, is run by itself")
-    check_names(() if streams else selectors)  # before anything is started for them
+    check_names(() if streams else selectors)  # before any process is started
     with told_in_one_line():
         usual_limit()
         worker_memory = memory_of_workers()
@@ -257,7 +262,7 @@ def judged(selectors: tuple[str, ...], settings: Settings, gate: GateOptions, *,
     from rayproof.reports.processes.scratch import scratch
     from rayproof.reports.run.workers import early_workers
 
-    stays = subject.startswith(("serve:", "python:"))  # a program that is started once: to be asked what it can, too
+    stays = subject.startswith(("serve:", "python:"))  # the program is started once, also to read its capabilities
     early = place is None and (stays or (subject == TRACER and not dry_run))
     with (
         scratch(),
@@ -312,7 +317,7 @@ def judged(selectors: tuple[str, ...], settings: Settings, gate: GateOptions, *,
             sys.stdout.writelines(f"{legible(line)}\n" for line in lines)
             return 0
         cluster = None
-        if place is not None:  # before anything is written
+        if place is not None:  # connect before anything is written
             from rayproof.reports.commands.cluster import engaged
 
             share = max(1, jobs // place.local) if place.local else settings.jobs
@@ -324,7 +329,7 @@ def judged(selectors: tuple[str, ...], settings: Settings, gate: GateOptions, *,
 
                 writable_folder(gate.history.parent)
                 with opened(gate.history, create=True):
-                    pass  # it is one, and can be written
+                    pass  # the file is a history and can be written
             if settings.json is not None:
                 writable_folder(settings.json.parent)
                 if settings.json.is_dir():
@@ -336,10 +341,10 @@ def judged(selectors: tuple[str, ...], settings: Settings, gate: GateOptions, *,
             from rayproof.reports.results.provenance import keep
 
             keep(out, "run", seed)
-        except OSError as error:  # a full disk, say: what was finished is in the journal
+        except OSError as error:  # for example a full disk; finished cases are in the journal
             hint = f"{error.strerror or error}; what was finished is kept, and --resume goes on"
             raise OSError(error.errno, hint, error.filename or str(out)) from error
-    # Not above: the tracer's worker should not wait until what prints tables is imported.
+    # Import late: the tracer's worker should not wait for the import of the modules that print tables.
     from rayproof.reports.commands.report import write_one_file
 
     write_one_file(out, asked=False)
@@ -347,7 +352,7 @@ def judged(selectors: tuple[str, ...], settings: Settings, gate: GateOptions, *,
 
 
 def memory_of_workers() -> float:
-    """Return the memory limit [bytes] of a worker process, inf without one; raise ValueError for no such limit."""
+    """Return the memory limit [bytes] of a worker process, inf without a limit; raise ValueError if it is invalid."""
     text = os.environ.get(WORKER_MEMORY)
     if not text:
         return float("inf")
@@ -361,7 +366,7 @@ def memory_of_workers() -> float:
 
 
 def check_names(selectors: tuple[str, ...]) -> None:
-    """Raise UsageError for the first selector that names no case; scene files are looked at later."""
+    """Raise UsageError for the first selector that names no case; scene files are checked later."""
     from rayproof.cases.families import select
 
     with told_in_one_line():
@@ -371,7 +376,7 @@ def check_names(selectors: tuple[str, ...]) -> None:
 
 
 def check_selectors(selectors: tuple[str, ...]) -> None:
-    """Raise ValueError, LookupError or OSError for the first selector that names no case and no valid scene file."""
+    """Raise ValueError, LookupError or OSError for the first selector that is neither a case nor a valid scene file."""
     from rayproof.cases.families import select
     from rayproof.reports.run.scenes import case_of_file, refuse_beyond_all
 

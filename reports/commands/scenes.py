@@ -1,4 +1,4 @@
-"""`rayproof render`, `import` and `export`: a scene as an image, from other programs' files, and into them."""
+"""`rayproof render`, `import` and `export`: render a scene, or convert it from and to other programs' formats."""
 
 import re
 from collections import Counter
@@ -18,7 +18,7 @@ from rayproof.reports.results.files import several
 if TYPE_CHECKING:
     from rayproof.reports.interchange import Imported
 
-MOST_LISTED = 4  # things left out, or kinds of them, in the lines at the end of an import: these are ten at most
+MOST_LISTED = 4  # omissions, or kinds of them, at the end of an import's output, which has at most ten lines
 
 
 def render(
@@ -30,7 +30,7 @@ def render(
     formula: Repeated = (),
     double: bool = False,
 ) -> int:
-    """Render a scene file with the tracer alone.
+    """Render a scene with the tracer, without references or judging.
 
     Parameters
     ----------
@@ -47,13 +47,13 @@ def render(
         A formula for it, such as triangle=signed_areas, or a function of your own as sphere=./mine.py:nearest_hit.
         Repeatable.
     double
-        Trace in float64 and write every digit: in OpenEXR, which has float32 at most, beside each channel X a channel
-        X.low, so that X + X.low in float64 is the value.
+        Trace in float64 and write every digit. OpenEXR has at most float32, so each channel X gets a second channel
+        X.low, and X + X.low in float64 is the value.
 
     """
     if image.suffix.lower() not in (".exr", ".npz"):
         raise UsageError(f"the image must end in .exr or .npz, got {image}")
-    asked = stages_named(stages)
+    chosen_stages = stages_named(stages)
     (chosen,) = configurations([configuration], formula)
     chosen = replace(chosen, precision="float64") if double else chosen
     loaded = scene_named(scene)
@@ -68,13 +68,13 @@ def render(
         raise UsageError(f"{scene}: {refusal}")
     shout(chosen.faults)
     choose_packaged_llvm()
-    said = warning(chosen.faults) if chosen.faults else chosen.name
-    answers = trace(loaded, asked, chosen)
+    comment = warning(chosen.faults) if chosen.faults else chosen.name
+    answers = trace(loaded, chosen_stages, chosen)
     if image.suffix.lower() == ".npz":
-        write_arrays(image, answers, comments=said)
+        write_arrays(image, answers, comments=comment)
     else:
-        write_answers(image, answers, lights=len(loaded.lights), comments=said, double=double)
-    say(f"{image}: {', '.join(asked)} of {scene}, {chosen.name}")
+        write_answers(image, answers, lights=len(loaded.lights), comments=comment, double=double)
+    say(f"{image}: {', '.join(chosen_stages)} of {scene}, {chosen.name}")
     return 0
 
 
@@ -88,28 +88,27 @@ def import_scene(
     allow_folder: Annotated[tuple[Path, ...], Parameter(negative="", show_default=False)] = (),
     define: Annotated[Repeated, Parameter(name="-D")] = (),
 ) -> int:
-    """Turn another program's scene into a scene file, and list what was dropped.
+    """Convert another program's scene into a scene file, and list the features that were dropped.
 
     Reads Mitsuba 3 XML (.xml), glTF (.glb, .gltf) with its point lights, the lecture's scenes (.json), and OBJ, PLY
-    and STL meshes, which get a camera and a light that show all of the mesh. The scene file names mesh files; those
-    from other folders are copied beside it.
+    and STL meshes, which get a camera and a light that show all of the mesh. The scene file refers to mesh files; those
+    from other folders are copied into its folder.
 
     Parameters
     ----------
     file
-        The file to read; what it names must lie in its own folder.
+        The file to read; the files to which it refers must be in its folder.
     out
-        The scene file to write, ending in .json. Default: FILE's name with .json, or -scene.json where FILE has that
-        already, in the current folder.
+        The scene file to write, ending in .json. Default: FILE's name with .json, or with -scene.json if FILE itself
+        ends in .json, in the current folder.
     width
         Image width [px], in place of the file's. With --height.
     height
         Image height [px], in place of the file's. With --width.
     up
-        The axis that points up in an OBJ, PLY or STL file, which does not say so. Default: z.
+        The axis that points up in an OBJ, PLY or STL file, since these formats do not define it. Default: z.
     allow_folder
-        A folder outside of FILE's own into which its names of files may lead, by `../` or the `<path>` of a Mitsuba
-        scene. Repeatable.
+        A further folder from which FILE may include files, by `../` or the `<path>` of a Mitsuba scene. Repeatable.
     define
         A parameter of a Mitsuba scene, such as -D spp=16, in place of its `<default>`. Repeatable.
 
@@ -152,7 +151,7 @@ def import_scene(
 
 
 def summary(imported: "Imported", target: Path, copies: Sequence[str]) -> list[str]:
-    """Return what an import made and left out; all that was left out comes first if that is more than a few things."""
+    """Return the printed lines of an import: all omissions, the files written, and the kinds of many omissions."""
     scene = imported.scene
     kinds = Counter(type(shape).__name__.lower() for shape in scene.shapes)
     shapes = ", ".join(several(count, kind) for kind, count in kinds.items())
@@ -167,7 +166,7 @@ def summary(imported: "Imported", target: Path, copies: Sequence[str]) -> list[s
         made.append(f"copied beside it: {copies[0]}{more}")
     if len(lines) <= MOST_LISTED:
         return [*lines, *made]
-    # What a sentence ends with, without the names in it, is the kind of thing that was left out.
+    # The kind of an omission is the end of its sentence, without the names in quotes.
     left_out = Counter(re.sub(r"\s*(['\"]).*?\1", "", line.rpartition(": ")[2]) for line in lines)
     made.append(f"left out or replaced: {len(lines)} things of {len(left_out)} kinds, all listed above")
     made += [f"  {count} x {kind}" for kind, count in left_out.most_common(MOST_LISTED)]
@@ -177,10 +176,10 @@ def summary(imported: "Imported", target: Path, copies: Sequence[str]) -> list[s
 
 
 def export_scene(scene: str, file: Path) -> int:
-    """Write a scene for another program, and list what that program's format cannot say.
+    """Convert a scene to another program's format, and list the features that the format cannot represent.
 
-    Writes Mitsuba 3 XML (.xml) with meshes beside it, glTF (.gltf), scenes of pbrt, version 3 (.pbrt), and of POV-Ray
-    (.pov). Shapes that a format has no word for become meshes.
+    Writes Mitsuba 3 XML (.xml) with separate mesh files, glTF (.gltf), pbrt version 3 (.pbrt) and POV-Ray (.pov).
+    Shapes that a format does not have become meshes.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""`rayproof show`: one case - what it asks, what an answer must satisfy, its scene, how to reproduce it."""
+"""`rayproof show`: the scene and requirements of a case, and the commands that reproduce it."""
 
 from collections.abc import Mapping
 from dataclasses import asdict
@@ -10,33 +10,33 @@ from rayproof.reports.commands.lookup import one_case
 from rayproof.reports.commands.output import say, show_table, write_json
 from rayproof.reports.program_name import called
 
-Shown = str | float | tuple["Shown", ...] | None  # a field of a case's or a scene's
+Shown = str | float | tuple["Shown", ...] | None  # the value of a field of a case or scene
 
 
 def show(case: str, *, json: Path | None = None) -> int:
-    """Show one case: its scene, its requirements, how to reproduce it.
+    """Show a case: its scene, its requirements, and the commands that reproduce it.
 
     Parameters
     ----------
     case
-        Its name, family/case.
+        The name of the case, family/case.
     json
-        Also write the case, its whole scene included, to this file.
+        Also write the case with its whole scene to this file.
 
     """
     from rayproof.cases.scene_json import scene_to_json
 
-    asked = one_case(case)
-    commands = reproduce(asked)
-    expected = [{"kind": type(one).__name__, **asdict(one)} for one in asked.expectations]
-    about = {"name": asked.name, "stresses": asked.stresses, "covers": list(asked.covers), "reproduce": commands}
-    least = {"least_interior": asked.least_interior, "most_explained": asked.most_explained, "samples": asked.samples}
-    write_json(json, about | least | {"expectations": expected, "scene": scene_to_json(asked.scene)})
-    say(f"{asked.name}: {asked.stresses}")
-    say(f"covers {', '.join(asked.covers)}")
-    show_table("Requirements", ["what", "must hold", "because"], requirements(asked))
-    show_table("Scene", ["what", "values"], contents(asked.scene))
-    say(f"traced with: {traced(asked.scene)} (for one stage; where several are asked for, they have kernels each)")
+    shown = one_case(case)
+    commands = reproduce(shown)
+    expected = [{"kind": type(expectation).__name__, **asdict(expectation)} for expectation in shown.expectations]
+    about = {"name": shown.name, "stresses": shown.stresses, "covers": list(shown.covers), "reproduce": commands}
+    least = {"least_interior": shown.least_interior, "most_explained": shown.most_explained, "samples": shown.samples}
+    write_json(json, about | least | {"expectations": expected, "scene": scene_to_json(shown.scene)})
+    say(f"{shown.name}: {shown.stresses}")
+    say(f"covers {', '.join(shown.covers)}")
+    show_table("Requirements", ["what", "must hold", "because"], requirements(shown))
+    show_table("Scene", ["what", "values"], contents(shown.scene))
+    say(f"traced with: {traced(shown.scene)} (for one stage; where several are asked for, they have kernels each)")
     say("Reproduce:")
     for line in commands:
         say(f"  {line}")
@@ -44,7 +44,7 @@ def show(case: str, *, json: Path | None = None) -> int:
 
 
 def traced(scene: Scene) -> str:
-    """Return how the tracer goes about a scene with its default formulas."""
+    """Return a description of the tracer's plan for a scene with its default formulas."""
     from rayproof.tracer.kernel.compiler import choose_packaged_llvm
 
     choose_packaged_llvm()
@@ -55,19 +55,19 @@ def traced(scene: Scene) -> str:
 
 
 def requirements(case: Case) -> list[list[str]]:
-    """Return what an answer must satisfy, beyond agreeing with the references within their derived limits."""
+    """Return the rows of the table of requirements, which apply in addition to the limits of each pixel."""
     rows = [
         ["pixels within their limits", f">= {case.least_interior}", "fewer would decide nothing"],
         ["pixels explained by rounding", f"<= {case.most_explained:.1%} of the image", "more would hide an error"],
     ]
-    for one in case.expectations:
-        about = {key: value for key, value in asdict(one).items() if key != "because"}
-        rows.append([type(one).__name__, listed(about), one.because])
+    for expectation in case.expectations:
+        about = {key: value for key, value in asdict(expectation).items() if key != "because"}
+        rows.append([type(expectation).__name__, listed(about), expectation.because])
     return rows
 
 
 def contents(scene: Scene) -> list[list[str]]:
-    """Return the scene's camera, lights, shapes and modes, one row each; arrays only by their size."""
+    """Return the scene's camera, lights, shapes and modes, one row each; of arrays only the size."""
     rows = [["camera", listed(asdict(scene.camera))]]
     rows += [[f"light {index}", listed(asdict(light))] for index, light in enumerate(scene.lights)]
     for index, shape in enumerate(scene.shapes):
@@ -79,18 +79,18 @@ def contents(scene: Scene) -> list[list[str]]:
 
 
 def listed(about: Mapping[str, Shown]) -> str:
-    """Return names and values in one line, numbers shortened to nine digits."""
+    """Return names and values in one line, with numbers of nine digits."""
     return ", ".join(f"{name} {short(value)}" for name, value in about.items())
 
 
 def short(value: Shown) -> str:
-    """Return a value's text; of numbers nine digits."""
+    """Return the text of a value; numbers have nine digits."""
     if isinstance(value, float):
         return f"{value:.9g}"
     return f"({', '.join(map(short, value))})" if isinstance(value, tuple) else str(value)
 
 
 def reproduce(case: Case) -> list[str]:
-    """Return the commands that run this case alone and look at its central pixel."""
+    """Return the commands that run only this case and show its central pixel."""
     camera = case.scene.camera
     return [f"{called()} run {case.name}", f"{called()} probe {case.name} {camera.width // 2} {camera.height // 2}"]

@@ -1,4 +1,4 @@
-"""`rayproof shrink`: from a case that fails to the smallest scene that fails alike, and an issue to paste."""
+"""`rayproof shrink`: reduce a failing case to the smallest scene with the same failure, and write an issue."""
 
 import shlex
 import sys
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from rayproof.reports.shrinking.attempts import Search
 
 USUAL = 200  # renders
-CLEARED = 100  # columns of an earlier, longer line
+CLEARED = 100  # columns to overwrite, since the previous line may have been longer
 UNCONFIRMED, INTERRUPTED = 1, 130
 
 
@@ -32,13 +32,13 @@ def shrink(
     tries: int = USUAL,
     seconds: float | None = None,
 ) -> int:
-    """Find the smallest scene that fails as a case does, and write it with an issue to paste.
+    """Reduce a failing case to the smallest scene with the same failure, and write it with an issue to paste.
 
     For example: rayproof shrink primitives/sphere --formula sphere/textbook --out small
 
-    A scene fails alike if the same stage is wrong in the same way (no number, a wrong hit, a wrong value), and no other
-    item of the specification is to blame. The oracle judges each try; all references judge the result, and the exit
-    code is 1 if they do not blame the renderer.
+    A scene has the same failure if the same stage is wrong in the same way (no number, a wrong hit, a wrong value) and
+    breaks the same item of the specification. The oracle judges each attempt. All references judge the result; the exit
+    code is 1 if they do not find the renderer wrong.
 
     Parameters
     ----------
@@ -51,18 +51,18 @@ def shrink(
         The renderer that fails, if not the tracer: a reference by name, "exec:COMMAND {scene} {output}",
         "serve:COMMAND" or "python:FILE.py:FUNCTION".
     declare
-        A JSON file with what a program does not say itself, as in `rayproof run`.
+        A JSON file with properties of a program that it does not declare itself, as in `rayproof run`.
     configuration
         The tracer's configuration, such as float64/triangle=woop.
     formula
         A formula for it, such as triangle=signed_areas, or a function of your own as
         sphere=./mine.py:nearest_hit. Repeatable.
     stage
-        The stage that is to fail, such as distance. Default: the first that does.
+        The stage whose failure is kept, such as distance. Default: the first stage that fails.
     tries
-        The most renders. The same number gives the same scene, however busy the machine is.
+        The maximum number of renders. The same number gives the same scene, however busy the machine is.
     seconds
-        The most seconds. Ctrl-C ends the search too; the smallest scene so far is kept.
+        The maximum time [s] of the search. Ctrl-C also ends the search; the smallest scene so far is kept.
 
     """
     if tries < 1:
@@ -96,7 +96,7 @@ def shrink(
     except NothingFailsError as nothing:
         raise UsageError(f"{case}: {nothing}") from None
     say(f"{case}: {in_words(scene)}; after {smallest.tries} renders: {in_words(smallest.scene)}")
-    words = [f"--configuration={configuration}", *(f"--formula={one}" for one in formula)]
+    words = [f"--configuration={configuration}", *(f"--formula={name}" for name in formula)]
     words = words if tested.is_tracer else ["--subject", subject]
     words += ["--declare", str(declare)] if declare is not None else []
     report = Report(
@@ -129,7 +129,7 @@ def _stage(name: str | None) -> "Stage | None":
 
 
 class _Progress:
-    """What is said while it runs; the smallest scene so far is kept, whatever ends the search."""
+    """Prints the progress of the search, and saves the smallest scene so far in case the search is interrupted."""
 
     def __init__(self, folder: Path) -> None:
         self._folder, self._kept = folder, None

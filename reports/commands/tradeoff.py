@@ -1,4 +1,4 @@
-"""`rayproof tradeoff`: error against run time - work-precision diagrams as data, SVG and a page."""
+"""`rayproof tradeoff`: error against run time, as work-precision diagrams in JSON, SVG and HTML."""
 
 from pathlib import Path
 from typing import Annotated
@@ -13,8 +13,8 @@ from rayproof.reports.results.provenance import caption, keep
 from rayproof.reports.studies.publication import MOST_PANELS, Paper, chosen, draw, write_table
 
 COLUMNS = ("diagram", "point", "time [ns]", "time interval", "error", "error interval", "wrong", "on the front")
-FITS = ("diagram", "point", "time [ns]", "error", "wrong")  # of an article's text
-REPETITIONS, QUICK_REPETITIONS = 13, 9  # a median of fewer than 9 has no interval but the range
+FITS = ("diagram", "point", "time [ns]", "error", "wrong")  # fit into an article's text
+REPETITIONS, QUICK_REPETITIONS = 13, 9  # with fewer than 9, the only interval of the median is the whole range
 
 
 def tradeoff(
@@ -32,15 +32,15 @@ def tradeoff(
     ----------
     selectors
         Formulas, as for stability: a slot such as sphere, a formula such as sphere/textbook, a pattern such as
-        "sphere/*", or a function of your own, such as sphere=./mine.py:nearest_hit; only these are drawn, beside the
-        defaults of their slots. Scenes, as for compare: families, cases, stresses or scene files. Ladders, or `ladders`
-        for all. Default: scenes and ladders on which formulas differ, and some ordinary ones.
+        "sphere/*", or a function of your own, such as sphere=./mine.py:nearest_hit; only these and the defaults of
+        their slots are drawn. Scenes, as for compare: families, cases, stresses or scene files. Ladders, or `ladders`
+        for all. Default: scenes and ladders on which formulas differ, and a few ordinary ones.
     out
-        Folder for OUT/tradeoff. `rayproof report OUT` adds the diagrams to a run's report.
+        The diagrams are written to OUT/tradeoff. `rayproof report OUT` adds them to a run's report.
     json
         Also write tradeoff.json to this file.
     quick
-        Repeat less often, and draw one diagram of each kind unless scenes or ladders are named.
+        Repeat measurements less often, and draw one diagram of each kind unless scenes or ladders are named.
 
     """
     from rayproof.tracer.kernel.compiler import choose_packaged_llvm
@@ -54,7 +54,7 @@ def tradeoff(
         named, others = formulas_among(selectors)
     patterns, files = scene_files(others or (QUICK if quick else DEFAULT))
     with told_in_one_line():
-        found = tasks(patterns, named, files)
+        planned = tasks(patterns, named, files)
         paper.check()
         chosen(paper, COLUMNS)
         own(out / "tradeoff")
@@ -62,7 +62,7 @@ def tradeoff(
             writable_folder(json.parent)
     with console().status("measuring") as status:
         repetitions = QUICK_REPETITIONS if quick else REPETITIONS
-        result = measure(*found, repetitions=repetitions, tell=status.update, named=named)
+        result = measure(*planned, repetitions=repetitions, tell=status.update, named=named)
     written = write(out, result)
     keep(out, "tradeoff", result["origin"]["seed"])
     write_json(json, result)
@@ -71,7 +71,7 @@ def tradeoff(
     diagrams = result["diagrams"]
     if paper.figure is not None and len(diagrams) > MOST_PANELS:
         say(f"--figure shows the first {MOST_PANELS} of {len(diagrams)} diagrams")
-    about = f"{', '.join(one['name'] for one in diagrams[:MOST_PANELS])}. {caption(result['origin'])}."
+    about = f"{', '.join(diagram['name'] for diagram in diagrams[:MOST_PANELS])}. {caption(result['origin'])}."
     points = [
         [diagram["name"], *cells(point), "yes" if point["front"] else ""]
         for diagram in diagrams

@@ -11,7 +11,7 @@ _OWNED = ExitStack()  # the folders that this process's command writes
 
 
 class UsageError(Exception):
-    """Bad usage or bad input; the message is one line that names what is wrong."""
+    """Bad usage or bad input; the message is one line that names the mistake."""
 
 
 def one_line(error: Exception) -> str:
@@ -24,9 +24,10 @@ def one_line(error: Exception) -> str:
 
 @contextmanager
 def told_in_one_line() -> Iterator[None]:
-    """Turn the errors that a bad name, value or file causes in the body into a UsageError.
+    """Convert the errors that a bad name, value or file causes in the body into a UsageError.
 
-    Wrap only what reads the user's input: around a computation it would pass off a bug as the user's mistake.
+    Use it only around code that reads the user's input: around a computation it would report a bug as the user's
+    mistake.
     """
     try:
         yield
@@ -35,7 +36,7 @@ def told_in_one_line() -> Iterator[None]:
 
 
 def writable_folder(folder: Path) -> None:
-    """Make `folder` if need be; raise OSError if nothing can be written there."""
+    """Create `folder` if it does not exist; raise OSError if nothing can be written there."""
     folder.mkdir(parents=True, exist_ok=True)
     probe = folder / ".writable"
     probe.touch()
@@ -43,10 +44,10 @@ def writable_folder(folder: Path) -> None:
 
 
 def own(folder: Path) -> None:
-    """Make a folder of results if need be and own it until `disown`.
+    """Create a folder of results if it does not exist, and own it until `disown`.
 
     Raises:
-        OwnedError: another process writes it.
+        OwnedError: another process owns the folder.
         OSError: nothing can be written there.
 
     """
@@ -54,5 +55,5 @@ def own(folder: Path) -> None:
 
 
 def disown() -> None:
-    """Let every folder go that `own` took: the command has ended."""
+    """Release every folder that `own` took, at the end of the command."""
     _OWNED.close()

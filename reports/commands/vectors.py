@@ -1,4 +1,4 @@
-"""`rayproof vectors`: inputs and certified answers of ray formulas as files for any language, and answers judged."""
+"""`rayproof vectors`: write test vectors of ray formulas for any language, and judge answers to them."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
@@ -11,7 +11,7 @@ from rayproof.reports.commands.usage import UsageError, own, told_in_one_line
 if TYPE_CHECKING:
     from rayproof.reports.vectors.judging import FileJudgement
 
-WORST = 5  # failing rows shown of a file
+WORST = 5  # failing rows of a file that are printed
 
 
 app = App(name="vectors", help="Write test vectors of ray formulas for any language, or judge answers to them.")
@@ -19,12 +19,12 @@ app = App(name="vectors", help="Write test vectors of ray formulas for any langu
 
 @app.command
 def write(*slots: str, out: Path) -> int:
-    """Write test vectors of ray formulas as CSV and JSON, with a checker beside them.
+    """Write test vectors of ray formulas as CSV and JSON, and a program that checks answers to them.
 
     Parameters
     ----------
     slots
-        Slots such as sphere or falloff, or files such as box. Default: all.
+        Slots such as sphere or falloff, or names of files such as box. Default: all.
     out
         The folder for the vectors.
 
@@ -43,13 +43,13 @@ def _files(slots: tuple[str, ...]) -> list[str]:
 
     wanted: dict[str, None] = {}
     for slot in slots:
-        found = [file for file, own_slots in SLOTS_OF.items() if slot in (*own_slots, file)]
+        files = [file for file, own_slots in SLOTS_OF.items() if slot in (*own_slots, file)]
         if slot in NO_FILE:
             raise UsageError(f"{slot} has no vectors: {NO_FILE[slot]}")
-        if not found:
-            known = sorted({name for file, names in SLOTS_OF.items() for name in (file, *names)})
-            raise UsageError(f"no slot is called {slot!r}; known: {', '.join(known)}")
-        wanted |= dict.fromkeys(found)
+        if not files:
+            all_names = sorted({name for file, names in SLOTS_OF.items() for name in (file, *names)})
+            raise UsageError(f"no slot is called {slot!r}; known: {', '.join(all_names)}")
+        wanted |= dict.fromkeys(files)
     return list(wanted or SLOTS_OF)
 
 
@@ -60,11 +60,11 @@ def judge(answers: Path, *, precision: Literal["float32", "float64"] = "float32"
     Parameters
     ----------
     answers
-        The CSV file of the answers, whose columns, such as id,hit,t, docs/vectors.md describes.
+        The CSV file of the answers, with columns such as id,hit,t; docs/vectors.md describes them.
     precision
-        Whose limits hold, float32's or float64's.
+        The precision whose limits apply, float32 or float64.
     out
-        Write junit.xml and vectors.md into this folder.
+        Write junit.xml and vectors.md to this folder.
 
     """
     if out is not None:

@@ -1,7 +1,7 @@
-"""Which specification items a case may blame, narrowed by passing checks and by what each mistake shows.
+"""Narrows the items of the specification that a failing case may break, by passing checks and known mistakes.
 
-An item is out only by checks that pass and that every known mistake of the item which shows in the case would have
-failed. A passing case speaks only of the kinds of shapes that it has.
+An item is excluded only if every known mistake of the item that would change the case would also have failed a passing
+check. A passing case excludes only mistakes that concern its kinds of shapes.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
@@ -16,20 +16,20 @@ from rayproof.reports.mistakes import MISTAKES, Mistake
 from rayproof.reports.results.case_records import CaseRecord
 from rayproof.reports.results.outcomes import Outcome
 
-PASSING = 12  # passing cases with the same kinds of shapes that are asked, those of the least work
-LEAST_SHOWN = 0.02  # of a sample of pixels
+PASSING = 12  # passing cases with the same kinds of shapes that are compared, those with the least work
+LEAST_SHOWN = 0.02  # share of a sample of pixels that a mistake must change to be visible
 
 
 @dataclass(frozen=True, kw_only=True)
 class Blamed:
-    """The items that may be to blame in a case, and the check that excludes each other one."""
+    """The items that a case may break, and the excluded items with the check that excludes each."""
 
     items: tuple[str, ...]
     excluded: Mapping[str, str] = field(default_factory=dict)
 
 
 def passing(case: CaseRecord, configuration: str) -> frozenset[Stage]:
-    """Return the stages at which every check of a configuration passes."""
+    """Return the stages where every check of a configuration passes."""
     return verdict.passing(_verdicts(case, configuration))
 
 
@@ -38,7 +38,7 @@ def _verdicts(case: CaseRecord, configuration: str) -> list[tuple[str, str]]:
 
 
 def guilty(case: CaseRecord) -> str | None:
-    """Return the configuration that fails at the stage blamed, or None."""
+    """Return the configuration whose check fails at the case's blamed stage, or None."""
     return next(
         (
             check.configuration
@@ -50,9 +50,9 @@ def guilty(case: CaseRecord) -> str | None:
 
 
 def by_stages(case: CaseRecord, *, ran: bool) -> Blamed | None:
-    """Return what the stages of one case leave; None where it does not fail at a stage.
+    """Return the items that remain from the checks of one case's stages; None if the case does not fail at a stage.
 
-    `ran` says that the configuration's own list of items is known, as the tracer's is.
+    `ran` is True if the items of the configuration's own formulas are recorded, as they are for the tracer.
     """
     configuration = guilty(case)
     if case.get("verdict") != Outcome.FAIL.value or configuration is None:
@@ -67,10 +67,11 @@ def narrowed(
     others: Iterable[tuple[CaseRecord, Evidence]],
     configuration: str,
 ) -> dict[str, Blamed]:
-    """Return what is left of each failing case's items when the known mistakes were asked.
+    """Return the remaining items of each failing case, by name, after the known mistakes were compared.
 
-    An item is out if each of its known mistakes that shows in the case at a wrong stage would have failed a check that
-    passes, there or in a case with the same kinds of shapes; one of which no mistake is known never is.
+    An item is excluded if each of its known mistakes that is visible at the case's wrong stage would have failed a
+    passing check, in this case or in a case with the same kinds of shapes. An item without known mistakes is never
+    excluded.
     """
     passed = sorted(((evidence, passing(record, configuration)) for record, evidence in others), key=_by_name)
     shown: dict[tuple[str, str], frozenset[Stage]] = {}
@@ -81,33 +82,33 @@ def narrowed(
             shown[key] = stages_that_show(evidence, MISTAKES[name])
         return shown[key]
 
-    found = {}
+    remaining = {}
     for record, evidence, blamed in cases:
         kinds, stage = set(evidence.kinds), Stage(record["stage"])
-        alike = [one for one in passed if kinds <= set(one[0].kinds)][:PASSING]
+        alike = [entry for entry in passed if kinds <= set(entry[0].kinds)][:PASSING]
         here = evidence, passing(record, configuration)
         left, excluded = [], {}
         for item in blamed.items:
-            known = [name for name in MISTAKES if item in MISTAKES[name].items]
-            showing = [name for name in known if stage in shows(evidence, name)]
+            mistakes = [name for name in MISTAKES if item in MISTAKES[name].items]
+            showing = [name for name in mistakes if stage in shows(evidence, name)]
             against = [
                 next(
                     (
-                        f"{one.case}: {min(hit, key=list(Stage).index)}"
-                        for one, good in (here, *alike)
-                        if (hit := shows(one, name) & good)
+                        f"{compared.case}: {min(hit, key=list(Stage).index)}"
+                        for compared, good in (here, *alike)
+                        if (hit := shows(compared, name) & good)
                     ),
                     None,
                 )
                 for name in showing
             ]
-            if not known or None in against:
+            if not mistakes or None in against:
                 left.append(item)
             elif against and len({*against}) == 1:
                 excluded[item] = against[0]
-        # Where nothing is left no known mistake speaks of this failure: then nothing is excluded by one either.
-        found[evidence.case] = Blamed(items=tuple(left), excluded=excluded) if left else blamed
-    return found
+        # If no item remains, no known mistake describes this failure, so that none can exclude an item either.
+        remaining[evidence.case] = Blamed(items=tuple(left), excluded=excluded) if left else blamed
+    return remaining
 
 
 def _by_name(entry: tuple[Evidence, frozenset[Stage]]) -> tuple[int, str]:
@@ -115,7 +116,7 @@ def _by_name(entry: tuple[Evidence, frozenset[Stage]]) -> tuple[int, str]:
 
 
 def stages_that_show(evidence: Evidence, mistake: type[Mistake]) -> frozenset[Stage]:
-    """Return the stages at which a mistake changes more of a case's pixels than rounding may."""
+    """Return the stages where a mistake changes more than 2 % of a case's sample of pixels, beyond rounding."""
     right, wrong = evidence.sampled(RIGHT), evidence.sampled(mistake())
     return frozenset(
         stage
@@ -125,7 +126,7 @@ def stages_that_show(evidence: Evidence, mistake: type[Mistake]) -> frozenset[St
 
 
 def put(record: CaseRecord, blamed: Blamed) -> None:
-    """Write what may be to blame into a case's record: its `item` is one only if nothing else is left."""
+    """Write the items that a case may break into its record; `item` is set only if a single item remains."""
     record["blamed_items"] = list(blamed.items)
     record["excluded"] = dict(blamed.excluded)
     record["item"] = blamed.items[0] if len(blamed.items) == 1 else None

@@ -1,4 +1,4 @@
-"""`diagnose`: a results folder's failures become causes in sentences, with evidence and what is left."""
+"""`diagnose`: find the causes of a run's failures, as sentences with their evidence and the remaining items."""
 
 from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
@@ -24,61 +24,70 @@ from rayproof.reports.results.outcomes import TITLES, Outcome
 from rayproof.reports.results.records import AlternativeRecord, CauseRecord, RunRecord
 
 FAILURE = "failing case"
-FEW = 4  # items that are told by name
-CHANGING = "changes_from_call_to_call"  # no mistake: its pixels cannot be foretold
-LARGEST = 2000  # faces: a larger mesh is asked too slowly
-MOST_OTHERS = 40  # cases beyond the run that are asked whether they tell two mistakes apart
-APART = 0.05  # of a sample of pixels: mistakes that differ in more are told apart
+FEW = 4  # items that a sentence lists by name; more are only counted
+CHANGING = "changes_from_call_to_call"  # not a mistake of the registry, since its pixels cannot be predicted
+LARGEST = 2000  # faces; rendering a larger mesh with each mistake is too slow
+MOST_OTHERS = 40  # cases outside the run that are searched for a difference between two mistakes
+APART = 0.05  # share of a sample of pixels; a case distinguishes mistakes that differ in more
 
 
 def faces(scene: Scene) -> int:
-    """Return how many triangles a scene's meshes have."""
+    """Return the number of triangles in a scene's meshes."""
     return sum(len(shape.faces) for shape in scene.shapes if isinstance(shape, Mesh))
 
 
 def causes_of(cases: Sequence[Evidence]) -> tuple[list[Finding], Searched]:
-    """Return what is found out about images, and the mistakes that explain the failing cases of a run."""
+    """Return the findings about images as a whole, and the mistakes that explain the failing cases of a run."""
     failing = spread([case for case in cases if case.failed and case.stages])
     passing = [case for case in cases if not case.failed and case.stages]
-    found: list[Finding] = []
+    findings: list[Finding] = []
     if not failing:
-        return found, Searched()
+        return findings, Searched()
     if (finding := blank([*failing, *passing], failing)) is not None:
         return [finding], Searched(left=[case for case in failing if case not in finding.cases], tried=1)
     if (finding := swapped([*failing, *passing], failing)) is not None:
-        found.append(finding)
+        findings.append(finding)
         failing = [case for case in failing if case not in finding.cases]
     coded = [MISTAKES[name] for name in MISTAKES if issubclass(MISTAKES[name], Coded)]
-    stored = any(all(case.explains(way) for case in failing[:2]) for one in coded for way in (one, *one.variants))
+    stored = any(
+        all(case.explains(variant) for case in failing[:2])
+        for mistake in coded
+        for variant in (mistake, *mistake.variants)
+    )
     if not stored and (finding := coarse([*failing, *passing], failing)) is not None:
         if finding.cases:
-            found.append(finding)
+            findings.append(finding)
         failing = [case for case in failing if case not in finding.cases]
     searched = search(failing, passing, not_drawn(failing))
     for last in (one_light, acne, noise):
         if searched.left and (finding := last(searched.left)) is not None:
-            found.append(finding)
+            findings.append(finding)
             searched.left = [case for case in searched.left if case not in finding.cases]
             if searched.left:
                 again = search(searched.left, passing)
                 searched.causes, searched.left = [*searched.causes, *again.causes], again.left
-    return found, searched
+    return findings, searched
 
 
 def entries(
-    found: Sequence[Finding], searched: Searched, *, of: int, others: Sequence[Evidence] = (), failures: str = FAILURE
+    findings: Sequence[Finding],
+    searched: Searched,
+    *,
+    of: int,
+    others: Sequence[Evidence] = (),
+    failures: str = FAILURE,
 ) -> list[CauseRecord]:
-    """Return one entry for each cause; where nothing fits, one that says so. `of` cases failed.
+    """Return a record for each cause; without any cause, a single record with this result. `of` cases failed.
 
-    `others` are cases beyond the run, that may tell apart what the run does not; `failures` is what sentences call one
-    of the failing cases.
+    `others` are cases outside the run, which may distinguish mistakes that the run's cases do not. `failures` is the
+    noun for a failing case in sentences.
     """
-    records = [_of_finding(finding, of=of, tried=searched.tried) for finding in found]
+    records = [_of_finding(finding, of=of, tried=searched.tried) for finding in findings]
     for cause in searched.causes:
         records += _of_cause(cause, of=of, tried=searched.tried, others=others)
     if not records and searched.tried:
-        said = f"None of {searched.tried} known mistakes explains the {several(of, failures)}."
-        records.append(_record(None, (), said, (), of=of, tried=searched.tried))
+        sentence = f"None of {searched.tried} known mistakes explains the {several(of, failures)}."
+        records.append(_record(None, (), sentence, (), of=of, tried=searched.tried))
     for record in records:
         if record["mistake"] is not None:
             record["sentence"] = record["sentence"].replace(several(of, FAILURE), several(of, failures), 1)
@@ -86,9 +95,9 @@ def entries(
 
 
 def _of_finding(finding: Finding, *, of: int, tried: int) -> CauseRecord:
-    said = _sentence(finding.sentence, finding.items, len(finding.cases), of)
+    sentence = _sentence(finding.sentence, finding.items, len(finding.cases), of)
     names = [case.case for case in finding.cases]
-    return _record(finding.name, finding.items, f"{said}.", names, of=of, tried=tried)
+    return _record(finding.name, finding.items, f"{sentence}.", names, of=of, tried=tried)
 
 
 def _of_cause(cause: Cause, *, of: int, tried: int, others: Sequence[Evidence]) -> list[CauseRecord]:
@@ -96,25 +105,28 @@ def _of_cause(cause: Cause, *, of: int, tried: int, others: Sequence[Evidence]) 
     names, records = [case.case for case in cause.cases], []
     alternatives: list[AlternativeRecord] = [
         {
-            "mistake": other.name,
-            "sentence": other.sentence,
-            "items": list(other.items),
-            "parameters": {**other.parameters},
+            "mistake": mistake.name,
+            "sentence": mistake.sentence,
+            "items": list(mistake.items),
+            "parameters": {**mistake.parameters},
         }
-        for other in cause.alternatives
+        for mistake in cause.alternatives
     ]
-    apart = next((case.case for case in others for one in cause.alternatives if _apart(case, cause.mistake, one)), None)
+    apart = next(
+        (case.case for case in others for entry in cause.alternatives if _apart(case, cause.mistake, entry)),
+        None,
+    )
     for part in parts:
-        said = _sentence(part.sentence, part.items, len(names), of)
-        beside = [other for other in parts if other is not part]
-        if beside:
-            said += f", together with: it {' and '.join(other.sentence for other in beside)}"
+        text = _sentence(part.sentence, part.items, len(names), of)
+        partners = [mistake for mistake in parts if mistake is not part]
+        if partners:
+            text += f", together with: it {' and '.join(mistake.sentence for mistake in partners)}"
         if alternatives:
-            said += f". The same pixels come of one that {', or '.join(one['sentence'] for one in alternatives)}"
-            said += f"; {apart} would tell" if apart else "; no case that was asked tells them apart"
-        record = _record(part.name, part.items, f"{said}.", names, of=of, tried=tried)
+            text += f". The same pixels come of one that {', or '.join(entry['sentence'] for entry in alternatives)}"
+            text += f"; {apart} would tell" if apart else "; no case that was asked tells them apart"
+        record = _record(part.name, part.items, f"{text}.", names, of=of, tried=tried)
         fitted = len(cause.fitted)
-        record["with"], record["alternatives"] = [other.name for other in beside], alternatives
+        record["with"], record["alternatives"] = [mistake.name for mistake in partners], alternatives
         record["told_apart_by"], record["parameters"] = apart, {**part.parameters}
         record["predicted"] = {"cases": len(names) - fitted, "of": of - fitted}
         records.append(record)
@@ -144,58 +156,58 @@ def _record(
     }
 
 
-def _apart(case: Evidence, one: type[Mistake], other: type[Mistake]) -> bool:
-    return bool(case.off_each_other(one(), other()).mean() > APART)
+def _apart(case: Evidence, first: type[Mistake], second: type[Mistake]) -> bool:
+    return bool(case.off_each_other(first(), second()).mean() > APART)
 
 
 def of_images_that_change(repeated: RepeatedRecord, case: str, failing: Sequence[str], *, of: int) -> CauseRecord:
-    """Return the finding of a renderer whose images differ from call to call by more than right ones may."""
+    """Return the record of a renderer whose images differ from call to call by more than the limits."""
     item = "IMG-1"
-    said = (
+    sentence = (
         f"The renderer writes another image each time it is asked [{item} {TITLES[item]}]: in {case} two differ in "
         f"{repeated['differing']} pixels of {repeated['stage']}, beyond the limits. Its first images are diagnosed."
     )
-    return _record(CHANGING, (item,), said, failing, of=of, tried=0)
+    return _record(CHANGING, (item,), sentence, failing, of=of, tried=0)
 
 
 def what_is_left(cases: Sequence[CaseRecord]) -> str:
-    """Return in a sentence which items the cases that nothing explains leave, and which are excluded in all of them."""
-    told = [case for case in cases if case.get("blamed_items")]
-    if not told:
+    """Return a sentence on the remaining items of unexplained cases, and on the items that are excluded in all."""
+    with_items = [case for case in cases if case.get("blamed_items")]
+    if not with_items:
         return ""
-    left = [item for item in TITLES if any(item in case["blamed_items"] for case in told)]
+    left = [item for item in TITLES if any(item in case["blamed_items"] for case in with_items)]
     out = {
-        item: next(check for case in told if (check := case["excluded"].get(item)) is not None)
+        item: next(check for case in with_items if (check := case["excluded"].get(item)) is not None)
         for item in TITLES
-        if item not in left and any(item in case["excluded"] for case in told)
+        if item not in left and any(item in case["excluded"] for case in with_items)
     }
     named = " or ".join(f"{item} {TITLES[item]}" for item in left)
-    said = f"To blame is {named}." if len(left) <= FEW else f"{len(left)} items may be to blame."
+    sentence = f"To blame is {named}." if len(left) <= FEW else f"{len(left)} items may be to blame."
     if out:
-        said += f" Excluded: {', '.join(f'{item} (by {check})' for item, check in out.items())}."
-    return said
+        sentence += f" Excluded: {', '.join(f'{item} (by {check})' for item, check in out.items())}."
+    return sentence
 
 
 def diagnose(folder: Path, results: RunRecord, *, accepted: Collection[str] = ()) -> list[CauseRecord]:
-    """Return the causes of a run's failures as `diagnosis` of results.json; none where nothing failed by its pixels.
+    """Return the causes of a run's failures, the `diagnosis` of results.json; none if no case failed by its pixels.
 
-    What is blamed in the cases is narrowed to what a cause or the known mistakes leave of it. Causes of `accepted`
-    failures are sought by themselves, and come last.
+    Also narrow the blamed items of the cases' records to those of a cause, or to those that the known mistakes do not
+    exclude. Causes of `accepted` failures are searched separately, and come last.
     """
     renderer, configuration = _worst(results)
     if renderer is None:
         return []
     evidence = {
-        str(case["name"]): one
+        str(case["name"]): case_evidence
         for case in results["cases"]
-        if (one := _evidence(folder, case, renderer, configuration, results)) is not None
+        if (case_evidence := _evidence(folder, case, renderer, configuration, results)) is not None
     }
     causes: list[CauseRecord] = []
-    for known in (False, True):
-        failing = [case for case in evidence.values() if case.failed and (case.case in accepted) is known]
+    for is_accepted in (False, True):
+        failing = [case for case in evidence.values() if case.failed and (case.case in accepted) is is_accepted]
         if failing:
             passing = [case for case in evidence.values() if not case.failed]
-            causes += _records([*failing, *passing], results, configuration, known=known, accepted=accepted)
+            causes += _records([*failing, *passing], results, configuration, known=is_accepted, accepted=accepted)
     changing = _changing(results, configuration)
     if changing is not None:
         names = [case.case for case in evidence.values() if case.failed]
@@ -208,7 +220,7 @@ def diagnose(folder: Path, results: RunRecord, *, accepted: Collection[str] = ()
 def _records(
     cases: Sequence[Evidence], results: RunRecord, configuration: str, *, known: bool, accepted: Collection[str]
 ) -> list[CauseRecord]:
-    found, searched = causes_of(cases)
+    findings, searched = causes_of(cases)
     failed = sum(
         _verdict(case, configuration) == Outcome.FAIL.value and (str(case["name"]) in accepted) is known
         for case in results["cases"]
@@ -216,51 +228,55 @@ def _records(
     others: Sequence[Evidence] = ()
     if any(cause.alternatives for cause in searched.causes):
         others = _others({str(case["name"]) for case in results["cases"]}, cases[0].stages)
-    return entries(found, searched, of=failed, others=others, failures="accepted failure" if known else FAILURE)
+    return entries(findings, searched, of=failed, others=others, failures="accepted failure" if known else FAILURE)
 
 
 def _changing(results: RunRecord, configuration: str) -> tuple[RepeatedRecord, str] | None:
-    """Return what came of asking a renderer twice, and of which case, if that differs beyond the limits; else None."""
+    """Return the record of a repeated render that differs beyond the limits, and its case's name; None without any."""
     for case in results["cases"]:
-        for one in case.get("repeated", []):
-            if one["configuration"] == configuration and one["verdict"] == Outcome.FAIL and at_worst(one["beyond"]) > 1:
-                return one, str(case["name"])
+        for repeated in case.get("repeated", []):
+            if (
+                repeated["configuration"] == configuration
+                and repeated["verdict"] == Outcome.FAIL
+                and at_worst(repeated["beyond"]) > 1
+            ):
+                return repeated, str(case["name"])
     return None
 
 
 def narrow(
     results: RunRecord, evidence: Mapping[str, Evidence], configuration: str, causes: Sequence[CauseRecord]
 ) -> None:
-    """Write into the failing cases' records which items are left to blame; of what nothing explains, say it too."""
+    """Write the remaining items into the failing cases' records, and add them to the sentence on unexplained cases."""
     named: dict[str, list[str]] = {}
     for cause in causes:
         for case in cause["cases"]:
-            told = [cause["items"], *(other["items"] for other in cause["alternatives"])]
-            named.setdefault(case, []).extend(item for items in told for item in items)
+            lists = [cause["items"], *(alternative["items"] for alternative in cause["alternatives"])]
+            named.setdefault(case, []).extend(item for items in lists for item in items)
     open_cases = []
     for case in results["cases"]:
-        known = evidence.get(str(case["name"]))
-        if "blamed_items" not in case or known is None or guilty(case) != configuration:
+        case_evidence = evidence.get(str(case["name"]))
+        if "blamed_items" not in case or case_evidence is None or guilty(case) != configuration:
             continue
         if case["name"] in named:
             put(case, Blamed(items=tuple(item for item in BLAMABLE if item in named[case["name"]])))
         else:
-            open_cases.append((case, known, Blamed(items=tuple(case["blamed_items"]))))
+            open_cases.append((case, case_evidence, Blamed(items=tuple(case["blamed_items"]))))
     passed = [
-        (case, known)
+        (case, case_evidence)
         for case in results["cases"]
-        if (known := evidence.get(str(case["name"]))) is not None and not known.failed
+        if (case_evidence := evidence.get(str(case["name"]))) is not None and not case_evidence.failed
     ]
-    found = narrowed(open_cases, passed, configuration)
+    remaining = narrowed(open_cases, passed, configuration)
     for case, _, _ in open_cases:
-        put(case, found[case["name"]])
+        put(case, remaining[case["name"]])
     for cause in causes:
         if cause["mistake"] is None:
             cause["sentence"] = f"{cause['sentence']} {what_is_left([case for case, _, _ in open_cases])}".rstrip()
 
 
 def _worst(results: RunRecord) -> tuple[str | None, str]:
-    """Return the renderer under test whose checks fail most, as its images and as its checks name it."""
+    """Return the renderer under test with the most failed checks: its name among the images, and its configuration."""
     count: dict[str, int] = {}
     for case in results["cases"]:
         for check in case.get("checks", []):
@@ -277,7 +293,7 @@ def _worst(results: RunRecord) -> tuple[str | None, str]:
 
 
 def _verdict(case: CaseRecord, configuration: str) -> str | None:
-    """Return whether a renderer fails in a case or passes; None where neither is known."""
+    """Return whether a configuration fails or passes in a case; None if neither is certain."""
     verdicts = {check.outcome for check in case.get("checks", []) if check.configuration == configuration}
     if Outcome.FAIL.value in verdicts:
         return Outcome.FAIL.value
@@ -299,8 +315,8 @@ def _evidence(folder: Path, case: CaseRecord, renderer: str, configuration: str,
         return None
 
     def images() -> dict[Stage, np.ndarray]:
-        found, _ = kept_images(folder, case, only=[renderer])
-        return {stage: image for stage, image in found.get(renderer, {}).items() if stage in IMAGE_STAGES}
+        kept, _ = kept_images(folder, case, only=[renderer])
+        return {stage: image for stage, image in kept.get(renderer, {}).items() if stage in IMAGE_STAGES}
 
     return Evidence(
         case=str(case["name"]),
@@ -313,8 +329,8 @@ def _evidence(folder: Path, case: CaseRecord, renderer: str, configuration: str,
 
 
 def _others(run: set[str], stages: Sequence[Stage]) -> list[Evidence]:
-    """Return cases of the suite beyond a run, as if they had been answered rightly in these stages."""
-    found = [
+    """Return cases of the suite outside a run, with the right images of these stages in place of a renderer's."""
+    cases = [
         Evidence(
             case=case.name,
             scene=case.scene,
@@ -324,4 +340,4 @@ def _others(run: set[str], stages: Sequence[Stage]) -> list[Evidence]:
         for case in all_cases()
         if case.name not in run and case.samples == 1 and faces(case.scene) <= LARGEST and case.scene.lights
     ]
-    return spread(found)[:MOST_OTHERS]
+    return spread(cases)[:MOST_OTHERS]

@@ -1,4 +1,4 @@
-"""docs/mistakes.md made of the declarations: each mistake, the right formula, a picture."""
+"""Generates docs/mistakes.md from the declarations: each mistake with the right formula and a picture."""
 
 import io
 import re
@@ -19,17 +19,17 @@ from rayproof.reports.mistakes import FAMILIES, MISTAKES, Family, Mistake
 from rayproof.reports.results.outcomes import TITLES
 
 SPECIFICATION = ROOT / "docs" / "specification.md"
-# Scenes that between them show most mistakes, the richest first.
+# Scenes in which, together, most mistakes are visible, the richest first.
 SHOWN_BY = (
     "random_scenes/seed_1", "random_scenes/seed_2", "several_lights/simplified", "normals/turned_to_the_viewer",
     "sidedness/square_lit_from_behind", "shadows/behind_the_light", "inside/sphere_in_cube", "inside/one_sided_sphere",
     "clipping/sphere_depth", "clipping/sphere_shell", "transforms/triangle_mirrored", "cameras/banked",
 )  # fmt: skip
-STAGES = (Stage.RADIANCE, Stage.NORMAL, Stage.DISTANCE)  # what is drawn: the first of these in which it shows
-ENOUGH = 0.02  # of the pixels: so many show a mistake
-LEAST = 30  # pixels: fewer show nothing to a reader
-GAP, LARGER = 8, 2  # px between the two pictures, and how many times as large they are drawn
-BRIGHT = 99.0  # percentile of the right values that is drawn white
+STAGES = (Stage.RADIANCE, Stage.NORMAL, Stage.DISTANCE)  # the first of these where the mistake is visible is drawn
+ENOUGH = 0.02  # share of the pixels that differ; the search for a better scene ends with it
+LEAST = 30  # pixels that differ; a reader would not see fewer
+GAP, LARGER = 8, 2  # px between the two pictures; factor of their enlargement
+BRIGHT = 99.0  # percentile of the right values that is drawn as white
 HEAD = """# Known mistakes
 
 These are the mistakes of ray tracers that rayproof can recognise, each below the right formula.
@@ -41,10 +41,10 @@ renderer with the mistake on the right. `x` is an estimated number.
 
 
 def page(pictures: dict[str, str] | None = None) -> str:
-    """Return the page; `pictures` are the files that show a mistake, by its name.
+    """Return the text of the page; `pictures` maps the name of a mistake to the file of its picture.
 
     Raises:
-        OSError: the specification is not there, as outside of a checkout.
+        OSError: the specification does not exist, as outside of a checkout.
 
     """
     right = formulas(SPECIFICATION.read_text(encoding="utf-8"))
@@ -58,13 +58,13 @@ def page(pictures: dict[str, str] | None = None) -> str:
 
 
 def listed() -> dict[str, type[Mistake]]:
-    """Return every known mistake by its name, those with numbers included."""
-    found = {name: MISTAKES[name] for name in MISTAKES} | {name: FAMILIES[name] for name in FAMILIES}
-    return dict(sorted(found.items()))
+    """Return every known mistake by its name, including families with parameters."""
+    mistakes = {name: MISTAKES[name] for name in MISTAKES} | {name: FAMILIES[name] for name in FAMILIES}
+    return dict(sorted(mistakes.items()))
 
 
 def in_words(mistake: type[Mistake]) -> str:
-    """Return what a renderer with a mistake does; `x` and `y` stand for estimated numbers."""
+    """Return the verb phrase of a mistake, with `x` and `y` for estimated numbers."""
     return mistake.sentence.format("x", "y")
 
 
@@ -75,15 +75,15 @@ def _entry(name: str, mistake: type[Mistake], pictures: dict[str, str]) -> str:
 
 
 def formulas(specification: str) -> dict[str, str]:
-    """Return each item's right formula, from the specification's text."""
-    found = re.findall(
+    """Return the right formula of each item, from the specification's text."""
+    matches = re.findall(
         r"^\*\*((?:CAM|XF|HIT|NRM|LIT|RAD|IMG)-\d)(?:, [^*]*)?\*\*(.*?)(?=\n\n|\n\*\*|\Z)", specification, re.M | re.S
     )
-    return {item: "Right: " + " ".join(text.split()) for item, text in found}
+    return {item: "Right: " + " ".join(text.split()) for item, text in matches}
 
 
 def pictures() -> Iterator[tuple[str, bytes | None]]:
-    """Yield each mistake with its picture, as PNG; None where no scene shows it to a reader."""
+    """Yield the name of each mistake and its picture as PNG; None if it is not visible in any scene."""
     scenes = {case.name: case.scene for case in select(SHOWN_BY)}
     right = [(scenes[name], Analytic().render(scenes[name], _asked(scenes[name]))) for name in SHOWN_BY]
     for name, mistake in listed().items():
@@ -95,7 +95,10 @@ def _asked(scene: Scene) -> list[Stage]:
 
 
 def picture(mistake: type[Mistake], right: list[tuple[Scene, StageImages]]) -> bytes | None:
-    """Return the right answer and the mistake's side by side, in the first scene that shows it well; None without."""
+    """Return a PNG of the right and the wrong image side by side, of the first scene with enough difference, or None.
+
+    If no scene has `ENOUGH` different pixels, take the scene with the most, at least `LEAST`.
+    """
     best: tuple[int, Scene, np.ndarray, np.ndarray, Stage] | None = None
     for scene, answers in right:
         with np.errstate(all="ignore"):
@@ -111,7 +114,7 @@ def picture(mistake: type[Mistake], right: list[tuple[Scene, StageImages]]) -> b
 
 
 def example(mistake: type[Mistake]) -> type[Mistake]:
-    """Return a mistake with numbers that show it, of one that has them."""
+    """Return the mistake; for a family, the mistake with its last starting values."""
     return mistake.of([values[-1] for values in mistake.starts]) if issubclass(mistake, Family) else mistake
 
 
@@ -136,7 +139,7 @@ def _side_by_side(scene: Scene, right: np.ndarray, wrong: np.ndarray, stage: Sta
 
 
 def write(folder: Path) -> int:
-    """Write the page with its pictures into a folder and return how many there are."""
+    """Write the page with its pictures to a folder, and return the number of pictures."""
     folder.mkdir(parents=True, exist_ok=True)
     written = {}
     for name, image in pictures():

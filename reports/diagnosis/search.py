@@ -1,9 +1,9 @@
-"""`search`: the smallest set of known mistakes that explains failing cases, and what was tried.
+"""`search`: find the smallest set of known mistakes that explains failing cases.
 
-Each round screens every mistake on three of the cases that are left, puts what survives to all of them and to the
-passing cases in which it would show, and takes the mistake that explains most. Where none does, mistakes with numbers
-are fitted, then two are composed. A mistake that is contradicted for one kind of shape alone is named for the others.
-The search ends by what is left to try, never by a clock.
+Each round screens every mistake on three of the unexplained cases, compares the remaining mistakes with all unexplained
+cases and with the passing cases, and takes the mistake that explains most cases. If there is none, the parameters of
+families of mistakes are fitted, then mistakes are limited to some kinds of shapes, then two mistakes are combined.
+The search ends when all of this was tried; it has no time limit.
 """
 
 from collections.abc import Callable, Iterator, Sequence
@@ -17,19 +17,19 @@ from rayproof.reports.diagnosis.evidence import COARSE_LIGHT, OFF_OF_ALL, OFF_OF
 from rayproof.reports.judge.nearby.clouds import LIGHT
 from rayproof.reports.mistakes import FAMILIES, MISTAKES, Family, Mistake, for_kinds, lights_only, together
 
-SCREENING = 3  # failing cases that every mistake meets
-LEAST_TELLING = 16  # wrong pixels that a cause explains, of all cases together whose images are not blank
+SCREENING = 3  # failing cases with which every mistake is compared
+LEAST_TELLING = 16  # wrong pixels that a cause must explain, in all cases whose images are not blank
 MOST_CAUSES = 4
-MOST_PASSING = 60  # passing cases that are asked whether they contradict a mistake
-CONTRADICTED = 2  # passing cases, of which the first might be an accident of a sample
-MOST_FIRST = 12  # mistakes of geometry that are composed with every mistake of light
-MOST_FITTED = 2  # of these, that are composed with mistakes that have numbers; and cases to which numbers are fitted
-AMONG = 12  # cases, of which those of most wrong pixels are the two
-MOST_COMPOSED = 24  # compositions whose first pixels agree, and that are judged
+MOST_PASSING = 60  # passing cases that may contradict a mistake
+CONTRADICTED = 2  # passing cases that contradict a mistake; a single one might be an accident of its sample
+MOST_FIRST = 12  # mistakes of geometry that are combined with every mistake of light
+MOST_FITTED = 2  # mistakes of geometry that are combined with families; also cases to which parameters are fitted
+AMONG = 12  # unexplained cases from which the cases for a fit are chosen, by their number of wrong pixels
+MOST_COMPOSED = 24  # combinations that agree with a sample and are judged
 NEWTON = 8  # steps of a fit
-SLOW = 0.8  # of a score that remains after a later step: near a solution a step leaves far less
-FINER = 13  # numbers that are tried between two, where pixels jump
-TRIMMED = 0.7  # of the pixels, those of the smallest residuals, are fitted
+SLOW = 0.8  # a fit ends if a later step leaves more than this share of the score; near a solution it leaves far less
+FINER = 13  # values that are tried between two values if pixels jump
+TRIMMED = 0.7  # share of the pixels that are fitted, those with the smallest residuals
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -38,17 +38,17 @@ class Cause:
 
     mistake: type[Mistake]
     cases: tuple[Evidence, ...]
-    alternatives: tuple[type[Mistake], ...] = ()  # that explain the same cases
-    fitted: frozenset[str] = frozenset()  # cases from which its numbers come
+    alternatives: tuple[type[Mistake], ...] = ()  # mistakes that explain the same cases
+    fitted: frozenset[str] = frozenset()  # cases to which its parameters were fitted
 
 
 @dataclass(kw_only=True)
 class Searched:
-    """What came of a search."""
+    """The result of a search."""
 
     causes: list[Cause] = field(default_factory=list)
-    left: list[Evidence] = field(default_factory=list)  # failing cases that none explains
-    tried: int = 0  # mistakes
+    left: list[Evidence] = field(default_factory=list)  # unexplained failing cases
+    tried: int = 0  # number of mistakes
 
 
 def ways(mistake: type[Mistake]) -> Iterator[type[Mistake]]:
@@ -58,12 +58,12 @@ def ways(mistake: type[Mistake]) -> Iterator[type[Mistake]]:
 
 
 def everyone() -> list[type[Mistake]]:
-    """Return every mistake of the catalogue that has no number, and its variants."""
+    """Return every mistake without parameters, and its variants."""
     return [way for name in MISTAKES for way in ways(MISTAKES[name])]
 
 
 def spread(cases: Sequence[Evidence]) -> list[Evidence]:
-    """Return cases so that another family comes next, and of each the ones of little work first."""
+    """Return the cases with families in turn, and those with the least work first within each family."""
     turns: dict[str, int] = {}
     keyed = []
     for case in sorted(cases, key=lambda case: (case.work, case.case)):
@@ -74,33 +74,33 @@ def spread(cases: Sequence[Evidence]) -> list[Evidence]:
 
 
 def search(failing: Sequence[Evidence], passing: Sequence[Evidence], extra: Sequence[type[Mistake]] = ()) -> Searched:
-    """Return the causes of failing cases; `extra` are mistakes that the images themselves suggest."""
-    found = Searched(left=spread([case for case in failing if case.stages]))
-    judge = _Judge(failing=tuple(found.left), passing=tuple(spread(passing)[:MOST_PASSING]))
-    several = any(len(case.stages) > 1 for case in found.left)
+    """Return the causes of failing cases; `extra` are further mistakes that the images suggest."""
+    searched = Searched(left=spread([case for case in failing if case.stages]))
+    judge = _Judge(failing=tuple(searched.left), passing=tuple(spread(passing)[:MOST_PASSING]))
+    several = any(len(case.stages) > 1 for case in searched.left)
     catalogue = [mistake for mistake in (*extra, *everyone()) if several or not mistake.of_several_stages]
-    found.tried = len(MISTAKES) + len(FAMILIES) + len(extra)
-    while found.left and len(found.causes) < MOST_CAUSES:
-        cause = _next(judge, found.left, catalogue, found.causes)
+    searched.tried = len(MISTAKES) + len(FAMILIES) + len(extra)
+    while searched.left and len(searched.causes) < MOST_CAUSES:
+        cause = _next(judge, searched.left, catalogue, searched.causes)
         if cause is None:
             break
-        found.causes.append(cause)
+        searched.causes.append(cause)
         explained = {case.case for case in cause.cases}
-        found.left = [case for case in found.left if case.case not in explained]
-    return found
+        searched.left = [case for case in searched.left if case.case not in explained]
+    return searched
 
 
 def _next(
-    judge: "_Judge", left: Sequence[Evidence], catalogue: Sequence[type[Mistake]], known: Sequence[Cause]
+    judge: "_Judge", left: Sequence[Evidence], catalogue: Sequence[type[Mistake]], causes: Sequence[Cause]
 ) -> Cause | None:
-    """Return the cause that explains most of the cases that are left; None where there is none."""
+    """Return the cause that explains the most of the unexplained cases, or None."""
     screen = left[:SCREENING]
     singles = [mistake for mistake in catalogue if any(case.explains(mistake) for case in screen)]
     made: tuple[Callable[[], list[type[Mistake]]], ...] = (
         lambda: singles,
         lambda: fits(sorted(left[:AMONG], key=lambda case: -np.count_nonzero(case.wrong))[:MOST_FITTED]),
         lambda: for_some_kinds(screen, catalogue),
-        lambda: composed(screen, catalogue, [cause.mistake for cause in known]),
+        lambda: composed(screen, catalogue, [cause.mistake for cause in causes]),
     )
     for make in made:
         cause = judge.best(make(), left)
@@ -111,14 +111,14 @@ def _next(
 
 @dataclass(kw_only=True)
 class _Judge:
-    """All cases of a run, by which mistakes are weighed."""
+    """The cases of a run, with which mistakes are compared."""
 
     failing: tuple[Evidence, ...]
     passing: tuple[Evidence, ...]
     refuted: dict[type[Mistake], bool] = field(default_factory=dict)
 
     def best(self, mistakes: Sequence[type[Mistake]], left: Sequence[Evidence]) -> Cause | None:
-        """Return the cause that explains most of the cases that are left, with those that explain the same."""
+        """Return the cause that explains the most of the unexplained cases, with its alternatives, or None."""
         explained: dict[type[Mistake], tuple[Evidence, ...]] = {}
         for mistake in mistakes:
             if self.shows_where_all_is_right(mistake):
@@ -127,60 +127,63 @@ class _Judge:
             telling = sum(int(np.count_nonzero(case.wrong)) for case in cases if not case.blank)
             if telling >= LEAST_TELLING:
                 explained[mistake] = cases
-        order = sorted(explained, key=lambda one: (-len(explained[one]), len(one.parts), len(one.parameters)))
+        order = sorted(
+            explained,
+            key=lambda candidate: (-len(explained[candidate]), len(candidate.parts), len(candidate.parameters)),
+        )
         for mistake in order:
             if self.contradicted(mistake, explained[mistake], left):
                 continue
             same = [
-                other
-                for other in order
-                if other is not mistake
-                and len(explained[other]) == len(explained[mistake])
-                and (other.name, other.sentence) != (mistake.name, mistake.sentence)
-                and not self.contradicted(other, explained[other], left)
+                candidate
+                for candidate in order
+                if candidate is not mistake
+                and len(explained[candidate]) == len(explained[mistake])
+                and (candidate.name, candidate.sentence) != (mistake.name, mistake.sentence)
+                and not self.contradicted(candidate, explained[candidate], left)
             ]
-            plain = [other for other in same if len(other.parts) <= len(mistake.parts)]
-            plain = [other for other in plain if not other.parameters or mistake.parameters]
-            unique = {(other.name, other.sentence): other for other in plain}
+            plain = [candidate for candidate in same if len(candidate.parts) <= len(mistake.parts)]
+            plain = [candidate for candidate in plain if not candidate.parameters or mistake.parameters]
+            unique = {(candidate.name, candidate.sentence): candidate for candidate in plain}
             fitted = frozenset(filter(None, (mistake.fitted_to,)))
             cases, others = explained[mistake], tuple(unique.values())
             return Cause(mistake=mistake, cases=cases, alternatives=others, fitted=fitted)
         return None
 
     def shows_where_all_is_right(self, mistake: type[Mistake]) -> bool:
-        """Return whether a mistake would show in passing cases."""
+        """Return whether a mistake would be visible in passing cases."""
         if mistake not in self.refuted:
             shown = islice((case for case in self.passing if case.shows(mistake)), CONTRADICTED)
             self.refuted[mistake] = len([*shown]) >= min(CONTRADICTED, max(1, len(self.passing)))
         return self.refuted[mistake]
 
     def contradicted(self, mistake: type[Mistake], cases: Sequence[Evidence], left: Sequence[Evidence]) -> bool:
-        """Return whether a mistake would show in more failing cases than it explains."""
+        """Return whether a mistake would be visible in more of the other failing cases than it explains."""
         explained = {case.case for case in cases}
         rest = [case for case in left if case.case not in explained]
-        # What fails with another mistake's marks does not speak against this one; what fails otherwise does.
+        # A case that fails by another mistake does not contradict this one, unless this one would be visible there.
         against = sum(case.shows(mistake) for case in rest[: 2 * len(explained) + 8])
         return against > len(explained)
 
 
-# Mistakes with numbers.
+# Families of mistakes.
 
 
 def fits(cases: Sequence[Evidence], onto: type[Mistake] | None = None) -> list[type[Mistake]]:
-    """Return mistakes with numbers that explain one of some cases, by which the numbers are fitted.
+    """Return mistakes of families that each explain a case, to which their parameters are fitted.
 
-    Put `onto` another mistake, those of light alone.
+    They are combined with the mistake `onto`, if it is given; then only families of light are fitted.
     """
-    found: list[type[Mistake]] = []
+    explaining: list[type[Mistake]] = []
     for family in (FAMILIES[name] for name in FAMILIES):
         for case in cases if onto is None or lights_only(family) else ():
             numbers = _fitted(case, family, onto)
             made = None if numbers is None else _made(family.of(numbers), onto)
             if made is not None and case.explains(made):
                 made.fitted_to = case.case
-                found.append(made)
+                explaining.append(made)
                 break
-    return found
+    return explaining
 
 
 def _made(mistake: type[Mistake], onto: type[Mistake] | None) -> type[Mistake]:
@@ -188,7 +191,7 @@ def _made(mistake: type[Mistake], onto: type[Mistake] | None) -> type[Mistake]:
 
 
 def _fitted(case: Evidence, family: type[Family], onto: type[Mistake] | None) -> tuple[float, ...] | None:
-    """Return the numbers of a family that come nearest to a case's images, from the best starts."""
+    """Return the parameters of a family that fit a case's images best, from the two best starts; None without a fit."""
 
     def residuals(numbers: np.ndarray) -> np.ndarray:
         return _residuals(case, _made(family.of(numbers.tolist()), onto)())
@@ -211,10 +214,10 @@ def _fitted(case: Evidence, family: type[Family], onto: type[Mistake] | None) ->
 
 
 def _between(residuals: Callable[[np.ndarray], np.ndarray], numbers: Sequence[float]) -> tuple[float, ...]:
-    """Return the number of a family whose pixels jump: the best of some, then of some between its neighbours."""
+    """Return the parameter of a family whose pixels jump: the best value, refined once between its neighbours."""
     for last in (False, True):
         apart = [_apart(residuals(np.array([number]))) for number in numbers]
-        # Of equally good ones the middle one is farthest from where a pixel jumps.
+        # The middle one of equally good values is farthest from a jump of a pixel.
         best = np.flatnonzero(np.isclose(apart, min(apart)))
         middle = float(numbers[int(best[len(best) // 2])])
         rounded = _rounded(middle, 0.05)
@@ -226,7 +229,7 @@ def _between(residuals: Callable[[np.ndarray], np.ndarray], numbers: Sequence[fl
 
 
 def _newton(residuals: Callable[[np.ndarray], np.ndarray], start: np.ndarray) -> tuple[np.ndarray, float]:
-    """Return the numbers that Gauss and Newton come to, and their score."""
+    """Return the parameters from the Gauss-Newton method, and their score."""
     numbers = start.astype(np.float64)
     now = residuals(numbers)
     score = _score(now)
@@ -260,114 +263,117 @@ def _newton(residuals: Callable[[np.ndarray], np.ndarray], start: np.ndarray) ->
 
 
 def _residuals(case: Evidence, oracle: Mistake) -> np.ndarray:
-    """Return how far an oracle's answers are from the images at the sample, relative, in stages that are wrong."""
+    """Return the relative differences between an oracle and the images at the sample, in the wrong stages."""
     values, right, parts = case.sampled(oracle), case.sampled(Mistake()), []
     wrong = [stage for stage in case.stages if case.off(right, (stage,)).any()]
     for stage in wrong or case.stages:
         if stage in (Stage.OBJECT, Stage.VISIBILITY):
             continue
-        own, theirs = case.own[stage], values[stage]
+        own, computed = case.own[stage], values[stage]
         with np.errstate(all="ignore"):
             size = np.linalg.norm(own, axis=1, keepdims=True)
-            parts.append(np.where(size > 0, (theirs - own) / size, np.where(theirs == 0, 0.0, 10.0)).ravel())
+            parts.append(np.where(size > 0, (computed - own) / size, np.where(computed == 0, 0.0, 10.0)).ravel())
     return np.clip(np.concatenate(parts), -10, 10) if parts else np.full(1, np.nan)
 
 
 def _score(residuals: np.ndarray) -> float:
-    """Return the mean of the smaller residuals; infinite where there are none."""
-    known = np.sort(np.abs(residuals[np.isfinite(residuals)]))
-    return float(known[: max(1, int(TRIMMED * len(known)))].mean()) if len(known) else np.inf
+    """Return the mean of the smallest 70 % of the residuals' magnitudes; inf if none is finite."""
+    sizes = np.sort(np.abs(residuals[np.isfinite(residuals)]))
+    return float(sizes[: max(1, int(TRIMMED * len(sizes)))].mean()) if len(sizes) else np.inf
 
 
 def _apart(residuals: np.ndarray) -> float:
-    """Return the mean of all residuals, each counted as 1 at most."""
+    """Return the mean magnitude of all residuals, each limited to 1."""
     return float(np.minimum(np.abs(np.nan_to_num(residuals, nan=1.0)), 1.0).mean())
 
 
 def _rounded(number: float, within: float) -> float:
-    """Return the number of the fewest digits so near to a number, relatively."""
+    """Return the number with the fewest digits whose relative difference from `number` is at most `within`."""
     near = (float(f"{number:.{digits}g}") for digits in range(1, 8))
-    return next((one for one in near if abs(one - number) <= within * abs(number)), number)
+    return next((candidate for candidate in near if abs(candidate - number) <= within * abs(number)), number)
 
 
 # For some kinds of shapes.
 
 
 def for_some_kinds(cases: Sequence[Evidence], catalogue: Sequence[type[Mistake]]) -> list[type[Mistake]]:
-    """Return mistakes, limited to the kinds of shapes for which cases show them, that explain one of them."""
+    """Return mistakes that explain a case if they are limited to the kinds of shapes whose pixels agree with them."""
     kinds = tuple(dict.fromkeys(kind for case in cases for kind in case.kinds))
-    found: list[type[Mistake]] = []
-    seen: set[tuple[object, ...]] = set()
+    explaining: list[type[Mistake]] = []
+    tried: set[tuple[object, ...]] = set()
     for case in cases:
         for mistake in catalogue:
             concerned = _concerned(case, mistake)
-            if not concerned or set(concerned) == set(kinds) or (mistake, *concerned) in seen:
+            if not concerned or set(concerned) == set(kinds) or (mistake, *concerned) in tried:
                 continue
-            seen.add((mistake, *concerned))
-            some = for_kinds(mistake, concerned)
-            if some is not None and case.explains(some):
-                found.append(some)
-    return found
+            tried.add((mistake, *concerned))
+            limited = for_kinds(mistake, concerned)
+            if limited is not None and case.explains(limited):
+                explaining.append(limited)
+    return explaining
 
 
 def _concerned(case: Evidence, mistake: type[Mistake]) -> tuple[type, ...]:
-    """Return the kinds of shapes on which most wrong pixels of a sample are as a mistake has them."""
+    """Return the kinds of shapes whose wrong pixels in a sample mostly agree with a mistake."""
     agree = ~case.off(case.sampled(mistake()))
     pixels, wrong = case.drawn
     objects = case.right.base.truth[Stage.OBJECT].reshape(-1, 2)[pixels, 0].astype(int)
-    found = []
+    concerned = []
     for kind in case.kinds:
         here = np.array([*(isinstance(shape, kind) for shape in case.scene.shapes), False])[objects] & wrong
         if here.any() and agree[here].mean() >= 1 - OFF_OF_WRONG:
-            found.append(kind)
-    return tuple(found)
+            concerned.append(kind)
+    return tuple(concerned)
 
 
-# Two at once.
+# Two mistakes at once.
 
 
 def composed(
-    cases: Sequence[Evidence], catalogue: Sequence[type[Mistake]], known: Sequence[type[Mistake]]
+    cases: Sequence[Evidence], catalogue: Sequence[type[Mistake]], named: Sequence[type[Mistake]]
 ) -> list[type[Mistake]]:
-    """Return pairs of mistakes that explain one of some cases: one of what is seen and lit, and one of light."""
+    """Return pairs of mistakes that explain one of the cases: of geometry and light, two of light, or of two stages."""
     light = [
         mistake for mistake in catalogue if mistake.irradiance_of is not Mistake.irradiance_of or lights_only(mistake)
     ]
-    geometry = [*known, *(mistake for mistake in catalogue if not lights_only(mistake))]
+    geometry = [*named, *(mistake for mistake in catalogue if not lights_only(mistake))]
     for case in cases:
         first = _of_geometry(case, geometry)
         made: list[type[Mistake]] = []
         if case.stages[-1] in LIGHT:
-            pairs = (together(one, other) for one in first for other in light if other not in (one, *one.parts))
-            made = [both for both in pairs if case.agrees(both())]
-            made = made or [both for one in first[:MOST_FITTED] for both in fits([case], onto=one)]
-        made = made or [both for both in _products(case, light) if case.agrees(both())]
+            pairs = (
+                together(base, addition) for base in first for addition in light if addition not in (base, *base.parts)
+            )
+            made = [pair for pair in pairs if case.agrees(pair())]
+            made = made or [pair for base in first[:MOST_FITTED] for pair in fits([case], onto=base)]
+        made = made or [pair for pair in _products(case, light) if case.agrees(pair())]
         made = made or _by_stages(case, geometry)
-        found = [both for both in made[:MOST_COMPOSED] if case.explains(both)]
-        if found:
-            return found
+        explaining = [pair for pair in made[:MOST_COMPOSED] if case.explains(pair)]
+        if explaining:
+            return explaining
     return []
 
 
 def _of_geometry(case: Evidence, mistakes: Sequence[type[Mistake]]) -> list[type[Mistake]]:
-    """Return the mistakes that show in a case and whose geometry is the case's, the most alike first.
+    """Return the mistakes that are visible in a case and agree with its geometry, the best first.
 
-    Where light alone is written, geometry shows in which pixels are dark, and in how smoothly light is off elsewhere.
+    If the images contain only light, the geometry is compared by the dark pixels, and by the spread of the logarithmic
+    error of the others.
     """
-    asked, last = tuple(stage for stage in case.stages if stage not in LIGHT), case.stages[-1]
+    before_light, last = tuple(stage for stage in case.stages if stage not in LIGHT), case.stages[-1]
 
     def distance(mistake: type[Mistake]) -> tuple[float, float]:
         values = case.sampled(mistake())
         if not case.off_each_other(mistake(), Mistake()).any():
             return np.inf, np.inf
-        if asked:
-            return float(case.off(values, asked).mean()), 0.0
-        own, theirs = case.own[last], values[last]
+        if before_light:
+            return float(case.off(values, before_light).mean()), 0.0
+        own, computed = case.own[last], values[last]
         with np.errstate(all="ignore"):
-            ratio = np.log(own / theirs)
+            ratio = np.log(own / computed)
         ratio = ratio[np.isfinite(ratio)]
         spread = float(np.abs(ratio - np.median(ratio)).mean()) if len(ratio) else 0.0
-        return round(float(((own > 0).any(axis=1) != (theirs > 0).any(axis=1)).mean()), 2), spread
+        return round(float(((own > 0).any(axis=1) != (computed > 0).any(axis=1)).mean()), 2), spread
 
     apart = [distance(mistake) for mistake in mistakes]
     order = sorted(range(len(apart)), key=apart.__getitem__)
@@ -375,7 +381,7 @@ def _of_geometry(case: Evidence, mistakes: Sequence[type[Mistake]]) -> list[type
 
 
 def _products(case: Evidence, mistakes: Sequence[type[Mistake]]) -> Iterator[type[Mistake]]:
-    """Yield pairs of mistakes of light that, as factors of the right light, come to that of a case's sample."""
+    """Yield pairs of mistakes of light whose factors multiply to the ratio of the case's light to the right one."""
     stage = case.stages[-1]
     if stage not in LIGHT:
         return
@@ -396,20 +402,20 @@ def _products(case: Evidence, mistakes: Sequence[type[Mistake]]) -> Iterator[typ
 
 
 def _by_stages(case: Evidence, mistakes: Sequence[type[Mistake]]) -> list[type[Mistake]]:
-    """Return pairs of which one explains the first stage that is wrong, and both together all of a case's sample."""
+    """Return pairs that agree with a case's sample, whose first mistake agrees up to the first wrong stage."""
     right = case.sampled(Mistake())
     wrong = [stage for stage in case.stages if case.off(right, (stage,)).mean() > OFF_OF_ALL]
     if len(wrong) < 2:
         return []
     before = case.stages[: case.stages.index(wrong[0]) + 1]
-    first = [one for one in mistakes if case.off(case.sampled(one()), before).mean() <= OFF_OF_ALL][:MOST_FIRST]
-    found = []
-    for one in first:
-        # The other one shows at the stage at which this one is wrong.
-        values = case.sampled(one())
+    first = [base for base in mistakes if case.off(case.sampled(base()), before).mean() <= OFF_OF_ALL][:MOST_FIRST]
+    pairs = []
+    for base in first:
+        # The second mistake must change the first stage where the first mistake does not agree.
+        values = case.sampled(base())
         open_stages = [stage for stage in case.stages if case.off(values, (stage,)).mean() > OFF_OF_ALL]
-        for other in mistakes if open_stages else ():
-            shown = off(open_stages[0], case.sampled(other())[open_stages[0]], right[open_stages[0]]).any()
-            if shown and other not in (one, *one.parts) and case.agrees(together(one, other)()):
-                found.append(together(one, other))
-    return found
+        for addition in mistakes if open_stages else ():
+            shown = off(open_stages[0], case.sampled(addition())[open_stages[0]], right[open_stages[0]]).any()
+            if shown and addition not in (base, *base.parts) and case.agrees(together(base, addition)()):
+                pairs.append(together(base, addition))
+    return pairs

@@ -1,7 +1,7 @@
-"""A run held against known failures (the gate), against an earlier run, and over time.
+"""Comparisons of a run with known failures (the gate), with an earlier run, and with the history of runs.
 
-`expectations` is the gate's file and `gating` holds a finished run against it. An expectation is about single checks,
-that is case x configuration x reference x stage, and says how each fails. A check that fails otherwise, or less, or no
-longer, is red as well, so that the file stays true. `run_difference` and `image_difference` compare two runs;
-`database` keeps runs in a SQLite file.
+`expectations` reads and writes the file of known failures, and `gating` compares a finished run with it. An expectation
+describes the failures of single checks, each given by case, configuration, reference and stage. The gate is also red if
+a check fails in another way, fails less or passes, so that the file stays up to date. `run_difference` and
+`image_difference` compare two runs; `database` stores runs in a SQLite file.
 """

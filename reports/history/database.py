@@ -1,8 +1,8 @@
-"""The history of runs in SQLite: verdict, worst error, wrong pixels and time of each case, and what became worse.
+"""The history of runs in SQLite: verdict, worst error, wrong pixels and time of each case, and changes for the worse.
 
-Of each case the worst error over its limit is stored, over all checks, with the check that it comes from. A run is
-appended whole or not at all, under the commit that the CI service or git names. It is compared with the ten runs before
-it: what lies outside their spread is worse. The run itself is never among those ten.
+For each case the largest ratio of error to limit is stored, with the check that has it. A run is appended completely or
+not at all, with the commit from the CI service's variables or git. It is compared with the ten runs before it, without
+itself: a value outside their spread is worse.
 """
 
 import json
@@ -25,9 +25,9 @@ from rayproof.reports.results.provenance import git
 from rayproof.reports.results.provenance import machine as this_machine
 from rayproof.reports.results.records import RunRecord, WorseRecord
 
-APPLICATION = 0x52415950  # "RAYP" in SQLite's header: says that the file is ours
+APPLICATION = 0x52415950  # "RAYP" in SQLite's header, which marks the file as a history of this program
 VERSION = 1
-WAIT = 30.0  # s for another run that is appending
+WAIT = 30.0  # s to wait while another run is appending
 
 _TABLES = (
     """CREATE TABLE IF NOT EXISTS runs (
@@ -44,15 +44,15 @@ _TABLES = (
 
 
 class HistoryError(ValueError):
-    """A history file that cannot be used; one line that names it."""
+    """A history file cannot be used; the message is one line with its name."""
 
 
 @contextmanager
 def opened(path: Path, *, create: bool = False) -> Iterator[sqlite3.Connection]:
-    """Return a connection to a history file; what the body writes is kept if it does not raise.
+    """Yield a connection to a history file; the changes that the body makes are committed unless it raises.
 
     Raises:
-        HistoryError: there is no such file (unless `create`), or it is no history, or of another version.
+        HistoryError: the file does not exist (unless `create`), is no history, or has another version.
 
     """
     if not create and not path.is_file():
@@ -62,18 +62,18 @@ def opened(path: Path, *, create: bool = False) -> Iterator[sqlite3.Connection]:
             _prepare(connection, path)
             yield connection
     except (sqlite3.Error, UnicodeDecodeError, msgspec.ValidationError) as error:
-        why = " ".join(str(error).split())  # SQLite quotes a broken schema with its line ends
+        why = " ".join(str(error).split())  # SQLite quotes a broken schema with its line breaks
         raise HistoryError(f"{path}: cannot be used as a history: {why}") from None
 
 
 def _prepare(connection: sqlite3.Connection, path: Path) -> None:
-    """Create the tables of an empty file; refuse a file that is no history of this version."""
-    connection.execute("BEGIN")  # the three answers are of one moment
+    """Create the tables of an empty file; raise HistoryError for a file that is no history of this version."""
+    connection.execute("BEGIN")  # read all three values in one transaction
     queries = ("PRAGMA application_id", "PRAGMA user_version", "SELECT count(*) FROM sqlite_master")
     application, version, tables = (int(connection.execute(query).fetchone()[0]) for query in queries)
     connection.rollback()
     if application == 0 and tables == 0:
-        connection.execute("BEGIN IMMEDIATE")  # of two runs that open an empty file the second waits
+        connection.execute("BEGIN IMMEDIATE")  # if two runs open an empty file, the second one waits
         for statement in _TABLES:
             connection.execute(statement)
         connection.commit()
@@ -106,12 +106,12 @@ def append(path: Path, results: RunRecord, revision: str) -> int:
 
 
 def storable(*values: Any) -> tuple[Any, ...]:
-    """Return values as SQLite takes them: an undecodable file name becomes what reports.results.files makes of it."""
+    """Return values that SQLite accepts: undecodable characters of file names are escaped."""
     return tuple(encodable(value) if isinstance(value, str) else value for value in values)
 
 
 def _row(case: CaseRecord) -> tuple[str, str, float, float | None, str, str, int]:
-    """Return name, verdict, time, worst error over limit with its stage and its check, and most wrong pixels."""
+    """Return name, verdict, time [s], largest error over limit with its stage and check, and most wrong pixels."""
     # The references' renders have no configuration; their time is not the subject's.
     renders = [render for render in case.get("renders", []) if render.get("configuration") is not None]
     seconds = float(sum(render.get("seconds") or 0.0 for render in renders))
@@ -127,7 +127,7 @@ CI_VARIABLES = ("GITHUB_SHA", "CI_COMMIT_SHA", "GIT_COMMIT", "BUILD_SOURCEVERSIO
 
 
 def revision() -> str:
-    """Return a commit's id, with "+" where files differ from it; "" where it is unknown."""
+    """Return the commit's id, with "+" if files differ from the commit; "" if it is unknown."""
     named = next((os.environ[name] for name in CI_VARIABLES if os.environ.get(name)), "")
     if named:
         return named[:40]
@@ -143,14 +143,14 @@ class HistoryPoint(msgspec.Struct, frozen=True, array_like=True):
     revision: str
     machine: str
     verdict: Outcome
-    seconds: float  # of the subject's renders
-    ratio: float | None  # worst error over its limit, over all checks; None where nothing was measured
-    stage: str  # of the worst error
-    place: str  # configuration and reference of the worst error
-    wrong: int  # pixels, in the check that has most
+    seconds: float  # time of the subject's renders
+    ratio: float | None  # largest error over its limit in all checks; None if nothing was measured
+    stage: str  # stage of this error
+    place: str  # configuration and reference of this error
+    wrong: int  # wrong pixels in the check with the most
 
 
-Series = Mapping[str, Sequence[HistoryPoint]]  # of each case its points, the oldest first
+Series = Mapping[str, Sequence[HistoryPoint]]  # name of a case -> its points, the oldest first
 
 
 def read_series(connection: sqlite3.Connection, subject: str) -> Series:
@@ -166,23 +166,25 @@ def read_series(connection: sqlite3.Connection, subject: str) -> Series:
     return series
 
 
-LAST = 10  # runs that a run is compared with
-FEWEST = 4  # times below which their spread is not known
-LEAST_RATIO = 0.01  # below a hundredth of its limit an error is nobody's business
-# Equal code gives equal errors: every change of an error is a change of the arithmetic. A tenth is one rounding more
-# where a bound counts ten.
+LAST = 10  # earlier runs with which a run is compared
+FEWEST = 4  # times that are needed to estimate their spread
+LEAST_RATIO = 0.01  # a smaller ratio of error to limit is ignored
+# The same code gives the same errors, so that every change of an error is a change of the arithmetic. A factor of 1.1
+# is one additional rounding if a bound counts ten.
 WORSE_ERROR = 1.1
-# Two runs of equal code, six minutes apart on a busy machine, differed by 1.15 in the median time of the default
-# suite's cases (`rayproof report A B`): less is the hour's. A single case's noise comes on top, and is estimated.
+# The median time of the default suite's cases differed by 1.15 between two runs of the same code, six minutes apart on
+# a busy machine (`rayproof report A B`), so that smaller factors may be due to the load. The noise of a single case
+# comes in addition, and is estimated.
 WORSE_TIME = 1.2
-NORMAL = 1.4826  # standard deviations in a median absolute deviation of normal noise
-LOUD = 4.0  # standard deviations; of 151 cases one in a hundred runs is flagged by chance
+NORMAL = 1.4826  # ratio of the standard deviation to the median absolute deviation of normal noise
+LOUD = 4.0  # standard deviations; with 151 cases, one run in a hundred has a case that is worse by chance
 
 
 def spread(values: Sequence[float]) -> tuple[float, float]:
-    """Return the median of positive numbers, and the standard deviation of their logarithms by absolute deviations.
+    """Return the median of positive numbers, and the standard deviation of their logarithms.
 
-    Half of the numbers may be outliers without moving either far.
+    The standard deviation is estimated from the median absolute deviation; up to half of the numbers may be outliers
+    without a large effect on either.
     """
     logarithms = np.log(values)
     level = float(np.median(logarithms))
@@ -190,17 +192,17 @@ def spread(values: Sequence[float]) -> tuple[float, float]:
 
 
 def errors(points: Sequence[HistoryPoint]) -> list[float]:
-    """Return the worst errors over their limits of the last ten of the points that have one."""
+    """Return the ratios of error to limit of the last ten points that have one."""
     return [point.ratio for point in points if point.ratio is not None][-LAST:]
 
 
 def timed(points: Sequence[HistoryPoint], machine: str) -> list[HistoryPoint]:
-    """Return the last ten of the points that have a time of this machine: another machine's times say nothing."""
+    """Return the last ten points that were timed on `machine`; times of other machines cannot be compared."""
     return [point for point in points if point.machine == machine and point.seconds > 0][-LAST:]
 
 
 def worse(series: Series, run: int) -> list[WorseRecord]:
-    """Return what is worse in `run` than in the ten runs before it that have the case, the largest factor first."""
+    """Return the changes for the worse in `run` since the ten runs before of each case, the largest factor first."""
     records: list[WorseRecord] = []
     for name, (*before, now) in series.items():
         if not before or now.run != run:
@@ -213,7 +215,7 @@ def worse(series: Series, run: int) -> list[WorseRecord]:
 
 
 def _verdict(before: Sequence[HistoryPoint], now: HistoryPoint) -> tuple[float, str] | None:
-    """Compare the verdict with that of the run before."""
+    """Compare the verdict with the one of the previous run; return the factor inf and a sentence, or None."""
     order, earlier = list(Outcome), before[-1]
     if order.index(now.verdict) <= order.index(earlier.verdict):
         return None
@@ -222,16 +224,18 @@ def _verdict(before: Sequence[HistoryPoint], now: HistoryPoint) -> tuple[float, 
 
 
 def _error(before: Sequence[HistoryPoint], now: HistoryPoint) -> tuple[float, str] | None:
-    """Compare the worst error with the largest of the last ten: equal code repeats it, so that it has no noise."""
+    """Compare the error with the largest of the last ten runs; the same code repeats it exactly, without noise."""
     most = max(errors(before), default=math.inf)
     if now.ratio is None or now.ratio < LEAST_RATIO or not now.ratio > WORSE_ERROR * most:
         return None
-    said = f"worst error / limit {now.ratio:.3g} at {now.stage} ({now.place}), at most {most:.3g} in the runs before"
-    return now.ratio / most if most else math.inf, said
+    sentence = (
+        f"worst error / limit {now.ratio:.3g} at {now.stage} ({now.place}), at most {most:.3g} in the runs before"
+    )
+    return now.ratio / most if most else math.inf, sentence
 
 
 def _pixels(before: Sequence[HistoryPoint], now: HistoryPoint) -> tuple[float, str] | None:
-    """Compare the number of wrong pixels likewise; where there was none the verdict says it."""
+    """Compare the number of wrong pixels in the same way; if there were none before, the verdict shows the change."""
     most = max(point.wrong for point in before[-LAST:])
     if not most or not now.wrong > WORSE_ERROR * most:
         return None
@@ -239,7 +243,7 @@ def _pixels(before: Sequence[HistoryPoint], now: HistoryPoint) -> tuple[float, s
 
 
 def _time(before: Sequence[HistoryPoint], now: HistoryPoint) -> tuple[float, str] | None:
-    """Compare the time with the median of the last ten; a slow run among them moves neither median nor deviation."""
+    """Compare the time with the median of the last ten runs; a slow run among them hardly changes the median."""
     earlier = timed(before, now.machine)
     if len(earlier) < FEWEST or not now.seconds > 0:
         return None
@@ -250,11 +254,11 @@ def _time(before: Sequence[HistoryPoint], now: HistoryPoint) -> tuple[float, str
     return math.exp(excess), f"{now.seconds:.3g} s, median of {len(earlier)} runs before {level:.3g} s"
 
 
-SHOWN = 50  # runs of each case that a report draws
+SHOWN = 50  # runs of each case that a report shows
 
 
 def keep(path: Path, results: RunRecord) -> None:
-    """Append `results` to the history `path`, and put `history` into them: what became worse, and what is drawn.
+    """Append `results` to the history `path`, and add `history` to them: changes for the worse, and the shown runs.
 
     Raises:
         HistoryError: the file cannot be used.

@@ -1,4 +1,4 @@
-"""Images of a case in two runs as one script, and the folder in which a browser shows two runs."""
+"""The images of a case from two runs in one script, and the results folder of a report on two runs."""
 
 import shutil
 from collections.abc import Mapping, Sequence
@@ -21,19 +21,19 @@ Case = CaseRecord
 
 
 def renderer_pairs(
-    before: Case, after: Case, pairs: Mapping[str, str], known: Sequence[Sequence[str]]
+    before: Case, after: Case, pairs: Mapping[str, str], references: Sequence[Sequence[str]]
 ) -> dict[str, str]:
-    """Return which renderer under test of the earlier run one of the later answers to, by their configurations.
+    """Return the subject's renderers of the later run, mapped to those of the earlier run with paired configurations.
 
-    `known` are the references of both runs.
+    `references` are the names of the references of both runs.
     """
-    one = {_configuration(before, name): name for name in ours(before, known[0])}
-    other = {_configuration(after, name): name for name in ours(after, known[1])}
-    return {name: one[pairs[key]] for key, name in other.items() if pairs.get(key) in one}
+    earlier = {_configuration(before, name): name for name in ours(before, references[0])}
+    later = {_configuration(after, name): name for name in ours(after, references[1])}
+    return {name: earlier[pairs[key]] for key, name in later.items() if pairs.get(key) in earlier}
 
 
 def differing(before: Mapping[Stage, np.ndarray], after: Mapping[Stage, np.ndarray]) -> int:
-    """Return how many pixels of any stage that both hold differ in any bit; all of them where sizes do."""
+    """Return the number of pixels that differ in a bit, at any stage in both; all pixels if the sizes differ."""
     spoiled: np.ndarray | None = None
     for stage in before.keys() & after.keys():
         a, b = (np.ascontiguousarray(side[stage], np.float32) for side in (before, after))
@@ -52,11 +52,11 @@ def write_both(
     out: Path,
     relative: str,
 ) -> tuple[int | None, bool]:
-    """Write `out`/`relative` with the images of both runs; return how many pixels differ, and whether it was written.
+    """Write `out`/`relative` with the images of both runs; return the number of pixels that differ, and if it exists.
 
-    `cases` are the case in both runs (None where the earlier has none), `pairs` its renderers. The earlier run's
-    renderers are called `label` and their name; where not one bit differs they are left out. Pixels are those of all
-    renderers under test, None where nothing can be compared.
+    `cases` is the case in both runs, None if the earlier run does not have it; `pairs` are its paired renderers. The
+    names of the earlier run's renderers get the prefix `label`; their images are left out if no bit differs. The number
+    of pixels is the sum over all renderers under test, None if nothing can be compared.
     """
     before, after = cases
     if before is not None and (stored := _identical(folders, (before, after))) is not None:
@@ -64,8 +64,8 @@ def write_both(
         return 0, True
     later, _ = kept_images(folders[1], after)
     earlier = kept_images(folders[0], before)[0] if before is not None else {}
-    shared = [(mine, old) for mine, old in pairs.items() if mine in later and old in earlier]
-    counts = [differing(earlier[old], later[mine]) for mine, old in shared]
+    shared = [(new, old) for new, old in pairs.items() if new in later and old in earlier]
+    counts = [differing(earlier[old], later[new]) for new, old in shared]
     renders: Renders = {name: later[name] for name in later if name in pairs or name in _wanted(after, later)}
     if any(counts):
         renders |= {called(label, old): earlier[old] for _, old in shared}
@@ -76,7 +76,7 @@ def write_both(
 
 
 def _identical(folders: tuple[Path, Path], cases: tuple[Case, Case]) -> str | None:
-    """Return the script of a case's images where both runs kept the same one, which needs no decoding; else None."""
+    """Return the script of a case's images if both runs have the same one, without decoding it; None otherwise."""
     kept = [(folder, case.get("pixels")) for folder, case in zip(folders, cases, strict=True)]
     if not all(isinstance(path, str) and inside(folder, path) for folder, path in kept):
         return None
@@ -85,12 +85,12 @@ def _identical(folders: tuple[Path, Path], cases: tuple[Case, Case]) -> str | No
 
 
 def called(label: str, renderer: str) -> str:
-    """Return what a renderer of the run `label` is called among those of another run."""
+    """Return the name of a renderer of the run `label` among the renderers of another run."""
     return f"{label}: {renderer}"
 
 
 def _wanted(case: CaseRecord, renders: Renders) -> set[str]:
-    """Return whose images help to see what happened: under test, closed forms, and who has the case's verdict."""
+    """Return the renderers whose images are shown: subjects, the oracle, and references of checks with the verdict."""
     references = {check.reference for check in case.get("checks", [])}
     guilty = {
         check.reference
@@ -108,7 +108,7 @@ def _configuration(case: Case, renderer: str) -> str:
     return renderer.removeprefix("tracer-")
 
 
-# A results folder of the later run that holds the earlier one's images beside its own: the report of what changed.
+# The report of changes: a results folder of the later run, with the images of both runs.
 
 
 Results = RunRecord
@@ -118,21 +118,22 @@ Job = tuple[tuple[Path, Path], tuple[CaseRecord | None, CaseRecord], dict[str, s
 def write_folder(
     out: Path, folders: tuple[Path, Path], runs: tuple[Results, Results], record: ComparisonRecord
 ) -> Results:
-    """Fill `out` with the later run's results and both runs' images, complete `record`, and return those results.
+    """Write the later run's results and both runs' images to `out`, complete `record`, and return the written results.
 
-    `record` is `reports.history.run_difference.comparison` of `runs`; it gets the pixels that differ, and its sentence.
+    `record` is the `reports.history.run_difference.comparison` of `runs`; the numbers of differing pixels and its
+    sentence are added to it.
     """
     before, after = runs
     label = record["base"]["name"]
     earlier = {case["name"]: case for case in before["cases"]}
-    known = [list(run.get("references") or {}) for run in runs]
-    # Of an earlier report of two runs, when they had more cases; what else is there is left alone.
+    references = [list(run.get("references") or {}) for run in runs]
+    # Remove the scripts of an earlier report, which may have had more cases; other files stay.
     for stale in (out / "images").glob("[0-9][0-9][0-9][0-9]*.js"):
         stale.unlink()
     jobs: list[Job] = []
     for number, case in enumerate(after["cases"], start=1):
         old = earlier.get(case["name"])
-        pairs = renderer_pairs(old, case, record["configurations"], known) if old is not None else {}
+        pairs = renderer_pairs(old, case, record["configurations"], references) if old is not None else {}
         jobs.append((folders, (old, case), pairs, label, out, f"images/{number:04}.js"))
     answers = all_of(write_both, jobs, heavy=len(jobs))
     rows = {row["case"]: row for row in record["rows"]}
@@ -140,7 +141,7 @@ def write_folder(
     cases = []
     for job, (pixels, written) in zip(jobs, answers, strict=True):
         case, row = job[1][1], rows.get(job[1][1]["name"])
-        renderers |= {mine: called(label, old) for mine, old in job[2].items()}
+        renderers |= {new: called(label, old) for new, old in job[2].items()}
         if row is not None:
             row["pixels"] = pixels
         cases.append(_case(folders[1], out, case, job[5] if written else None, row))
@@ -151,7 +152,7 @@ def write_folder(
         for row in record["rows"]
         if moved(row)
     ]
-    # A history is that of the later run alone, and stands in its own report.
+    # The history belongs only to the later run, whose own report shows it.
     results = copy(after)
     results.pop("history", None)
     results.update({"cases": cases, "comparison": {**record, "rows": shown}, "faults": record["faults"]})
@@ -160,7 +161,7 @@ def write_folder(
 
 
 def _case(folder: Path, out: Path, case: CaseRecord, pixels: str | None, row: ComparisonRowRecord | None) -> CaseRecord:
-    """Return a case of the later run as the folder has it: images in one script, the checks of both runs."""
+    """Copy a case's files, and return its record for the folder: images in one script, and the checks of both runs."""
     for path in (case.get("scene"), picture_of(folder, case)):
         if isinstance(path, str) and inside(folder, path):
             (out / path).parent.mkdir(parents=True, exist_ok=True)

@@ -1,4 +1,4 @@
-"""Two runs compared: every check before and after, and times by case and family."""
+"""The comparison of two runs: every check before and after, and times by case and family."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -24,24 +24,27 @@ ORDER = [outcome.value for outcome in Outcome]  # from the best to the worst
 
 
 def paired(before: Sequence[str], after: Sequence[str]) -> dict[str, str]:
-    """Return which configuration of the earlier run one of the later answers to: the same name, else the same place.
+    """Return the configurations of the later run, mapped to those of the earlier run.
 
-    Places are those among the ones whose names stand in one run alone, so that no two answer to the same.
+    Configurations with the same name are paired. The others are paired in their order, so that no configuration is
+    used twice.
     """
-    gone, come = ([name for name in one if name not in other] for one, other in ((before, after), (after, before)))
+    gone, come = (
+        [name for name in this_run if name not in that_run] for this_run, that_run in ((before, after), (after, before))
+    )
     placed = dict(zip(come, gone, strict=False))
     return {name: placed.get(name, name) for name in after if name in before or name in placed}
 
 
 def compared(before: Case, after: Case, pairs: Mapping[str, str]) -> list[ComparedCheckRecord]:
-    """Return every check that either run made of a case, the largest change first.
+    """Return the checks of a case in either run, the largest change first.
 
-    `configuration` is the later run's name of it, `before` and `after` are [verdict, worst error over limit] or null,
-    `factor` is by how much the ratio grew, null where it was not measured on both sides.
+    `configuration` is the name in the later run. `before` and `after` are [verdict, largest error over limit] or null.
+    `factor` is the quotient of these ratios, null unless both were measured.
     """
     rows: list[ComparedCheckRecord] = []
-    for (configuration, reference, stage), (one, other) in both(before, after, pairs).items():
-        words = [None if check is None else _word(check) for check in (one, other)]
+    for (configuration, reference, stage), (check_before, check_after) in both(before, after, pairs).items():
+        words = [None if check is None else _word(check) for check in (check_before, check_after)]
         rows.append(
             {
                 "configuration": configuration,
@@ -58,15 +61,15 @@ def compared(before: Case, after: Case, pairs: Mapping[str, str]) -> list[Compar
 def both(
     before: Case, after: Case, pairs: Mapping[str, str]
 ) -> dict[tuple[str, str, str], tuple[Check | None, Check | None]]:
-    """Return (configuration, reference, stage) -> the check before and after, of every one that either run made."""
+    """Return (configuration, reference, stage) -> the check before and after, for every check in either run."""
     named = {value: key for key, value in pairs.items()}
-    one = {_key(check, named): check for check in before.get("checks", [])}
-    other = {_key(check, {}): check for check in after.get("checks", [])}
-    return {key: (one.get(key), other.get(key)) for key in dict.fromkeys([*other, *one])}
+    earlier = {_key(check, named): check for check in before.get("checks", [])}
+    later = {_key(check, {}): check for check in after.get("checks", [])}
+    return {key: (earlier.get(key), later.get(key)) for key in dict.fromkeys([*later, *earlier])}
 
 
 def weight(row: ComparedCheckRecord) -> float:
-    """Return how much a check changed: steps of its verdict count most, then decades of its error over limit."""
+    """Return the size of a check's change: 100 per step of its verdict, 1 per decade of its error over limit."""
     before, after = row["before"], row["after"]
     if before is None or after is None:
         return 0.0
@@ -75,7 +78,7 @@ def weight(row: ComparedCheckRecord) -> float:
 
 
 def decades(before: float | None, after: float | None) -> float:
-    """Return by how many decades an error over its limit moved, up or down; at most 99."""
+    """Return the change of an error over its limit, up or down, in decades; at most 99."""
     if before is None or after is None:
         return 0.0
     low, high = sorted(max(value, LEAST_RATIO) for value in (before, after))
@@ -83,30 +86,32 @@ def decades(before: float | None, after: float | None) -> float:
 
 
 def times(before: Case, after: Case, references: Sequence[Sequence[str]]) -> list[float | None]:
-    """Return the seconds of what was under test, before and after, and their quotient; null where not timed.
+    """Return the times [s] of the renderers under test before and after, and their quotient; None if not timed.
 
-    `references` are those of both runs.
+    `references` are the names of the references of both runs.
     """
-    sides = [_seconds(case, known) for case, known in zip((before, after), references, strict=True)]
+    sides = [_seconds(case, names) for case, names in zip((before, after), references, strict=True)]
     return [*sides, sides[1] / sides[0] if sides[0] and sides[1] else None]
 
 
 def ours(case: Case, references: Sequence[str]) -> list[str]:
-    """Return the renderers of a case that were under test, in order: those that are no references."""
-    witnesses = {*references, *(check.reference for check in case.get("checks", []))}
+    """Return the names of a case's renderers under test, in order: those that are no references."""
+    reference_names = {*references, *(check.reference for check in case.get("checks", []))}
     names = [str(render.get("renderer")) for render in case.get("renders", [])]
-    return [name for name in dict.fromkeys(names) if name not in witnesses]
+    return [name for name in dict.fromkeys(names) if name not in reference_names]
 
 
 def _seconds(case: Case, references: Sequence[str]) -> float | None:
-    mine = set(ours(case, references))
-    known = [number(render.get("seconds")) for render in case.get("renders", []) if str(render.get("renderer")) in mine]
-    total = sum(value for value in known if value is not None and math.isfinite(value))
+    own = set(ours(case, references))
+    seconds = [
+        number(render.get("seconds")) for render in case.get("renders", []) if str(render.get("renderer")) in own
+    ]
+    total = sum(value for value in seconds if value is not None and math.isfinite(value))
     return total if total > 0 else None
 
 
 def _key(check: Check, named: Mapping[str, str]) -> tuple[str, str, str]:
-    # A check of means over samples is that of "CONFIGURATION xSAMPLES".
+    # A check of means over samples has the configuration "CONFIGURATION xSAMPLES".
     name, mark, samples = check.configuration.partition(" x")
     return f"{named.get(name, name)}{mark}{samples}", check.reference, check.stage
 
@@ -121,23 +126,24 @@ def _factor(before: list[Any] | None, after: list[Any] | None) -> float | None:
         return None
     if before[1] == after[1]:
         return 1.0
-    # Not both of them are 0 or inf: what is divided by inf is 0.
+    # The ratios are not both 0 or both inf; dividing by inf gives 0.
     return after[1] / before[1] if before[1] > 0 else math.inf
 
 
-# The comparison of two runs: its rows by change, what appeared and vanished, and the verdict in a sentence.
+# The record of the comparison: its rows by change, the cases in only one run, and a sentence.
 
 
 Results = RunRecord
 
 
 def comparison(before: Results, after: Results, names: tuple[str, str]) -> ComparisonRecord:
-    """Return what differs between two runs; `names` is what to call them. docs/report.md describes the record.
+    """Return the differences between two runs, which are called `names`; docs/report.md describes the record.
 
-    Records are read a pair at a time. Of runs that share more than `LISTED` cases `rows` has those that moved alone.
+    The cases' records are read in pairs, to save memory. If the runs share more than `LISTED` cases, `rows` contains
+    only the cases that changed.
 
     Raises:
-        ValueError: they share no case.
+        ValueError: the runs share no case.
 
     """
     verdicts_before, verdicts_after = (
@@ -147,21 +153,21 @@ def comparison(before: Results, after: Results, names: tuple[str, str]) -> Compa
     if not shared:
         raise ValueError(f"{names[0]} and {names[1]} share no case")
     pairs = paired(before.get("configurations") or [], after.get("configurations") or [])
-    known = [list(run.get("references") or {}) for run in (before, after)]
+    references = [list(run.get("references") or {}) for run in (before, after)]
     first, second = by_name(before["cases"]), by_name(after["cases"])
     rows: dict[str, ComparisonRowRecord] = {}
     quotients: dict[str, float] = {}
     for name in shared:
-        row = _row(first(name), second(name), pairs, known)
+        row = _row(first(name), second(name), pairs, references)
         if (quotient := row["seconds"][2]) is not None:
             quotients[name] = float(quotient)
         if len(shared) <= LISTED or moved(row):
             rows[name] = row
-    # What one machine does to all cases alike is in the median; what stands out from that is a case's own.
+    # The median contains the effects of the machine on all cases; deviations from it are those of single cases.
     level, noise = spread(list(quotients.values())) if quotients else (None, 0.0)
     for name, quotient in quotients.items():
         if (stands_out := _stands_out(quotient, level, noise)) or name in rows:
-            row = rows[name] if name in rows else _row(first(name), second(name), pairs, known)
+            row = rows[name] if name in rows else _row(first(name), second(name), pairs, references)
             rows[name] = {**row, "stands_out": stands_out}
     return {
         "base": _told(before, names[0]),
@@ -187,13 +193,13 @@ def _told(run: Results, name: str) -> ComparedRunRecord:
 
 
 def names_of(before: Path, after: Path) -> tuple[str, str]:
-    """Return what to call two folders: their last names, or before and after where those are the same."""
+    """Return the names of two folders, or "before" and "after" if these are the same."""
     names = (before.resolve().name, after.resolve().name)
     return ("before", "after") if names[0] == names[1] else names
 
 
 def moved(row: ComparisonRowRecord) -> bool:
-    """Return whether anything about a case changed that is more than noise."""
+    """Return whether a case changed by more than noise."""
     return bool(
         row["before"] != row["after"]
         or (row["worst"] is not None and row["decades"] > 0)
@@ -203,7 +209,7 @@ def moved(row: ComparisonRowRecord) -> bool:
 
 
 def sentence(record: ComparisonRecord) -> str:
-    """Return what changed in one sentence."""
+    """Return a sentence that sums up the changes."""
     rows = record["rows"]
     place = ORDER.index
     worse = sum(place(row["after"]) > place(row["before"]) for row in rows)
@@ -213,7 +219,7 @@ def sentence(record: ComparisonRecord) -> str:
     slower = sum(row["stands_out"] > 0 for row in rows)
     faster = sum(row["stands_out"] < 0 for row in rows)
     pixels = [row["pixels"] for row in rows if row.get("pixels") is not None]
-    told = [
+    parts = [
         f"{worse + better} of {record['shared']} verdicts changed, {worse} for the worse",
         f"worst errors grew in {grew} and shrank in {shrank}",
         f"images differ in {sum(map(bool, pixels))} of {len(pixels)}" if pixels else "",
@@ -222,27 +228,27 @@ def sentence(record: ComparisonRecord) -> str:
         f"{len(record['appeared'])} appeared" if record["appeared"] else "",
         f"{len(record['vanished'])} vanished" if record["vanished"] else "",
     ]
-    return "; ".join(filter(None, told)) + "."
+    return "; ".join(filter(None, parts)) + "."
 
 
 def _stands_out(quotient: float | None, level: float | None, noise: float) -> int:
-    """Return 1 for a case that became slower than noise explains, -1 for one that became faster, 0 otherwise."""
+    """Return 1 if a case became slower than noise explains, -1 if it became faster, 0 otherwise."""
     if quotient is None or level is None:
         return 0
     excess = float(np.log(quotient / level))
     return 0 if abs(excess) <= max(LOUD * noise, np.log(WORSE_TIME)) else int(np.sign(excess))
 
 
-def _row(before: Case, after: Case, pairs: Mapping[str, str], known: list[list[str]]) -> ComparisonRowRecord:
+def _row(before: Case, after: Case, pairs: Mapping[str, str], references: list[list[str]]) -> ComparisonRowRecord:
     checks = compared(before, after, pairs)
-    # Measured in both runs: the largest change first.
+    # The first check that was measured in both runs has the largest change.
     worst, moves = next(
         (
-            (check, decades(one[1], other[1]))
+            (check, decades(earlier[1], later[1]))
             for check in checks
             if check["factor"] is not None
-            and (one := check["before"]) is not None
-            and (other := check["after"]) is not None
+            and (earlier := check["before"]) is not None
+            and (later := check["after"]) is not None
         ),
         (None, 0.0),
     )
@@ -253,35 +259,35 @@ def _row(before: Case, after: Case, pairs: Mapping[str, str], known: list[list[s
         "stage": after.get("stage") or (worst["stage"] if worst else None),
         "worst": worst,
         "decades": moves,
-        "seconds": [*times(before, after, known)],
+        "seconds": [*times(before, after, references)],
         "stands_out": 0,
         "checks": checks,
     }
 
 
 def _order(row: Mapping[str, Any]) -> tuple[float, float, float, str]:
-    """Return a key that puts what became worse first, then what moved most, then what takes longer."""
+    """Return a sort key: first worse verdicts, then large changes of error, then large quotients of times."""
     steps = ORDER.index(row["after"]) - ORDER.index(row["before"])
     return -steps if steps > 0 else steps * 1e-3, -row["decades"], -(row["seconds"][2] or 0.0), row["case"]
 
 
-# Two finished runs: what changed its verdict, and by how many digits the worst errors moved.
+# The comparison of two finished runs: changed verdicts, and the change of the largest errors in decimal digits.
 #
-# Nothing is rendered, so nothing is timed again: each render was timed once, at another hour, which is told and not
-# judged, and there is no control.
+# Nothing is rendered or timed again. Each render was timed once, at different hours, so that the times are reported but
+# not judged, and there is no control.
 
 
 SEED = 4
-# Of fewer families no interval is told: if each is as likely to gain as to lose, n of them all move the same way with
-# probability 2 / 2^n, which is below 1 - LEVEL from 6 on (sign test).
+# With fewer families no interval is reported: if gains and losses are equally likely, all n families change in the same
+# direction with probability 2 / 2^n, which is below 1 - LEVEL from n = 6 on (sign test).
 LEAST_FAMILIES = 6
 
 
 def compare_runs(base: Path, candidate: Path) -> RunComparison:
-    """Return what differs between the results of two folders, as docs/compare.md describes it.
+    """Return the differences between the results of two folders; docs/compare.md describes the record.
 
     Raises:
-        ValueError: results.json is missing or malformed in one of them, or they share no case.
+        ValueError: results.json is missing or malformed in a folder, or the runs share no case.
 
     """
     runs = [load_results(folder) for folder in (base, candidate)]
@@ -292,11 +298,11 @@ def compare_runs(base: Path, candidate: Path) -> RunComparison:
         raise ValueError(f"{base} and {candidate} share no case")
     pairs = paired(*(run.get("configurations") or [] for run in runs))
     aliases = {earlier: later for later, earlier in pairs.items()}
-    # Rows come with the largest change first, as in the report of the two.
+    # The rows begin with the largest change, as in the report of two runs.
     rows = comparison(runs[0], runs[1], (str(base), str(candidate)))["rows"]
     first, second = (by_name(run["cases"]) for run in runs)
     worst = {row["case"]: row["worst"] for row in rows}
-    ordered = dict.fromkeys([*worst, *names])  # of long runs there are rows of what moved alone
+    ordered = dict.fromkeys([*worst, *names])  # long runs have rows only for cases that changed
     cases = [_case(worst.get(name), first(name), second(name), aliases) for name in ordered]
     changed = [case for case in cases if case["before"] != case["after"]]
     moved = [case for case in cases if case["before"] == case["after"] and case["digits_gained"]]
@@ -334,12 +340,12 @@ def _case(
     for check in earlier.get("checks", []):
         configuration, reference, stage = _check_key(check)
         match = after.get((aliases.get(configuration, configuration), reference, stage))
-        # `analytic` alone knows more digits than either run has.
+        # Only `analytic` has more digits than both runs.
         if match is not None and reference == "analytic":
             gained = _gained(check, match)
             if gained is not None:
                 digits[f"{configuration} {stage}"] = gained
-    ours, theirs = (
+    seconds_before, seconds_after = (
         [seconds for render in run.get("renders", []) if (seconds := _render_seconds(render)) > 0]
         for run in (earlier, later)
     )
@@ -350,12 +356,12 @@ def _case(
         "after": later["verdict"],
         "digits_gained": float(np.mean(list(digits.values()))) if digits else None,
         "check": _largest(worst) or str(later.get("reason", "")),
-        "seconds": [sum(ours), sum(theirs)],
+        "seconds": [sum(seconds_before), sum(seconds_after)],
     }
 
 
 def _largest(check: ComparedCheckRecord | None) -> str:
-    """Return which check changed most, and by how much; an empty string where none did."""
+    """Return the name of the check with the largest change, and its factor; an empty string if nothing changed."""
     if check is None or check["factor"] in (None, 1.0):
         return ""
     where = f"{check['configuration']} {check['reference']} {check['stage']}"
@@ -363,9 +369,9 @@ def _largest(check: ComparedCheckRecord | None) -> str:
 
 
 def _render_seconds(render: RenderRecord) -> float:
-    """Return what a render of the tracer took [s]; 0 of any other."""
-    found = number(render.get("seconds")) if str(render.get("renderer", "")).startswith("tracer-") else None
-    return found if found is not None and math.isfinite(found) else 0.0
+    """Return the time [s] of a render of the tracer; 0 for another renderer."""
+    seconds = number(render.get("seconds")) if str(render.get("renderer", "")).startswith("tracer-") else None
+    return seconds if seconds is not None and math.isfinite(seconds) else 0.0
 
 
 def _check_key(check: Check) -> tuple[str, str, str]:
@@ -373,7 +379,7 @@ def _check_key(check: Check) -> tuple[str, str, str]:
 
 
 def _gained(before: Check, after: Check) -> float | None:
-    """Return log10 of the worst error before over that after; None where either is zero, infinite or not there."""
+    """Return log10 of the largest error before over the one after; None if either is zero, infinite or missing."""
     errors = [at_worst((check.end_to_end and check.end_to_end.worst_error) or math.nan) for check in (before, after)]
     if not all(0 < error < math.inf for error in errors):
         return None
@@ -389,7 +395,7 @@ def _by_family(cases: Sequence[CaseMove]) -> dict[str, list[float]]:
 
 
 def _digits(cases: Sequence[CaseMove]) -> tuple[float | None, tuple[float, float] | None]:
-    """Return the mean over families, and its interval with families drawn again; of few families no interval."""
+    """Return the mean over families, and its bootstrap interval over families; no interval for few families."""
     means = np.array([np.mean(values) for values in _by_family(cases).values()])
     if len(means) < LEAST_FAMILIES:
         return (float(means.mean()) if len(means) else None), None
@@ -398,7 +404,7 @@ def _digits(cases: Sequence[CaseMove]) -> tuple[float | None, tuple[float, float
 
 
 def _times(cases: Sequence[CaseMove]) -> tuple[float | None, tuple[float, float] | None]:
-    """Return the median over cases of the seconds that the tracer took, after over before."""
+    """Return the median over cases of the tracer's time after over before, and its bootstrap interval."""
     ratios = np.array([case["seconds"][1] / case["seconds"][0] for case in cases if min(case["seconds"]) > 0])
     if not len(ratios):
         return None, None
@@ -431,8 +437,8 @@ def _move_word(
         return WORSE if True in moves else BETTER
     if digits is None or interval is None or abs(digits) < LEAST_DIGITS or interval[0] <= 0 <= interval[1]:
         return NOTHING
-    # The mean over families gained or lost; a family that went the other way makes no "better" of it.
-    if any(one is not None and one * digits < 0 and abs(one) >= LEAST_DIGITS for one in families):
+    # A family that changed against the mean makes the result mixed.
+    if any(gain is not None and gain * digits < 0 and abs(gain) >= LEAST_DIGITS for gain in families):
         return MIXED
     return BETTER if interval[0] > 0 else WORSE
 
@@ -448,9 +454,9 @@ def _sentence(
     families: Sequence[FamilyMove],
 ) -> str:
     worst = sorted(changed, key=lambda case: ORDER.index(case["before"]) - ORDER.index(case["after"]))
-    said = [f"{case['case']} {case['before']} -> {case['after']}" for case in worst[:4]]
+    named = [f"{case['case']} {case['before']} -> {case['after']}" for case in worst[:4]]
     more = f" and {len(changed) - 4} more" if len(changed) > 4 else ""
-    verdicts = f"{len(changed)} of {shared} verdicts changed" + (f": {', '.join(said)}{more}" if said else "")
+    verdicts = f"{len(changed)} of {shared} verdicts changed" + (f": {', '.join(named)}{more}" if named else "")
     errors = "no errors to compare"
     if digits is not None and interval is None:
         errors = (
@@ -458,9 +464,13 @@ def _sentence(
         )
     elif digits is not None and interval is not None:
         errors = f"worst errors {digits:+.2f} digits [{interval[0]:.2f}, {interval[1]:.2f}]"
-    lost = {one["family"]: one["digits_gained"] for one in families if (one["digits_gained"] or 0.0) <= -LEAST_DIGITS}
+    lost = {
+        record["family"]: record["digits_gained"]
+        for record in families
+        if (record["digits_gained"] or 0.0) <= -LEAST_DIGITS
+    }
     if word == MIXED and lost:
-        (family, least), more = min(lost.items(), key=lambda one: one[1] or 0.0), len(lost) - 1
+        (family, least), more = min(lost.items(), key=lambda item: item[1] or 0.0), len(lost) - 1
         errors = f"errors grew in {family} ({least:+.2f} digits){f' and {more} more' if more else ''}; {errors}"
     opening = f"{word[0].upper()}{word[1:]}"
     return f"{opening}: {candidate} against {base}: {verdicts}; {errors}; run times were not interleaved."

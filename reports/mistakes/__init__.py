@@ -1,11 +1,12 @@
 """`MISTAKES`: known mistakes of ray tracers, each the oracle with one wrong step.
 
-To add one, write a subclass of `Mistake` that overrides one method of `reference.analytic.Analytic`, and register it
-with `known`: its name, what such a renderer does in a verb phrase, and the items of the specification that this
-concerns. Whatever is asked of it, a whole image, a nearby problem or a stage continued from a renderer's own, is
-answered with the mistake. A `Family` has numbers that are fitted to a renderer's images.
+To add a mistake, write a subclass of `Mistake` that overrides one method of `reference.analytic.Analytic`, and register
+it with `known`: its name, a verb phrase that describes such a renderer, and the items of the specification that it
+breaks. The mistake then applies to all computations of the oracle: whole images, nearby problems, and stages continued
+from a renderer's own. A `Family` has parameters that are fitted to a renderer's images.
 
-Two mistakes at once are a class that inherits from both (`together`); `for_kinds` limits one to some kinds of shapes.
+`together` combines two mistakes into a class that inherits from both; `for_kinds` limits a mistake to some kinds of
+shapes.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -25,18 +26,18 @@ class Mistake(Analytic):
     """The oracle with one wrong step."""
 
     name: ClassVar[str] = ""
-    sentence: ClassVar[str] = ""  # a verb phrase of which the renderer is the subject
+    sentence: ClassVar[str] = ""  # a verb phrase whose grammatical subject is the renderer
     items: ClassVar[tuple[str, ...]] = ()
     parameters: ClassVar[Mapping[str, float]] = {}
-    parts: ClassVar[tuple[type["Mistake"], ...]] = ()  # of several mistakes at once
-    fitted_to: ClassVar[str] = ""  # the case that its numbers come from
-    of_several_stages: ClassVar[bool] = False  # whether one of several stages is written unlike the others
-    variants: ClassVar[tuple[type["Mistake"], ...]] = ()  # other ways in which it shows, by the right steps around it
+    parts: ClassVar[tuple[type["Mistake"], ...]] = ()  # the mistakes that are combined, if several
+    fitted_to: ClassVar[str] = ""  # the case to which its parameters were fitted
+    of_several_stages: ClassVar[bool] = False  # whether it needs images of several stages, and only some are wrong
+    variants: ClassVar[tuple[type["Mistake"], ...]] = ()  # the same wrong step with other steps around it
 
 
 MISTAKES: Registry[type[Mistake]] = Registry("mistake", package="rayproof.reports.mistakes")
 FAMILIES: "Registry[type[Family]]" = Registry("family of mistakes", package="rayproof.reports.mistakes")
-_KNOWN: dict[str, type[Mistake]] = {}  # those registered so far, while the modules are still being imported
+_KNOWN: dict[str, type[Mistake]] = {}  # the mistakes registered so far, while the modules are being imported
 Kind = TypeVar("Kind", bound=type[Mistake])
 
 
@@ -52,7 +53,7 @@ def known(name: str, sentence: str, *items: str) -> Callable[[Kind], Kind]:
 
 
 def variant(name: str) -> Callable[[Kind], Kind]:
-    """Return a decorator that adds another way in which a mistake shows."""
+    """Return a decorator that registers a variant of the mistake called `name`."""
 
     def register(mistake: Kind) -> Kind:
         first = _KNOWN[name]
@@ -64,20 +65,20 @@ def variant(name: str) -> Callable[[Kind], Kind]:
 
 
 class Family(Mistake):
-    """Mistakes of one kind that differ by numbers; each subclass has a wrong step that reads `numbers`.
+    """Mistakes of one kind that differ in fitted parameters; each subclass has a wrong step that reads `numbers`.
 
-    A search starts at every combination of `starts`, and refines the numbers between the starts' neighbours.
+    A search starts at every combination of `starts`, and refines each parameter between the adjacent starting values.
     """
 
     numbers: ClassVar[tuple[float, ...]] = ()
-    starts: ClassVar[tuple[tuple[float, ...], ...]] = ()  # of each number: values to begin with, ascending
-    jumps: ClassVar[bool] = False  # whether pixels jump, so that nothing is differentiable
-    named: ClassVar[Mapping[float, str]] = {}  # numbers that have a name of their own
+    starts: ClassVar[tuple[tuple[float, ...], ...]] = ()  # the starting values of each parameter, ascending
+    jumps: ClassVar[bool] = False  # whether pixels jump with the parameters, so that derivatives do not exist
+    named: ClassVar[Mapping[float, str]] = {}  # names of special values
 
     @classmethod
     def of(cls, numbers: Sequence[float]) -> "type[Family]":
-        """Return the mistake with these numbers."""
-        said = [
+        """Return the mistake with these parameters."""
+        words = [
             next(
                 (word for value, word in cls.named.items() if abs(number - value) <= NAMED * abs(value)),
                 f"{number:.4g}",
@@ -88,11 +89,11 @@ class Family(Mistake):
         parameters = (
             {cls.name: numbers[0]} if len(numbers) == 1 else {f"{cls.name} {k}": v for k, v in parameters.items()}
         )
-        changed = {"numbers": tuple(numbers), "sentence": cls.sentence.format(*said), "parameters": parameters}
+        changed = {"numbers": tuple(numbers), "sentence": cls.sentence.format(*words), "parameters": parameters}
         return type(cls.__name__, (cls,), changed)
 
 
-NAMED = 1e-4  # a fitted number so near to one that has a name, relatively, is that number
+NAMED = 1e-4  # relative distance within which a fitted parameter gets the name of a special value
 
 
 FamilyKind = TypeVar("FamilyKind", bound=type[Family])
@@ -111,7 +112,7 @@ def family(
     return register
 
 
-# The steps up to what is hit and visible, without the writing of images.
+# The oracle's steps up to hits and visibility, without the writing of images.
 BEFORE_LIGHT = (
     "scene", "image_points", "rays", "clip_interval", "nearest", "crossing", "distances", "positions", "normals",
     "outward_normals", "planes", "shadow_starts", "above_horizon", "blocked", "visibility", "samples",
@@ -119,12 +120,12 @@ BEFORE_LIGHT = (
 
 
 def lights_only(mistake: type[Analytic]) -> bool:
-    """Return whether an oracle hits and sees what the right one does."""
+    """Return whether a mistake changes only the light: its hits and visibility are those of the oracle."""
     return all(getattr(mistake, step) is getattr(Analytic, step) for step in BEFORE_LIGHT)
 
 
 def together(first: type[Mistake], second: type[Mistake]) -> type[Mistake]:
-    """Return the oracle with both mistakes; of one step, the first mistake is made of the second's answer."""
+    """Return the oracle with both mistakes; if they change the same step, the first is applied after the second."""
     made = type(f"{first.__name__}And{second.__name__}", (first, second), {})
     made.name = f"{first.name}+{second.name}"
     made.sentence = f"{first.sentence}, and {second.sentence}"
@@ -134,13 +135,14 @@ def together(first: type[Mistake], second: type[Mistake]) -> type[Mistake]:
     return made
 
 
-# Where a mistake can be told shape by shape: its steps that are asked for one shape, or whose answers belong to shapes.
+# The steps that are computed for one shape, or whose results belong to shapes: a mistake in these can be limited to
+# kinds of shapes.
 BY_SHAPE = ("scene", "crossing", "blocked", "outward_normals", "normals", "facing", "albedo", "above_horizon")
 
 
 def for_kinds(mistake: type[Mistake], kinds: Sequence[type[Shape]]) -> type[Mistake] | None:
-    """Return a mistake that is made for shapes of some kinds alone; None where its step knows no shapes."""
-    if not any(vars(one).get(step) for one in mistake.__mro__ if issubclass(one, Mistake) for step in BY_SHAPE):
+    """Return a mistake limited to shapes of some kinds; None if its wrong step does not depend on shapes."""
+    if not any(vars(base).get(step) for base in mistake.__mro__ if issubclass(base, Mistake) for step in BY_SHAPE):
         return None
     words = [f"{kind.__name__.lower()}s".replace("meshs", "meshes") for kind in kinds]
     of = " and ".join(filter(None, (", ".join(words[:-1]), words[-1])))
@@ -150,12 +152,12 @@ def for_kinds(mistake: type[Mistake], kinds: Sequence[type[Shape]]) -> type[Mist
 
 
 class _Some(Mistake):
-    """A mistake of some kinds of shapes alone, before it in the order of resolution."""
+    """Limits a mistake to some kinds of shapes; it precedes the mistake in the method resolution order."""
 
     kinds: ClassVar[tuple[type[Shape], ...]] = ()
 
     def _of(self, scene: Scene, objects: np.ndarray) -> np.ndarray:
-        """Return which objects (N, 2) are of the kinds, (N, 1)."""
+        """Return a mask (N, 1) of the objects (N, 2) that belong to shapes of the kinds."""
         concerned = np.array([*(isinstance(shape, self.kinds) for shape in scene.shapes), False])
         return concerned[np.clip(objects[:, :1], -1, len(scene.shapes)).astype(int)]
 
@@ -167,16 +169,16 @@ class _Some(Mistake):
         return replace(changed, shapes=tuple(new if isinstance(old, self.kinds) else old for new, old in pairs))
 
     def crossing(self, scene: Scene, index: int, rays: RaysFromEye) -> Crossing:
-        asked = super() if isinstance(scene.shapes[index], self.kinds) else Analytic()
-        return asked.crossing(scene, index, rays)
+        oracle = super() if isinstance(scene.shapes[index], self.kinds) else Analytic()
+        return oracle.crossing(scene, index, rays)
 
     def blocked(self, scene: Scene, index: int, rays: RaysToLight) -> np.ndarray:
-        asked = super() if isinstance(scene.shapes[index], self.kinds) else Analytic()
-        return asked.blocked(scene, index, rays)
+        oracle = super() if isinstance(scene.shapes[index], self.kinds) else Analytic()
+        return oracle.blocked(scene, index, rays)
 
     def outward_normals(self, scene: Scene, index: int, positions: np.ndarray, faces: np.ndarray) -> np.ndarray:
-        asked = super() if isinstance(scene.shapes[index], self.kinds) else Analytic()
-        return asked.outward_normals(scene, index, positions, faces)
+        oracle = super() if isinstance(scene.shapes[index], self.kinds) else Analytic()
+        return oracle.outward_normals(scene, index, positions, faces)
 
     def normals(self, scene: Scene, directions: np.ndarray, objects: np.ndarray, positions: np.ndarray) -> np.ndarray:
         arguments = scene, directions, objects, positions

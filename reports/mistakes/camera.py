@@ -1,4 +1,4 @@
-"""Mistakes of the camera: angles, axes, and where in a pixel rays go through the image."""
+"""Mistakes of the camera: its angles, its axes, and the positions of samples in pixels."""
 
 import math
 from collections.abc import Callable
@@ -13,14 +13,14 @@ from rayproof.reference.analytic.vectors import length
 from rayproof.reports.mistakes import Family, Mistake, family, known
 
 ANGLE = ("CAM-2", "CAM-4", "CAM-5")
-FLIPPED = ("CAM-3", "IMG-1")  # a pixel's sign turned round and rows stored from the other end are one image
+FLIPPED = ("CAM-3", "IMG-1")  # a reversed sign of pixel coordinates and a reversed order of rows give the same image
 
 
 class Pinhole(Mistake):
-    """A pinhole with other numbers than the camera's: half angles, axes, the place of a sample."""
+    """A pinhole camera with wrong half angles, axes or positions of samples."""
 
     def tangents(self, camera: Camera) -> tuple[float, float]:
-        """Return half the image's width and its half height at depth 1."""
+        """Return half the image's width and half its height at depth 1."""
         return math.tan(camera.alpha) * camera.aspect, math.tan(camera.alpha)
 
     def axes(self, camera: Camera) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -33,7 +33,7 @@ class Pinhole(Mistake):
         return (2 * points / (camera.width, camera.height) - 1) * (1, -1)
 
     def rays(self, scene: Scene, points: np.ndarray) -> np.ndarray:
-        """Return unit directions by these numbers."""
+        """Return unit directions (N, 3) from these tangents, axes and positions."""
         camera = scene.camera
         right, up, forward = self.axes(camera)
         x, y = (self.on_image(camera, points) * self.tangents(camera)).T[..., np.newaxis]
@@ -95,10 +95,10 @@ _angle(
     starts=[(0.25, 0.5, 0.8, 1.25, 2.0, 4.0)],
 )
 class AnotherAngle(Family, Pinhole):
-    """Half the height at depth 1 is a multiple of the right one."""
+    """The image's width and height at depth 1 are multiples of the right ones."""
 
     def tangents(self, camera: Camera) -> tuple[float, float]:
-        """Return both, times the number."""
+        """Return both tangents times the parameter."""
         width, height = super().tangents(camera)
         return width * self.numbers[0], height * self.numbers[0]
 
@@ -113,17 +113,17 @@ class OneAngle(Family, Pinhole):
     """The vertical angle is the same number of degrees in every case."""
 
     def tangents(self, camera: Camera) -> tuple[float, float]:
-        """Return both, by the number."""
+        """Return both tangents for the vertical angle [degrees] of the parameter."""
         height = math.tan(math.radians(min(max(self.numbers[0], 1e-3), 179.0)) / 2)
         return height * camera.aspect, height
 
 
 @family("tilted", "looks {0} degrees too high", "CAM-1", starts=[(-5.0, -1.0, 1.0, 5.0)])
 class Tilted(Family, Pinhole):
-    """The view is turned about the right axis."""
+    """The view is rotated about the right axis."""
 
     def axes(self, camera: Camera) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return the axes turned upwards."""
+        """Return the axes, rotated upwards."""
         right, up, forward = super().axes(camera)
         angle = math.radians(self.numbers[0])
         turned = math.cos(angle) * forward + math.sin(angle) * up
@@ -132,30 +132,30 @@ class Tilted(Family, Pinhole):
 
 @known("left_handed", "builds a left-handed camera, so that its image is mirrored", "CAM-1")
 class LeftHanded(Pinhole):
-    """Right is up x forward."""
+    """The right axis is up x forward, which is reversed."""
 
     def axes(self, camera: Camera) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return the axes with the right one turned round."""
+        """Return the axes with a reversed right axis."""
         right, up, forward = super().axes(camera)
         return -right, up, forward
 
 
 @known("up_as_given", "takes the given up vector as it is, without making it orthogonal to the view", "CAM-1")
 class UpAsGiven(Pinhole):
-    """Up is the scene's."""
+    """The up axis is the scene's up vector, normalised."""
 
     def axes(self, camera: Camera) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return the axes with the scene's up."""
+        """Return the axes with the scene's up vector."""
         right, _, forward = super().axes(camera)
         return right, np.asarray(camera.up) / np.linalg.norm(camera.up), forward
 
 
 @known("right_not_normalised", "does not normalise the camera's right vector", "CAM-1")
 class RightNotNormalised(Pinhole):
-    """Right is forward x up, as long as that is; so is up."""
+    """The right axis is forward x up, not normalised, and so is the up axis that is computed from it."""
 
     def axes(self, camera: Camera) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return the axes, two of them shorter."""
+        """Return the axes; right and up are too short."""
         _, _, forward = super().axes(camera)
         right = np.cross(forward, camera.up)
         return right, np.cross(right, forward), forward
@@ -163,17 +163,17 @@ class RightNotNormalised(Pinhole):
 
 @known("right_too_short", "does not normalise the camera's right vector, but its up vector", "CAM-1")
 class RightTooShort(Pinhole):
-    """Right is forward x up, as long as that is."""
+    """The right axis is forward x up, not normalised."""
 
     def axes(self, camera: Camera) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return the axes, the first of them shorter."""
+        """Return the axes; right is too short."""
         _, up, forward = super().axes(camera)
         return np.cross(forward, np.asarray(camera.up) / np.linalg.norm(camera.up)), up, forward
 
 
 @known("width_minus_one", "divides pixels by w - 1 and h - 1", "CAM-3")
 class WidthMinusOne(Pinhole):
-    """The first and the last pixel's samples lie on the image's border."""
+    """The samples of the first and the last pixel are on the image's border."""
 
     def on_image(self, camera: Camera, points: np.ndarray) -> np.ndarray:
         """Return (sx, sy) with the first pixel's centre at -1 and the last one's at 1."""
@@ -182,10 +182,10 @@ class WidthMinusOne(Pinhole):
 
 @known("swapped_sizes", "swaps width and height where it turns pixels into image coordinates", "CAM-3")
 class SwappedSizes(Pinhole):
-    """Pixels are divided by the other side's length."""
+    """Pixel coordinates are divided by the length of the wrong side."""
 
     def on_image(self, camera: Camera, points: np.ndarray) -> np.ndarray:
-        """Return (sx, sy) by the other side's length."""
+        """Return (sx, sy), divided by the length of the wrong side."""
         return (2 * points / (camera.height, camera.width) - 1) * (1, -1)
 
 
@@ -200,23 +200,23 @@ class NotNormalised(Mistake):
 
 @known("one_metre_rays", "builds rays that are right only for a target 1 m away", "CAM-4")
 class OneMetre(Pinhole):
-    """Forward is as long as the target is far away."""
+    """The forward axis is as long as the distance of the target."""
 
     def axes(self, camera: Camera) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return the axes, forward as long as the way to the target."""
+        """Return the axes, with forward from the eye to the target."""
         right, up, _ = super().axes(camera)
         return right, up, np.subtract(camera.target, camera.eye)
 
 
 class AnotherView(Mistake):
-    """Another camera's eye, target or up; the right one where these make no camera."""
+    """A wrong eye, target or up vector; the right camera if these make no valid camera."""
 
     def changed(self, camera: Camera) -> Camera:
-        """Return the camera that is used."""
+        """Return the wrong camera."""
         raise NotImplementedError
 
     def scene(self, scene: Scene) -> Scene:
-        """Return the scene with that camera."""
+        """Return the scene with the wrong camera."""
         try:
             return replace(scene, camera=self.changed(scene.camera))
         except (SceneError, OverflowError):
@@ -246,8 +246,8 @@ _view(
 def _another_up_when_steep(camera: Camera) -> Camera:
     forward = np.subtract(camera.target, camera.eye)
     along = abs(forward @ np.asarray(camera.up)) / np.linalg.norm(forward) / np.linalg.norm(camera.up)
-    other = (0.0, 1.0, 0.0) if abs(forward[2]) > 0.9 * np.linalg.norm(forward) else (0.0, 0.0, 1.0)
-    return replace(camera, up=other) if along > 0.99 else camera
+    axis = (0.0, 1.0, 0.0) if abs(forward[2]) > 0.9 * np.linalg.norm(forward) else (0.0, 0.0, 1.0)
+    return replace(camera, up=axis) if along > 0.99 else camera
 
 
 _view(
@@ -294,19 +294,19 @@ _placed("turned_half", "turns its image by 180 degrees", FLIPPED, lambda c, p: (
     starts=[(-0.25, 0.0, 0.25), (-0.25, 0.0, 0.25)],
 )
 class SamplePosition(Family):
-    """Samples lie to the right of the centre, and below it."""
+    """Samples are to the right of the pixel's centre and below it, by the two parameters [px]."""
 
     def image_points(self, scene: Scene, points: np.ndarray) -> np.ndarray:
-        """Return the points, moved."""
+        """Return the moved points."""
         return points + self.numbers
 
 
 @known("depth_for_distance", "writes the depth along the viewing direction as distance", "HIT-9", "CAM-4")
 class DepthForDistance(Mistake):
-    """Only what is written is wrong."""
+    """Only the written image is wrong, not the distances in the later stages."""
 
     def image(self, scene: Scene, stage: Stage, values: np.ndarray, points: np.ndarray) -> np.ndarray:
-        """Return depths for distances."""
+        """Return depths instead of distances."""
         if stage is not Stage.DISTANCE:
             return super().image(scene, stage, values, points)
         directions = self.rays(scene, self.image_points(scene, points))

@@ -17,16 +17,16 @@ Curve = Callable[[np.ndarray], np.ndarray]
 
 
 class Share(Mistake):
-    """Each light's share of irradiance is off by a factor of distance and cosine."""
+    """Each light's share of irradiance is wrong by a factor that depends on the distance and the cosine."""
 
-    simplified = False  # whether under the simplified light as well
+    simplified = False  # whether the factor also applies to the simplified light
 
     def factor(self, r: np.ndarray, cosine: np.ndarray) -> np.ndarray | float:
         """Return the factor at distances r [m] (N,) and cosines (N,)."""
         raise NotImplementedError
 
     def irradiance_of(self, scene: Scene, light: PointLight, positions: np.ndarray, normals: np.ndarray) -> np.ndarray:
-        """Return the share, times the factor."""
+        """Return the share (N, 3) times the factor."""
         share = super().irradiance_of(scene, light, positions, normals)
         if scene.shading == "simplified" and not self.simplified:
             return share
@@ -85,7 +85,7 @@ _share(
     starts=[(0.25, 0.75, 1.5, 2.5, 3.5)],
 )
 class FalloffExponent(Family, Share):
-    """1/r^p."""
+    """1/r^p, where the parameter is p."""
 
     def factor(self, r: np.ndarray, cosine: np.ndarray) -> np.ndarray:
         """Return r^(2 - p)."""
@@ -94,10 +94,10 @@ class FalloffExponent(Family, Share):
 
 @family("softened", "lets light fall off with 1/(r^2 + {0})", *FALLOFF, starts=[(0.001, 0.01, 0.1, 1.0, 10.0)])
 class Softened(Family, Share):
-    """1/(r^2 + s)."""
+    """1/(r^2 + s), where the parameter is s."""
 
     def factor(self, r: np.ndarray, cosine: np.ndarray) -> np.ndarray:
-        """Return r^2 over the softened square."""
+        """Return r^2/(r^2 + s)."""
         return r**2 / (r**2 + abs(self.numbers[0]))
 
 
@@ -108,10 +108,10 @@ class Softened(Family, Share):
     starts=[(0.0, 0.1, 0.5), (0.01, 0.1, 0.5)],
 )
 class Attenuation(Family, Share):
-    """Attenuation by a polynomial of r."""
+    """1/(1 + a r + b r^2), where the parameters are a and b."""
 
     def factor(self, r: np.ndarray, cosine: np.ndarray) -> np.ndarray:
-        """Return r^2 over the polynomial."""
+        """Return r^2/(1 + a r + b r^2)."""
         linear, square = self.numbers
         return r**2 / (1 + linear * r + square * r**2)
 
@@ -120,10 +120,10 @@ class Attenuation(Family, Share):
     "absorption", "lets light be absorbed by exp(-{0} r) beside the falloff", *FALLOFF, starts=[(0.01, 0.05, 0.2, 0.5)]
 )
 class Absorption(Family, Share):
-    """exp(-a r)/r^2."""
+    """exp(-a r)/r^2, where the parameter is a."""
 
     def factor(self, r: np.ndarray, cosine: np.ndarray) -> np.ndarray:
-        """Return the exponential."""
+        """Return exp(-a r)."""
         return np.exp(-self.numbers[0] * r)
 
 
@@ -141,7 +141,7 @@ for _number, (_form, _inner, _outer) in enumerate(
 
 @family("cosine_power", "takes the cosine to the power of {0}", *COSINE, starts=[(0.5, 0.75, 1.5, 2.5, 4.0)])
 class CosinePower(Family, Share):
-    """cos^p."""
+    """cos^p, where the parameter is p."""
 
     simplified = True
 
@@ -154,10 +154,10 @@ class CosinePower(Family, Share):
 
 
 class Sum(Mistake):
-    """The lights' sum is weighted."""
+    """The sum over the lights is weighted."""
 
     def weight(self, place: int, count: int) -> float:
-        """Return the weight of the light at a place among so many."""
+        """Return the weight of the light at index `place` of `count` lights."""
         raise NotImplementedError
 
     def irradiance(self, scene: Scene, objects: np.ndarray, shares: np.ndarray, visible: np.ndarray) -> np.ndarray:
@@ -196,7 +196,7 @@ class LightsClamped(Mistake):
     """Irradiance is at most 1."""
 
     def irradiance(self, scene: Scene, objects: np.ndarray, shares: np.ndarray, visible: np.ndarray) -> np.ndarray:
-        """Return the sum, clamped."""
+        """Return the clamped sum."""
         return np.minimum(super().irradiance(scene, objects, shares, visible), 1.0)
 
 
@@ -204,16 +204,16 @@ class LightsClamped(Mistake):
 
 
 class Model(Mistake):
-    """Light is that of another model."""
+    """The light is computed with the wrong model."""
 
     model: Shading = "simplified"
 
     def irradiance_of(self, scene: Scene, light: PointLight, positions: np.ndarray, normals: np.ndarray) -> np.ndarray:
-        """Return the share by that model."""
+        """Return the light's share of irradiance (N, 3) in that model."""
         return super().irradiance_of(replace(scene, shading=self.model), light, positions, normals)
 
     def leaving(self, scene: Scene, exitance: np.ndarray) -> np.ndarray:
-        """Return radiance by that model."""
+        """Return the radiance (N, 3) in that model."""
         return super().leaving(replace(scene, shading=self.model), exitance)
 
 
@@ -239,12 +239,12 @@ def _albedo(name: str, sentence: str, change: Callable[[Scene, np.ndarray, np.nd
 
 
 def linear_of_srgb(coded: np.ndarray) -> np.ndarray:
-    """Return linear values of sRGB ones. Source: IEC 61966-2-1."""
+    """Return linear values from sRGB values. Source: IEC 61966-2-1."""
     return np.where(coded <= 0.04045, coded / 12.92, ((np.maximum(coded, 0) + 0.055) / 1.055) ** 2.4)
 
 
 def srgb(linear: np.ndarray) -> np.ndarray:
-    """Return the sRGB curve of linear values. Source: IEC 61966-2-1."""
+    """Return sRGB values from linear values. Source: IEC 61966-2-1."""
     curved = 1.055 * np.power(np.maximum(linear, 0), 1 / 2.4) - 0.055
     return np.where(linear <= 0.0031308, 12.92 * linear, curved)
 
@@ -268,24 +268,24 @@ _albedo(
 
 @family("albedo_power", "takes albedos to the power of {0}", *SURFACE, starts=[(0.4, 0.7, 1.5, 2.2)])
 class AlbedoPower(Family):
-    """albedo^p."""
+    """albedo^p, where the parameter is p."""
 
     def albedo(self, scene: Scene, objects: np.ndarray) -> np.ndarray:
-        """Return the power."""
+        """Return the albedo (N, 3) to the power p."""
         return np.maximum(super().albedo(scene, objects), 0) ** self.numbers[0]
 
 
 class OnRadiance(Mistake):
-    """What leaves a lit side is changed."""
+    """The radiance that leaves a lit surface is wrong."""
 
-    simplified = True  # whether under the simplified light as well
+    simplified = True  # whether the change also applies to the simplified light
 
     def change(self, value: np.ndarray) -> np.ndarray:
-        """Return what becomes of radiance."""
+        """Return the wrong radiance from the right one."""
         raise NotImplementedError
 
     def leaving(self, scene: Scene, exitance: np.ndarray) -> np.ndarray:
-        """Return it."""
+        """Return the wrong radiance (N, 3)."""
         right = super().leaving(scene, exitance)
         return right if scene.shading == "simplified" and not self.simplified else self.change(right)
 
@@ -309,7 +309,7 @@ _leaving(
 
 @known("pi_in_simplified", "divides by pi under the simplified light, too", "RAD-4", "RAD-3")
 class PiInSimplified(Mistake):
-    """M / pi in either model."""
+    """The radiance is M / pi in both models."""
 
     def leaving(self, scene: Scene, exitance: np.ndarray) -> np.ndarray:
         """Return M / pi."""
@@ -318,10 +318,10 @@ class PiInSimplified(Mistake):
 
 @known("four_pi_in_simplified", "divides by 4 pi under the simplified light, too", "RAD-3")
 class FourPiInSimplified(Mistake):
-    """Flux over 4 pi in either model."""
+    """The flux is divided by 4 pi in both models."""
 
     def irradiance_of(self, scene: Scene, light: PointLight, positions: np.ndarray, normals: np.ndarray) -> np.ndarray:
-        """Return the share, under the simplified light over 4 pi."""
+        """Return the light's share, divided by 4 pi in the simplified model."""
         share = super().irradiance_of(scene, light, positions, normals)
         return share / (4 * math.pi) if scene.shading == "simplified" else share
 
@@ -336,7 +336,7 @@ FACTORS = (0.01, 0.1, 0.5, 0.9, 1.1, 2.0, 10.0, 100.0)
 
 
 class LightFactor(Family):
-    """Light is off by a factor at one of its stages."""
+    """The light is wrong by a factor, the parameter, at one of its stages."""
 
     scaled = Stage.RADIANCE
     simplified = True
@@ -346,15 +346,15 @@ class LightFactor(Family):
         return value * self.numbers[0] if off else value
 
     def irradiance(self, scene: Scene, objects: np.ndarray, shares: np.ndarray, visible: np.ndarray) -> np.ndarray:
-        """Return E, off where E is."""
+        """Return the irradiance, times the factor if that is the wrong stage."""
         return self._times(scene, super().irradiance(scene, objects, shares, visible), Stage.IRRADIANCE)
 
     def exitance(self, scene: Scene, objects: np.ndarray, arriving: np.ndarray) -> np.ndarray:
-        """Return M, off where M is."""
+        """Return the exitance, times the factor if that is the wrong stage."""
         return self._times(scene, super().exitance(scene, objects, arriving), Stage.EXITANCE)
 
     def leaving(self, scene: Scene, exitance: np.ndarray) -> np.ndarray:
-        """Return L, off where L is."""
+        """Return the radiance, times the factor if that is the wrong stage."""
         return self._times(scene, super().leaving(scene, exitance), Stage.RADIANCE)
 
 

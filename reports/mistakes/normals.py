@@ -1,4 +1,4 @@
-"""Mistakes of normals: turned by another matrix, not normalised, of another sign, or turned otherwise to the viewer."""
+"""Mistakes of normals: a wrong matrix, length or sign, or a wrong rule of turning them towards the viewer."""
 
 from collections.abc import Callable
 
@@ -11,7 +11,8 @@ from rayproof.reference.analytic import Analytic, Freedom, Rows
 from rayproof.reference.analytic.vectors import cross, dot, units
 from rayproof.reports.mistakes import Mistake, known, variant
 
-# From a shape, its linear part, points (N, 3), faces (N,) and right unit normals in object space to world normals.
+# Maps a shape, the linear part (3, 3) of its matrix, points (N, 3), faces (N,) and right unit normals (N, 3) in object
+# space to normals (N, 3) in world space.
 Turned = Callable[[Shape, np.ndarray, np.ndarray, np.ndarray, np.ndarray], np.ndarray]
 
 
@@ -21,28 +22,28 @@ def linear_of(shape: Shape) -> np.ndarray:
 
 
 def local_of(shape: Shape, outward: np.ndarray) -> np.ndarray:
-    """Return unit normals (N, 3) in object space of unit normals in the world."""
+    """Return unit normals (N, 3) in object space from unit normals (N, 3) in world space."""
     return units(outward @ linear_of(shape))
 
 
 class OwnFaceBlocks(Mistake):
-    """A shadow ray that starts on the wrong side of the face that it leaves, by a wrong normal, meets that face."""
+    """A shadow ray crosses its own face if it starts on the wrong side of the face, due to a wrong normal."""
 
     def visibility(self, scene: Scene, rows: Rows, freedom: Freedom | None = None) -> np.ndarray:
-        """Return visibility without the lights on the other side of the face."""
-        seen = super().visibility(scene, rows, freedom)
+        """Return the visibility (N, lights) without the lights on the other side of the face."""
+        visible = super().visibility(scene, rows, freedom)
         right = Analytic().normals(scene, rows[Stage.RAY], rows[Stage.OBJECT], rows[Stage.POSITION])
         start = dot(right, rows[Stage.NORMAL])
         for column, light in enumerate(scene.lights):
-            seen[:, column] *= start * dot(right, np.asarray(light.position) - rows[Stage.POSITION]) >= 0
-        return seen
+            visible[:, column] *= start * dot(right, np.asarray(light.position) - rows[Stage.POSITION]) >= 0
+        return visible
 
 
 class SeenByRightNormal(Mistake):
-    """Front and back are told by the right normal, whatever is taken for light."""
+    """Front and back are distinguished by the right normal, and only the light by the wrong one."""
 
     def facing(self, scene: Scene, directions: np.ndarray, objects: np.ndarray, normals: np.ndarray) -> np.ndarray:
-        """Return whether the right normal is turned towards the viewer."""
+        """Return a mask (N,) of the hits with a right normal that is turned towards the viewer."""
         hit, side = objects[:, 0] >= 0, np.zeros(len(objects), dtype=bool)
         for index, shape in enumerate(scene.shapes):
             here = objects[:, 0] == index
@@ -52,14 +53,14 @@ class SeenByRightNormal(Mistake):
         return hit & side
 
     def right_outward(self, scene: Scene, index: int, directions: np.ndarray, objects: np.ndarray) -> np.ndarray:
-        """Return the right outward normals where rays meet a shape."""
+        """Return the right outward normals (N, 3) at the hits of a shape."""
         distances = Analytic().distances(scene, directions, objects)[:, np.newaxis]
         positions = Analytic().positions(scene, directions, objects, distances)
         return Analytic().outward_normals(scene, index, positions, objects[:, 1])
 
 
 def _register(name: str, sentence: str, items: tuple[str, ...], wrong: type[Mistake]) -> None:
-    """Register wrong normals, and the ways in which they show by the right formulas around them."""
+    """Register wrong normals, with the variants in which the steps around them use the right normals."""
     known(name, sentence, *items)(wrong)
     for around in ((OwnFaceBlocks,), (SeenByRightNormal,), (OwnFaceBlocks, SeenByRightNormal)):
         variant(name)(type("".join((name, *(part.__name__ for part in around))), (*around, wrong), {}))
@@ -78,7 +79,7 @@ def _outward(name: str, sentence: str, items: tuple[str, ...], turned: Turned, *
 
 
 def _crossed(shape: Shape, linear: np.ndarray, points: np.ndarray, faces: np.ndarray, local: np.ndarray) -> np.ndarray:
-    """Return normals of object space, of triangles as long as their sides' cross product."""
+    """Return normals (N, 3) in object space; those of triangles are the cross products of their sides."""
     if not isinstance(shape, Triangle | Mesh):
         return local
     vertices = np.asarray(shape.vertices, dtype=np.float64)
@@ -106,19 +107,19 @@ def _about_origin(
 
 
 def _smooth(shape: Shape, linear: np.ndarray, points: np.ndarray, faces: np.ndarray, local: np.ndarray) -> np.ndarray:
-    """Return the normals of a mesh interpolated between its vertices, whose own are the means of their faces'."""
+    """Return the normals (N, 3) of a mesh, interpolated between vertex normals, the means over the adjacent faces."""
     assert isinstance(shape, Mesh)
     vertices, all_faces = shape.vertices.astype(np.float64), shape.faces
     corners = vertices[all_faces]
-    each = cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    areas = cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     _, place = np.unique(vertices, axis=0, return_inverse=True)
     at = np.zeros((place.max() + 1, 3))
     for corner in range(3):
-        np.add.at(at, place.ravel()[all_faces[:, corner]], each)
+        np.add.at(at, place.ravel()[all_faces[:, corner]], areas)
     offset = np.asarray(shape.to_world, dtype=np.float64)[:3, 3]
     inside, number = (points - offset) @ np.linalg.inv(linear).T, np.clip(faces, 0, len(all_faces) - 1).astype(int)
     a, b, c = np.moveaxis(corners[number], 1, 0)
-    area = each[number]
+    area = areas[number]
     size = dot(area, area)
     weights = [
         dot(cross(c - b, inside - b), area),
@@ -189,7 +190,7 @@ _outward("smooth_normals", "interpolates a mesh's normals between its vertices",
 
 
 class Crossed(Mistake):
-    """Triangles' normals are as long as the cross product of their sides, turned into the world."""
+    """The normals of triangles are the cross products of their sides, transformed to world space."""
 
     def outward_normals(self, scene: Scene, index: int, positions: np.ndarray, faces: np.ndarray) -> np.ndarray:
         """Return normals that are not normalised."""
@@ -202,22 +203,22 @@ variant("normal_not_normalised")(Crossed)
 
 
 class Turning(Mistake):
-    """Normals are turned to the viewer by another rule."""
+    """Normals are turned to the viewer by a wrong rule."""
 
     def away(self, scene: Scene, index: int, outward: np.ndarray, directions: np.ndarray) -> np.ndarray:
-        """Return which normals (N,) are turned round."""
+        """Return a mask (N,) of the normals that are reversed."""
         raise NotImplementedError
 
     def normals(self, scene: Scene, directions: np.ndarray, objects: np.ndarray, positions: np.ndarray) -> np.ndarray:
-        """Return normals turned by that rule."""
-        found = np.zeros((len(objects), 3))
+        """Return normals (N, 3), turned by this rule."""
+        normals = np.zeros((len(objects), 3))
         for index in range(len(scene.shapes)):
             here = objects[:, 0] == index
             if here.any():
                 outward = self.outward_normals(scene, index, positions[here], objects[here, 1])
                 turned = self.away(scene, index, outward, directions[here])
-                found[here] = np.where(np.reshape(turned, (-1, 1)), -outward, outward)
-        return found
+                normals[here] = np.where(np.reshape(turned, (-1, 1)), -outward, outward)
+        return normals
 
 
 Rule = Callable[[Shape, np.ndarray, np.ndarray], np.ndarray]
@@ -251,19 +252,19 @@ _turning(
 
 
 class MixedSpaces(Turning):
-    """Which side is seen, and so whether it is shown, is told by vectors of two spaces."""
+    """Front and back are distinguished by the product of two vectors in different spaces."""
 
     def side(self, shape: Shape, outward: np.ndarray, directions: np.ndarray) -> np.ndarray:
-        """Return whether a surface is taken for one seen from behind."""
+        """Return a mask (N,) of the hits that are taken for the back of the surface."""
         raise NotImplementedError
 
     def away(self, scene: Scene, index: int, outward: np.ndarray, directions: np.ndarray) -> np.ndarray:
-        """Return which normals are turned: those of two-sided shapes taken for seen from behind."""
+        """Return a mask (N,) of the normals to reverse: hits of two-sided shapes that are taken for the back."""
         shape = scene.shapes[index]
         return shape.two_sided & self.side(shape, outward, directions)
 
     def facing(self, scene: Scene, directions: np.ndarray, objects: np.ndarray, normals: np.ndarray) -> np.ndarray:
-        """Return which hits are shown: of two-sided shapes all, of others those taken for seen from the front."""
+        """Return a mask (N,) of the shown hits; hits of one-sided shapes are shown if they are taken for the front."""
         shown = np.zeros(len(objects), dtype=bool)
         for index, shape in enumerate(scene.shapes):
             here = objects[:, 0] == index
@@ -291,16 +292,16 @@ class BackSeen(Mistake):
     """Every hit is shown."""
 
     def facing(self, scene: Scene, directions: np.ndarray, objects: np.ndarray, normals: np.ndarray) -> np.ndarray:
-        """Return whether anything is hit."""
+        """Return a mask (N,) of all hits."""
         return objects[:, 0] >= 0
 
 
 @known("front_hidden", "shows one-sided surfaces from behind and hides their front", "RAD-4")
 class FrontHidden(Mistake):
-    """The lit side is the other one."""
+    """The back is lit instead of the front."""
 
     def facing(self, scene: Scene, directions: np.ndarray, objects: np.ndarray, normals: np.ndarray) -> np.ndarray:
-        """Return whether a hit shows its unlit side."""
+        """Return a mask (N,) of the hits that are seen from behind."""
         return (objects[:, 0] >= 0) & (dot(normals, directions) > 0)
 
 
@@ -310,10 +311,10 @@ class FrontHidden(Mistake):
     "NRM-3",
 )
 class OfRoundedCorners(Mistake):
-    """Faces' normals are those of the corners as they are met."""
+    """The normals of faces are computed from the rounded corners in world space."""
 
     def outward_normals(self, scene: Scene, index: int, positions: np.ndarray, faces: np.ndarray) -> np.ndarray:
-        """Return normals by the winding of baked corners, of the side that is the right one's."""
+        """Return the normals (N, 3) of faces with rounded corners, on the same side as the right normals."""
         shape, right = scene.shapes[index], super().outward_normals(scene, index, positions, faces)
         if not isinstance(shape, Triangle | Mesh):
             return right

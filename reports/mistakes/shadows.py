@@ -1,4 +1,4 @@
-"""Mistakes of shadow rays: where they start and end, what blocks them, and which lights are above the horizon."""
+"""Mistakes of shadow rays: their start and end, their blockers, and the test of the horizon."""
 
 from collections.abc import Callable
 
@@ -11,25 +11,25 @@ from rayproof.reference.analytic.surfaces import Between, surface_of
 from rayproof.reference.analytic.vectors import dot, length
 from rayproof.reports.mistakes import Family, Mistake, family, known, variant
 
-OWN = 1e-7  # of a shadow ray's length: a shape's own crossing nearer to the ray's start is the start itself
+OWN = 1e-7  # as a share of the shadow ray's length: a nearer crossing with the same shape is the start itself
 
 
 class AlongShadowRays(Mistake):
-    """Shadow rays are traced from their start: s = 0 there and 1 at the light."""
+    """Shadow rays are traced from their start, where s = 0, to the light, where s = 1."""
 
     def interval(self, light: PointLight, starts: np.ndarray) -> Between:
         """Return the open interval of s in which blockers count."""
         return 0.0, 1.0
 
     def blocked(self, scene: Scene, index: int, rays: RaysToLight) -> np.ndarray:
-        """Return which shadow rays meet the shape in that interval."""
+        """Return a mask (N,) of the shadow rays that cross the shape in this interval."""
         low, high = (np.broadcast_to(end, len(rays.starts)) for end in self.interval(rays.light, rays.starts))
         own, blocked = rays.objects[:, 0] == index, np.zeros(len(rays.starts), dtype=bool)
-        for some, _, crossing in surface_of(scene.shapes[index]).meetings(rays.source, rays.segments):
+        for chunk, _, crossing in surface_of(scene.shapes[index]).meetings(rays.source, rays.segments):
             s = 1 - crossing
-            inside = (s > low[some, np.newaxis]) & (s < high[some, np.newaxis])
-            inside &= ~own[some, np.newaxis] | (np.abs(s) > OWN)
-            blocked[some] |= inside.any(axis=1)
+            inside = (s > low[chunk, np.newaxis]) & (s < high[chunk, np.newaxis])
+            inside &= ~own[chunk, np.newaxis] | (np.abs(s) > OWN)
+            blocked[chunk] |= inside.any(axis=1)
         return blocked
 
 
@@ -78,12 +78,12 @@ _along(
     starts=[(0.5, 0.8, 0.9, 1.1, 1.3, 2.0)],
 )
 class ShadowRayLength(Family, AlongShadowRays):
-    """The interval ends elsewhere than at the light."""
+    """The interval ends before or behind the light."""
 
     jumps = True
 
     def interval(self, light: PointLight, starts: np.ndarray) -> Between:
-        """Return the interval up to the number."""
+        """Return the interval up to the parameter."""
         return 0.0, self.numbers[0]
 
 
@@ -98,12 +98,12 @@ OFFSETS = (1e-3, 2e-3, 5e-3, 0.01, 0.02, 0.05, 0.1, 0.2)
     starts=[OFFSETS],
 )
 class ShadowRayOffset(Family):
-    """Shadow rays start off the surface; the light's side is asked at the surface."""
+    """Shadow rays start above the surface; the horizon is tested at the surface."""
 
     jumps = True
 
     def visibility(self, scene: Scene, rows: Rows, freedom: Freedom | None = None) -> np.ndarray:
-        """Return visibility from there, where whatever is met blocks."""
+        """Return the visibility (N, lights) from the moved points, where every crossing blocks."""
         objects, points = rows[Stage.OBJECT], rows[Stage.POSITION]
         starts = points + self.numbers[0] * rows[Stage.NORMAL]
         nobody = np.where(objects >= 0, len(scene.shapes), -1.0)
@@ -124,12 +124,12 @@ class ShadowRayOffset(Family):
     starts=[OFFSETS],
 )
 class ShadowRaySkip(Family, AlongShadowRays):
-    """Shadow rays begin to be blocked some way from the surface."""
+    """Crossings count only from some distance to the start of the shadow ray."""
 
     jumps = True
 
     def interval(self, light: PointLight, starts: np.ndarray) -> Between:
-        """Return the interval from there."""
+        """Return the interval from this distance."""
         return self.numbers[0] * _metres(light, starts), 1.0
 
 
@@ -147,31 +147,31 @@ class OwnShapePasses(Mistake):
     """A shape does not block the light of its own points."""
 
     def blocked(self, scene: Scene, index: int, rays: RaysToLight) -> np.ndarray:
-        """Return what other shapes block."""
+        """Return a mask (N,) of the shadow rays that start on another shape and are blocked by this one."""
         return super().blocked(scene, index, rays) & (rays.objects[:, 0] != index)
 
 
 @known("shadows_inverted", "takes what is blocked for visible", "LIT-1")
 class Inverted(Mistake):
-    """Lights above the horizon are visible where something blocks them."""
+    """Lights above the horizon are visible if they are blocked."""
 
     def visibility(self, scene: Scene, rows: Rows, freedom: Freedom | None = None) -> np.ndarray:
-        """Return the opposite above the horizon."""
-        found, hit = super().visibility(scene, rows, freedom), rows[Stage.OBJECT][:, 0] >= 0
+        """Return the inverted visibility (N, lights) of lights above the horizon."""
+        visible, hit = super().visibility(scene, rows, freedom), rows[Stage.OBJECT][:, 0] >= 0
         for column, light in enumerate(scene.lights):
             above = hit & self.above_horizon(scene, light, rows[Stage.POSITION], rows)
-            found[:, column] = above & (found[:, column] == 0)
-        return found
+            visible[:, column] = above & (visible[:, column] == 0)
+        return visible
 
 
 def _side(self: Mistake, scene: Scene, rows: Rows) -> np.ndarray:
-    """Return the hits' outward normals (N, 3), never turned."""
-    objects, found = rows[Stage.OBJECT], np.zeros((len(rows[Stage.OBJECT]), 3))
+    """Return the outward normals (N, 3) of hits, not turned towards the viewer."""
+    objects, outward = rows[Stage.OBJECT], np.zeros((len(rows[Stage.OBJECT]), 3))
     for index in range(len(scene.shapes)):
         here = objects[:, 0] == index
         if here.any():
-            found[here] = self.outward_normals(scene, index, rows[Stage.POSITION][here], objects[here, 1])
-    return found
+            outward[here] = self.outward_normals(scene, index, rows[Stage.POSITION][here], objects[here, 1])
+    return outward
 
 
 @known(
@@ -180,10 +180,10 @@ def _side(self: Mistake, scene: Scene, rows: Rows) -> np.ndarray:
     "LIT-5",
 )
 class FromTheFront(Mistake):
-    """The surface itself blocks the lights of its back."""
+    """The surface itself blocks the light if it is seen from behind."""
 
     def visibility(self, scene: Scene, rows: Rows, freedom: Freedom | None = None) -> np.ndarray:
-        """Return no visibility where the normal was turned."""
+        """Return the visibility (N, lights), zero if the normal was turned."""
         turned = dot(_side(self, scene, rows), rows[Stage.NORMAL]) < 0
         return super().visibility(scene, rows, freedom) * ~turned[:, np.newaxis]
 
@@ -193,21 +193,21 @@ class FromBelow(Mistake):
     """The surface itself blocks every light above its horizon."""
 
     def visibility(self, scene: Scene, rows: Rows, freedom: Freedom | None = None) -> np.ndarray:
-        """Return no visibility."""
+        """Return zeros (N, lights)."""
         return np.zeros((len(rows[Stage.OBJECT]), len(scene.lights)))
 
 
 @known("horizon_reversed", "asks the wrong way round whether a light is above the horizon", "LIT-1")
 class HorizonReversed(Mistake):
-    """Lights below the horizon are asked about."""
+    """Shadow rays are sent to lights below the horizon."""
 
     def above_horizon(self, scene: Scene, light: PointLight, starts: np.ndarray, rows: Rows) -> np.ndarray:
-        """Return whether a light is below."""
+        """Return a mask (N,) of the hits with the light below their horizon."""
         return dot(rows[Stage.NORMAL], np.asarray(light.position) - rows[Stage.POSITION]) < 0
 
 
 class NoHorizon(Mistake):
-    """Lights on either side of a surface are asked about; shadow rays start on the light's side."""
+    """Shadow rays are sent to lights on both sides of a surface, and start on the light's side."""
 
     def visibility(self, scene: Scene, rows: Rows, freedom: Freedom | None = None) -> np.ndarray:
         """Return visibility from the light's side of each surface."""
@@ -216,11 +216,11 @@ class NoHorizon(Mistake):
         return np.maximum(above, below)
 
     def signed(self, cosine: np.ndarray) -> np.ndarray:
-        """Return what the cosine, of either sign, becomes."""
+        """Return the factor that replaces the cosine, which may be negative."""
         return cosine
 
     def irradiance_of(self, scene: Scene, light: PointLight, positions: np.ndarray, normals: np.ndarray) -> np.ndarray:
-        """Return the light's share with another cosine."""
+        """Return the light's share of irradiance with this factor instead of the cosine."""
         offset = np.asarray(light.position) - positions
         with np.errstate(all="ignore"):
             cosine = dot(normals, offset) / length(offset)
@@ -247,20 +247,20 @@ for _name, _sentence, _signed in (
 
 
 class Unblocked(NoHorizon):
-    """Lights below the horizon count whatever is between."""
+    """Lights below the horizon count even if they are blocked."""
 
     def visibility(self, scene: Scene, rows: Rows, freedom: Freedom | None = None) -> np.ndarray:
-        """Return visibility of lights above the horizon, and all below it."""
+        """Return the visibility (N, lights), one for every light below the horizon."""
         return np.maximum(Analytic.visibility(self, scene, rows, freedom), _below(scene, rows))
 
 
 def _below(scene: Scene, rows: Rows) -> np.ndarray:
-    """Return which lights are below each hit's horizon, (N, lights)."""
-    found = np.zeros((len(rows[Stage.OBJECT]), len(scene.lights)))
+    """Return a mask (N, lights) of the lights below each hit's horizon."""
+    below_horizon = np.zeros((len(rows[Stage.OBJECT]), len(scene.lights)))
     for column, light in enumerate(scene.lights):
         below = dot(rows[Stage.NORMAL], np.asarray(light.position) - rows[Stage.POSITION]) < 0
-        found[:, column] = below & (rows[Stage.OBJECT][:, 0] >= 0)
-    return found
+        below_horizon[:, column] = below & (rows[Stage.OBJECT][:, 0] >= 0)
+    return below_horizon
 
 
 variant("cosine_not_clamped")(Unblocked)

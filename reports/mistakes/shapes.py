@@ -1,4 +1,4 @@
-"""Mistakes of shapes: placed, sized, clipped or met otherwise than the scene says."""
+"""Mistakes of shapes: a wrong placement, size, clipping or intersection."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -12,24 +12,24 @@ from rayproof.reference.analytic.surfaces import Crossing, Meetings, Polygons, S
 from rayproof.reference.analytic.vectors import dot, ends_of, length, units
 from rayproof.reports.mistakes import Family, Mistake, family, known, variant
 
-OWN = 1e-7  # of a shadow ray's length: a shape's own crossing nearer to the ray's start is the start itself
+OWN = 1e-7  # as a share of the shadow ray's length: a nearer crossing with the same shape is the start itself
 TRIANGLES = (Triangle, Mesh)
 
 
 def _scene(name: str, sentence: str, items: tuple[str, ...], changed: Callable[[Scene], Scene]) -> None:
-    """Register a mistake that is right for another scene; where that is no scene it makes none."""
+    """Register a mistake that renders a changed scene; if the change is no valid scene, it renders the right one."""
 
-    def scene(_: Mistake, asked: Scene) -> Scene:
+    def scene(_: Mistake, right: Scene) -> Scene:
         try:
-            return changed(asked)
+            return changed(right)
         except (SceneError, ValueError, OverflowError):
-            return asked
+            return right
 
     known(name, sentence, *items)(type(name, (Mistake,), {"scene": scene}))
 
 
 def _each(change: Callable[[Shape], Shape], *kinds: type[Shape]) -> Callable[[Scene], Scene]:
-    """Return the change of all shapes, or of those of some kinds."""
+    """Return the function that changes all shapes of a scene, or only the shapes of the given kinds."""
     return lambda scene: replace(
         scene, shapes=tuple(change(shape) if not kinds or isinstance(shape, kinds) else shape for shape in scene.shapes)
     )
@@ -58,7 +58,7 @@ for _name, _sentence, _change in (
     ("inverse_matrix", "takes the inverse of the model matrix's linear part", _by_matrix(np.linalg.inv)),
 ):
     _scene(_name, _sentence, ("XF-1", "XF-2"), _each(_change))
-    # Triangles and meshes may have been brought into the world by another part of the renderer.
+    # The renderer may transform triangles and meshes to world space in another part, which is right.
     _parts = _each(_change, *SOLIDS)
     variant(_name)(type(f"{_name}_of_solids", (Mistake,), {"scene": lambda _, scene, parts=_parts: parts(scene)}))
 
@@ -132,7 +132,7 @@ _interval("near_at_1", "sees nothing that is nearer than 1 m", lambda low, high:
 
 @known("behind_where_unclipped", "takes hits behind the eye where nothing is to be clipped", *CLIP)
 class BehindWhereUnclipped(Mistake):
-    """No interval at all where there is no clipping."""
+    """Without clipping, hits at any distance count, including negative ones."""
 
     def clip_interval(self, scene: Scene, directions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return an interval without a lower end."""
@@ -148,23 +148,23 @@ class BehindWhereUnclipped(Mistake):
     starts=[(1.0, 5.0, 10.0, 20.0, 50.0, 100.0)],
 )
 class Within(Family):
-    """Hits count up to a distance."""
+    """Hits count up to a distance [m], the parameter."""
 
     jumps = True
 
     def clip_interval(self, scene: Scene, directions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return an interval that ends there."""
+        """Return an interval that ends at this distance."""
         low, high = super().clip_interval(scene, directions)
         return low, np.minimum(high, self.numbers[0])
 
 
 class AnotherOrder(Mistake):
-    """Of several shapes another one counts than the nearest; of a mesh, another face."""
+    """A ray hits another shape than the nearest, or another face of a mesh than the nearest."""
 
     shapes, faces = "nearest", "nearest"
 
     def nearest(self, scene: Scene, directions: np.ndarray, freedom: Freedom | None = None) -> Hits:
-        """Return the hits that count by these rules."""
+        """Return the hits that these rules select."""
         eye, count = np.asarray(scene.camera.eye, dtype=np.float64), len(directions)
         low, high = self.clip_interval(scene, directions)
         hits = Hits(np.full((count, 2), -1.0), np.full(count, np.inf), np.zeros(count, dtype=int))
@@ -179,28 +179,28 @@ class AnotherOrder(Mistake):
         return hits
 
     def crossing(self, scene: Scene, index: int, rays: RaysFromEye) -> Crossing:
-        """Return the crossing that counts with one shape."""
+        """Return the crossings that these rules select of one shape."""
         surface, (eye, directions, low, high) = surface_of(scene.shapes[index]), rays
         if self.faces == "nearest" or not isinstance(scene.shapes[index], Mesh):
             return surface.first(*rays)
-        found = Crossing(
+        selected = Crossing(
             np.full(len(directions), np.inf), np.zeros(len(directions)), np.zeros(len(directions), dtype=int)
         )
         best = np.full(len(directions), -np.inf)
-        for some, pieces, crossing in surface.meetings(eye, directions):
-            inside = (crossing > low[some, np.newaxis]) & (crossing < high[some, np.newaxis])
+        for chunk, pieces, crossing in surface.meetings(eye, directions):
+            inside = (crossing > low[chunk, np.newaxis]) & (crossing < high[chunk, np.newaxis])
             order = {"first": -pieces[np.newaxis], "last": pieces[np.newaxis]}.get(self.faces, crossing)
             key = np.where(inside, order, -np.inf)
             place = key.argmax(axis=1)
-            every = np.arange(len(some))
-            better = key[every, place] > best[some]
-            best[some[better]] = key[every, place][better]
-            found.distance[some[better]], found.piece[some[better]] = (
+            every = np.arange(len(chunk))
+            better = key[every, place] > best[chunk]
+            best[chunk[better]] = key[every, place][better]
+            selected.distance[chunk[better]], selected.piece[chunk[better]] = (
                 crossing[every, place][better],
                 pieces[place[better]],
             )
-            found.face[some[better]] = surface.number(pieces[place[better]])
-        return found
+            selected.face[chunk[better]] = surface.number(pieces[place[better]])
+        return selected
 
 
 for _rule in ("first", "last", "farthest"):
@@ -215,7 +215,7 @@ variant("first_hit")(type("first_of_all", (AnotherOrder,), {"shapes": "first", "
 
 @known("behind_the_eye", "takes hits behind the eye", *CLIP)
 class BehindTheEye(Mistake):
-    """The interval has no lower end: the farthest hit behind the eye comes first."""
+    """The interval has no lower end, so that the farthest hit behind the eye is taken for the nearest."""
 
     def clip_interval(self, scene: Scene, directions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return an interval without a lower end."""
@@ -223,7 +223,7 @@ class BehindTheEye(Mistake):
         return np.full_like(low, -np.inf), high
 
     def crossing(self, scene: Scene, index: int, rays: RaysFromEye) -> Crossing:
-        """Return the first crossing of the whole line; of a mesh, rays alone are asked, so it is asked both ways."""
+        """Return the first crossings (N,) along the whole lines; a mesh is intersected with rays in both directions."""
         ahead = super().crossing(scene, index, rays)
         if not isinstance(scene.shapes[index], Mesh):
             return ahead
@@ -239,20 +239,20 @@ class _Farthest(AnotherOrder):
 
 
 class OtherSurfaces(Mistake):
-    """Rays and shadow rays meet another surface than the shape's, whose normals stay right."""
+    """Rays and shadow rays intersect a wrong surface instead of the shape's; the normals stay right."""
 
-    shadow_rays = True  # whether shadow rays meet it, too
+    shadow_rays = True  # whether shadow rays intersect it, too
 
     def surface(self, shape: Shape) -> Surface:
-        """Return the surface that is met."""
+        """Return the wrong surface of a shape."""
         raise NotImplementedError
 
     def crossing(self, scene: Scene, index: int, rays: RaysFromEye) -> Crossing:
-        """Return where rays meet it first."""
+        """Return the first crossings of rays with the wrong surface."""
         return self.surface(scene.shapes[index]).first(*rays)
 
     def blocked(self, scene: Scene, index: int, rays: RaysToLight) -> np.ndarray:
-        """Return which shadow rays it blocks."""
+        """Return a mask (N,) of the shadow rays that the wrong surface blocks."""
         surface = self.surface(scene.shapes[index])
         if not self.shadow_rays or surface is surface_of(scene.shapes[index]):
             return super().blocked(scene, index, rays)
@@ -266,16 +266,16 @@ class OtherSurfaces(Mistake):
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class WrongTriangles(Polygons):
-    """Triangles whose inside is decided by barycentric coordinates that wrong bounds hold, on one side or both."""
+    """Triangles with wrong bounds of the barycentric coordinates of their inside."""
 
-    least: float = 0.0  # of each coordinate
-    parallelogram: bool = False  # u + v <= 1 is not asked
-    open_side: bool = False  # one of the three is not asked
-    culled: bool = False
-    smallest: float = 0.0  # |determinant| below which a ray is taken for parallel
+    least: float = 0.0  # the smallest value of each coordinate
+    parallelogram: bool = False  # u + v <= 1 is not tested
+    open_side: bool = False  # one of the three coordinates is not tested
+    culled: bool = False  # the back is not hit
+    smallest: float = 0.0  # |determinant| below which a ray counts as parallel to the triangle
 
     def meetings(self, apex: np.ndarray, directions: np.ndarray) -> Meetings:
-        """Yield the crossings, by Moeller and Trumbore (1997)."""
+        """Yield the crossings, computed with the method of Moeller and Trumbore (1997)."""
         first = self.corners[:, 0]
         sides = self.corners[:, 1] - first, self.corners[:, 2] - first
         near = self.corners - apex
@@ -284,8 +284,8 @@ class WrongTriangles(Polygons):
         else:
             chosen = bundles(directions, near)
         for rays, pieces in chosen:
-            for some in np.array_split(rays, max(1, len(rays) * len(pieces) // 200_000 + 1)):
-                d = directions[some, np.newaxis]
+            for chunk in np.array_split(rays, max(1, len(rays) * len(pieces) // 200_000 + 1)):
+                d = directions[chunk, np.newaxis]
                 e1, e2, s = sides[0][pieces], sides[1][pieces], apex - first[pieces]
                 p, q = np.cross(d, e2), np.cross(s, e1)
                 determinant = (p * e1).sum(axis=-1)
@@ -299,7 +299,7 @@ class WrongTriangles(Polygons):
                         inside &= u + v <= 1 - self.least
                 if self.culled:
                     inside &= determinant > 0
-                yield some, pieces, np.where(inside, crossing, np.nan)
+                yield chunk, pieces, np.where(inside, crossing, np.nan)
 
 
 @lru_cache(maxsize=256)
@@ -311,7 +311,7 @@ def _wrong_triangles(shape: Shape, wrong: tuple[tuple[str, float], ...]) -> Surf
 
 
 class OtherTriangles(OtherSurfaces):
-    """Triangles are met by wrong bounds."""
+    """Triangles and meshes are intersected with wrong bounds."""
 
     wrong: tuple[tuple[str, float], ...] = ()
 
@@ -341,19 +341,19 @@ for _number, _least in enumerate((1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8)):
 
 
 class BackFacesPass(Mistake):
-    """Shadow rays pass through surfaces that face away from where they start."""
+    """Shadow rays pass through surfaces that face away from their starts."""
 
     def blocked(self, scene: Scene, index: int, rays: RaysToLight) -> np.ndarray:
-        """Return which shadow rays meet a triangle's front."""
+        """Return a mask (N,) of the shadow rays that cross the front of a triangle."""
         if not isinstance(scene.shapes[index], TRIANGLES):
             return super().blocked(scene, index, rays)
         surface, blocked = _wrong_triangles(scene.shapes[index], (("culled", True),)), np.zeros(len(rays.starts), bool)
-        # From the light a triangle is seen from the other side: what faces the start faces away from the light.
+        # RaysFromEye are traced from the light here: a triangle that faces the start faces away from the light.
         mirrored = replace(surface, corners=surface.corners[:, ::-1])  # type: ignore[type-var]
         own = np.where(rays.objects[:, 0] == index, rays.objects[:, 1], -1)
-        for some, pieces, crossing in mirrored.meetings(rays.source, rays.segments):
-            inside = (crossing > 0) & (crossing < 1 - OWN) & (surface.number(pieces) != own[some, np.newaxis])
-            blocked[some] |= inside.any(axis=1)
+        for chunk, pieces, crossing in mirrored.meetings(rays.source, rays.segments):
+            inside = (crossing > 0) & (crossing < 1 - OWN) & (surface.number(pieces) != own[chunk, np.newaxis])
+            blocked[chunk] |= inside.any(axis=1)
         return blocked
 
 
@@ -361,28 +361,28 @@ known("shadow_rays_culled", "culls triangles that face away in shadow rays", "LI
 
 
 class InObjectSpace(Mistake):
-    """Spheres, cubes, squares and planes are met in object space, in one of whose steps something is wrong."""
+    """Spheres, cubes, squares and planes are intersected in object space, and one step of that is wrong."""
 
-    local = True  # normals come from the hit in object space, not from the one in the world
+    local = True  # normals are computed from the hit in object space, not in world space
 
     def origins(self, matrix: np.ndarray, points: np.ndarray) -> np.ndarray:
-        """Return rays' origins (N, 3) in object space."""
+        """Return the origins (N, 3) of rays in object space."""
         return (points - matrix[:3, 3]) @ np.linalg.inv(matrix[:3, :3]).T
 
     def ways(self, matrix: np.ndarray, directions: np.ndarray) -> np.ndarray:
-        """Return rays' directions (N, 3) in object space."""
+        """Return the directions (N, 3) of rays in object space."""
         return directions @ np.linalg.inv(matrix[:3, :3]).T
 
     def sphere(self, shape: Sphere, o: np.ndarray, d: np.ndarray, low: np.ndarray) -> np.ndarray:
-        """Return the sphere's crossings (N, k) that may count."""
+        """Return the candidate crossings (N, k) with a sphere; NaN for a miss."""
         return roots(o - shape.center, d, shape.radius)
 
     def cube(self, o: np.ndarray, d: np.ndarray, low: np.ndarray) -> np.ndarray:
-        """Return the cube's crossings (N, k)."""
+        """Return the candidate crossings (N, k) with a cube; NaN for a miss."""
         return slabs(o, d)
 
     def flat(self, shape: Shape, o: np.ndarray, d: np.ndarray) -> np.ndarray:
-        """Return the crossings (N, 1) with a plane or a square."""
+        """Return the crossings (N, 1) with a plane or a square; NaN for a miss."""
         with np.errstate(all="ignore"):
             t = -o[:, 2] / d[:, 2]
             x, y = (o + t[:, np.newaxis] * d)[:, :2].T
@@ -392,7 +392,7 @@ class InObjectSpace(Mistake):
         return np.where(inside, t, np.nan)[:, np.newaxis]
 
     def in_square(self, x: np.ndarray, y: np.ndarray) -> np.ndarray:
-        """Return whether points of the plane belong to the square."""
+        """Return a mask (N,) of the points of the plane z = 0 that are inside the square."""
         return (np.abs(x) < 0.5) & (np.abs(y) < 0.5)
 
     def _all(self, shape: Shape, origins: np.ndarray, directions: np.ndarray, low: np.ndarray) -> np.ndarray:
@@ -404,29 +404,29 @@ class InObjectSpace(Mistake):
             return self.cube(o, d, low) if isinstance(shape, Cube) else self.flat(shape, o, d)
 
     def crossing(self, scene: Scene, index: int, rays: RaysFromEye) -> Crossing:
-        """Return the smallest crossing that counts."""
+        """Return the smallest crossing of each ray in the clip interval."""
         shape = scene.shapes[index]
         if isinstance(shape, TRIANGLES):
             return super().crossing(scene, index, rays)
-        found = self._all(shape, rays.eye, rays.directions, rays.low)
-        inside = (found > rays.low[:, np.newaxis]) & (found < rays.high[:, np.newaxis])
-        key = np.where(inside, found, np.inf)
-        return Crossing(key.min(axis=1), np.zeros(len(found)), key.argmin(axis=1))
+        crossings = self._all(shape, rays.eye, rays.directions, rays.low)
+        inside = (crossings > rays.low[:, np.newaxis]) & (crossings < rays.high[:, np.newaxis])
+        key = np.where(inside, crossings, np.inf)
+        return Crossing(key.min(axis=1), np.zeros(len(crossings)), key.argmin(axis=1))
 
     def blocked(self, scene: Scene, index: int, rays: RaysToLight) -> np.ndarray:
-        """Return which shadow rays meet it between their start and the light."""
+        """Return a mask (N,) of the shadow rays that cross the shape between their start and the light."""
         shape = scene.shapes[index]
         if isinstance(shape, TRIANGLES):
             return super().blocked(scene, index, rays)
-        found = self._all(shape, rays.starts, -rays.segments, np.zeros(len(rays.starts)))
+        crossings = self._all(shape, rays.starts, -rays.segments, np.zeros(len(rays.starts)))
         least = np.where(rays.objects[:, 0] == index, OWN, 0.0)[:, np.newaxis]
-        return np.asarray(((found > least) & (found < 1)).any(axis=1))
+        return np.asarray(((crossings > least) & (crossings < 1)).any(axis=1))
 
     def normals(self, scene: Scene, directions: np.ndarray, objects: np.ndarray, positions: np.ndarray) -> np.ndarray:
-        """Return normals, of spheres and cubes from the hit in object space."""
-        found = super().normals(scene, directions, objects, positions)
+        """Return normals (N, 3); those of spheres and cubes are computed from the hit in object space."""
+        normals = super().normals(scene, directions, objects, positions)
         if not self.local:
-            return found
+            return normals
         eye = np.asarray(scene.camera.eye)
         for index, shape in enumerate(scene.shapes):
             here = objects[:, 0] == index
@@ -443,12 +443,12 @@ class InObjectSpace(Mistake):
                 local = np.sign(np.take_along_axis(local, axis[:, np.newaxis], axis=1)) * np.eye(3)[axis]
             outward = units(local @ np.linalg.inv(matrix[:3, :3]))
             away = dot(outward, d) > 0
-            found[here] = np.where(away[:, np.newaxis] & shape.two_sided, -outward, outward)
-        return found
+            normals[here] = np.where(away[:, np.newaxis] & shape.two_sided, -outward, outward)
+        return normals
 
 
 def roots(o: np.ndarray, d: np.ndarray, radius: float) -> np.ndarray:
-    """Return the crossings (N, 2) with a sphere about the origin, ascending; NaN without."""
+    """Return the two crossings (N, 2) with a sphere about the origin, ascending; NaN for a miss."""
     speed = dot(d, d)
     middle = -dot(o, d) / speed
     off = o + middle[:, np.newaxis] * d
@@ -457,7 +457,7 @@ def roots(o: np.ndarray, d: np.ndarray, radius: float) -> np.ndarray:
 
 
 def slabs(o: np.ndarray, d: np.ndarray) -> np.ndarray:
-    """Return where rays enter and leave the cube from -0.5 to 0.5, (N, 2); NaN where they miss it."""
+    """Return the crossings (N, 2) at which rays enter and leave the cube from -0.5 to 0.5; NaN for a miss."""
     ends = np.sort(np.stack([(-0.5 - o) / d, (0.5 - o) / d]), axis=0)
     parallel = d == 0
     outside = (parallel & (np.abs(o) > 0.5)).any(axis=1)
@@ -518,8 +518,8 @@ def _met(name: str, sentence: str, item: str, **steps: Callable[..., np.ndarray]
     known(name, sentence, item)(type(name, (InObjectSpace,), steps))
 
 
-def _first_or_none(found: np.ndarray) -> np.ndarray:
-    return found[:, :1]
+def _first_or_none(crossings: np.ndarray) -> np.ndarray:
+    return crossings[:, :1]
 
 
 def _unit_a(_: Mistake, shape: Sphere, o: np.ndarray, d: np.ndarray, low: np.ndarray) -> np.ndarray:
@@ -530,8 +530,8 @@ def _unit_a(_: Mistake, shape: Sphere, o: np.ndarray, d: np.ndarray, low: np.nda
 
 
 def _larger_root(_: Mistake, shape: Sphere, o: np.ndarray, d: np.ndarray, low: np.ndarray) -> np.ndarray:
-    found = roots(o - shape.center, d, shape.radius)
-    return np.where(found[:, 1:] > low[:, np.newaxis], found[:, 1:], found[:, :1])
+    crossings = roots(o - shape.center, d, shape.radius)
+    return np.where(crossings[:, 1:] > low[:, np.newaxis], crossings[:, 1:], crossings[:, :1])
 
 
 _met("far_root", "takes the larger root of the sphere's quadratic", "HIT-1", sphere=_larger_root)
@@ -611,18 +611,18 @@ _met(
 
 @known("position_in_object_space", "leaves hit points in object space", "XF-2")
 class PositionInObjectSpace(Mistake):
-    """Positions are not brought back into the world."""
+    """Positions are not transformed back to world space."""
 
     def continued_positions(self, scene: Scene, positions: np.ndarray, objects: np.ndarray) -> np.ndarray:
-        """Return the positions of hits on solids in object space."""
-        found = positions.copy()
+        """Return the positions (N, 3), with hits of all shapes but triangles and meshes in object space."""
+        local = positions.copy()
         for index, shape in enumerate(scene.shapes):
             here = objects[:, 0] == index
             matrix = np.asarray(shape.to_world, dtype=np.float64)
             if not isinstance(shape, TRIANGLES):
-                found[here] = (positions[here] - matrix[:3, 3]) @ np.linalg.inv(matrix[:3, :3]).T
-        return found
+                local[here] = (positions[here] - matrix[:3, 3]) @ np.linalg.inv(matrix[:3, :3]).T
+        return local
 
     def positions(self, scene: Scene, directions: np.ndarray, objects: np.ndarray, distances: np.ndarray) -> np.ndarray:
-        """Return hit points as they are in object space."""
+        """Return the positions (N, 3) of hits in object space."""
         return self.continued_positions(scene, super().positions(scene, directions, objects, distances), objects)

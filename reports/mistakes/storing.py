@@ -1,4 +1,4 @@
-"""Mistakes of storing: right values in wrong places, by a curve, in too few bits, or not at all (IMG-1)."""
+"""Mistakes of storing: right values in wrong places, with a wrong curve, in too few bits, or not at all (IMG-1)."""
 
 from collections.abc import Callable
 
@@ -10,16 +10,16 @@ from rayproof.reference.analytic import Freedom, Samples
 from rayproof.reports.mistakes import Family, Mistake, family, known, variant
 from rayproof.reports.mistakes.light import srgb
 
-NOTHING = -1  # the place of a pixel that no value is written into
+NOTHING = -1  # the source of a place to which no value is written
 IMG = "IMG-1"
-Source = Callable[[int, int], np.ndarray]  # of a height and a width: which pixel lies at each place, (height, width)
+Source = Callable[[int, int], np.ndarray]  # (height, width) -> index of the pixel at each place, (height, width)
 
 
 class Placed(Mistake):
-    """Pixels lie in other places of the file."""
+    """Pixels are stored in wrong places of the file."""
 
     def source(self, height: int, width: int) -> np.ndarray:
-        """Return which pixel lies at each place, (height, width)."""
+        """Return the index of the pixel that is stored at each place, (height, width); `NOTHING` for none."""
         raise NotImplementedError
 
     def _at(self, scene: Scene, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -28,13 +28,13 @@ class Placed(Mistake):
         return self.source(height, width)[pixel[:, 1], pixel[:, 0]], points - pixel
 
     def image_points(self, scene: Scene, points: np.ndarray) -> np.ndarray:
-        """Return the points of the pixels that lie there."""
+        """Return the image points (N, 2) [px] of the pixels that are stored at the points' places."""
         source, within = self._at(scene, points)
         row, column = np.divmod(np.maximum(source, 0), scene.camera.width)
         return within + np.stack([column, row], axis=1)
 
     def image(self, scene: Scene, stage: Stage, values: np.ndarray, points: np.ndarray) -> np.ndarray:
-        """Return 0 where no value is written."""
+        """Return the values, 0 where none is stored."""
         lost = self._at(scene, points)[0] == NOTHING
         return np.where(lost[:, np.newaxis], 0.0, super().image(scene, stage, values, points))
 
@@ -43,8 +43,8 @@ def _places(height: int, width: int) -> np.ndarray:
     return np.arange(height * width).reshape(height, width)
 
 
-def _inside(found: np.ndarray) -> np.ndarray:
-    return np.where((found >= 0) & (found < found.size), found, NOTHING)
+def _inside(pixels: np.ndarray) -> np.ndarray:
+    return np.where((pixels >= 0) & (pixels < pixels.size), pixels, NOTHING)
 
 
 def _late(by: Callable[[int], int], *, around: bool) -> Source:
@@ -55,20 +55,20 @@ Stride = Callable[[int, int], int]
 
 
 def _written_by(stride: Stride) -> Source:
-    """Return the map of rows that are written so far apart and read as if they were the width apart; later rows win."""
+    """Return the map of an image whose rows are written at a stride, and read at its width; later rows overwrite."""
 
     def source(height: int, width: int) -> np.ndarray:
-        found = np.full(height * width, NOTHING)
+        pixels = np.full(height * width, NOTHING)
         for row in range(height):
             there = row * stride(height, width) + np.arange(width)
-            found[there[there < height * width]] = row * width + np.flatnonzero(there < height * width)
-        return found.reshape(height, width)
+            pixels[there[there < height * width]] = row * width + np.flatnonzero(there < height * width)
+        return pixels.reshape(height, width)
 
     return source
 
 
 def _read_by(stride: Stride) -> Source:
-    """Return the map of rows that are written the width apart and read as if they were so far apart."""
+    """Return the map of an image whose rows are written at its width, and read at a stride."""
     return lambda h, w: _inside(np.arange(h)[:, np.newaxis] * stride(h, w) + np.arange(w))
 
 
@@ -114,23 +114,23 @@ _placed(
 
 
 class RadianceElsewhere(Mistake):
-    """Radiance is written as another place's, the other stages rightly."""
+    """Radiance is stored in wrong places, the other stages in the right ones."""
 
     of_several_stages = True
 
     def moved(self, width: int, height: int, points: np.ndarray) -> np.ndarray:
-        """Return whose radiance is written at image points (N, 2)."""
+        """Return the image points (N, 2) [px] whose radiance is stored at `points` (N, 2)."""
         raise NotImplementedError
 
     def samples(
         self, scene: Scene, points: np.ndarray, last: Stage, freedom: Freedom | None = None, *, by_light: bool = False
     ) -> Samples:
-        """Return the samples, with the radiance of others."""
-        found = super().samples(scene, points, last, freedom, by_light=by_light)
+        """Return the samples, with the radiance of the moved points."""
+        samples = super().samples(scene, points, last, freedom, by_light=by_light)
         if last is Stage.RADIANCE:
             there = self.moved(scene.camera.width, scene.camera.height, np.asarray(points, dtype=np.float64))
-            found.rows[last] = super().samples(scene, there, last, freedom).rows[last]
-        return found
+            samples.rows[last] = super().samples(scene, there, last, freedom).rows[last]
+        return samples
 
 
 for _name, _sentence, _moved in (
@@ -154,16 +154,16 @@ for _name, _sentence, _moved in (
 
 
 class Coded(Mistake):
-    """Values of some stages are written by a curve, or in other numbers."""
+    """Values of some stages are stored with a curve, or in another type of numbers."""
 
     stages: tuple[Stage, ...] = (Stage.RADIANCE,)
 
     def coded(self, values: np.ndarray) -> np.ndarray:
-        """Return what is written of values."""
+        """Return the stored values."""
         raise NotImplementedError
 
     def image(self, scene: Scene, stage: Stage, values: np.ndarray, points: np.ndarray) -> np.ndarray:
-        """Return what is written of them."""
+        """Return the stored values of a stage."""
         right = super().image(scene, stage, values, points)
         if stage not in self.stages:
             return right
@@ -235,22 +235,22 @@ _coded(
 
 @family("gamma", "writes radiance with a gamma of {0} instead of linearly", IMG, starts=[(0.4, 0.7, 1.4, 1.8, 2.4)])
 class Gamma(Family, Coded):
-    """L^(1/g)."""
+    """L^(1/g), where the parameter is g."""
 
     def coded(self, values: np.ndarray) -> np.ndarray:
-        """Return the power."""
+        """Return the values to the power 1/g."""
         return np.maximum(values, 0) ** (1 / self.numbers[0])
 
 
 def wrapped_ids(bits: int, *, of: int, signed: bool) -> Callable[[np.ndarray], np.ndarray]:
-    """Return what is written of ids (N, 2) in so many bits; `of` is 0 for shapes and 1 for faces."""
+    """Return the storing of ids (N, 2) as integers of `bits` bits; `of` is 0 for the ids of shapes and 1 for faces."""
     count = 1 << bits
 
     def coded(values: np.ndarray) -> np.ndarray:
-        found = values.copy()
+        stored = values.copy()
         low = -count // 2 if signed else 0
-        found[:, of] = np.where(values[:, of] >= 0, (values[:, of] - low) % count + low, values[:, of])
-        return found
+        stored[:, of] = np.where(values[:, of] >= 0, (values[:, of] - low) % count + low, values[:, of])
+        return stored
 
     return coded
 
@@ -274,7 +274,11 @@ class Black(Mistake):
 
 
 def undrawn(parts: dict[tuple[int, int], np.ndarray], blank: dict[Stage, np.ndarray], words: str) -> type[Mistake]:
-    """Return the mistake of leaving parts of images, by their size (height, width), as the memory was."""
+    """Return the mistake of leaving parts of images at their initial values.
+
+    `parts` maps the size (height, width) of an image to a mask of its undrawn pixels, and `blank` a stage to their
+    value. `words` names the parts in the mistake's sentence.
+    """
 
     def image(self: Mistake, scene: Scene, stage: Stage, values: np.ndarray, points: np.ndarray) -> np.ndarray:
         where = parts.get((scene.camera.height, scene.camera.width))

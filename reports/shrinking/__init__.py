@@ -1,11 +1,11 @@
-"""From a failing scene to the smallest one that fails alike.
+"""Reduces a failing scene to the smallest scene with the same failure.
 
-    failure     a scene rendered and judged by the oracle: what fails in it, and whether it is the same as elsewhere
-    attempts    the smallest scene so far, what is tried, and what smaller means
-    search      the search, and the steps that take away: pixels, shapes, lights, faces
-    numbers     steps that make numbers plainer: matrices, defaults, digits
-    issue       what is written of the smallest scene: files that can be pasted into a bug report
+    failure     renders a scene, judges it with the oracle, and compares its failure with another one
+    attempts    the smallest scene so far, the attempts to reduce it, and the measure of its size
+    search      the search, and the steps that remove pixels, shapes, lights and faces
+    numbers     the steps that simplify numbers: matrices, defaults, digits
+    issue       the files on the smallest scene, which can be pasted into a bug report
 
-No library drives the search: `shrinkray` asks for Python 3.12, `picire` sees lines of text and no scenes, and
-Hypothesis shrinks only what it has drawn itself.
+The search uses no library: `shrinkray` needs Python 3.12, `picire` reduces lines of text and not scenes, and Hypothesis
+shrinks only values that it has generated itself.
 """

@@ -12,18 +12,18 @@ from rayproof.cases.scene_json import scene_to_json
 from rayproof.reports.shrinking.failure import Renderer, SceneFailure, failure
 
 TRIES = 200  # renders
-CUBE = 6  # faces
+CUBE = 6  # faces of a cube
 
 Size = tuple[int, ...]
 
 
 class SpentError(Exception):
-    """The tries or the time are over."""
+    """The limit of renders or of time is reached."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class SearchLimits:
-    """When to stop: a number of tries gives the same scene on every machine, a time does not."""
+    """The limits of a search. A number of renders gives the same scene on every machine; a time [s] does not."""
 
     tries: int = TRIES
     seconds: float | None = None
@@ -31,22 +31,26 @@ class SearchLimits:
 
 @dataclass(kw_only=True)
 class Search:
-    """The smallest scene so far in which the same thing fails, and how much has been tried for it."""
+    """The smallest scene so far with the same failure, and the number of renders so far."""
 
     scene: Scene
     failure: SceneFailure
     render: Renderer
     limits: SearchLimits
     progress: Callable[["Search"], None] = lambda search: None
-    tries: int = 1  # the scene itself was the first
+    tries: int = 1  # includes the render of the original scene
     interrupted: bool = False  # by Ctrl-C
     started: float = field(default_factory=time.perf_counter)
     _tried: set[str] = field(default_factory=set)
 
     def attempt(self, build: Callable[[], Scene | None]) -> bool:
-        """Take the scene that `build` makes if it is smaller and the same thing fails in it; say whether it was.
+        """Take the scene that `build` returns if it is smaller and has the same failure; return whether it was taken.
 
-        A scene that cannot be built, such as one whose matrix would be singular, is none.
+        A scene that cannot be built, for example since its matrix would be singular, is not taken.
+
+        Raises:
+            SpentError: the limit of renders or of time is reached.
+
         """
         try:
             with np.errstate(all="ignore"):
@@ -63,14 +67,14 @@ class Search:
             raise SpentError
         self._tried.add(text)
         self.tries += 1
-        found = failure(scene, self.render, self.failure.stage)
-        if found is not None and self.failure.same(found):
-            self.scene, self.failure = scene, found
+        candidate = failure(scene, self.render, self.failure.stage)
+        if candidate is not None and self.failure.same(candidate):
+            self.scene, self.failure = scene, candidate
         self.progress(self)
         return self.scene is scene
 
     def first(self, builds: Sequence[Callable[[], Scene | None]]) -> bool:
-        """Take the first of several scenes that is smaller and fails; say whether one was."""
+        """Take the first of several scenes that is smaller and has the same failure; return whether one was taken."""
         return any(self.attempt(build) for build in builds)
 
 
@@ -78,7 +82,7 @@ Step = Callable[[Search], None]
 
 
 def size(scene: Scene) -> Size:
-    """Return what is compared: pixels, shapes, lights, faces, fields that are not their defaults, digits."""
+    """Return a scene's size, in order of priority: pixels, shapes, lights, faces, and other fields plus digits."""
     document = scene_to_json(scene)
     faces = sum(
         len(shape.faces) if isinstance(shape, Mesh) else CUBE if isinstance(shape, Cube) else 1
@@ -90,11 +94,11 @@ def size(scene: Scene) -> Size:
 
 
 def _numbers(value: Any) -> Iterator[float]:
-    """Return all numbers of a scene's JSON."""
+    """Yield all numbers of a scene's JSON."""
     if isinstance(value, dict):
         for key, member in value.items():
             if key in ("albedo", "flux"):
-                yield from (number - 1 for number in _numbers(member))  # plainest where it is white
+                yield from (number - 1 for number in _numbers(member))  # white is the simplest colour
             elif key not in ("faces", "width", "height"):
                 yield from _numbers(member)
     elif isinstance(value, list | tuple | np.ndarray):
@@ -105,5 +109,5 @@ def _numbers(value: Any) -> Iterator[float]:
 
 
 def digits(number: float) -> int:
-    """Return how long a number is to read: nothing for 0, else its digits and those of its exponent."""
+    """Return the number of characters of a number, without sign and ".0"; 0 for the number 0."""
     return 0 if number == 0 else len(f"{abs(number)!r}".removesuffix(".0"))

@@ -1,4 +1,4 @@
-"""A scene is rendered and judged by the oracle: what fails first, and whether it is the same failure."""
+"""Renders a scene, judges it with the oracle, and returns its first failure, which can be compared with another one."""
 
 import math
 from collections.abc import Callable
@@ -23,14 +23,14 @@ from rayproof.reports.run.worker_tasks import kind_of, prepare, render_reference
 from rayproof.reports.subjects import Subject
 from rayproof.tracer.configuration import Configuration
 
-AROUND = 5  # px a side of the window in which failing neighbours of a failing pixel are counted
+AROUND = 5  # px, side of the window in which the failing neighbours of a pixel are counted
 MOST_PIXELS = 4  # failing pixels at which the camera is aimed
 
 Renderer = Callable[[Scene], Answers]
 
 
 class Way(StrEnum):
-    """How an answer is wrong."""
+    """The kind of a wrong value."""
 
     NUMBER = "no number"
     HIT = "wrong hit"
@@ -43,32 +43,39 @@ class SceneFailure:
 
     stage: Stage
     way: Way
-    items: frozenset[str]  # of the specification, that may be to blame
+    items: frozenset[str]  # items of the specification that the subject may break
     reason: str  # the judge's sentence
-    limit: float  # of the worst pixel
-    error: float
-    pixels: tuple[tuple[int, int], ...]  # (column, row), worst first; none where only many pixels together are wrong
+    limit: float  # limit of the worst pixel
+    error: float  # error of the worst pixel
+    pixels: tuple[tuple[int, int], ...]  # (column, row), worst first; empty if only many pixels together are wrong
     answers: StageImages = field(repr=False)
     truth: StageImages = field(repr=False)
 
-    def same(self, other: "SceneFailure") -> bool:
-        """Say whether `other`, of a smaller scene, is this one: a scene without cubes cannot blame the cube."""
-        return (self.stage, self.way) == (other.stage, other.way) and bool(other.items) and other.items <= self.items
+    def same(self, smaller: "SceneFailure") -> bool:
+        """Return whether `smaller`, the failure of a smaller scene, is the same failure.
+
+        It may have fewer items, since a scene without cubes, for example, cannot break the item on cubes.
+        """
+        return (
+            (self.stage, self.way) == (smaller.stage, smaller.way)
+            and bool(smaller.items)
+            and smaller.items <= self.items
+        )
 
     def seen(self, *images: StageImages) -> set[tuple[int, int]]:
-        """Return the (shape, face) that the images show at the failing pixels; in all pixels if none fails alone."""
-        found: set[tuple[int, int]] = set()
+        """Return the (shape, face) in the images at the worst failing pixel, or at all pixels if there is none."""
+        hit: set[tuple[int, int]] = set()
         for image in images or (self.answers, self.truth):
             if Stage.OBJECT not in image:
                 continue
             objects = image[Stage.OBJECT]
             shown = [objects[row, column] for column, row in self.pixels[:1]] or objects.reshape(-1, objects.shape[-1])
-            found |= {(int(shape), int(face)) for shape, face in shown if math.isfinite(shape) and shape >= 0}
-        return found
+            hit |= {(int(shape), int(face)) for shape, face in shown if math.isfinite(shape) and shape >= 0}
+        return hit
 
 
 def renderer(subject: Subject, configuration: Configuration) -> Renderer:
-    """Return how the subject is asked in this process; `configuration` is the tracer's."""
+    """Return a function that renders a scene with the subject in this process; `configuration` is the tracer's."""
     prepare(kind_of(subject))
     if subject.is_tracer:
         from rayproof.reports.run.tracer_task import trace
@@ -78,35 +85,38 @@ def renderer(subject: Subject, configuration: Configuration) -> Renderer:
 
 
 def judged(scene: Scene, render: Renderer) -> tuple[Judged, Answers, StageImages] | None:
-    """Return the verdict of the oracle alone, the answers and the truth; None where either has no answer."""
+    """Return the verdict with the oracle as the only reference, the subject's images and the oracle's.
+
+    Return None if the subject has no images.
+    """
     oracle = Analytic()
     try:
         subject = render(scene)
-    except ValueError:  # beyond what the subject's precision can hold
+    except ValueError:  # the scene exceeds the range of the subject's precision
         return None
     if subject.error is not None:
         return None
     case = case_of_scene(scene, name="shrink/scene", stresses="A scene on its way to the smallest one.")
-    with np.errstate(all="ignore"):  # of scenes that nobody made, and answers that may be anything
+    with np.errstate(all="ignore"):  # reduced scenes may be unusual, and the subject's values may be arbitrary
         truth = render_reference(ORACLE, scene).answers
         return judge_case(case, [subject], [truth], oracle, {}), subject, truth.answers
 
 
 def failure(scene: Scene, render: Renderer, stage: Stage | None = None) -> SceneFailure | None:
-    """Return what fails first in a scene, or at a `stage`; None where the oracle does not blame the subject there."""
+    """Return the first failure in a scene, or the failure at `stage`; None if the subject agrees with the oracle."""
     answered = judged(scene, render)
     if answered is None:
         return None
     verdict, subject, truth = answered
     order = list(Stage)
-    failed = [one for one in verdict.checks if one.outcome is Outcome.FAIL and stage in (None, one.stage)]
-    guilty = min(failed, key=lambda one: (not one.alone, order.index(one.stage), -one.ratio), default=None)
+    failed = [check for check in verdict.checks if check.outcome is Outcome.FAIL and stage in (None, check.stage)]
+    guilty = min(failed, key=lambda check: (not check.alone, order.index(check.stage), -check.ratio), default=None)
     if guilty is None:
         return None
     items = verdict.blamed
     if guilty.stage is not verdict.stage:
-        checks = [(one.stage.value, one.outcome.value) for one in verdict.checks]
-        items = items_to_blame(guilty.stage, checks, [type(one).__name__ for one in scene.shapes], subject.items)
+        checks = [(check.stage.value, check.outcome.value) for check in verdict.checks]
+        items = items_to_blame(guilty.stage, checks, [type(shape).__name__ for shape in scene.shapes], subject.items)
     measured = _measured(guilty)
     numbers = (None, None) if measured is None else (measured.limit, measured.worst_error)
     limit, error = (math.nan if number is None else number for number in numbers)
@@ -124,7 +134,7 @@ def failure(scene: Scene, render: Renderer, stage: Stage | None = None) -> Scene
 
 
 def _measured(check: Check) -> Measurement | None:
-    """Return the measurement by which a check fails: given the stages before, if by that; None of a camera."""
+    """Return the measurement that makes a check fail, if possible from the previous stages; None for the camera."""
     if check.continued is not None and not check.continued.worst_ratio <= 1:
         return check.continued
     return check.end_to_end
@@ -134,19 +144,21 @@ def _way(stage: Stage, measured: Measurement | None) -> Way:
     if measured is None:
         return Way.VALUE
     missed = [not math.isfinite(number) for number in measured.ours]
-    if stage is Stage.OBJECT or (stage is Stage.DISTANCE and missed != [math.isinf(one) for one in measured.theirs]):
+    if stage is Stage.OBJECT or (
+        stage is Stage.DISTANCE and missed != [math.isinf(number) for number in measured.theirs]
+    ):
         return Way.NUMBER if any(map(math.isnan, measured.ours)) else Way.HIT
     right = [not math.isfinite(number) for number in measured.theirs]
     return Way.NUMBER if missed != right else Way.VALUE
 
 
 def _pixels(measured: Measurement) -> tuple[tuple[int, int], ...]:
-    """Return failing pixels: the worst, the one with most failing neighbours, the first and the middle one."""
+    """Return failing pixels: the worst, the pixel with the most failing neighbours, the middle and the first."""
     wrong = measured.kinds == Kind.WRONG
     rows, columns = np.nonzero(wrong)
     if measured.worst_ratio <= 1 or not len(rows):
         return ()
-    company = uniform_filter(wrong.astype(np.float64), size=AROUND, mode="constant")[rows, columns]
-    chosen = (int(np.argmax(company)), len(rows) // 2, 0)
-    places = [measured.pixel, *((int(columns[one]), int(rows[one])) for one in chosen)]
+    neighbours = uniform_filter(wrong.astype(np.float64), size=AROUND, mode="constant")[rows, columns]
+    chosen = (int(np.argmax(neighbours)), len(rows) // 2, 0)
+    places = [measured.pixel, *((int(columns[index]), int(rows[index])) for index in chosen)]
     return tuple(dict.fromkeys(place for place in places if place is not None))[:MOST_PIXELS]

@@ -1,4 +1,4 @@
-"""The issue about the smallest scene: its JSON, a table of its pixel by stages, a picture."""
+"""The issue on the smallest scene: its JSON, a table of the failing pixel's values, and a picture."""
 
 import contextlib
 import math
@@ -26,17 +26,17 @@ from rayproof.reports.shrinking.failure import Renderer, SceneFailure
 from rayproof.reports.subjects import Subject
 from rayproof.reports.subjects.protocol import hand_over
 
-WIDE, HIGH, GAP = 128, 96, 4  # px of a picture's halves, and between them
-VIEWS = (60.0, 30.0, 12.0, 5.0, 2.0, 0.7, 0.2)  # degrees: the first that shows enough of the scene is taken
-ENOUGH = 0.05  # of the pixels
-SHORT = 700  # characters of a scene that is shown in a line
-SECONDS = 120.0  # for one render or one judgement by the references
-MARK = 5  # px from the middle to the frame round the failing pixel
+WIDE, HIGH, GAP = 128, 96, 4  # px: width and height of a picture's halves, and the gap between them
+VIEWS = (60.0, 30.0, 12.0, 5.0, 2.0, 0.7, 0.2)  # degrees; the first angle that shows enough of the scene is taken
+ENOUGH = 0.05  # share of the pixels that must show a shape
+SHORT = 700  # characters; a longer scene is not shown in the issue
+SECONDS = 120.0  # time limit of one render or one judgement
+MARK = 5  # px from the failing pixel to the frame around it
 
 
 @dataclass(frozen=True, kw_only=True)
 class ChannelBounds:
-    """One number of the failing pixel: what the subject says, and two float64 numbers between which the answer lies."""
+    """One number of the failing pixel: the subject's value, and the float64 bounds of the exact value."""
 
     stage: Stage
     name: str
@@ -46,7 +46,7 @@ class ChannelBounds:
 
     @property
     def right(self) -> str:
-        """Return the answer in words: a number, or between which it lies."""
+        """Return the right value as text: a number, or its two bounds."""
         near = math.isclose(self.low, self.high, rel_tol=1e-9, abs_tol=0.0) or self.low == self.high
         return f"{self.high:.9g}" if near else f"{self.low:.9g} to {self.high:.9g}"
 
@@ -57,43 +57,45 @@ class Report:
 
     scene: Scene
     failure: SceneFailure
-    renderer: str  # what is wrong, in the words of its user
-    command: str  # that shows it again, in the folder of the report
-    panel: str = ""  # what all references together say, in a sentence
+    renderer: str  # the subject as the user named it
+    command: str  # the command that reproduces the failure in the folder of the report
+    panel: str = ""  # a sentence with the verdict of all references together
 
     @property
     def pixel(self) -> tuple[int, int]:
-        """Return the failing pixel; of a camera, or of what only many pixels show, the first."""
+        """Return the (column, row) of the worst failing pixel; (0, 0) for the camera, or if no single pixel fails."""
         return (self.failure.pixels or ((0, 0),))[0]
 
     @cached_property
     def channels(self) -> list[ChannelBounds]:
-        """Return the failing pixel, stage by stage, by the subject and by certified bounds."""
-        from rayproof.reference.certified import Certified  # not by the registry, which would load every other first
+        """Return the subject's values and the certified bounds of the failing pixel, for every stage."""
+        from rayproof.reference.certified import Certified  # without the registry, which would load all references
 
         stages = [stage for stage in stages_of(self.scene) if stage in IMAGE_STAGES]
         (record,) = Certified().enclose(self.scene, stages, [self.pixel])
         column, row = self.pixel
-        found = []
+        channels = []
         for stage in stages:
             names = exr_channels(stage, lights=len(self.scene.lights))
             bounds = record["stages"][stage.value]
             images = self.failure.answers
             got = images[stage][row, column] if stage in images else [math.nan] * len(names)
-            found += [
+            channels += [
                 ChannelBounds(stage=stage, name=name, got=float(value), low=float(low), high=float(high))
                 for name, value, (low, high) in zip(names, got, bounds, strict=True)
             ]
-        return found
+        return channels
 
     def write(self, folder: Path, render: Renderer) -> None:
-        """Write scene.json, its meshes, pixel.json, pixel.md, picture.png, issue.md; of a wrong hit vector.csv."""
+        """Write scene.json, its meshes, pixel.json, pixel.md, picture.png and issue.md; for a wrong hit vector.csv."""
         hand_over(self.scene, folder)
-        table = {one.name: {"got": one.got, "low": one.low, "high": one.high} for one in self.channels}
+        table = {
+            channel.name: {"got": channel.got, "low": channel.low, "high": channel.high} for channel in self.channels
+        }
         about = {"pixel": self.pixel, "stage": self.failure.stage.value, "way": self.failure.way.value}
         blamed = [item for item in TITLES if item in self.failure.items]
         content = {**about, "limit": self.failure.limit, "blamed": blamed, "channels": table}
-        (folder / "vector.csv").unlink(missing_ok=True)  # of an earlier scene
+        (folder / "vector.csv").unlink(missing_ok=True)  # from an earlier scene
         if (vector := vector_of(self.scene, self.failure, self.pixel)) is not None:
             (folder / "vector.csv").write_text(vector, encoding="utf-8")
         (folder / "pixel.json").write_text(as_json(content, indent=1) + "\n", encoding="utf-8")
@@ -102,7 +104,7 @@ class Report:
         self.write_issue(folder)
 
     def write_issue(self, folder: Path) -> None:
-        """Write issue.md, which can be written again once the panel has spoken."""
+        """Write issue.md; it is written again after all references have judged the scene."""
         (folder / "issue.md").write_text("\n".join(self.lines()) + "\n", encoding="utf-8")
 
     def lines(self) -> Iterator[str]:
@@ -112,24 +114,25 @@ class Report:
         yield ""
         yield f"{self.renderer} answers pixel ({column}, {row}) of scene.json wrongly: {self.failure.reason}."
         yield ""
-        there = [one for one in self.channels if one.stage is stage]
-        wrong = [one for one in there if not one.low <= one.got <= one.high] or there
-        yield from _table(wrong[:1] if stage is Stage.OBJECT else wrong)  # of a wrong object its face says nothing
+        of_stage = [channel for channel in self.channels if channel.stage is stage]
+        wrong = [channel for channel in of_stage if not channel.low <= channel.got <= channel.high] or of_stage
+        yield from _table(wrong[:1] if stage is Stage.OBJECT else wrong)  # the face of a wrong shape has no meaning
         yield ""
         blamed = [f"{item} ({TITLES[item]})" for item in TITLES if item in self.failure.items]
         yield f"What is expected is certified. May be to blame: {', '.join(blamed)}. {self.panel}".rstrip()
         yield f"To see it again: `{self.command}`{self._scene()}"
 
     def _scene(self) -> str:
-        """Return the scene itself, if it is short enough to be read in a line."""
+        """Return a clause with the scene's JSON; an empty string if it is too long."""
         text = as_json(scene_to_json(self.scene)).replace(".0,", ",").replace(".0]", "]").replace(".0}", "}")
         return f", where scene.json is `{text}`" if len(text) <= SHORT else ""
 
 
 def vector_of(scene: Scene, failure: SceneFailure, pixel: tuple[int, int]) -> str | None:
-    """Return ray and shape in object space as a test vector, header and row; None where no single shape is hit wrongly.
+    """Return a test vector as CSV, header and row, of the ray and the shape in object space; None for other failures.
 
-    The ray is float32's nearest to the exact one; a triangle stands in the world, where it is baked.
+    A vector needs a scene with a single shape, which is no mesh, and a wrong object or distance. The ray is rounded to
+    float32. A triangle is in world space, to which its corners are transformed.
     """
     if failure.stage not in (Stage.OBJECT, Stage.DISTANCE) or len(scene.shapes) != 1:
         return None
@@ -179,10 +182,10 @@ def _single(numbers: Any) -> tuple[float, ...]:
 
 
 def judged_by_all(scene_file: Path, subject: Subject, configuration: str) -> tuple[bool, str]:
-    """Return whether all references together blame the subject in a scene file, and a sentence about it.
+    """Return whether all references together find the subject wrong in a scene file, and a sentence with the verdict.
 
     `configuration` is the tracer's, unused for another subject. References render in worker processes, since some
-    of them may end their process.
+    of them may crash.
     """
     from rayproof.reports.run.options import RunOptions
     from rayproof.reports.run.suite import run
@@ -216,12 +219,12 @@ def judged_by_all(scene_file: Path, subject: Subject, configuration: str) -> tup
 def _table(channels: Sequence[ChannelBounds]) -> Iterator[str]:
     yield "| | got | expected |"
     yield "|---|---|---|"
-    for one in channels:
-        yield f"| {one.name} | {'not written' if math.isnan(one.got) else f'{one.got:.9g}'} | {one.right} |"
+    for entry in channels:
+        yield f"| {entry.name} | {'not written' if math.isnan(entry.got) else f'{entry.got:.9g}'} | {entry.right} |"
 
 
 def in_words(scene: Scene) -> str:
-    """Return how much there is of a scene: shapes by kind, lights, pixels."""
+    """Return the content of a scene as a phrase: numbers of shapes by kind, of lights and of pixels."""
     kinds = Counter(NAMES[type(shape)] for shape in scene.shapes)
     faces = sum(len(shape.faces) for shape in scene.shapes if isinstance(shape, Mesh))
     parts = [several(count, kind) for kind, count in kinds.items()] or ["no shape"]
@@ -231,7 +234,10 @@ def in_words(scene: Scene) -> str:
 
 
 def _write_picture(file: Path, scene: Scene, stage: Stage, render: Renderer) -> None:
-    """Draw the failing stage by the subject, left, and rightly, in a wider view; the failing pixel is framed."""
+    """Draw the failing stage in a wider view, the subject's on the left and the right one on the right.
+
+    A frame marks the failing pixel.
+    """
     from matplotlib.image import imsave
 
     drawn = stage if stage in IMAGE_STAGES else Stage.RAY
@@ -252,7 +258,10 @@ def _write_picture(file: Path, scene: Scene, stage: Stage, render: Renderer) -> 
 
 
 def _wider(scene: Scene) -> Scene:
-    """Return the scene in a wider view that shows enough of its shapes round the middle; of a larger image, its own."""
+    """Return the scene with a wider view around the failing pixel that shows enough of its shapes.
+
+    If the image has more than one pixel, keep its view.
+    """
     camera = replace(scene.camera, width=WIDE, height=HIGH)
     if scene.camera.width * scene.camera.height > 1:
         return replace(scene, camera=camera)

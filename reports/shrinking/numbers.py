@@ -1,7 +1,7 @@
-"""Steps that make a scene's numbers plainer: places, defaults, fewer digits.
+"""Steps that simplify a scene's numbers: placements, defaults, fewer digits.
 
-A shape's matrix becomes plainer in two ways: alone, so that the shape moves; or with everything else carried along, so
-that the ray stays what it is in the shape's own space.
+A shape's matrix is simplified in two ways: by moving only the shape, or by moving everything in the same way, so that
+the ray stays the same in the shape's object space.
 """
 
 import math
@@ -17,13 +17,13 @@ from rayproof.cases.scene import IDENTITY, Camera, Matrix, Mesh, PointLight, Sce
 from rayproof.cases.stages import Stage
 from rayproof.reports.shrinking.attempts import Search, Step, digits
 
-DECIMALS = (1, 2, 3, 4, 6)  # significant digits that are tried, of the largest number of a vector
+DECIMALS = (1, 2, 3, 4, 6)  # significant digits of the largest number of a vector, in the order of the attempts
 WHITE = (1.0, 1.0, 1.0)
 FAR = 100.0  # m
 
 
 def plainer_places(search: Search) -> None:
-    """Bring each shape to a plainer place: the origin, unturned, unscaled; a sphere's centre and radius as well."""
+    """Simplify each shape's placement: at the origin, without rotation and scale; also a sphere's centre and radius."""
     for index in range(len(search.scene.shapes)):
         shape = search.scene.shapes[index]
         if isinstance(shape, Triangle | Mesh) and shape.to_world != IDENTITY:
@@ -62,7 +62,7 @@ def _with(scene: Scene, index: int, shape: Shape) -> Scene:
 
 
 def _places(to_world: Matrix) -> Iterator[Matrix]:
-    """Return plainer matrices, the plainest first."""
+    """Yield simpler matrices, the simplest first."""
     whole = np.asarray(to_world, dtype=np.float64)
     linear, moved = whole[:3, :3], whole[:3, 3]
     lengths = np.linalg.norm(linear, axis=0)
@@ -72,17 +72,17 @@ def _places(to_world: Matrix) -> Iterator[Matrix]:
     linears = [np.eye(3), middle * np.eye(3), np.diag(powers), turned, middle * turned, turned * powers]
     linears += [np.diag(lengths), turned * lengths, _rounded(linear, 1), _rounded(linear, 2), linear]
     moves = (np.zeros(3), _rounded(moved, 1), moved)
-    seen = {to_world}
+    yielded = {to_world}
     for part in linears:
         for move in moves:
             place = matrix(np.block([[part, move[:, np.newaxis]], [np.zeros((1, 3)), np.ones((1, 1))]]))
-            if place not in seen:
-                seen.add(place)
+            if place not in yielded:
+                yielded.add(place)
                 yield place
 
 
 def _quarter_turns(linear: np.ndarray) -> np.ndarray:
-    """Return the signed permutation of the axes that is nearest to a matrix, by its largest entries."""
+    """Return the signed permutation of the axes that is closest to a matrix, from its largest entries."""
     left, turned = np.abs(linear), np.zeros((3, 3))
     for _ in range(3):
         row, column = np.unravel_index(int(np.argmax(left)), left.shape)
@@ -102,7 +102,7 @@ def _carried(scene: Scene, index: int, place: Matrix) -> Scene:
 
 
 def _in_another_frame(scene: Scene, motion: np.ndarray) -> Scene:
-    """Return the scene with everything moved alike; spheres and triangles without a matrix stay without one."""
+    """Return the scene with everything moved by `motion` (4, 4); spheres and triangles without a matrix get none."""
     linear, camera = motion[:3, :3], scene.camera
     scale = float(np.cbrt(abs(np.linalg.det(linear))))
 
@@ -133,16 +133,16 @@ def _in_another_frame(scene: Scene, motion: np.ndarray) -> Scene:
 
 
 def defaults(search: Search) -> None:
-    """Bring far nearer; set clipping, shading, sidedness, albedo and flux to their defaults, at once or one by one."""
+    """Set the far plane to 100 m; set clipping, shading, sidedness, albedo and flux to defaults, together or each."""
 
     def plain(scene: Scene) -> Scene:
-        shapes = tuple(replace(one, albedo=WHITE, two_sided=False) for one in scene.shapes)
-        lights = tuple(replace(one, flux=WHITE) for one in scene.lights)
+        shapes = tuple(replace(shape, albedo=WHITE, two_sided=False) for shape in scene.shapes)
+        lights = tuple(replace(light, flux=WHITE) for light in scene.lights)
         return replace(scene, shapes=shapes, lights=lights, clip="depth", shading="inverse_square")
 
     def every(**values: Any) -> Callable[[], Scene]:
         now = search.scene
-        return lambda: replace(now, shapes=tuple(replace(one, **values) for one in now.shapes))
+        return lambda: replace(now, shapes=tuple(replace(shape, **values) for shape in now.shapes))
 
     search.attempt(partial(_of_camera, search.scene, far=FAR))
     if search.attempt(partial(plain, search.scene)):
@@ -150,20 +150,20 @@ def defaults(search: Search) -> None:
     search.attempt(every(albedo=WHITE))
     search.attempt(every(two_sided=False))
     now = search.scene
-    search.attempt(lambda: replace(now, lights=tuple(replace(one, flux=WHITE) for one in now.lights)))
+    search.attempt(lambda: replace(now, lights=tuple(replace(light, flux=WHITE) for light in now.lights)))
     search.attempt(partial(replace, search.scene, clip="depth"))
     search.attempt(partial(replace, search.scene, shading="inverse_square"))
 
 
 def nearer_target(search: Search) -> None:
-    """Let the camera look at the point that is hit, or one metre ahead, by an upright image."""
+    """Move the camera's target to the hit point or one metre ahead, rounded, and its up vector to an axis."""
     scene, camera = search.scene, search.scene.camera
     if camera.width * camera.height == 1 and search.failure.pixels:
         ray = search.failure.truth[Stage.RAY][0, 0]
-        seen = search.failure.truth[Stage.POSITION][0, 0], np.asarray(camera.eye) + ray
+        points = search.failure.truth[Stage.POSITION][0, 0], np.asarray(camera.eye) + ray
         if np.isfinite(search.failure.truth[Stage.DISTANCE][0, 0, 0]):
-            search.first([partial(_looking, scene, rounded, seen[0]) for rounded in (1, 2, 3)])
-        search.first([partial(_looking, search.scene, rounded, seen[1]) for rounded in (1, 2, 3)])
+            search.first([partial(_looking, scene, rounded, points[0]) for rounded in (1, 2, 3)])
+        search.first([partial(_looking, search.scene, rounded, points[1]) for rounded in (1, 2, 3)])
     for up in ((0.0, 0.0, 1.0), (0.0, 1.0, 0.0), (1.0, 0.0, 0.0)):
         if search.attempt(partial(_of_camera, search.scene, up=up)):
             break
@@ -179,27 +179,35 @@ def _of_camera(scene: Scene, **values: Any) -> Scene:
 
 @dataclass(frozen=True, kw_only=True)
 class _Numbers:
-    """Some numbers of a scene: where they stand, and how others are put in their place."""
+    """A group of a scene's numbers, such as a vector, and a function that replaces them."""
 
     values: np.ndarray
     put: Callable[[Scene, np.ndarray], Scene]
-    color: bool = False  # whose plainest is white, not black
+    color: bool = False  # whether the simplest value is white instead of zero
 
 
-KEPT = ("width", "height", "to_world", "faces", "albedo", "flux")  # no numbers, or such as have a default
+KEPT = ("width", "height", "to_world", "faces", "albedo", "flux")  # fields that have no numbers or their own treatment
 
 
 def groups(scene: Scene) -> list[_Numbers]:
-    """Return the numbers of a scene, vector by vector."""
-    found = [_field(("camera",), one.name, getattr(scene.camera, one.name)) for one in fields(Camera) if _plain(one)]
+    """Return the numbers of a scene in groups, mostly vectors."""
+    numbers = [
+        _field(("camera",), member.name, getattr(scene.camera, member.name))
+        for member in fields(Camera)
+        if _plain(member)
+    ]
     for index, shape in enumerate(scene.shapes):
-        found += [_field(("shapes", index), one.name, getattr(shape, one.name)) for one in fields(shape) if _plain(one)]
-        found += [_part(index, shape.to_world, np.s_[:3, 3]), _part(index, shape.to_world, np.s_[:3, :3])]
+        numbers += [
+            _field(("shapes", index), member.name, getattr(shape, member.name))
+            for member in fields(shape)
+            if _plain(member)
+        ]
+        numbers += [_part(index, shape.to_world, np.s_[:3, 3]), _part(index, shape.to_world, np.s_[:3, :3])]
     for index in range(len(scene.lights)):
-        found.append(_field(("lights", index), "position", scene.lights[index].position))
-    colors = [(("shapes", i), "albedo", one.albedo) for i, one in enumerate(scene.shapes)]
-    colors += [(("lights", i), "flux", one.flux) for i, one in enumerate(scene.lights)]
-    return found + [_field(*color) for color in colors]
+        numbers.append(_field(("lights", index), "position", scene.lights[index].position))
+    colors = [(("shapes", i), "albedo", shape.albedo) for i, shape in enumerate(scene.shapes)]
+    colors += [(("lights", i), "flux", light.flux) for i, light in enumerate(scene.lights)]
+    return numbers + [_field(*color) for color in colors]
 
 
 def _plain(member: Any) -> bool:
@@ -208,12 +216,12 @@ def _plain(member: Any) -> bool:
 
 def _field(place: tuple[Any, ...], name: str, value: Any) -> _Numbers:
     def put(scene: Scene, values: np.ndarray) -> Scene:
-        given: Any = values if isinstance(value, np.ndarray) else _tuples(values)
+        new: Any = values if isinstance(value, np.ndarray) else _tuples(values)
         if place == ("camera",):
-            return _of_camera(scene, **{name: given})
+            return _of_camera(scene, **{name: new})
         kind, index = place
         parts = list(getattr(scene, kind))
-        parts[index] = replace(parts[index], **{name: given})
+        parts[index] = replace(parts[index], **{name: new})
         return replace(scene, **{kind: tuple(parts)})
 
     return _Numbers(values=np.asarray(value, dtype=np.float64), put=put, color=name in ("albedo", "flux"))
@@ -233,18 +241,18 @@ def _tuples(values: np.ndarray) -> Any:
 
 
 def _rounded(values: Any, decimals: int) -> np.ndarray:
-    """Return numbers with as many significant digits as their largest has, the others to the same place."""
+    """Return numbers rounded to the last place of the largest one, which keeps `decimals` significant digits."""
     array = np.asarray(values, dtype=np.float64)
     largest = float(np.max(np.abs(array), initial=0.0))
     if largest == 0:
         return array
     place = decimals - 1 - math.floor(math.log10(largest))
-    # By Python's rounding of each, which is right to the decimal digit; NumPy's multiplies.
-    return np.array([round(float(one), place) for one in array.ravel()]).reshape(array.shape) + 0.0
+    # Python rounds correctly to decimal digits; NumPy multiplies by a power of ten, which adds an error.
+    return np.array([round(float(number), place) for number in array.ravel()]).reshape(array.shape) + 0.0
 
 
 def fewer_digits(search: Search) -> None:
-    """Round all numbers; then each vector, to 0, 1 or few digits; then each number, also to its neighbour."""
+    """Round all numbers; then each vector to 0, 1 or few digits; then each number, also to adjacent ones."""
     for decimals in DECIMALS[:4]:
         if search.attempt(partial(_all_rounded, search.scene, decimals)):
             break
@@ -274,16 +282,16 @@ def _plainer_number(search: Search, number: int, place: int) -> None:
     if digits(value) <= 1:
         return
     neighbours = group.values.ravel()[max(0, place - 1) : place + 2]
-    others = [
+    candidates = [
         *([] if group.color else [0.0]),
         math.copysign(1.0, value),
         *neighbours,
-        *(float(_rounded(value, one)) for one in (1, 2)),
+        *(float(_rounded(value, decimals)) for decimals in (1, 2)),
     ]
     builds = []
-    for other in dict.fromkeys(others):
+    for candidate in dict.fromkeys(candidates):
         changed = group.values.copy()
-        changed.flat[place] = other
+        changed.flat[place] = candidate
         builds.append(partial(group.put, search.scene, changed))
     search.first(builds)
 

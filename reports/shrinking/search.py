@@ -1,4 +1,4 @@
-"""`shrink`: the search, and steps that take away pixels, shapes, lights and faces."""
+"""`shrink`: the search, and the steps that remove pixels, shapes, lights and faces."""
 
 import math
 from collections.abc import Callable, Sequence
@@ -15,14 +15,14 @@ from rayproof.reports.shrinking.attempts import Search, SearchLimits, SpentError
 from rayproof.reports.shrinking.failure import Renderer, failure
 from rayproof.reports.shrinking.numbers import STEPS as PLAINER
 
-# Of the whole view: what one pixel in the middle of an image cannot show are its rows, its columns and its aspect.
+# Sizes of the whole view. A single pixel in the middle cannot show errors of rows, columns or the aspect ratio.
 VIEWS = ((1, 1), (2, 1), (1, 2), (2, 2), (3, 2), (4, 3), (8, 6), (16, 12), (32, 24))
-WINDOWS = (3, 5, 7, 15, 31)  # px a side, around the worst pixel
+WINDOWS = (3, 5, 7, 15, 31)  # px, sides of windows around the worst pixel
 UNLIT = tuple(stage for stage in Stage if list(Stage).index(stage) < list(Stage).index(Stage.VISIBILITY))
 
 
 class NothingFailsError(ValueError):
-    """A scene in which the oracle blames the subject for nothing."""
+    """The subject agrees with the oracle in the scene."""
 
 
 def shrink(
@@ -33,18 +33,18 @@ def shrink(
     limits: SearchLimits | None = None,
     progress: Callable[[Search], None] = lambda search: None,
 ) -> Search:
-    """Return the search, at its end, for the smallest scene in which the same thing fails.
+    """Search for the smallest scene with the same failure, and return the finished search.
 
-    Each step is repeated until no step finds anything smaller. Ctrl-C ends the search with what it has.
+    The steps are repeated until none finds a smaller scene. Ctrl-C ends the search with the smallest scene so far.
 
     Raises:
-        NothingFailsError: nothing fails in the scene, or not at the stage.
+        NothingFailsError: the scene has no failure, or none at `stage`.
 
     """
-    found = failure(scene, render, stage)
-    if found is None:
+    first = failure(scene, render, stage)
+    if first is None:
         raise NothingFailsError(f"nothing fails{'' if stage is None else f' at {stage}'} before the oracle alone")
-    search = Search(scene=scene, failure=found, render=render, limits=limits or SearchLimits(), progress=progress)
+    search = Search(scene=scene, failure=first, render=render, limits=limits or SearchLimits(), progress=progress)
     try:
         before = None
         while before is not search.scene:
@@ -59,7 +59,7 @@ def shrink(
 
 
 def fewer_pixels(search: Search) -> None:
-    """Aim at a failing pixel alone; else show the whole view by fewer pixels, or a window of it."""
+    """Reduce the image to a single failing pixel, to the whole view with fewer pixels, or to a window of it."""
     scene, failure = search.scene, search.failure
     camera = scene.camera
     if camera.width * camera.height == 1:
@@ -68,36 +68,36 @@ def fewer_pixels(search: Search) -> None:
     worst = (failure.pixels or ((camera.width // 2, camera.height // 2),))[0]
     windows = [(n * n, partial(aimed, scene, failure.truth[Stage.RAY], worst, n)) for n in WINDOWS]
     views = [(w * h, partial(viewed, scene, w, h)) for w, h in VIEWS]
-    others = [build for _, build in sorted([*views, *windows], key=lambda one: one[0])]
+    others = [build for _, build in sorted([*views, *windows], key=lambda pair: pair[0])]
     search.first([*around, *others])
 
 
 def aimed(scene: Scene, rays: np.ndarray, pixel: tuple[int, int], side: int) -> Scene:
-    """Return the scene seen through a window of side x side pixels, in whose middle lies the centre of `pixel`."""
+    """Return the scene with a window of side x side pixels, whose middle is the centre of `pixel` (column, row)."""
     camera, (column, row) = scene.camera, pixel
     direction = np.asarray(rays[row, column], dtype=np.float64)
     reach = math.dist(camera.eye, camera.target)
-    # As large as the pixels were in the middle of the image.
+    # The pixels keep their size in the middle of the image.
     fovy = 2 * math.degrees(math.atan(math.tan(camera.alpha) * side / camera.height))
     target = vector(np.asarray(camera.eye) + reach * direction)
     return replace(scene, camera=replace(camera, target=target, fovy=fovy, width=side, height=side))
 
 
 def viewed(scene: Scene, width: int, height: int) -> Scene:
-    """Return the scene's whole view by fewer pixels."""
+    """Return the scene with the whole view in width x height pixels."""
     return replace(scene, camera=replace(scene.camera, width=width, height=height))
 
 
 def fewer_shapes(search: Search) -> None:
-    """Keep what is seen at the failing pixel, or nothing; else leave out halves, quarters, single shapes."""
+    """Keep only the visible shapes at the failing pixel, or none; otherwise remove halves, quarters, single shapes."""
     if not search.scene.shapes:
         return
-    seen = {shape for shape, _ in search.failure.seen()}
+    visible = {shape for shape, _ in search.failure.seen()}
     scene = search.scene
-    kept = [set(), seen] if search.failure.stage in (Stage.CAMERA, Stage.RAY) else [seen]
+    kept = [set(), visible] if search.failure.stage in (Stage.CAMERA, Stage.RAY) else [visible]
     if search.failure.stage not in UNLIT:
-        kept += [seen | {blocker} for blocker in range(len(scene.shapes))] if len(scene.shapes) <= 12 else []
-    if not search.first([partial(_with_shapes, scene, sorted(some)) for some in kept]):
+        kept += [visible | {blocker} for blocker in range(len(scene.shapes))] if len(scene.shapes) <= 12 else []
+    if not search.first([partial(_with_shapes, scene, sorted(indices)) for indices in kept]):
         _without(search, lambda now: now.shapes, lambda now, left: replace(now, shapes=tuple(left)))
 
 
@@ -106,7 +106,7 @@ def _with_shapes(scene: Scene, indices: Sequence[int]) -> Scene:
 
 
 def fewer_lights(search: Search) -> None:
-    """Keep no light, or one; else leave out halves, quarters, single lights."""
+    """Keep a single light, or none; otherwise remove halves, quarters, single lights."""
     scene = search.scene
     kept = [()] if search.failure.stage in UNLIT else [(light,) for light in scene.lights]
     if not search.first([partial(replace, scene, lights=lights) for lights in kept]):
@@ -116,22 +116,22 @@ def fewer_lights(search: Search) -> None:
 def _without(
     search: Search, parts: Callable[[Scene], Sequence[Any]], build: Callable[[Scene, list[Any]], Scene]
 ) -> None:
-    """Leave out runs of parts, long ones first, as long as the same thing fails (Zeller and Hildebrandt, 2002)."""
+    """Remove runs of parts, long ones first, as long as the failure stays the same (Zeller and Hildebrandt, 2002)."""
     length = len(parts(search.scene)) // 2
     while length:
         start = 0
         while start < len(now := parts(search.scene)):
             left = [*now[:start], *now[start + length :]]
-            # What is left begins where the run did.
+            # After a removal, the next run begins at the same index.
             start += 0 if search.attempt(partial(build, search.scene, left)) else length
         length //= 2
 
 
 def fewer_faces(search: Search) -> None:
-    """Keep the face that is seen, as a triangle; else halve each mesh. Of a cube keep the square that is seen."""
+    """Replace a mesh by its visible face, a triangle, or else halve it; replace a cube by its visible square."""
     for index in range(len(search.scene.shapes)):
-        shape, seen = search.scene.shapes[index], sorted(search.failure.seen())
-        faces = [face for owner, face in seen if owner == index and face >= 0]
+        shape, visible = search.scene.shapes[index], sorted(search.failure.seen())
+        faces = [face for owner, face in visible if owner == index and face >= 0]
         if isinstance(shape, Mesh):
             builds = [partial(_placed, search.scene, index, _triangle(shape, face)) for face in faces[:2]]
             builds += [partial(_placed, search.scene, index, _thinned(shape, faces))] if faces else []
@@ -159,7 +159,7 @@ def _triangle(mesh: Mesh, face: int) -> Triangle:
 
 
 def _thinned(mesh: Mesh, faces: Sequence[int]) -> Mesh:
-    """Return a mesh with some of its faces, and no vertex that none of them has."""
+    """Return a mesh with only the named faces, without unused vertices."""
     chosen = mesh.faces[list(faces)]
     kept, numbers = np.unique(chosen, return_inverse=True)
     return replace(mesh, vertices=mesh.vertices[kept], faces=numbers.reshape(chosen.shape), file=None)
@@ -179,7 +179,7 @@ def _thin(search: Search, index: int) -> None:
 
 
 def _side(cube: Cube, normal: np.ndarray) -> Square:
-    """Return the side of a cube whose outward normal in object space is nearest to a direction."""
+    """Return the side of a cube as a square, chosen by its outward normal in object space, closest to `normal` (3,)."""
     axis = int(np.argmax(np.abs(normal)))
     towards = 1.0 if normal[axis] >= 0 else -1.0
     turned = np.eye(4)

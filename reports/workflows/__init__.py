@@ -1,5 +1,6 @@
-"""Workflow files for CI services: each installs rayproof, runs it and keeps the report.
+"""Templates of workflows for CI services: each installs rayproof, runs it and keeps the report.
 
-In a file `@INSTALL@` stands for what pip is to install, `@RUN@` for the command, `@OUT@` for the results folder. All of
-them are quoted for a shell already.
+The placeholders are `@INSTALL@` for the source that pip installs, `@BUILD@` for the command that builds the renderer,
+`@RUN@` for the command that runs rayproof, and `@OUT@` for the results folder. Their values need no further quoting for
+a shell.
 """
