@@ -348,7 +348,7 @@ class BackFacesPass(Mistake):
         if not isinstance(scene.shapes[index], TRIANGLES):
             return super().blocked(scene, index, rays)
         surface, blocked = _wrong_triangles(scene.shapes[index], (("culled", True),)), np.zeros(len(rays.starts), bool)
-        # RaysFromEye are traced from the light here: a triangle that faces the start faces away from the light.
+        # Rays are traced from the light here: a triangle that faces the start faces away from the light.
         mirrored = replace(surface, corners=surface.corners[:, ::-1])  # type: ignore[type-var]
         own = np.where(rays.objects[:, 0] == index, rays.objects[:, 1], -1)
         for chunk, pieces, crossing in mirrored.meetings(rays.source, rays.segments):
