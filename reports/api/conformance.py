@@ -99,7 +99,7 @@ class Conformance:
         """Judge an answer, as described at `check`, and return its record whatever the verdict.
 
         Raises:
-            AssertionError: the answer lacks one of the requested stages.
+            AssertionError: the answer lacks a requested stage.
 
         """
         from rayproof.reports.run.judge_task import verdict

@@ -27,8 +27,8 @@ def judge(
 
     `scene` is a scene, a case, or the name of either (see `load`). `answers` maps stage names to arrays of NumPy,
     PyTorch, JAX, Dr.Jit or any library that supports DLPack, (height, width, channels), row 0 at the top;
-    docs/specification.md lists the channels and units. `precision` is the precision in which the images were computed;
-    the limits are derived for it. `references` are names from `rayproof list references`; "analytic" is always used.
+    docs/specification.md lists the channels and units. `precision` is the precision of the renderer's arithmetic; the
+    limits are derived for it. `references` are names from `rayproof list references`; "analytic" is always used.
 
     Raises:
         LookupError: there is no reference or case with this name.

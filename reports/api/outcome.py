@@ -361,7 +361,7 @@ def compare(
 
     A formula is a name such as "sphere/haines", or a function of the caller's, "sphere=./mine.py:nearest_hit"; a
     configuration is a name such as "float32/triangle=woop"; a run is a `Run` or the path of its folder. `cases` are
-    families, cases or stresses for the comparison, by default those that depend on the difference. `tell` is called
+    families, cases or stresses for the comparison, by default all cases that depend on the difference. `tell` is called
     with each line of progress.
 
     Raises:
