@@ -87,7 +87,7 @@ def publish_annotations(folder: Path, results: RunRecord) -> list[Path]:
 LABEL = "rayproof"
 CHARACTER = 7.0  # px, average width of a character of 11 px Verdana
 YELLOW = "#dfb317"
-# The badge also contains the verdict as text, for readers who cannot distinguish these colours.
+# The badge also contains the verdict as text, since the colours may be hard to distinguish.
 COLORS = {
     Outcome.PASS: "#2a7f3f",
     Outcome.WARN: YELLOW,

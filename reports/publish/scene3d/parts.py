@@ -207,9 +207,7 @@ class SceneView:
     middle: np.ndarray  # m
     size: float  # m
     colored: Stage | None  # the stage whose errors are the colours of the points
-    range: (
-        tuple[float, float] | None
-    )  # log10 of the smallest and of the largest error; None if no error is finite and > 0
+    range: tuple[float, float] | None  # log10 of the smallest positive and of the largest finite error, if any
 
 
 @dataclass(frozen=True, kw_only=True)
