@@ -117,7 +117,7 @@ def version_line() -> str:
 
 
 def main(arguments: Sequence[str] | None = None, program: "App | None" = None) -> int:
-    """Run the command of `arguments` (default: those of the process) and return the exit code.
+    """Run the command of `arguments` (default: the arguments of the process) and return the exit code.
 
     `program` is the parser of another program with the same exit codes and messages; by default rayproof's.
     """

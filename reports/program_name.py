@@ -19,7 +19,7 @@ def called() -> str:
     return shlex.quote(os.environ.get(VARIABLE) or NAME)
 
 
-_GIVEN: list[str] | None = None  # the arguments of the command, if they are not those of the process
+_GIVEN: list[str] | None = None  # the arguments of the command, if they differ from the arguments of the process
 
 
 def arguments() -> list[str]:
@@ -28,7 +28,7 @@ def arguments() -> list[str]:
 
 
 def remember(words: Sequence[str] | None = None) -> None:
-    """Store the arguments of the command line, by default those of the process.
+    """Store the arguments of the command line, by default the arguments of the process.
 
     Hints will contain the program's path if it was called by its path and is not on PATH.
     """

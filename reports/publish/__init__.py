@@ -2,8 +2,8 @@
 
 To add a publisher, write a function `(folder, results) -> list[Path]` in a new file, and add a line to the table. The
 function reads `results` (see docs/results.md) and files in `folder`, writes only into `folder`, each file through
-`reports.results.files`, and returns the written paths. Names, paths and messages in `results` are hostile input. The
-lines of `reports.results.headline.shouts` must be on the first line of every written file.
+`reports.results.files`, and returns the written paths. Names, paths and messages in `results` are hostile input. Each
+file must contain the warnings of `reports.results.headline.shouts` in its first line.
 """
 
 from collections.abc import Callable

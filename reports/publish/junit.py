@@ -40,7 +40,7 @@ def legal(text: object) -> str:
 
 def publish_junit(folder: Path, results: RunRecord) -> list[Path]:
     """Write junit.xml."""
-    # The shouts are in the root's name, on the line of the XML declaration, which readers and parsers see first.
+    # The loudest warnings are in the root's name, on the line of the XML declaration, which comes first in the file.
     cases, expected = results["cases"], frozenset(results.get("gate", {}).get("cases", ()))
     few = len(cases) <= MOST_LISTED
     gate = results.get("gate")

@@ -150,7 +150,7 @@ def _is_numbers(value: Any) -> bool:
 
 
 def write_case_data(folder: Path, path: Path, case: CaseRecord) -> list[Path]:
-    """Write the script with the record of `case` and, unless the run wrote it, the one with its pixels; return paths."""
+    """Write the script with the record of `case` and, unless the run wrote it, that with its pixels; return paths."""
     written, notes = [], []
     pixels, scene = case.get("pixels"), scene_of(folder, case)
     if isinstance(pixels, str) and (why := clean_pixels(folder, pixels)) is not None:

@@ -84,7 +84,7 @@ class Said:
 
 
 def findings(results: RunRecord) -> list[FindingRecord]:
-    """Return the findings of the run's judgement: those in its record, or else those of this version."""
+    """Return the findings of the run's judgement: from its record, or else the findings of this version."""
     recorded = results.get("findings")
     if isinstance(recorded, list):
         return [_without_checks(entry) for entry in recorded if isinstance(entry, Mapping)]
@@ -262,7 +262,7 @@ _DEFINITION = re.compile(r"^\*\*(.+?)\*\* - (.+)$", re.MULTILINE)
 
 
 def definitions() -> list[tuple[str, str]]:
-    """Return the terms of rayproof with their definitions, in the order in which a reader needs them."""
+    """Return the terms of rayproof with their definitions, in the order of terms.md."""
     text = files("rayproof.reports").joinpath("terms.md").read_text(encoding="utf-8")
     return [(match[1], match[2]) for match in _DEFINITION.finditer(text)]
 
