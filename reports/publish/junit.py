@@ -152,7 +152,7 @@ def _testcase(
             filter(None, [kind_of_case, case["verdict"], cause or blame_in_words(case), stated_reason(case)])
         )
         element = ElementTree.SubElement(test, kind, message=legal(legible(message)))
-        if kind != "skipped":  # which has no type in Surefire's schema; the message begins with the verdict
+        if kind != "skipped":  # skipped has no type in Surefire's schema; its message begins with the verdict
             element.set("type", case["verdict"])
         element.text = legal("\n".join(_details(case)))
     lines = [str(case.get("stresses") or ""), f"covers {', '.join(map(str, case.get('covers', [])))}"]

@@ -164,7 +164,7 @@ class Look(msgspec.Struct, forbid_unknown_fields=True):
     margin: float  # sizes of the scene; the border of a plane around its hits
     around: tuple[int, int]  # corners of a ball's equator, minimum and maximum
     quads: int  # of all spheres together
-    triangles: int  # of a mesh; about as many as a picture has pixels
+    triangles: int  # of a mesh, at most; hardly more than the pixels of a picture
     shape: ShapeLook
     points: int  # number of hits that are drawn
     worst: int  # number of the worst hits among them
