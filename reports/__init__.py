@@ -1,1 +1,1 @@
-"""The top of the stack: runs renderers on cases, judges their answers, publishes the verdicts."""
+"""The topmost package: run renderers on cases, judge their answers, publish the verdicts."""

@@ -1,6 +1,7 @@
-"""The table of commands and their groups, `main`, exit codes, and how errors are shown.
+"""The table of commands and their groups, `main`, exit codes, and the messages for errors.
 
-Each command is a file in `reports/commands`, imported when it is called: `rayproof --help` imports nothing heavy.
+Each command is a file in `reports/commands` and is imported when it is called, so `rayproof --help` imports no large
+library.
 """
 
 import errno
@@ -20,8 +21,8 @@ Exit codes: 0 all pass or warn, 1 some fail, 2 bad usage or input, 3 something c
 """
 
 _IN = "rayproof.reports.commands"
-# Group -> an example, and the commands: name -> the function, and what it does. A command of two words is one of the
-# first word's.
+# Group -> an example, and its commands: name -> the function and its summary. A command of two words is defined by the
+# application of its first word.
 GROUPS: dict[str, tuple[str, dict[str, tuple[str, str]]]] = {
     "test": (
         'run primitives shadows --subject "exec:./mine {scene} {output}"',
@@ -82,7 +83,8 @@ COMMANDS: dict[str, tuple[str, str]] = {
 }
 
 BAD_USAGE, NOT_MEASURED, INTERRUPTED = 2, 3, 130
-# Of a write or a start: not ours to mend, and nothing that a traceback would explain.
+# Errors of the machine when a file is written or a process started. They are not errors in rayproof, and a traceback
+# would not help the user.
 OF_THE_MACHINE = {
     errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EROFS, errno.EACCES, errno.EPERM, errno.EIO,
     errno.EMFILE, errno.ENFILE, errno.ENOMEM, errno.EAGAIN,
@@ -90,10 +92,10 @@ OF_THE_MACHINE = {
 
 
 def application() -> "App":
-    """Return the command line's parser, its commands still unimported."""
+    """Return the command line's parser; commands are imported when they are called."""
     from cyclopts import App
 
-    # Plain text, because rich's Markdown would cost --help a quarter of its time.
+    # Plain text, because rich's Markdown would take a quarter of the time of --help.
     app = App(
         name="rayproof",
         help=HELP,
@@ -115,24 +117,24 @@ def version_line() -> str:
 
 
 def main(arguments: Sequence[str] | None = None, program: "App | None" = None) -> int:
-    """Run the command that `arguments` (default: the process's) name and return the exit code.
+    """Run the command of `arguments` (default: the arguments of the process) and return the exit code.
 
-    A `program` other than rayproof has its own commands, and ends in the same ways.
+    `program` is the parser of another program with the same exit codes and messages; by default rayproof's.
     """
-    # Before anything heavy is imported: whoever is stopped while it starts ends in one line, too.
+    # The signal handlers are installed before large imports, so that an interrupted start ends with one line, too.
     with Stopping() as stopping:
         try:
             remember(arguments)
-            given = sys.argv[1:] if arguments is None else list(arguments)
-            if program is None and given in ([], ["--help"], ["-h"]):
+            words = sys.argv[1:] if arguments is None else list(arguments)
+            if program is None and words in ([], ["--help"], ["-h"]):
                 return _overview()
-            return _called(given, program)
+            return _called(words, program)
         except KeyboardInterrupt:
             pass
         except Exception as error:
-            # A library that is interrupted while it is imported may say so in words of its own.
+            # A library that is interrupted during its import may raise an exception of its own.
             if not stopping.told:
-                # An unforeseen error is a bug of rayproof, no verdict; exit code 1 would claim that a case failed.
+                # An unforeseen error is a bug in rayproof, not a verdict; exit code 1 would mean that a case failed.
                 sys.excepthook(type(error), error, error.__traceback__)
                 return NOT_MEASURED
         sys.stderr.write("rayproof: interrupted\n")
@@ -140,7 +142,7 @@ def main(arguments: Sequence[str] | None = None, program: "App | None" = None) -
 
 
 def _overview() -> int:
-    """Print what commands there are: at once, without what reads their arguments."""
+    """Print the list of commands, without importing the parser of arguments."""
     wide = max(map(len, COMMANDS))
     lines: list[str] = []
     for group, (example, commands) in GROUPS.items():
@@ -152,14 +154,14 @@ def _overview() -> int:
     try:
         sys.stdout.write("\n".join([f"Usage: {called()} COMMAND", "", about, "", *lines, codes, end]))
         sys.stdout.flush()
-    except BrokenPipeError:  # whoever read it has gone, and Python would say so when it ends
+    except BrokenPipeError:  # the reader has closed the pipe; Python would report it again at exit
         sys.stdout = None
         return NOT_MEASURED
     return 0
 
 
 def _called(words: list[str], program: "App | None") -> int:
-    """Run a command; return the exit code, also of what is told in one line."""
+    """Run a command and return the exit code; report usage errors and errors of the machine in one line."""
     from cyclopts import CycloptsError
 
     from rayproof.reports.commands.usage import UsageError, disown, one_line
@@ -175,7 +177,7 @@ def _called(words: list[str], program: "App | None") -> int:
 
         if not isinstance(error, DamagedTableError):
             raise
-        # A file of the user's: that a record is damaged is seen where it is read, which may be late.
+        # The user's file is damaged. Records are validated when they are read, which may be late in a command.
         sys.stderr.write(f"rayproof: {one_line(error)}\n")
         return BAD_USAGE
     except NoBackendError as error:
@@ -189,7 +191,7 @@ def _called(words: list[str], program: "App | None") -> int:
     except MemoryError:
         sys.stderr.write("rayproof: there is not enough memory\n")
         return NOT_MEASURED
-    except SystemExit:  # by rich, with 1, where the reader of the output has gone: that is no verdict either
+    except SystemExit:  # rich exits with 1 if the reader of the output has closed the pipe; that is not a verdict
         return NOT_MEASURED
     finally:
         disown()

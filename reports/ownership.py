@@ -1,8 +1,8 @@
-"""A lock file by which only one process writes a folder; it is released when that process dies.
+"""A lock file that lets only one process write a folder; it is released when that process ends.
 
-The lock is filelock's: `flock` on an open file, which the kernel lets go however the process ends, and which processes
-that it starts do not inherit. The file says who owns the folder, for whoever is refused. Where a file system has no
-`flock` nobody is refused.
+The lock is filelock's: `flock` on an open file. The kernel releases it however the process ends, and child processes do
+not inherit it. The file contains the owner's process number and command, for the message to other processes. On a file
+system without `flock` there is no lock, and no process is refused.
 """
 
 import errno
@@ -19,23 +19,23 @@ if TYPE_CHECKING:
     from filelock import BaseFileLock
 
 NAME = ".owner"
-PATIENCE = 0.1  # s for an owner that is just ending
+PATIENCE = 0.1  # s to wait for an owner that is just ending
 MOST_SAID = 4096  # bytes of the file that are read
-LONGEST_COMMAND = 200  # characters of the owner's command that a refusal repeats
+LONGEST_COMMAND = 200  # characters of the owner's command in an error message
 NO_LOCKS = (errno.ENOLCK, errno.ENOTSUP, errno.EINVAL, errno.ENOSYS)
 
 
 class OwnedError(OSError):
-    """A folder is another process's to write, which `strerror` names with its command and since when."""
+    """Another process owns the folder; `strerror` contains its number, its command and the start time."""
 
 
 @contextmanager
 def owned(folder: Path) -> Iterator[None]:
-    """Make `folder` if need be and own it for the body; the lock's file goes with the body.
+    """Create `folder` if necessary and own it during the body; remove the lock file afterwards.
 
     Raises:
-        OwnedError: another process owns it.
-        OSError: nothing can be written there.
+        OwnedError: another process owns the folder.
+        OSError: the folder cannot be written.
 
     """
     folder.mkdir(parents=True, exist_ok=True)
@@ -48,11 +48,11 @@ def owned(folder: Path) -> Iterator[None]:
 
 
 def acquired(folder: Path) -> "BaseFileLock":
-    """Return the lock that now owns an existing folder, which its `release` lets go.
+    """Acquire an existing folder and return the lock; its method `release` gives the folder up.
 
     Raises:
         OwnedError: another process owns the folder.
-        OSError: nothing can be written there.
+        OSError: the folder cannot be written.
 
     """
     from filelock import Timeout
@@ -72,12 +72,12 @@ def acquired(folder: Path) -> "BaseFileLock":
 
 
 def abandoned(folder: Path) -> bool:
-    """Say whether a folder has an owner's file, written to the end, and no process that holds it."""
+    """Return whether a folder has a complete lock file that no process holds."""
     from filelock import Timeout
 
     try:
         if not (folder / NAME).stat().st_size:
-            return False  # it is being taken
+            return False  # a process is just acquiring it
         with _lock_of(folder).acquire(blocking=False):
             return True
     except (Timeout, OSError):
@@ -87,12 +87,12 @@ def abandoned(folder: Path) -> bool:
 def _lock_of(folder: Path) -> "BaseFileLock":
     from filelock import FileLock
 
-    # Without a lock nobody is refused: a file that stands for one would outlive a process that is killed.
+    # No fallback to the mere existence of a file as a lock: it would remain after a process is killed.
     return FileLock(folder / NAME, thread_local=False, fallback_to_soft=False)
 
 
 def _owner(folder: Path) -> str:
-    """Return a sentence about who owns a folder; the file may be half written, or anybody's."""
+    """Return a sentence about the owner of a folder; the file may be incomplete or written by another program."""
     try:
         with (folder / NAME).open(encoding="utf-8") as file:
             content: dict[str, Any] = json.loads(file.read(MOST_SAID))

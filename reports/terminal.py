@@ -1,4 +1,4 @@
-"""The console of rich that rayproof prints to, or a wide page without colours where there is no terminal."""
+"""The console of rich for all output, or a wide page without colours if the output is not a terminal."""
 
 from typing import Any
 
@@ -7,19 +7,19 @@ from rich.text import Text
 
 from rayproof.reports.results.files import legible_lines
 
-# Piped output is read by programs or in editors; rich's 80 columns would break names in two.
+# Piped output is read by programs or in editors; with the 80 columns of rich, long names would be wrapped.
 PIPED_WIDTH = 200
 
 
 class Page(Console):
-    """A console on which texts are only texts: neither markup nor emoji nor what a terminal or a CI log would obey."""
+    """A console that prints text literally: without markup, emoji, or control sequences of terminals and CI logs."""
 
     def render_str(self, text: str, **how: Any) -> Text:
-        """Return a text made harmless; whatever is printed as a string, in a table too, comes by here."""
+        """Return a text without control characters; rich calls this for every string, also in tables."""
         return super().render_str(legible_lines(text), **how)
 
 
 def console(*, width: int = PIPED_WIDTH) -> Console:
-    """Return the terminal, or a page of `width` columns."""
+    """Return a console for the terminal, or a page of `width` columns if the output is not a terminal."""
     terminal = Page(highlight=False, markup=False, emoji=False)
     return terminal if terminal.is_terminal else Page(highlight=False, markup=False, emoji=False, width=width)

@@ -1,4 +1,4 @@
-"""`Conformance`: one case inside a pytest test, which judges an answer as `rayproof run` would."""
+"""`Conformance`: one case inside a pytest test, which judges an answer in the same way as `rayproof run`."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
@@ -28,7 +28,7 @@ NAME = "subject"
 
 
 class Conformance:
-    """A case, the references that it is judged by, and the formula under test where the marker names one."""
+    """A case, the references for its judgement, and the formula under test if the marker names one."""
 
     def __init__(
         self,
@@ -41,7 +41,7 @@ class Conformance:
         precision: str = "float32",
         witnesses: Sequence[str] = (ORACLE,),
     ) -> None:
-        """Take the marker's options; raise LookupError or ValueError for one that names nothing."""
+        """Validate the marker's options; raise LookupError or ValueError for a value that does not exist."""
         from rayproof.reference import REFERENCES
 
         choose_packaged_llvm()
@@ -57,31 +57,31 @@ class Conformance:
 
     @property
     def scene(self) -> Scene:
-        """Return the scene that is to be rendered."""
+        """Return the scene to render."""
         return self.case.scene
 
     @property
     def document(self) -> dict[str, Any]:
-        """Return the scene as JSON data, for a renderer that reads scene files."""
+        """Return the scene as JSON data, for renderers that read scene files."""
         from rayproof.cases.scene_json import scene_to_json
 
         return scene_to_json(self.case.scene)
 
     @property
     def stages(self) -> tuple[Stage, ...]:
-        """Return the stages that the scene has and the renderer answers."""
+        """Return the stages of the scene that the renderer supports."""
         return tuple(stage for stage in stages_of(self.case.scene) if stage in self._stages)
 
     def check(self, answer: Renderer | Mapping[str, Any] | None = None) -> Judged:
-        """Judge an answer and return what was found.
+        """Judge an answer and return its record.
 
-        `answer` maps stage names to arrays (height, width, channels), channels and units as docs/specification.md
-        lists them, or is a function `(scene, stages) -> such a mapping`. Without it the tracer answers, with the
-        marker's formula.
+        `answer` maps stage names to arrays (height, width, channels), with the channels and units of
+        docs/specification.md, or is a function `(scene, stages) -> such a mapping`. By default the tracer renders the
+        scene with the marker's formula.
 
         Raises:
             AssertionError: the case does not pass; the message names stage, formula, reference and size of the error.
-            pytest.skip.Exception: nothing that the renderer answers can be measured on this case.
+            pytest.skip.Exception: none of the renderer's stages can be measured on this case.
 
         """
         import pytest
@@ -96,10 +96,10 @@ class Conformance:
         return judged
 
     def judged(self, answer: Renderer | Mapping[str, Any] | None = None) -> Judged:
-        """Return the record of an answer of any kind; `check` says what an answer may be.
+        """Judge an answer, as described at `check`, and return its record whatever the verdict.
 
         Raises:
-            AssertionError: a stage that was asked for is not in the answer.
+            AssertionError: the answer lacks a requested stage.
 
         """
         from rayproof.reports.run.judge_task import verdict
@@ -116,8 +116,8 @@ class Conformance:
         return trace(self.scene, self._configuration.name, samples=self.case.samples).answers
 
     def _given(self, answer: Renderer | Mapping[str, Any]) -> Answers:
-        found = answer(self.scene, self.stages) if callable(answer) else answer
-        answers: StageImages = {Stage(name): value for name, value in found.items()}
+        images_by_name = answer(self.scene, self.stages) if callable(answer) else answer
+        answers: StageImages = {Stage(name): value for name, value in images_by_name.items()}
         if missing := [stage for stage in self.stages if stage not in answers]:
             raise AssertionError(f"{self.case.name}: the renderer gave no {', '.join(missing)}")
         images = {
@@ -135,7 +135,7 @@ class Conformance:
         )
 
     def _mean(self, answer: Renderer | Mapping[str, Any]) -> np.ndarray | None:
-        """Return the renderer's radiance averaged over the case's samples, from a finer image; None without samples."""
+        """Return the radiance averaged over the case's samples, from a finer image; None for one sample per pixel."""
         samples = self.case.samples
         if samples == 1 or Stage.RADIANCE not in self.stages:
             return None
@@ -149,7 +149,7 @@ class Conformance:
 
 
 def _configuration(formula: str | None, configuration: str, folder: Path) -> "Configuration":
-    """Return the tracer's configuration; a formula's FILE lies beside the test.
+    """Return the tracer's configuration; a formula's FILE is in the folder of the test.
 
     Raises:
         LookupError, ValueError: there is no such formula or configuration.

@@ -1,6 +1,6 @@
-"""A Python function served as a program under test, one answer a request (docs/protocol.md, version 2).
+"""A Python function served as a program under test, with one answer per request (docs/protocol.md, version 2).
 
-`rayproof run --subject python:FILE.py:FUNCTION` starts `serve` in a process of its own; `rayproof.run(cases, function)`
+`rayproof run --subject python:FILE.py:FUNCTION` starts `serve` in a separate process; `rayproof.run(cases, function)`
 calls `answered` in the caller's process.
 """
 
@@ -22,13 +22,13 @@ from rayproof.reports.results.images import write_answers
 from rayproof.reports.subjects.protocol import STAYS
 
 Renderer = Callable[[Scene, Sequence[Stage]], Mapping[str, Any] | Any]
-MODULE = "rayproof_function_under_test"  # its name, which no module beside the file can have by chance
+MODULE = "rayproof_function_under_test"  # an unusual name: no module next to the user's file has it by chance
 
 
 def answered(renderer: Renderer, request: Mapping[str, Any], stages: Sequence[str] | None = None) -> dict[str, Any]:
-    """Return the answer to a request, whose image is written; what the function raises is an answer, too.
+    """Answer a request: call the function and write its images; its exceptions become error answers.
 
-    `stages` are those that it must answer; without them it answers those that it gives.
+    `stages` are the stages that the function must return; by default it may return any of them.
 
     Raises:
         ValueError: there is no such image stage.
@@ -40,56 +40,58 @@ def answered(renderer: Renderer, request: Mapping[str, Any], stages: Sequence[st
         return {"id": number, "capabilities": _declared(renderer, None if stages is None else wanted)}
     try:
         scene = load_scene(request["scene"])
-        asked = tuple(stage for stage in stages_of(scene) if stage in wanted)
-        answers = answers_from(renderer(scene, asked), scene, asked)
-        missing = [stage.value for stage in asked if stage not in answers]
+        requested = tuple(stage for stage in stages_of(scene) if stage in wanted)
+        answers = answers_from(renderer(scene, requested), scene, requested)
+        missing = [stage.value for stage in requested if stage not in answers]
         if missing and (stages is not None or not answers):
             raise ValueError(f"it gave no {', '.join(missing)}")
         write_answers(Path(request["output"]), answers, len(scene.lights))
     except NotImplementedError as reason:
         return {"id": number, "unsupported": " ".join(str(reason).split()) or "it says so"}
-    except Exception as error:  # the boundary: whatever a renderer raises is that case's error
+    except Exception as error:  # boundary to foreign code: any exception of a renderer is an error of its case
         return _failure(number, error, _folder(renderer))
     return {"id": number, "ok": True}
 
 
 def _declared(renderer: Renderer, stages: Sequence[Stage] | None) -> dict[str, Any]:
-    """Return the function's capabilities, in the words of docs/protocol.md."""
+    """Return the function's capabilities, with the keys of docs/protocol.md."""
     name = getattr(renderer, "__qualname__", type(renderer).__name__)
-    known: dict[str, Any] = {"protocol": STAYS, "name": str(name)[:80], "version": "", "precision": "float64"}
+    capabilities: dict[str, Any] = {"protocol": STAYS, "name": str(name)[:80], "version": "", "precision": "float64"}
     if stages is not None:
-        known["stages"] = [stage.value for stage in stages]
+        capabilities["stages"] = [stage.value for stage in stages]
     if getattr(renderer, "deterministic", False) is True:
-        known["deterministic"] = True
-    return known
+        capabilities["deterministic"] = True
+    return capabilities
 
 
 def _folder(renderer: Renderer) -> Path | None:
-    """Return the folder of the function's file, as far as that is known."""
+    """Return the folder of the function's file, or None if it has no code object."""
     code = getattr(renderer, "__code__", None) or getattr(getattr(type(renderer), "__call__", None), "__code__", None)  # noqa: B004
     return None if code is None else Path(code.co_filename).parent
 
 
 def _failure(number: int, error: BaseException, folder: Path | None) -> dict[str, Any]:
-    """Return the answer of a failed request; `trace`, where the exception was raised, is for standard error."""
+    """Return the answer to a failed request; its `trace`, the traceback, is for standard error."""
     trace = "".join(traceback.format_exception(error))
     return {"id": number, "error": raised(error, folder), "trace": trace}
 
 
 def raised(error: BaseException, folder: Path | None) -> str:
-    """Return an exception with the file and the line in `folder` that led to it."""
-    said = " ".join(f"{type(error).__name__}: {error}".split()) if str(error) else type(error).__name__
+    """Return an exception as text, with the innermost file and line in `folder` of its traceback."""
+    text = " ".join(f"{type(error).__name__}: {error}".split()) if str(error) else type(error).__name__
     if isinstance(error, SyntaxError) and error.filename is not None:
-        return f"{said.split(' (')[0]} ({Path(error.filename).name}, line {error.lineno})"
+        return f"{text.split(' (')[0]} ({Path(error.filename).name}, line {error.lineno})"
     frames = traceback.extract_tb(error.__traceback__)
     own = [frame for frame in frames if folder is not None and Path(frame.filename).is_relative_to(folder)]
-    return f"{said} ({Path(own[-1].filename).name}, line {own[-1].lineno})" if own else said
+    return f"{text} ({Path(own[-1].filename).name}, line {own[-1].lineno})" if own else text
 
 
 def serve(file: str, function: str) -> None:
-    """Load a function and answer requests until standard input closes; one that cannot be loaded says why.
+    """Load a function and answer requests until standard input closes.
 
-    What the function starts must not read the requests, and its prints may have no end.
+    If the function cannot be loaded, each answer is an error with the reason. Child processes of the function do not
+    inherit the requests as their standard input; answers begin on a new line, because output of the function may end
+    without one.
     """
     requests = os.fdopen(os.dup(0), encoding="utf-8")
     nowhere = os.open(os.devnull, os.O_RDONLY)
@@ -98,7 +100,7 @@ def serve(file: str, function: str) -> None:
     failure: dict[str, Any] = {}
     try:
         renderer = _loaded(Path(file), function)
-    except Exception as error:  # the boundary: whatever a file raises while it is loaded
+    except Exception as error:  # boundary to foreign code: a file may raise any exception while it is loaded
         failure = _failure(0, error, Path(file).parent)
     for line in requests:
         request = json.loads(line)
@@ -109,7 +111,7 @@ def serve(file: str, function: str) -> None:
 
 
 def _loaded(file: Path, function: str) -> Renderer:
-    """Return a function of a file, which may import what lies beside it."""
+    """Load a file, which may import modules of its folder, and return its function."""
     sys.path[0] = str(file.parent)
     spec = importlib.util.spec_from_file_location(MODULE, file)
     assert spec is not None
@@ -117,7 +119,7 @@ def _loaded(file: Path, function: str) -> Renderer:
     module = importlib.util.module_from_spec(spec)
     sys.modules[MODULE] = module
     spec.loader.exec_module(module)
-    found = getattr(module, function, None)
-    if not callable(found):
+    renderer = getattr(module, function, None)
+    if not callable(renderer):
         raise LookupError(f"{file.name} has no function {function}")
-    return found
+    return renderer

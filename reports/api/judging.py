@@ -1,4 +1,4 @@
-"""`judge`: images that are there are judged in this process, without worker, folder or report."""
+"""`judge`: existing images are judged in this process, without worker, folder or report."""
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -23,16 +23,17 @@ def judge(
     *,
     references: Sequence[str] = (ORACLE,),
 ) -> Judgement:
-    """Judge images of a scene, as `rayproof run` would, against the closed forms and other references.
+    """Judge images of a scene against the closed forms and other references, in the same way as `rayproof run`.
 
-    `scene` is a scene, a case or the name of either (see `load`). `answers` maps stage names to arrays of NumPy,
-    PyTorch, JAX, Dr.Jit or any library that speaks DLPack, (height, width, channels), row 0 at the top; channels and
-    units are those of docs/specification.md. `precision` is the arithmetic that they were computed in: limits are
-    derived for it. `references` are names that `rayproof list references` prints; "analytic" is always among them.
+    `scene` is a scene, a case, or the name of either (see `load`). `answers` maps stage names to arrays of NumPy,
+    PyTorch, JAX, Dr.Jit or any library that supports DLPack, (height, width, channels), row 0 at the top;
+    docs/specification.md lists the channels and units. `precision` is the precision of the renderer's arithmetic; the
+    limits are derived for it. `references` are names from `rayproof list references`; "analytic" is always used.
 
     Raises:
-        LookupError: a reference or a case has no such name.
-        TypeError, ValueError: an answer is no array, has another shape than its stage, or nothing can be judged.
+        LookupError: there is no reference or case with this name.
+        TypeError, ValueError: an answer is not an array, has another shape than its stage, or there is no image to
+            judge.
 
     """
     from rayproof.reports.api.conformance import Conformance
@@ -41,14 +42,14 @@ def judge(
     images = answers_from(answers, case.scene, (Stage.RADIANCE,))
     if not images:
         raise ValueError(f"there is nothing to judge: expected some of {', '.join(IMAGE_STAGES)}")
-    asked = Conformance(
+    conformance = Conformance(
         case=case,
         folder=Path(),
         precision=precision,
         stages=[stage.value for stage in images],
         witnesses=tuple(references),
     )
-    judged = asked.judged({stage.value: image for stage, image in images.items()})
+    judged = conformance.judged({stage.value: image for stage, image in images.items()})
     names = dict.fromkeys((ORACLE, *references))
     return Judgement(
         verdict=judged.outcome.value,
@@ -64,5 +65,5 @@ def judge(
 def _case(scene: Scene | Case | str) -> Case:
     if isinstance(scene, Case):
         return scene
-    found = scene if isinstance(scene, Scene) else load(scene)
-    return case_of_scene(found, name="judged/scene", stresses="A scene that a caller of `rayproof.judge` chose.")
+    loaded = scene if isinstance(scene, Scene) else load(scene)
+    return case_of_scene(loaded, name="judged/scene", stresses="A scene that a caller of `rayproof.judge` chose.")

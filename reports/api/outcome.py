@@ -1,4 +1,4 @@
-"""What the API returns: `Run`, `CaseResult`, `Judgement`, `FormulaComparison`, also as tables in a notebook."""
+"""The results of the API: `Run`, `CaseResult`, `Judgement`, `FormulaComparison`, also as tables in a notebook."""
 
 import base64
 import html
@@ -35,17 +35,17 @@ SHOWN = 12  # rows of a table in a notebook, and lines of an assertion
 
 @dataclass(frozen=True)
 class ResultTable(Sequence[Mapping[str, Any]]):
-    """Rows of equal columns: a sequence of mappings, a table in a notebook, a pandas frame by `to_pandas()`."""
+    """Rows with the same columns: a sequence of mappings, shown as a table in a notebook; see `to_pandas()`."""
 
     columns: tuple[str, ...]
     rows: tuple[Mapping[str, Any], ...]
 
     def __getitem__(self, index: Any) -> Any:
-        """Return a row by its index, or some by a slice."""
+        """Return the row at an index, or the rows of a slice."""
         return self.rows[index]
 
     def __len__(self) -> int:
-        """Return how many rows there are."""
+        """Return the number of rows."""
         return len(self.rows)
 
     def __iter__(self) -> Iterator[Mapping[str, Any]]:
@@ -53,13 +53,13 @@ class ResultTable(Sequence[Mapping[str, Any]]):
         return iter(self.rows)
 
     def to_pandas(self) -> Any:
-        """Return a `pandas.DataFrame`; raise ImportError where pandas is not installed."""
+        """Return a `pandas.DataFrame`; raise ImportError if pandas is not installed."""
         import pandas  # pyright: ignore[reportMissingImports]
 
         return pandas.DataFrame([dict(row) for row in self.rows], columns=list(self.columns))
 
     def __repr__(self) -> str:
-        """Return the rows as text, one a line."""
+        """Return the rows as text, one per line."""
         lines = ["  ".join(_cell(row.get(name)) for name in self.columns) for row in self.rows[:SHOWN]]
         more = [f"and {len(self) - SHOWN} more"] if len(self) > SHOWN else []
         return "\n".join(["  ".join(self.columns), *lines, *more])
@@ -79,7 +79,7 @@ def _cell(value: Any) -> str:
 
 
 def table(columns: Sequence[str], rows: Sequence[Mapping[str, Any]]) -> ResultTable:
-    """Return rows as a table, each cut to the columns."""
+    """Return rows as a table, without the keys that are not columns."""
     return ResultTable(
         tuple(columns), tuple(MappingProxyType({name: row.get(name) for name in columns}) for row in rows)
     )
@@ -89,13 +89,13 @@ CHECK_COLUMNS = ("reference", "stage", "verdict", "ratio", "reason")
 
 
 def checks_table(columns: Sequence[str], checks: Sequence[Check]) -> ResultTable:
-    """Return checks as a table, each cut to the columns."""
+    """Return checks as a table, with only the fields that are columns."""
     return table(columns, [{**asdict(check), "verdict": check.outcome.value} for check in checks])
 
 
 class _NoTruth:
     def __bool__(self) -> bool:
-        """Refuse: a run that measured nothing is neither true nor false."""
+        """Raise TypeError, because a run without measurements is neither true nor false."""
         raise TypeError("neither true nor false: look at `.verdict` and `.counts`, or call `.raise_if_failed()`")
 
 
@@ -118,12 +118,12 @@ class CaseResult(_NoTruth):
 
     @property
     def reason(self) -> str:
-        """Return in words why the case did not pass; empty where it did."""
+        """Return the reason in words if the case did not pass, otherwise an empty string."""
         return str(self.record.get("reason") or "")
 
     @property
     def blamed_items(self) -> tuple[str, ...]:
-        """Return the specification's items that the evidence leaves to blame; none where the case passed."""
+        """Return the specification's items that may be wrong according to the checks; none if the case passed."""
         blamed = self.record.get("blamed_items")
         if blamed is not None:
             return tuple(blamed)
@@ -131,23 +131,23 @@ class CaseResult(_NoTruth):
 
     @property
     def checks(self) -> ResultTable:
-        """Return every check: subject, reference, stage, verdict, and error over limit."""
+        """Return all checks: configuration, reference, stage, verdict, error / limit, and reason."""
         return checks_table(("configuration", *CHECK_COLUMNS), self.record["checks"])
 
     @property
     def renderers(self) -> tuple[str, ...]:
-        """Return the renderers that may have images: the one under test in each configuration, then the references."""
+        """Return the renderers that may have images: the subject in each configuration, then the references."""
         renders = sorted(self.record["renders"], key=lambda render: render.get("configuration") is None)
         return tuple(render["renderer"] for render in renders)
 
     def image(self, stage: str, renderer: str | None = None) -> np.ndarray:
         """Return a renderer's image of a stage, float64 (height, width, channels), row 0 at the top.
 
-        Files hold float32, so that an image computed in float64 comes back rounded. Without `renderer` it is that of
-        the renderer under test, in its first configuration.
+        Files contain float32, so an image that was computed in float64 is rounded. `renderer` is by default the
+        subject in its first configuration.
 
         Raises:
-            LookupError: there is no such renderer here, or it has no image of this stage.
+            LookupError: the case has no such renderer, or the renderer has no image of this stage.
 
         """
         (wanted,) = image_stages([stage])
@@ -159,48 +159,51 @@ class CaseResult(_NoTruth):
         return np.asarray(renders[name][wanted], dtype=np.float64)
 
     def limit(self, stage: str, renderer: str | None = None) -> np.ndarray:
-        """Return how far a renderer's image may be off against the closed forms, float64.
+        """Return the largest allowed error of a renderer's image against the closed forms, float64.
 
-        For directions it is an angle [rad] and for positions a distance [m], both (height, width); for the rest it has
-        the image's shape and unit. It is derived anew from the scene and the renderer's precision. A pixel is NaN if
-        the answers of nearby problems differ there by more than the limit: its value must be one of these answers.
+        For directions it is an angle [rad] and for positions a distance [m], both (height, width); for other stages it
+        has the shape and the unit of the image. It is computed again from the scene and the renderer's precision. A
+        pixel is NaN if the answers of nearby problems differ there by more than the limit: its value must be one of
+        these answers.
 
         Raises:
-            LookupError: there is no such renderer here.
+            LookupError: the case has no such renderer.
 
         """
         from rayproof.reports.api.asking import limit_of
 
         (wanted,) = image_stages([stage])
         name = self._known(renderer)
-        configuration = next(one.get("configuration") for one in self.record["renders"] if one["renderer"] == name)
+        configuration = next(
+            render.get("configuration") for render in self.record["renders"] if render["renderer"] == name
+        )
         precision = str(configuration or "").partition("/")[0]
         scene = load_scene(self.folder / str(self.record["scene"]))
         return limit_of(scene, wanted, precision if precision in ("float32", "float64") else "float32")
 
     def _known(self, renderer: str | None) -> str:
-        known = self.renderers
-        if not known or (renderer is not None and renderer not in known):
-            raise LookupError(f"{self.name} has no renderer {renderer!r}; known: {', '.join(known) or 'none'}")
-        return known[0] if renderer is None else renderer
+        renderers = self.renderers
+        if not renderers or (renderer is not None and renderer not in renderers):
+            raise LookupError(f"{self.name} has no renderer {renderer!r}; known: {', '.join(renderers) or 'none'}")
+        return renderers[0] if renderer is None else renderer
 
 
 @dataclass(frozen=True, kw_only=True)
 class Run(_NoTruth):
-    """A finished run: what was covered, the verdict, what failed and why, and every case's images."""
+    """A finished run: its coverage, the verdict, the failures with their causes, and the images of every case."""
 
-    folder: Path  # results and report; `index.html` opens in a browser
+    folder: Path  # of the results and the report; `index.html` opens in a browser
     record: RunRecord = field(repr=False)  # results.json, as docs/results.md describes it
-    code: int  # the exit code that `rayproof run` had
+    code: int  # the exit code of `rayproof run`
 
     @property
     def verdict(self) -> str:
-        """Return the run's verdict, as the report's first screen says it."""
+        """Return the run's verdict, as shown on the first screen of the report."""
         return str(self.record["verdict"])
 
     @property
     def counts(self) -> Mapping[str, int]:
-        """Return how many cases were planned, measured and unsupported, and how many ended in each verdict."""
+        """Return the numbers of planned, measured and unsupported cases, and the number of cases per verdict."""
         summary = self.record["summary"]
         counted = cast("dict[str, int]", summary)
         measured = sum(counted.get(outcome.value, 0) for outcome in MEASURED)
@@ -208,7 +211,7 @@ class Run(_NoTruth):
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Return the names of the cases that have a result."""
+        """Return the names of the cases with a result."""
         return tuple(str(case["name"]) for case in briefs(self.record["cases"]))
 
     @property
@@ -223,28 +226,28 @@ class Run(_NoTruth):
 
     @property
     def diagnosis(self) -> tuple[str, ...]:
-        """Return a sentence for each cause that was found: the mistake, its item, what it explains."""
+        """Return a sentence per cause: the mistake, its item, and the failures that it explains."""
         return tuple(str(cause["sentence"]) for cause in self.record.get("diagnosis") or ())
 
     def case(self, name: str) -> CaseResult:
-        """Return a case's result by its name; raise LookupError where there is none."""
+        """Return the result of the case with this name; raise LookupError if the run has no such case."""
         case = named(self.record["cases"], name)
         if case is not None:
             return CaseResult(folder=self.folder, record=case)
         raise LookupError(f"this run has no case {name!r}; it has {', '.join(self.names[:SHOWN])}")
 
     def raise_if_failed(self) -> None:
-        """Do nothing where the run's exit code is 0.
+        """Raise an exception unless the run's exit code is 0.
 
         Raises:
-            AssertionError: something failed, or could not be measured; the message says what.
+            AssertionError: cases failed or could not be measured; the message lists them.
 
         """
         if self.code != 0:
             raise AssertionError(str(self))
 
     def __str__(self) -> str:
-        """Return what was covered, then the verdict, the causes and the failures."""
+        """Return the numbers of cases, then the verdict, the causes and the failures."""
         counts = self.counts
         planned = several(counts["planned"], "case")
         line = f"{planned} planned, {counts['measured']} measured, {counts['unsupported']} unsupported"
@@ -254,7 +257,7 @@ class Run(_NoTruth):
 
     def _repr_html_(self) -> str:
         first, *rest = str(self).split("\n")
-        said = "".join(f"<p>{html.escape(line)}</p>" for line in rest[: len(self.diagnosis)])
+        causes = "".join(f"<p>{html.escape(line)}</p>" for line in rest[: len(self.diagnosis)])
         pictures = "".join(
             f"<figure><figcaption>{html.escape(legible(case['name']))}: ours, the reference's, the difference"
             f'</figcaption><img style="image-rendering: pixelated" src="data:image/png;base64,'
@@ -263,28 +266,28 @@ class Run(_NoTruth):
             if case["verdict"] not in GOOD and (drawing := picture(self.folder, case)) is not None
         )
         failed = self.failures._repr_html_() if len(self.failures) else ""
-        return f"<p><b>{html.escape(first)}</b></p>{said}{pictures}{failed}"
+        return f"<p><b>{html.escape(first)}</b></p>{causes}{pictures}{failed}"
 
 
 def legible_lines(lines: Sequence[str]) -> str:
-    """Return lines as text, each without control characters."""
+    """Join lines to a text without control characters."""
     return "\n".join(legible(line) for line in lines)
 
 
 def loaded(folder: Path, code: int) -> Run:
-    """Return the run whose results are in a folder; raise OSError or ValueError if they cannot be read."""
+    """Load a run from its results folder; raise OSError or ValueError if the results cannot be read."""
     return Run(folder=folder, record=cast(RunRecord, MappingProxyType(load_results(folder))), code=code)
 
 
 def view3d(result: Run, case: str) -> Any:
-    """Open the scene of a case in a notebook, as its report shows it in 3-D.
+    """Show the scene of a case in a notebook, with the 3-D view of the report.
 
-    It can be turned where PyVista's notebook packages are installed (`pip install pyvista[jupyter]`), and is an image
-    elsewhere.
+    The view can be rotated if PyVista's notebook packages are installed (`pip install pyvista[jupyter]`); otherwise it
+    is an image.
 
     Raises:
-        LookupError: the run has no such case, or kept no scene of it.
-        RuntimeError: there is no OpenGL.
+        LookupError: the run has no such case, or did not store its scene.
+        RuntimeError: OpenGL is missing.
 
     """
     record = result.case(case).record
@@ -297,23 +300,23 @@ def view3d(result: Run, case: str) -> Any:
 
 @dataclass(frozen=True, kw_only=True)
 class Judgement(_NoTruth):
-    """An answer held against the references: its verdict, its checks, and what it is held to."""
+    """An answer compared with the references: its verdict, its checks, and its limits."""
 
     verdict: str
-    stage: str | None  # the first wrong one
-    blamed_items: tuple[str, ...]  # of the specification, as of a case of a run: what the checks cannot tell apart
+    stage: str | None  # the first wrong stage
+    blamed_items: tuple[str, ...]  # items of the specification that may be wrong, as in `CaseResult`
     reason: str
     checks: ResultTable
-    limits: Mapping[str, np.ndarray] = field(repr=False)  # stage -> float64, as `CaseResult.limit` describes it
+    limits: Mapping[str, np.ndarray] = field(repr=False)  # stage -> float64, as described at `CaseResult.limit`
     references: tuple[str, ...]
 
     def raise_if_failed(self) -> None:
-        """Do nothing where the answer passed; raise AssertionError where it did not, or nothing could be measured."""
+        """Raise AssertionError unless the answer passed, also if nothing could be measured."""
         if self.verdict not in GOOD:
             raise AssertionError(str(self))
 
     def __str__(self) -> str:
-        """Return how many checks there were, then the verdict and the reason."""
+        """Return the number of measured checks, then the verdict and the reason."""
         where = f" at {self.stage}" if self.stage else ""
         item = f" ({', '.join(self.blamed_items)})" if self.blamed_items else ""
         why = f": {self.reason}" if self.reason else ""
@@ -323,16 +326,16 @@ class Judgement(_NoTruth):
 
 
 def stage_name(stage: Stage | None) -> str | None:
-    """Return a stage's name, or None."""
+    """Return the name of a stage, or None without a stage."""
     return None if stage is None else stage.value
 
 
 @dataclass(frozen=True, kw_only=True)
 class FormulaComparison:
-    """Which errs less, and at what price: the sentence, the rows behind it, and the record of `rayproof compare`."""
+    """The errors and run times of two formulas or runs: a sentence, its data, and the record of `rayproof compare`."""
 
     verdict: str
-    rows: ResultTable  # a family of cases each; of two runs a case each
+    rows: ResultTable  # one row per family of cases; for two runs, one row per case
     record: Mapping[str, Any] = field(repr=False)
 
     def __str__(self) -> str:
@@ -356,18 +359,18 @@ def compare(
 ) -> FormulaComparison:
     """Compare two formulas, two configurations, or the common cases of two finished runs.
 
-    A formula is a name such as "sphere/haines", or a function of one's own, "sphere=./mine.py:nearest_hit"; a
-    configuration is one such as "float32/triangle=woop"; a run is what `run` returned, or its folder. `cases` are
-    families, cases or stresses to compare on, by default those that the difference concerns. `tell` is called
+    A formula is a name such as "sphere/haines", or a function of the caller's, "sphere=./mine.py:nearest_hit"; a
+    configuration is a name such as "float32/triangle=woop"; a run is a `Run` or the path of its folder. `cases` are
+    families, cases or stresses for the comparison, by default all cases that depend on the difference. `tell` is called
     with each line of progress.
 
     Raises:
-        LookupError, ValueError, OSError: there is no such formula, configuration or run, or the two have nothing in
-            common.
+        LookupError, ValueError, OSError: there is no such formula, configuration or run, or the two runs have no case
+            in common.
 
     """
-    folders = [one.folder if isinstance(one, Run) else Path(one) for one in (base, candidate)]
-    runs = [isinstance(one, Run) or folder.is_dir() for one, folder in zip((base, candidate), folders, strict=True)]
+    folders = [run.folder if isinstance(run, Run) else Path(run) for run in (base, candidate)]
+    runs = [isinstance(run, Run) or folder.is_dir() for run, folder in zip((base, candidate), folders, strict=True)]
     if all(runs):
         if cases:
             raise ValueError("two finished runs are compared on what they hold; `cases` cannot add to it")
@@ -390,5 +393,7 @@ def _comparison(record: "FormulaComparisonRecord | RunComparison") -> FormulaCom
     from rayproof.reports.studies.compare.records import COLUMNS, rows
 
     columns = COLUMNS["runs" if "changed" in record else "formulas"]
-    told = [dict(zip(columns, row, strict=False)) for row in rows(record)]
-    return FormulaComparison(verdict=record["verdict"], rows=table(columns, told), record=MappingProxyType(record))
+    named_rows = [dict(zip(columns, row, strict=False)) for row in rows(record)]
+    return FormulaComparison(
+        verdict=record["verdict"], rows=table(columns, named_rows), record=MappingProxyType(record)
+    )

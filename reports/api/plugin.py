@@ -4,7 +4,7 @@
     def test_my_sphere(conformance):
         conformance.check()
 
-It is loaded in every pytest run of the environment, so it imports nothing of rayproof until a test asks for it.
+It is loaded in every pytest run of the environment, so it imports no other module of rayproof before a test needs it.
 """
 
 from typing import TYPE_CHECKING, Any
@@ -31,10 +31,10 @@ def pytest_configure(config: pytest.Config) -> None:
 
 
 def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
-    """Make a test that takes the fixture into one item per case.
+    """Parametrize a test that uses the fixture: one item per case.
 
     Raises:
-        pytest.UsageError: the test has no marker, or the marker names a case or an option that does not exist.
+        pytest.UsageError: the test has no marker, or the marker has a case or an option that does not exist.
 
     """
     if FIXTURE not in metafunc.fixturenames:
@@ -43,8 +43,8 @@ def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
     if marker is None:
         raise pytest.UsageError(f"{metafunc.definition.nodeid}: {FIXTURE} needs @pytest.mark.{MARKER}(selectors)")
     if unknown := sorted(set(marker.kwargs) - OPTIONS):
-        known = ", ".join(sorted(OPTIONS))
-        raise pytest.UsageError(f"{metafunc.definition.nodeid}: no option is called {unknown[0]!r}; known: {known}")
+        options = ", ".join(sorted(OPTIONS))
+        raise pytest.UsageError(f"{metafunc.definition.nodeid}: no option is called {unknown[0]!r}; known: {options}")
     from rayproof.cases.families import select
 
     try:
@@ -58,7 +58,7 @@ def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
 
 @pytest.fixture
 def conformance(request: pytest.FixtureRequest) -> "Conformance":
-    """Judge an answer to one conformance case: `conformance.scene` asks, `conformance.check(...)` judges."""
+    """Judge a renderer on one conformance case: render `conformance.scene`, then call `conformance.check(...)`."""
     from rayproof.reports.api.conformance import Conformance
 
     marker: Any = request.node.get_closest_marker(MARKER)

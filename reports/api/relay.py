@@ -1,8 +1,8 @@
-"""A small program that passes requests on by a socket to the process that has the Python function under test.
+"""A small program that forwards requests through a socket to the process of the Python function under test.
 
     relay.py SOCKET
 
-It imports nothing of rayproof, so that its start costs no more than an interpreter without site packages.
+It imports nothing from rayproof, so it starts as fast as an interpreter without site packages.
 """
 
 import json

@@ -1,6 +1,7 @@
 """`run`: the command `run`, called in this process.
 
-A Python function under test is called in the thread that called `run`: its pool of workers takes the calls.
+A Python function under test is called in the thread that called `run`, because the loop of its worker pool accepts the
+calls.
 """
 
 import contextlib
@@ -27,16 +28,16 @@ from rayproof.reports.results.document import has_results
 from rayproof.reports.subjects import SERVED
 
 RELAY = Path(__file__).with_name("relay.py")
-WAITING = 128  # calls that may wait for their turn
+WAITING = 128  # connections in the socket's queue
 LONGEST = 2**16  # bytes of a call: two paths
-PATIENCE = 10.0  # s for a program that has connected to say what it wants
+PATIENCE = 10.0  # s from the connection of a program to its complete request
 
 
 class Served:
-    """The function, and the socket at which calls of it arrive."""
+    """A function, and the socket that receives its calls."""
 
     def __init__(self, renderer: Renderer, folder: Path, *, stages: Sequence[str] | None = None) -> None:
-        """Listen at a socket in `folder`; `stages` are those that the function answers, all by default.
+        """Listen at a socket in `folder`; `stages` are the stages that the function supports, by default all.
 
         Raises:
             ValueError: there is no such image stage.
@@ -50,7 +51,7 @@ class Served:
 
     @property
     def command(self) -> str:
-        """Return the value of `--subject` that reaches the function."""
+        """Return the value of `--subject` for this function."""
         return f"{SERVED}:{shlex.join([sys.executable, '-I', '-S', str(RELAY), str(self._place)])}"
 
     def __enter__(self) -> "Served":
@@ -60,19 +61,19 @@ class Served:
         self.listener.close()
 
     def answer_one(self) -> None:
-        """Take one call and answer it; an exception of the function goes to the caller and is its case's error."""
+        """Accept and answer one call; an exception of the function is sent to the caller as an error of its case."""
         end, _ = self.listener.accept()
         with end:
             end.settimeout(PATIENCE)
             try:
                 request = json.loads(_line(end))
                 end.sendall(json.dumps(answered(self._renderer, request, self._stages)).encode())
-            except OSError:  # the caller has ended, by its time limit or with its run
+            except OSError:  # the caller has ended, because of its time limit or at the end of its run
                 return
 
 
 def _line(end: socket.socket) -> bytes:
-    """Return the line that the other side sends first."""
+    """Read the first line of the peer."""
     line = b""
     while not line.endswith(b"\n") and len(line) < LONGEST:
         piece = end.recv(LONGEST)
@@ -102,22 +103,25 @@ def run(
     diagnose: bool = True,
     quiet: bool = False,
 ) -> Run:
-    """Judge a renderer on cases, as `rayproof run` does, and return what was found.
+    """Judge a renderer on cases, in the same way as `rayproof run`, and return the finished run.
 
     `cases` are selectors (families, family/case, patterns, scene files), cases of `select_cases`, or scenes; None is
-    the default suite. `subject` is under test: None for the tracer, a reference's name, "exec:COMMAND {scene}
-    {output}", "serve:COMMAND", "python:FILE.py:FUNCTION", or a function `(scene, stages) -> {stage: array}`, which is
-    called in this process and thread, once for a scene, twice for twenty of them. Its arrays are (height, width,
-    channels), of any library that speaks DLPack; they are written as float32 and judged as such. It answers the stages
-    that it gives, or those that `stages` names; NotImplementedError says that it cannot draw a scene. Its attribute
-    `deterministic`, if True, promises that two of its images of one scene are equal to the last bit. `declare` names a
-    JSON file with what a program does not say itself. The other
-    arguments are the command's options (`rayproof run --help`). Without `out` results lie in a temporary folder that
-    is removed with the returned object.
+    the default suite. `subject` is the renderer under test: None for the tracer, a reference's name, "exec:COMMAND
+    {scene} {output}", "serve:COMMAND", "python:FILE.py:FUNCTION", or a function `(scene, stages) -> {stage: array}`.
+
+    A function is called in this process and thread, once per scene, and a second time for twenty of the scenes. Its
+    arrays are (height, width, channels), of any library that supports DLPack; they are written and judged as float32.
+    It must return the stages in `stages`, by default any of those requested. It raises NotImplementedError if it does
+    not support a scene. Its attribute `deterministic`, if True, promises that two of its images of one scene are equal
+    to the last bit.
+
+    `declare` is the path of a JSON file with capabilities that a program does not declare itself. The other arguments
+    are the command's options (`rayproof run --help`). Without `out` the results are written to a temporary folder,
+    which is removed together with the returned object.
 
     Raises:
-        ValueError: the request itself is wrong; the message is the command's one line.
-        RuntimeError: the run left no results.
+        ValueError: the arguments are wrong; the message is the command's one line.
+        RuntimeError: the run ended without results.
         KeyboardInterrupt: Ctrl-C; finished cases are in `out`, and `resume=True` continues.
 
     """
@@ -152,18 +156,18 @@ def run(
             raise KeyboardInterrupt
         if not has_results(folder):
             raise RuntimeError(f"the run ended with {code} and left no results")
-        found = loaded(folder, code)
+        finished = loaded(folder, code)
     except BaseException:
         if out is None:
             shutil.rmtree(folder, ignore_errors=True)
         raise
     if out is None:
-        weakref.finalize(found, shutil.rmtree, folder, ignore_errors=True)
-    return found
+        weakref.finalize(finished, shutil.rmtree, folder, ignore_errors=True)
+    return finished
 
 
 def _selectors(cases: Sequence[str | Path | Case | Scene] | str | None, place: Path) -> list[str]:
-    """Return cases as the command names them; a scene becomes a scene file in `place`."""
+    """Return the command's selectors of cases; scenes are written as scene files into `place`."""
     if cases is None:
         return []
     words = []
@@ -180,7 +184,7 @@ def _selectors(cases: Sequence[str | Path | Case | Scene] | str | None, place: P
 
 
 def _run(words: Sequence[str], *, quiet: bool) -> int:
-    """Run the command in this process and return its exit code; raise ValueError for a wrong request."""
+    """Run the command in this process and return its exit code; raise ValueError for wrong arguments."""
     from cyclopts import CycloptsError
 
     from rayproof.reports.cli import application
@@ -188,7 +192,7 @@ def _run(words: Sequence[str], *, quiet: bool) -> int:
     from rayproof.reports.program_name import remember
     from rayproof.tracer.formulas.own_file import forget
 
-    forget()  # a file of the user's may have changed since an earlier call
+    forget()  # a file of the user may have changed since an earlier call
     remember(["run", *words])
     about = {"exit_on_error": False, "print_error": False, "result_action": "return_value"}
     with contextlib.ExitStack() as stack:

@@ -1,9 +1,9 @@
-"""The table of publishers, which make files from a results folder. They render and judge nothing.
+"""The table of publishers, which write files from a results folder. They neither render nor judge.
 
-To add a publisher: a function `(folder, results) -> list[Path]` in a new file, and a line in the table. It
-reads `results` (see docs/results.md) and what lies below `folder`, writes below `folder` only, each file through
-`reports.results.files`, and returns what it wrote. Names, paths and messages in `results` are hostile input. What
-`reports.results.headline.shouts` returns stands on the first line of everything written.
+To add a publisher, write a function `(folder, results) -> list[Path]` in a new file, and add a line to the table. The
+function reads `results` (see docs/results.md) and files in `folder`, writes only into `folder`, each file through
+`reports.results.files`, and returns the written paths. Names, paths and messages in `results` are hostile input. Each
+file must contain the warnings of `reports.results.headline.shouts` in its first line.
 """
 
 from collections.abc import Callable
@@ -31,13 +31,13 @@ PUBLISHERS: Table[Publisher] = Table(
 
 
 def publish_all(folder: Path, results: RunRecord | None = None) -> list[Path]:
-    """Write every publication of the results folder anew and return the paths written.
+    """Write every publication of the results folder again and return the written paths.
 
-    `results` are what `load_results` gave, where that was asked already: reading them takes as long as most publishers.
-    Worst cases get a `thumbnail`, which publishers may point to.
+    `results` is the return value of `load_results`, if the caller has it: loading takes as long as most publishers. The
+    worst cases get a `thumbnail`, which publishers may link.
 
     Raises:
-        ResultsError: results.json is missing or not what docs/results.md describes.
+        ResultsError: results.json is missing or does not have the format of docs/results.md.
 
     """
     from rayproof.reports.publish.page.thumbnails import draw_thumbnails

@@ -1,6 +1,6 @@
-"""The report in Chromium by Playwright: pictures for the documents, its size, how quickly it opens.
+"""The report in Chromium, controlled by Playwright: pictures for the documents, size, and loading times.
 
-Both are installed for development only.
+Chromium and Playwright are installed only for development.
 """
 
 import io
@@ -25,7 +25,7 @@ NAMES = ("chromium", "chromium-browser", "google-chrome")
 
 
 def missing() -> str | None:
-    """Return in a sentence what keeps one from looking, or None."""
+    """Return a sentence on the missing program, Playwright or Chromium, or None if both are installed."""
     if find_spec("playwright") is None:
         return "Playwright is not installed: pip install playwright"
     return None if _found() else "Chromium is not installed; on Debian: apt-get install chromium"
@@ -33,10 +33,10 @@ def missing() -> str | None:
 
 @contextmanager
 def chromium() -> Iterator[Any]:
-    """Give a headless Chromium.
+    """Start a headless Chromium, and close it after the body.
 
     Raises:
-        LookupError: it, or Playwright, is not installed.
+        LookupError: Chromium or Playwright is not installed.
 
     """
     if (why := missing()) is not None:
@@ -56,15 +56,15 @@ def _found() -> str | None:
 
 
 def address(page: Path, /, **parts: str) -> str:
-    """Return the address of a place of the report."""
+    """Return the address of a view of the report."""
     return f"{page.resolve().as_uri()}#{urlencode(parts)}"
 
 
-TIMES = 5  # each; the first pays for a cold browser, the median is told
+TIMES = 5  # repetitions of each measurement; the median is reported, since the first has a cold browser
 STAGES = ("normal", "irradiance", "position", "radiance", "ray")
 OPENED = (".html", ".js", ".png")
 
-# Until the stage that is asked for is on the screen: two frames after the page says so.
+# Milliseconds from a click on a stage's tab to its image: two frames after the tab is selected.
 _SWITCH = """async (name) => {
   const start = performance.now(), tab = () => document.getElementById(`tab-${name}`);
   tab().click();
@@ -76,7 +76,7 @@ _FIRST = "performance.getEntriesByName('first-contentful-paint').map((entry) => 
 
 
 def figures(folder: Path, results: RunRecord) -> list[list[str]]:
-    """Return rows of what was measured, of the folder, and of the single file in it.
+    """Return rows of title, measurement of the report's folder, and measurement of the single file in it.
 
     Raises:
         LookupError: there is no browser.
@@ -88,7 +88,7 @@ def figures(folder: Path, results: RunRecord) -> list[list[str]]:
         case for place, case in enumerate(ordered[:SHARD], 1) if (folder / data_file(place, long=long)).is_file()
     ]
     measured = [case for case in written if case.get("checks")]
-    viewed = next((case for case in measured[:WORST] if has_view(folder, case)), None)  # the single file has it, too
+    viewed = next((case for case in measured[:WORST] if has_view(folder, case)), None)  # also in the single file
     pages = [folder / "index.html", folder / NAME]
     with chromium() as browser:
         sides = [_measured(browser, page, measured[0] if measured else None, viewed) for page in pages]
@@ -108,7 +108,7 @@ def figures(folder: Path, results: RunRecord) -> list[list[str]]:
 
 
 def sizes(folder: Path) -> tuple[int, int]:
-    """Return how many bytes the page and what it opens take, and the whole folder; the single file is none of it."""
+    """Return the bytes of the page with the files that it loads, and of the whole folder, without the single file."""
     files = [path for path in folder.rglob("*") if path.is_file() and path != folder / NAME]
     opened = [path for path in files if path.suffix in OPENED]
     return sum(path.stat().st_size for path in opened), sum(path.stat().st_size for path in files)
@@ -119,7 +119,7 @@ def _megabytes(size: int) -> str:
 
 
 def _measured(browser: Any, page: Path, case: CaseRecord | None, viewed: CaseRecord | None) -> dict[str, float]:
-    """Return medians of times in ms."""
+    """Return the median times [ms] by title."""
     context = browser.new_context(viewport={"width": 1366, "height": 768})
     tab = context.new_page()
     first = []
@@ -162,16 +162,16 @@ def _in_3d(tab: Any, page: Path, case: CaseRecord) -> float:
 
 
 SIZE = {"width": 1280, "height": 940}  # CSS px
-NARROW = {"width": 1080, "height": 940}  # of the scene, which needs no room beside it
-PALETTES = (256, 128, 64, 32)  # colours of a picture, tried in this order
-MOST_BYTES = 150_000  # of a picture, which is kept in the repository
-SETTLE = 600  # ms for images that are painted in the frame after they are there
+NARROW = {"width": 1080, "height": 940}  # for the picture of the scene, which needs no space at its sides
+PALETTES = (256, 128, 64, 32)  # numbers of colours of a picture, tried in this order
+MOST_BYTES = 150_000  # of a picture, since pictures are stored in the repository
+SETTLE = 600  # ms for images that are painted one frame after they are loaded
 
 
 def take_pictures(folder: Path, results: RunRecord, out: Path, *, case: str | None = None) -> list[Path]:
     """Write PNG files of the published report in `folder` into `out` and return their paths.
 
-    `case` is the one to show; the worst with a view otherwise.
+    `case` is the name of the case to show, by default the worst case with a 3-D view.
 
     Raises:
         LookupError: there is no browser, or no such case.
@@ -207,10 +207,10 @@ def take_pictures(folder: Path, results: RunRecord, out: Path, *, case: str | No
 def _case(folder: Path, results: RunRecord, name: str | None) -> CaseRecord | None:
     cases = worst_first(results["cases"])
     if name is not None:
-        found = next((case for case in cases if case["name"] == name), None)
-        if found is None:
+        chosen = next((case for case in cases if case["name"] == name), None)
+        if chosen is None:
             raise LookupError(f"{folder} has no case called {name}")
-        return found
+        return chosen
     measured = [case for case in cases if case.get("checks")]
     return next((case for case in measured if has_view(folder, case)), next(iter(measured), None))
 
@@ -228,9 +228,9 @@ def _scene(page: Any) -> Any:
 
 
 def _small(shot: bytes, path: Path) -> Path:
-    """Write a picture and return its path: as it is where that is small, else with as many colours as make it small.
+    """Write a picture of at most about `MOST_BYTES` and return its path.
 
-    A palette makes facets out of what is smooth, so it comes last.
+    The number of colours is reduced only if the file would be larger, because a palette shows steps in smooth shades.
     """
     from PIL import Image
 

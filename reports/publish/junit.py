@@ -1,8 +1,8 @@
-"""For test tools: junit.xml, one test for each case.
+"""junit.xml for test tools, with one test per case.
 
-Source: the JUnit XML format as Jenkins and GitLab read it (testsuites / testsuite / testcase, with failure, error and
-skipped), valid by Jenkins' junit-10.xsd, each suite by Maven Surefire's schema, without the characters that XML 1.0
-cannot carry (section 2.2).
+Source: the JUnit XML format of Jenkins and GitLab (testsuites / testsuite / testcase, with failure, error and skipped).
+The file is valid in Jenkins' junit-10.xsd, each suite also in Maven Surefire's schema. Characters that XML 1.0 forbids
+(section 2.2) are removed.
 """
 
 import re
@@ -22,7 +22,7 @@ from rayproof.reports.results.wrong_pixels import plain_reason, stated_reason, w
 
 _ILLEGAL = re.compile("[^\t\n\r\u0020-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 MOST_OF_A_GATE = 10  # lines of a kind
-MOST_LISTED = 10_000  # cases; of a longer run those are listed that did not pass
+MOST_LISTED = 10_000  # cases; a longer run lists only the cases that did not pass
 _ELEMENTS = {
     Outcome.FAIL: "failure",
     Outcome.REFERENCE_SUSPECT: "failure",
@@ -34,18 +34,18 @@ _ELEMENTS = {
 
 
 def legal(text: object) -> str:
-    """Return `text` without characters that XML 1.0 forbids, or that reverse or colour the displayed text."""
+    """Return `text` without characters that are forbidden in XML 1.0, or reverse or colour the displayed text."""
     return _ILLEGAL.sub("", legible_lines(text))
 
 
 def publish_junit(folder: Path, results: RunRecord) -> list[Path]:
     """Write junit.xml."""
-    # Shouted where both a reader and a parser meet it first: the root's name, on the line of the declaration.
+    # The loudest warnings are in the root's name, on the line of the XML declaration, which comes first in the file.
     cases, expected = results["cases"], frozenset(results.get("gate", {}).get("cases", ()))
     few = len(cases) <= MOST_LISTED
     gate = results.get("gate")
     counts = _counts(briefs(cases), expected, gate) | {"time": f"{float(results.get('seconds') or 0):.3f}"}
-    del counts["skipped"]  # in Jenkins' schema only suites have it
+    del counts["skipped"]  # in Jenkins' schema only suites have this attribute
     root = ElementTree.Element("testsuites", {"name": legal(" ".join([*shouts(results), "rayproof"])), **counts})
     about = {"verdict": headline(results), **results.get("environment", {})}
     if words := answered_in_words(results):
@@ -65,7 +65,7 @@ def publish_junit(folder: Path, results: RunRecord) -> list[Path]:
         file.write(f'<?xml version="1.0" encoding="UTF-8"?>{opening}>\n')
         if (
             gate is not None and properties is not None
-        ):  # first, and as a test of its own: some things that shut it are about no case
+        ):  # a separate first test, since some reasons for a red gate belong to no case
             _open(file, ElementTree.Element("testsuite", {"name": "gate", **_counts((), expected, gate)}))
             _write(file, properties, level=2)
             properties = None
@@ -99,14 +99,14 @@ def _gate_test(gate: GateRecord) -> ElementTree.Element:
 
 
 def left_out(passed: int) -> str:
-    """Return a sentence on the cases that the list of a long run leaves out."""
+    """Return a sentence on the cases that are not listed for a long run."""
     return (
         f"{passed} cases that passed or warned are counted and not listed, since the run has more than {MOST_LISTED}."
     )
 
 
 def _open(file: TextIO, element: ElementTree.Element) -> None:
-    """Write the beginning of an element that gets its children one by one."""
+    """Write the start tag of an element whose children are written one by one."""
     file.write(f"  {ElementTree.tostring(element, encoding='unicode').removesuffix(' />')}>\n")
 
 
@@ -116,7 +116,7 @@ def _write(file: TextIO, element: ElementTree.Element, *, level: int) -> None:
 
 
 def _kind(case: CaseRecord, expected: frozenset[str]) -> str | None:
-    """Return a case's element; a failure that a gate accepted is reported as skipped, like an expected failure."""
+    """Return the name of a case's element; a failure accepted by a gate is skipped, like an expected failure."""
     return "skipped" if case["name"] in expected else _ELEMENTS.get(Outcome(case["verdict"]))
 
 
@@ -152,7 +152,7 @@ def _testcase(
             filter(None, [kind_of_case, case["verdict"], cause or blame_in_words(case), stated_reason(case)])
         )
         element = ElementTree.SubElement(test, kind, message=legal(legible(message)))
-        if kind != "skipped":  # which has no type in Surefire's schema; the message begins with the verdict
+        if kind != "skipped":  # skipped has no type in Surefire's schema; its message begins with the verdict
             element.set("type", case["verdict"])
         element.text = legal("\n".join(_details(case)))
     lines = [str(case.get("stresses") or ""), f"covers {', '.join(map(str, case.get('covers', [])))}"]

@@ -1,10 +1,11 @@
-"""For CI services: annotations.txt, badge.svg and summary.md.
+"""annotations.txt, badge.svg and summary.md for CI services.
 
-* annotations.txt holds GitHub's workflow commands, one for each of ten causes: GitHub shows ten errors a step. Source:
-  GitHub Actions, "Workflow commands", with its escapes of %, line ends and, in properties, of colon and comma.
-* badge.svg shows the verdict, flat, without fonts or requests of its own.
-* summary.md has warnings, verdict, totals, failures with small pictures, and coverage. GitHub refuses a step summary of
-  more than 1024 kB, so rows are left out, and counted, before that.
+* annotations.txt contains workflow commands of GitHub, one per cause and at most ten, because GitHub shows ten errors
+  per step. Source: GitHub Actions, "Workflow commands", with its escapes of %, line ends and, in properties, of colon
+  and comma.
+* badge.svg shows the verdict in a flat design, without embedded fonts or requests.
+* summary.md contains warnings, verdict, totals, failures with small pictures, and coverage. GitHub refuses a step
+  summary of more than 1024 kB, so rows beyond that size are only counted.
 """
 
 import html
@@ -39,25 +40,25 @@ from rayproof.reports.results.outcomes import LEDGER, TITLES, Outcome
 from rayproof.reports.results.records import RunRecord
 from rayproof.reports.results.wrong_pixels import MOST_TIMES, display_name, stated_reason, wrong_pixels
 
-MOST = 10  # errors that GitHub shows of one step
+MOST = 10  # errors that GitHub shows per step
 _LONGEST = 1000  # characters of one message
 _ESCAPES = {"%": "%25", "\r": "%0D", "\n": "%0A"}
 _IN_PROPERTIES = {":": "%3A", ",": "%2C"}
 
 
 def message(text: object) -> str:
-    """Return `text` as a workflow command's message: one line, in which nothing begins a second command."""
+    """Return `text` as the message of a workflow command: one line that cannot begin a second command."""
     line = legible(text)[:_LONGEST]
     return "".join(_ESCAPES.get(character, character) for character in line)
 
 
 def prop(text: object) -> str:
-    """Return `text` as a property's value."""
+    """Return `text` as the value of a workflow command's property."""
     return "".join(_IN_PROPERTIES.get(character, character) for character in message(text))
 
 
 def publish_annotations(folder: Path, results: RunRecord) -> list[Path]:
-    """Write annotations.txt; of a run that passed, one notice."""
+    """Write annotations.txt: the largest causes of failures, or a single notice for a run that passed."""
     lines = [f"::error title=rayproof::{message(line)}" for line in shouts(results)]
     lines += [f"::warning title=rayproof::{message(line)}" for line in left_out_in_words(results)]
     groups, gate = failure_groups(results), results.get("gate")
@@ -67,9 +68,9 @@ def publish_annotations(folder: Path, results: RunRecord) -> list[Path]:
         why = with_its_name(results, stated_reason(case))
         size = wrong_pixels(case)
         verdict = f"{'new: ' * (gate is not None)}{case['verdict']}{f' ({size})' if size else ''}"
-        said = ": ".join(filter(None, [verdict, group.what.removesuffix("."), why]))
+        sentence = ": ".join(filter(None, [verdict, group.what.removesuffix("."), why]))
         more = f" and {several(group.count - 1, 'more case')}" if group.count > 1 else ""
-        lines.append(f"::error title={prop('rayproof ' + case['name'] + more)}::{message(said)}")
+        lines.append(f"::error title={prop('rayproof ' + case['name'] + more)}::{message(sentence)}")
     if accepted := [group for group in groups if group.accepted]:
         largest = accepted[0].what.removesuffix(".") or accepted[0].verdict
         more = f", and {several(len(accepted) - 1, 'more cause')}" if len(accepted) > 1 else ""
@@ -84,9 +85,9 @@ def publish_annotations(folder: Path, results: RunRecord) -> list[Path]:
 
 
 LABEL = "rayproof"
-CHARACTER = 7.0  # px that a character of 11 px Verdana takes on average
+CHARACTER = 7.0  # px, average width of a character of 11 px Verdana
 YELLOW = "#dfb317"
-# Told apart without colour too: by their words.
+# The badge also contains the verdict as text, since the colours may be hard to distinguish.
 COLORS = {
     Outcome.PASS: "#2a7f3f",
     Outcome.WARN: YELLOW,
@@ -117,8 +118,8 @@ def publish_badge(folder: Path, results: RunRecord) -> list[Path]:
     if "gate" in results:
         verdict = Outcome.FAIL if results["gate"]["red"] else Outcome.PASS
         color, text_right = COLORS[verdict], f"{standing(results)}: {text_right}"
-        known = len(results["gate"]["cases"])
-        text_right += f", {known} known to fail" if known else ""
+        accepted = len(results["gate"]["cases"])
+        text_right += f", {accepted} known to fail" if accepted else ""
     elif verdict not in (Outcome.PASS, Outcome.WARN):
         text_right = f"{verdict.value.replace('_', ' ')}: {text_right}"
     if (share := share_answered(results)) < 1:
@@ -146,14 +147,14 @@ def publish_badge(folder: Path, results: RunRecord) -> list[Path]:
 
 
 MOST_BYTES = 900_000  # of summary.md: GitHub refuses a step's summary of more than 1 MiB
-MOST_OF_A_GATE = 10  # lines of a kind
-_LONGEST_TEXT = 240  # characters of any one text; a hostile name must not push the rest out
-LONGEST_CAUSE = 1200  # characters of a cause with all that fits as well
+MOST_OF_A_GATE = 10  # lines per section
+_LONGEST_TEXT = 240  # characters of a text; a hostile name must not displace the other content
+LONGEST_CAUSE = 1200  # characters of a cause together with alternative explanations
 _MARKUP = re.compile(r"([\\`*_{}\[\]()#+!|~@:])")
 
 
 def escaped(text: object, *, longest: int = _LONGEST_TEXT) -> str:
-    """Return `text` as inert Markdown on one line, shortened."""
+    """Return `text` as inert Markdown on one line, shortened to `longest` characters."""
     line = " ".join(legible(text).split())
     short = line if len(line) <= longest else line[: longest - 1] + "…"
     return _MARKUP.sub(r"\\\1", html.escape(short, quote=False))
@@ -167,7 +168,7 @@ def publish_summary(folder: Path, results: RunRecord) -> list[Path]:
     head += [*_groups(results), *_gate(results), *_totals(results)]
     coverage = _coverage(results)
     failures = _failures(results, MOST_BYTES - sum(len(line.encode()) + 1 for line in head + coverage))
-    # Were the fixed parts alone too large (a results.json with a million ids), the end is cut at a line.
+    # If the fixed parts are too large (a results.json with a million ids), the summary is cut at the end of a line.
     lines, size = [], 0
     for line in [*head, *failures, *coverage]:
         size += len(line.encode()) + 1
@@ -179,7 +180,7 @@ def publish_summary(folder: Path, results: RunRecord) -> list[Path]:
 
 
 def _groups(results: RunRecord) -> list[str]:
-    """Return what is new, accepted and mended, each under its title with its count, the largest group first."""
+    """Return the sections of new and accepted failures and of mended cases, with counts, the largest group first."""
     groups, mended = failure_groups(results), mended_in(results.get("gate"))
     lines = []
     for title, listed in (
@@ -195,13 +196,13 @@ def _groups(results: RunRecord) -> list[str]:
             size = wrong_pixels(group.worst)
             first = f"; {group.worst['name']}: {size}" if size else ""
             what = group.what.removesuffix(".") or group.verdict
-            said = f"{several(group.count, 'case')}: {what} (in {cases}{more}{first})"
-            lines.append(f"* {escaped(said, longest=LONGEST_CAUSE)}")
+            sentence = f"{several(group.count, 'case')}: {what} (in {cases}{more}{first})"
+            lines.append(f"* {escaped(sentence, longest=LONGEST_CAUSE)}")
         left = len(listed) - MOST_OF_A_GATE
         lines += [f"* and {left} more, in `{whole(results)}`\n" if left > 0 else ""]
-    # What explains nothing says so.
-    told = {group.what for group in groups}
-    lines += [f"{escaped(text, longest=LONGEST_CAUSE)}\n" for text in causes(results) if text not in told]
+    # Diagnoses that are not the title of a group, such as the sentence that no mistake explains the failures.
+    shown = {group.what for group in groups}
+    lines += [f"{escaped(text, longest=LONGEST_CAUSE)}\n" for text in causes(results) if text not in shown]
     if mended:
         lines.append(f"## Mended: {len(mended)}\n")
         lines += [f"* {escaped(line)}" for line in mended[:MOST_OF_A_GATE]]
@@ -210,13 +211,13 @@ def _groups(results: RunRecord) -> list[str]:
     return lines
 
 
-FEW_NAMES = 3  # cases of a group
+FEW_NAMES = 3  # cases listed per group
 
 
 def _gate(results: RunRecord) -> list[str]:
-    """Return what shuts a gate beside the mended cases, and what it let through, with the reasons."""
-    told = results.get("gate")
-    if told is None:
+    """Return the sections of a gate: reasons why it is red, and accepted failures with their reasons."""
+    gate = results.get("gate")
+    if gate is None:
         return []
     titles = {
         "regressions": "Not accepted",
@@ -228,7 +229,7 @@ def _gate(results: RunRecord) -> list[str]:
     }
     lines = []
     for key, title in titles.items():
-        if listed := told.get(key, ()):
+        if listed := gate.get(key, ()):
             lines += [f"## {title}: {len(listed)}\n", *(f"* {escaped(line)}" for line in listed[:MOST_OF_A_GATE])]
             left = len(listed) - MOST_OF_A_GATE
             lines += [f"* and {left} more, in `{whole(results)}`\n" if left > 0 else ""]
@@ -239,20 +240,20 @@ def _totals(results: RunRecord) -> list[str]:
     lines = ["| | " + " | ".join(name.replace("_", " ") for name in LEDGER) + " |", "|---" * (len(LEDGER) + 1) + "|"]
     for key, what in (("summary", "cases"), ("checks", "checks")):
         lines.append(f"| {what} | " + " | ".join(str(results[key][name]) for name in LEDGER) + " |")
-    told = examined_line(results)
-    lines += ["", *([f"{escaped(told, longest=LONGEST_CAUSE)}\n"] if told else [])]
+    examined = examined_line(results)
+    lines += ["", *([f"{escaped(examined, longest=LONGEST_CAUSE)}\n"] if examined else [])]
     seconds = float(results.get("seconds") or 0)
     return [*lines, "", f"{seconds:.0f} s; `{whole(results)}` and `index.html` have the rest.\n"]
 
 
 def _failures(results: RunRecord, room: int) -> list[str]:
-    told = {outcome.value for outcome in BAD | {Outcome.UNDECIDED, Outcome.UNSUPPORTED}}
+    listed = {outcome.value for outcome in BAD | {Outcome.UNDECIDED, Outcome.UNSUPPORTED}}
     lines = ["## What did not pass\n", "| case | verdict | blamed | wrong pixels | why |", "|---|---|---|---|---|"]
     room -= sum(len(line.encode()) + 1 for line in lines) + 200
     count = left = 0
     drawn: list[CaseRecord] = []
     for case in briefs(worst_first(results["cases"])):
-        if case["verdict"] not in told:
+        if case["verdict"] not in listed:
             continue
         count += 1
         drawn += [case] if case.get("thumbnail") else []

@@ -1,1 +1,1 @@
-"""The report that opens in a browser: its data and pages; its scripts lie in html/."""
+"""The report for a browser: its data and pages; its scripts are in html/."""

@@ -1,10 +1,10 @@
-"""One case's scripts for the page: record, pixels (checked and cleaned), and its 3-D view.
+"""The scripts of one case for the page: record, pixels (checked and cleaned), and the 3-D view.
 
-A browser runs what it loads from a folder, and the folder may be anybody's. So of a script that a results folder
-brought along only its JSON is kept, checked to be what the page expects and put between words that rayproof writes
-itself. The page of the 3-D views has a policy of its own: its script and style by hash, the vendored viewer, and
-nothing else. Cases are written on every processor where there are many, since compressing images takes most of the
-time.
+A browser runs the scripts of a results folder, and the folder may come from an untrusted person. Therefore a script
+that is already in the folder is rewritten: its JSON is extracted and validated, and the code around it is rayproof's
+own. The page of the 3-D views has its own security policy, which allows its script and style by hash, the vendored
+viewer, and nothing else. Many cases are written in parallel, because most of the time is spent on the compression of
+images.
 """
 
 import base64
@@ -43,8 +43,8 @@ from rayproof.reports.results.records import RunRecord
 from rayproof.reports.results.wrong_pixels import plain_reason
 
 SCENES = "scenes"  # the folder of scene files in a results folder
-FEW = 16  # cases with images to compress that one process writes sooner than another one starts
-AT_ONCE = 32  # cases in memory
+FEW = 16  # cases with images to compress per process; a process for fewer would not be worth its start
+AT_ONCE = 32  # cases in memory at a time
 
 Answer = TypeVar("Answer")
 Job = tuple[Any, ...]
@@ -53,9 +53,9 @@ Write = Callable[[Callable[..., Answer], Iterable[Job]], Iterator[Answer]]
 
 @contextmanager
 def writers(heavy: int) -> Iterator[Write]:
-    """Give a function that yields what `write` returns for the arguments in each of some jobs, in their order.
+    """Provide a function `(write, jobs)` that yields `write(*job)` for each job, in order, on all processors.
 
-    `heavy` of all jobs have images to compress. No more than `AT_ONCE` are taken from the jobs before they are done.
+    `heavy` is the number of jobs with images to compress. At most `AT_ONCE` jobs are taken from `jobs` at a time.
     """
     workers = min(os.cpu_count() or 1, heavy // FEW)
     if workers < 2:
@@ -65,27 +65,27 @@ def writers(heavy: int) -> Iterator[Write]:
 
         def answers(write: Callable[..., Answer], jobs: Iterable[Job]) -> Iterator[Answer]:
             waiting = iter(jobs)
-            while some := list(islice(waiting, AT_ONCE)):
-                yield from pool.map(write, *zip(*some, strict=True), chunksize=4)
+            while batch := list(islice(waiting, AT_ONCE)):
+                yield from pool.map(write, *zip(*batch, strict=True), chunksize=4)
 
         yield answers
 
 
 def all_of(write: Callable[..., Answer], jobs: Sequence[Job], *, heavy: int) -> list[Answer]:
-    """Return what `write` returns for the arguments in each of `jobs`, in order; so many of them are `heavy`."""
+    """Return `write(*job)` for each of `jobs`, in order; `heavy` is the number of jobs with images to compress."""
     with writers(heavy) as written:
         return list(written(write, jobs))
 
 
 LARGEST = 2**30  # bytes of a script
-KINDS = {"data": str, "by": str, "curved": bool, "height": int, "width": int, "channels": int}  # of an image's members
+KINDS = {"data": str, "by": str, "curved": bool, "height": int, "width": int, "channels": int}  # types by image key
 MOST_CHANNELS = 1000
 
 
 def clean_pixels(folder: Path, name: str) -> str | None:
-    """Write a case's images anew where they are not as `write_pixels` writes; return why they are none, or None.
+    """Rewrite a case's images unless they have the format of `write_pixels`; return why they are invalid, or None.
 
-    What is none must not be named to the page, which would run it.
+    The page must not refer to an invalid script, because it would run it.
     """
     return _cleaned(folder, name, _images)
 
@@ -107,7 +107,7 @@ def _cleaned(folder: Path, name: str, checked: Any) -> str | None:
 
 
 def _images(content: Any) -> Any:
-    """Return what a script of pixels hands over, checked; raise ValueError with the place of what is wrong."""
+    """Validate and return the data of a script of pixels; raise ValueError with the path of the invalid value."""
     if not isinstance(content, dict) or set(content) != {"base", "renderers"}:
         raise ValueError("it must be an object of base and renderers")
     renderers = content["renderers"]
@@ -141,7 +141,7 @@ def _check_image(image: Any, where: str) -> None:
 
 
 def _is_numbers(value: Any) -> bool:
-    """Say whether a value is a number or a structure of numbers: what predictions are made from."""
+    """Return whether a value is a number or a structure of numbers, such as the parameters of a prediction."""
     if isinstance(value, dict):
         return all(map(_is_numbers, value.values()))
     if isinstance(value, list):
@@ -150,7 +150,7 @@ def _is_numbers(value: Any) -> bool:
 
 
 def write_case_data(folder: Path, path: Path, case: CaseRecord) -> list[Path]:
-    """Write the script that hands `case` to the page and, where the run did not, one with its pixels; return paths."""
+    """Write the script with the record of `case` and, unless the run wrote it, that with its pixels; return paths."""
     written, notes = [], []
     pixels, scene = case.get("pixels"), scene_of(folder, case)
     if isinstance(pixels, str) and (why := clean_pixels(folder, pixels)) is not None:
@@ -169,8 +169,8 @@ def write_case_data(folder: Path, path: Path, case: CaseRecord) -> list[Path]:
     if "preview" in case:
         notes.append(f"The run's images of the worst cases fill its space; `{command} --keep-images all` makes these.")
     if pixels is not None and pixels == case.get("pixels") and case["verdict"] == Outcome.PASS:
-        kept = f"`{command} --keep-images all`"
-        notes.append(f"Of a case that passed a run keeps the images of two renderers; {kept} keeps everybody's.")
+        keep_all = f"`{command} --keep-images all`"
+        notes.append(f"Of a case that passed a run keeps the images of two renderers; {keep_all} keeps everybody's.")
     lights = case.get("lights")
     lights = lights if isinstance(lights, int) and 0 <= lights < 1000 else 0
     record = {
@@ -195,10 +195,10 @@ def write_case_data(folder: Path, path: Path, case: CaseRecord) -> list[Path]:
 
 
 def commands_of(case: CaseRecord) -> tuple[str, tuple[str, str]]:
-    """Return the command that runs a case again, and of that which shows a pixel what stands before and after it.
+    """Return the command that runs a case again, and the parts before and after the pixel of the command `probe`.
 
-    The page may be read on another machine: the program's and the scene's paths are not absolute ones. A scene of the
-    user's is found from the folder in which the run was started, and from the results folder.
+    The page may be read on another machine, so the paths of the program and the scene are relative: to the folder of
+    the run's start, or with the name of the results folder.
     """
     try:
         program, _, file, *options = shlex.split(str(case.get("reproduce") or ""))
@@ -206,15 +206,15 @@ def commands_of(case: CaseRecord) -> tuple[str, tuple[str, str]]:
         program, file, options = NAME, "", []
     name = _scene_file(file, str(case.get("scene"))) if file.endswith(".json") else case["name"]
     head = NAME if PurePath(program).is_absolute() else program
-    # Of the tracer the page names the configuration that is looked at.
+    # For the tracer, the page adds the selected configuration.
     pairs = zip(options[::2], options[1::2], strict=False)
-    asked = [word for pair in pairs if pair[0] in ("--subject", "--env") for word in pair]
-    tail = f" {shlex.join(asked)}" if asked else ""
+    renderer_options = [word for pair in pairs if pair[0] in ("--subject", "--env") for word in pair]
+    tail = f" {shlex.join(renderer_options)}" if renderer_options else ""
     return shlex.join([head, "run", name, *options]), (shlex.join([head, "probe", name]), tail)
 
 
 def _scene_file(file: str, scene: str) -> str:
-    """Return a scene's path with its results folder as the run was told it, or that folder's name if it is absolute."""
+    """Return the path of a scene below its results folder as in `file`, or below the folder's name if absolute."""
     path = PurePath(file)
     folder = path.parts[: -1 - path.parts[::-1].index(SCENES)] if SCENES in path.parts else ()
     return PurePath(*(folder[-1:] if path.is_absolute() else folder), scene).as_posix()
@@ -227,31 +227,31 @@ def picture_of(folder: Path, case: CaseRecord) -> str | None:
 
 
 def thumbnail_of(folder: Path, case: CaseRecord) -> str | None:
-    """Return the case's small picture of what differs, relative to `folder`, if it was drawn."""
+    """Return the case's small picture of the difference, relative to `folder`, if it was drawn."""
     picture = case.get("thumbnail")
     return picture if picture and inside(folder, picture) else None
 
 
 def has_view(folder: Path, case: CaseRecord) -> bool:
-    """Return whether the page can show a case in 3-D, which it makes of the scene file and the images."""
+    """Return whether the page can show a case in 3-D, from its scene file and images."""
     scene = case.get("scene")
     return isinstance(scene, str) and inside(folder, scene)
 
 
 def view_of(scene: dict[str, Any], case: CaseRecord) -> dict[str, Any] | None:
-    """Return what the page makes the 3-D view of a case of, or None where its meshes are none."""
-    ours, theirs = compared(case)
+    """Return the data of a case's 3-D view, or None if a mesh is invalid."""
+    subject, reference = compared(case)
     try:
         shapes = [_drawn(shape) if shape.get("type") == "mesh" else shape for shape in scene["shapes"]]
-    except (ValueError, TypeError, LookupError, OverflowError):  # the scene file of a stranger's folder
+    except (ValueError, TypeError, LookupError, OverflowError):  # the scene file may come from an untrusted folder
         return None
-    return {"scene": {**scene, "shapes": shapes}, "ours": ours, "theirs": theirs, "stage": case.get("stage")}
+    return {"scene": {**scene, "shapes": shapes}, "ours": subject, "theirs": reference, "stage": case.get("stage")}
 
 
 def _drawn(mesh: dict[str, Any]) -> dict[str, Any]:
-    """Return a mesh as it is drawn: thinned where it has very many triangles, and packed."""
+    """Return a mesh for drawing: packed, and thinned if it has very many triangles."""
     vertices, faces = mesh["vertices"], mesh["faces"]
-    with np.errstate(over="ignore"):  # infinite is refused below
+    with np.errstate(over="ignore"):  # infinite numbers are refused below
         vertices = unpack(vertices, "<f4") if isinstance(vertices, str) else np.asarray(vertices, np.float32)
         faces = unpack(faces, "<i4") if isinstance(faces, str) else np.asarray(faces, np.int64)
     if vertices.shape != (len(vertices), 3) or faces.shape != (len(faces), 3) or not np.isfinite(vertices).all():
@@ -263,37 +263,39 @@ def _drawn(mesh: dict[str, Any]) -> dict[str, Any]:
 
 
 def small_of(folder: Path, case: CaseRecord) -> str | None:
-    """Return where `rayproof shrink` put the smallest scene of a case, relative to `folder`, if it did."""
+    """Return the folder of a case's smallest scene by `rayproof shrink`, relative to `folder`, if it exists."""
     place = str(case.get("scene") or "").removeprefix("scenes/").removesuffix(".json")
     files = ("issue.md", "picture.png", "scene.json")
     return f"small/{place}" if place and all(inside(folder, f"small/{place}/{file}") for file in files) else None
 
 
 def scene_of(folder: Path, case: CaseRecord) -> dict[str, Any] | None:
-    """Return what a case's scene file says, or None where it cannot be read or holds no scene."""
+    """Return the content of a case's scene file, or None if it cannot be read or contains no scene."""
     if not has_view(folder, case):
         return None
     try:
         scene = json.loads((folder / str(case["scene"])).read_text(encoding="utf-8"))
     except (OSError, ValueError, RecursionError):
         return None
-    known = isinstance(scene, dict) and isinstance(scene.get("camera"), dict) and isinstance(scene.get("shapes"), list)
-    return scene if known and all(isinstance(shape, dict) for shape in scene["shapes"]) else None
+    is_scene = (
+        isinstance(scene, dict) and isinstance(scene.get("camera"), dict) and isinstance(scene.get("shapes"), list)
+    )
+    return scene if is_scene and all(isinstance(shape, dict) for shape in scene["shapes"]) else None
 
 
 def _short(channel: str) -> str:
-    """Return the last part of a channel's name, or the first where the last says nothing."""
+    """Return the last part of a channel's name, or the first part if the last is only "V"."""
     first, _, last = channel.rpartition(".")
     return first if last == "V" else last
 
 
-# In the order in which they build on each other: the report's own, then the viewer's.
+# Scripts of the report and of the viewer; each depends only on earlier ones.
 SHARED, SCRIPTS = ("elements", "paint"), ("view3d",)
 LIBRARY = "vtk-viewer.js"
 
 
 def publish_viewer(folder: Path, results: RunRecord) -> list[Path]:
-    """Write viewer/index.html and the library, where the scene of any case is kept."""
+    """Write viewer/index.html and the library if the scene of any case was stored."""
     if not any(has_view(folder, case) for case in briefs(results["cases"])):
         return []
     return [
@@ -303,21 +305,21 @@ def publish_viewer(folder: Path, results: RunRecord) -> list[Path]:
 
 
 def page() -> str:
-    """Return the page, which expects the library beside itself."""
+    """Return the page, which loads the library from its own folder."""
     return _page(f'<script src="{LIBRARY}"></script>', "'self' file:")
 
 
 def page_in_one() -> str:
     """Return the page with the library in it, for a frame of a report that is a single file.
 
-    Such a frame is under the report's policy, too, which must name `digests_in_one`.
+    The report's policy applies to such a frame, too, so it must contain `digests_in_one`.
     """
     library = vendored(LIBRARY)
     return _page(f"<script>{library}</script>", f"'{_digest(library)}'")
 
 
 def digests_in_one() -> tuple[list[str], list[str]]:
-    """Return the hashes of the scripts and of the styles of `page_in_one`, as a policy names them."""
+    """Return the hashes of the scripts and of the styles of `page_in_one`, in the format of a policy."""
     return [_digest(vendored(LIBRARY)), _digest(viewer_script())], [_digest(_text("scene3d", "viewer", "style.css"))]
 
 
@@ -338,7 +340,7 @@ def viewer_script() -> str:
 
 
 def vendored(name: str) -> str:
-    """Return a vendored library's text."""
+    """Return the text of a vendored library."""
     return _text("vendor", name)
 
 

@@ -1,4 +1,4 @@
-"""The page's data beside a run: history, comparison of two runs, comparison of two formulas."""
+"""The page's data that are not of a single run: history, comparison of two runs, comparison of two formulas."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ if TYPE_CHECKING:
     from rayproof.reports.studies.compare.records import FamilyRecord, FormulaComparisonRecord
 
 DATA = "history/series.js"
-# The keys of a case of two runs that the page shows.
+# The keys of a case in the comparison of two runs that the page shows.
 ROW = ("case", "before", "after", "stage", "worst", "pixels", "seconds", "stands_out")
 
 
 def publish(folder: Path, results: RunRecord) -> list[Path]:
-    """Write history/series.js: the points of every case; nothing where the run keeps no history."""
+    """Write history/series.js, the points of every case; remove it if the run has no history."""
     path = folder / DATA
     if "history" not in results:
         path.unlink(missing_ok=True)
@@ -32,7 +32,7 @@ def publish(folder: Path, results: RunRecord) -> list[Path]:
 
 
 def history_front(results: RunRecord) -> dict[str, Any] | None:
-    """Return what the page holds of the history from the beginning, or None without one."""
+    """Return the part of the history that is in the page itself, or None without a history."""
     if "history" not in results:
         return None
     history = results["history"]
@@ -40,7 +40,7 @@ def history_front(results: RunRecord) -> dict[str, Any] | None:
 
 
 def comparison_front(results: RunRecord) -> dict[str, Any] | None:
-    """Return what the page shows of the comparison, or None where there is none in the shape of docs/report.md."""
+    """Return the page's data on the comparison of two runs, or None if it is missing or malformed."""
     compared = results.get("comparison")
     if not isinstance(compared, Mapping):
         return None
@@ -66,7 +66,9 @@ def _is_row(row: Any) -> bool:
     worst, seconds = row.get("worst"), row.get("seconds")
     sides = [None, None] if not isinstance(worst, Mapping) else [worst.get("before"), worst.get("after")]
     return (
-        isinstance(seconds, list) and len(seconds) == 3 and (worst is None or all(isinstance(s, list) for s in sides))
+        isinstance(seconds, list)
+        and len(seconds) == 3
+        and (worst is None or all(isinstance(side, list) for side in sides))
     )
 
 
@@ -75,7 +77,7 @@ def _is_listed(value: Any) -> bool:
 
 
 NAME = "comparison.json"
-# The keys of a comparison, and of its families, that the page shows as they are.
+# The keys of a comparison, and of its families, that the page shows unchanged.
 CONTEST = ("base", "candidate", "verdict", "outcome", "repetitions", "stages", "faults")
 FAMILY = (
     "family", "stress", "outcome", "scenes", "pixels", "digits_gained", "digits_interval", "time_ratio",
@@ -84,34 +86,37 @@ FAMILY = (
 
 
 def contest(folder: Path) -> dict[str, Any] | None:
-    """Return what the page shows of a comparison of two formulas, or None without one that can be read."""
+    """Return the page's data on a comparison of two formulas, or None if it is missing or malformed."""
     try:
         compared = json.loads((folder / NAME).read_text(encoding="utf-8"))
     except (OSError, ValueError):
         return None
     if not _is_comparison(compared):
         return None
-    control, families = compared.get("control"), [_family(one) for one in compared["families"] if _is_family(one)]
-    # Two runs have no control, and a report of their own: `rayproof report A B`.
+    control, families = (
+        compared.get("control"),
+        [_family(family) for family in compared["families"] if _is_family(family)],
+    )
+    # A comparison of two runs has no control; `rayproof report A B` writes a separate report of it.
     if not isinstance(control, dict) or not families:
         return None
     return {key: compared.get(key) for key in CONTEST} | {"control": control.get("verdict"), "families": families}
 
 
-def _is_comparison(found: Any) -> TypeGuard[FormulaComparisonRecord]:
-    """Return whether a file's content is a comparison; its parts are looked at one by one."""
-    return isinstance(found, dict) and isinstance(found.get("families"), list)
+def _is_comparison(content: Any) -> TypeGuard[FormulaComparisonRecord]:
+    """Return whether a file's content is a comparison, without validating its families."""
+    return isinstance(content, dict) and isinstance(content.get("families"), list)
 
 
-def _is_family(one: Any) -> bool:
-    return isinstance(one, dict) and all(
-        one.get(key) is None or (isinstance(one[key], list) and len(one[key]) == 2)
+def _is_family(family: Any) -> bool:
+    return isinstance(family, dict) and all(
+        family.get(key) is None or (isinstance(family[key], list) and len(family[key]) == 2)
         for key in ("digits_interval", "time_interval", "nanoseconds_per_ray")
     )
 
 
 def _family(record: FamilyRecord) -> dict[str, Any]:
-    """Return what the page shows of a family; of wrong pixels those of the base, of the candidate, and p."""
+    """Return the page's data on a family; `wrong` is the wrong pixels of the base, of the candidate, and p."""
     wrong = record.get("wrong")
     counts = [wrong.get("base"), wrong.get("candidate"), wrong.get("p")] if isinstance(wrong, dict) else []
     return {key: record.get(key) for key in FAMILY} | {"wrong": counts}

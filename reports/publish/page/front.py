@@ -1,4 +1,4 @@
-"""The front page's data: totals, coverage, times, a row for each case, what references declare."""
+"""The front page's data: totals, coverage, times, a row per case, and the declarations of references."""
 
 import base64
 import math
@@ -43,29 +43,29 @@ from rayproof.reports.results.records import (
 from rayproof.reports.results.wrong_pixels import DISPLAY_NAMES, stated_reason, wrong_pixels
 
 _NUMBER = re.compile(r"[\d.]+(e[-+]?\d+)?")
-MOST = 40  # sentences of a reference: more are in the cases
-FEW = 4  # values of a setting
-MOST_VALUES = 1000  # that are counted
+MOST = 40  # sentences per reference; all are in the records of the cases
+FEW = 4  # values shown per setting
+MOST_VALUES = 1000  # values counted per setting
 
 
 class Said:
-    """What the references of a run say of themselves, taken up case by case."""
+    """The notes, refusals and settings of a run's references, collected case by case."""
 
     def __init__(self) -> None:
-        # By reference and, with the numbers left out, sentence: the first one, and how often it was said.
+        # Reference -> sentence with its numbers replaced by "#" -> the first such sentence, and their count.
         self._notes: dict[str, dict[str, tuple[str, int]]] = {}
         self._refusals: dict[str, dict[str, tuple[str, int]]] = {}
         self._settings: dict[str, dict[str, dict[str, None]]] = {}
 
     def add(self, case: CaseRecord) -> None:
-        """Take up another case."""
-        for key, word, found in (("notes", "note", self._notes), ("unsupported", "why", self._refusals)):
+        """Add a case."""
+        for key, word, counts in (("notes", "note", self._notes), ("unsupported", "why", self._refusals)):
             for entry in _mappings(case.get(key)):
-                sentence, sentences = str(entry.get(word)), found.setdefault(str(entry.get("reference")), {})
+                sentence, sentences = str(entry.get(word)), counts.setdefault(str(entry.get("reference")), {})
                 first, count = sentences.get(alike := _NUMBER.sub("#", sentence), (sentence, 0))
                 sentences[alike] = first, count + 1
-        for name, used in _items(case.get("settings")):
-            for key, value in _items(used):
+        for name, settings in _items(case.get("settings")):
+            for key, value in _items(settings):
                 values = self._settings.setdefault(name, {}).setdefault(key, {})
                 if len(values) < MOST_VALUES:
                     values[str(value)] = None
@@ -84,7 +84,7 @@ class Said:
 
 
 def findings(results: RunRecord) -> list[FindingRecord]:
-    """Return the findings that the run was judged with: its own where it recorded them, else those checked in."""
+    """Return the findings of the run's judgement: from its record, or else the findings of this version."""
     recorded = results.get("findings")
     if isinstance(recorded, list):
         return [_without_checks(entry) for entry in recorded if isinstance(entry, Mapping)]
@@ -98,12 +98,12 @@ def _without_checks(finding: FindingRecord) -> FindingRecord:
 
 
 def _most(sentences: Mapping[str, tuple[str, int]]) -> list[tuple[str, int]]:
-    """Return the sentences that were said most often, of those that differ in numbers alone the first."""
+    """Return the most frequent sentences; of sentences that differ only in numbers, the first."""
     return sorted(sentences.values(), key=lambda entry: -entry[1])[:MOST]
 
 
 def _few(values: list[str]) -> list[str]:
-    """Return the first values, and how many more there are: an epsilon may differ from case to case."""
+    """Return the first values and the number of further ones, since an epsilon may differ from case to case."""
     more = " or" if len(values) == MOST_VALUES else ""
     return values if len(values) <= FEW else [*values[: FEW - 1], f"{len(values) - FEW + 1}{more} more, by case"]
 
@@ -116,12 +116,12 @@ def _items(value: Any) -> list[tuple[str, Any]]:
     return [(str(key), item) for key, item in value.items()] if isinstance(value, Mapping) else []
 
 
-# A renderer's word on a case: worst verdict, checks that have it, all checks, worst ratio, refusals.
+# A renderer's result for a case: worst verdict, number of checks with it, number of checks, worst ratio, refusals.
 Cell = tuple[str, int, int, float | None, int]
 
 
 class CaseRow(TypedDict):
-    """What the list of cases shows and searches of one."""
+    """The data of a case in the list of cases."""
 
     name: str
     family: str
@@ -132,10 +132,10 @@ class CaseRow(TypedDict):
     stresses: str | None
     covers: list[str] | None
     seconds: float | None
-    file: str  # that has the rest, below the results folder
+    file: str  # path of the case's complete record, relative to the results folder
     blame: str
     items: NotRequired[str]  # the stage and the items with their names
-    wrong: NotRequired[str]  # how many pixels, and by how much
+    wrong: NotRequired[str]  # the number of wrong pixels and the size of their errors
     excluded: NotRequired[str]
     cause: str
     ratio: float | None
@@ -145,20 +145,20 @@ class CaseRow(TypedDict):
     thumbnail: NotRequired[str]
 
 
-SHARD = 256  # cases whose rows a script hands over, and whose files a folder holds
+SHARD = 256  # cases per script of rows, and per folder of records
 
 
 class Front:
-    """What the front page shows of a run's cases, taken up one by one in the order of its list: none of them is kept.
+    """The front page's data on a run's cases, which are added one by one in the order of the list and not stored.
 
-    Up to `SHARD` cases the page holds their rows. Of more it holds columns, deflated, with what the list is filtered
-    and sorted by, and rows are scripts of a shard each, loaded when they come into view.
+    For up to `SHARD` cases the page contains all rows. For more it contains deflated columns with the keys for filters
+    and sorting, and the rows are in one script per shard, which is loaded when they come into view.
     """
 
     def __init__(self, folder: Path, results: RunRecord) -> None:
         self._folder, self._results = folder, results
         self.long = len(results["cases"]) > SHARD
-        self._rows: dict[int, list[CaseRow]] = {}  # by shard, until they are handed over
+        self._rows: dict[int, list[CaseRow]] = {}  # by shard, until `handed_over` returns them
         self._said = Said()
         self._times: dict[str, float] = {}
         self.times = TimesTable()
@@ -167,14 +167,14 @@ class Front:
         self._configurations = dict.fromkeys(map(str, results.get("configurations") or []))
 
     def add(self, case: CaseRecord) -> None:
-        """Take up another case."""
+        """Add a case."""
         place = len(self._columns) + 1
         row = case_row(self._folder, data_file(place, long=self.long), case, cause_of(self._results, case))
         self._rows.setdefault((place - 1) // SHARD, []).append(row)
         self._columns.add(row)
         self._said.add(case)
         self.times.add(case)
-        # The renderers that have a column: those that the run names, then those that only cases name.
+        # The renderers with a column: first the ones in the run's record, then others that occur only in cases.
         for names, key in ((self._references, "reference"), (self._configurations, "configuration")):
             for check in case.get("checks", []):
                 names.setdefault(getattr(check, key))
@@ -186,12 +186,12 @@ class Front:
                 self._times[name] = round(self._times.get(name, 0.0) + seconds, 3)
 
     def handed_over(self, number: int) -> list[CaseRow]:
-        """Return the rows of the shard that has the case at a place of the list, from 1, and let go of them."""
+        """Return and forget the rows of the shard that contains the case number `number` of the list, from 1."""
         return self._rows.pop((number - 1) // SHARD)
 
     @property
     def data(self) -> dict[str, Any]:
-        """Return the page's data beside the cases' own scripts: the cases as a `list` of columns, or as `cases`."""
+        """Return the page's data without the cases' scripts; the cases are a `list` of columns, or `cases`."""
         results = self._results
         details = results.get("coverage_detail", {})
         groups, gate = failure_groups(results), results.get("gate")
@@ -200,7 +200,7 @@ class Front:
             "command": results.get("command"),
             "started": results.get("started"),
             "seconds": results.get("seconds"),
-            "verdict": _tone(results),  # that of the gate, where one is set
+            "verdict": _tone(results),  # of the gate, if there is one
             "standing": standing(results),
             "environment": results.get("environment"),
             "configurations": results.get("configurations"),
@@ -220,7 +220,7 @@ class Front:
                 "accepted": [_front_group(group, results) for group in groups if group.accepted],
                 "mended": mended_in(gate),
             },
-            # What keeps a gate red beside failures.
+            # Reasons for a red gate other than failures.
             "shut": [] if gate is None else [*gate.get("uncovered", ()), *gate["stale"], *gate["expired"]],
             "gate": gate is not None,
             "display_names": DISPLAY_NAMES,
@@ -246,7 +246,7 @@ class Front:
 
 
 def _front_group(group: FailureGroup, results: RunRecord) -> dict[str, Any]:
-    """Return cases that fail for one cause: the names of the first, and the wrong pixels of the worst."""
+    """Return the page's data on cases with the same cause: the first names, and the wrong pixels of the worst case."""
     return {
         "what": group.what,
         "verdict": group.verdict,
@@ -262,15 +262,15 @@ _DEFINITION = re.compile(r"^\*\*(.+?)\*\* - (.+)$", re.MULTILINE)
 
 
 def definitions() -> list[tuple[str, str]]:
-    """Return the words of rayproof with their definitions, in the order in which one meets them."""
+    """Return the terms of rayproof with their definitions, in the order of terms.md."""
     text = files("rayproof.reports").joinpath("terms.md").read_text(encoding="utf-8")
     return [(match[1], match[2]) for match in _DEFINITION.finditer(text)]
 
 
 def _tone(results: RunRecord) -> str | None:
-    """Return the verdict that the page's first line is coloured by: that of the gate, where one is set.
+    """Return the verdict for the colour of the page's first line: the gate's, or else the run's.
 
-    Where few cases were answered it is a warning.
+    It is a warning if few cases were answered, unless the gate is red.
     """
     if "gate" in results and results["gate"]["red"]:
         return Outcome.FAIL.value
@@ -282,10 +282,10 @@ def _tone(results: RunRecord) -> str | None:
 
 
 class Columns:
-    """Of each case what the list is filtered and sorted by, one deflated column a key.
+    """The keys of all cases for filters and sorting, with one deflated column per key.
 
-    A value that cases share stands once in `values`, and the column has its place; numbers have three digits, of which
-    more is not shown.
+    Values that several cases share are stored once in `values`, and the column contains their indices. Numbers have
+    the three digits that are shown.
     """
 
     SHARED = ("verdict", "family", "stage", "item", "blame", "cause", "covers", "stages")
@@ -301,7 +301,7 @@ class Columns:
         return self._count
 
     def add(self, row: CaseRow) -> None:
-        """Take up another case's row."""
+        """Add the row of a case."""
         for key in self.SHARED:
             values = self._values[key]
             self._texts[key].add(str(values.setdefault(as_json(row.get(key)), len(values))))
@@ -315,7 +315,7 @@ class Columns:
 
     @property
     def packed(self) -> dict[str, Any]:
-        """Return the columns as the page reads them (html/cases.js); nothing can be added after that."""
+        """Return the columns in the format of html/cases.js; afterwards no row can be added."""
         return {
             "count": self._count,
             "shard": SHARD,
@@ -334,7 +334,7 @@ class Deflated:
         self._between = "["
 
     def add(self, value: str) -> None:
-        """Add another value, as JSON has it."""
+        """Add a value in JSON."""
         self._parts.append(self._deflate.compress(f"{self._between}{value}".encode()))
         self._between = ","
 
@@ -346,17 +346,17 @@ class Deflated:
 
 
 def data_file(number: int, *, long: bool) -> str:
-    """Return where the record of the case at a place of the list is, from 1, below the results folder."""
+    """Return the path of the record of case number `number` of the list, from 1, relative to the results folder."""
     return f"data/{(number - 1) // SHARD:03}/{number:04}.js" if long else f"data/{number:04}.js"
 
 
 def rows_file(number: int) -> str:
-    """Return where the rows are of the shard that has the case at a place of the list, from 1."""
+    """Return the path of the rows of the shard that contains case number `number` of the list, from 1."""
     return f"data/{(number - 1) // SHARD:03}/rows.js"
 
 
 def case_row(folder: Path, file: str, case: CaseRecord, cause: str) -> CaseRow:
-    """Return what the list of cases shows and searches of one case; `file` holds the rest, `cause` explains it."""
+    """Return the row of a case; `file` is the path of its complete record, `cause` the explanation of its failure."""
     checks = case.get("checks", [])
     unsupported: dict[str, int] = {}
     for entry in case.get("unsupported", []):
@@ -367,8 +367,8 @@ def case_row(folder: Path, file: str, case: CaseRecord, cause: str) -> CaseRow:
         of_name: dict[str, list[Check]] = {}
         for check in checks:
             of_name.setdefault(getattr(check, key), []).append(check)
-        for name, own in of_name.items():
-            cells[name] = _cell(own, unsupported.get(name, 0))
+        for name, checks_of_name in of_name.items():
+            cells[name] = _cell(checks_of_name, unsupported.get(name, 0))
     for name in unsupported:
         cells.setdefault(name, _cell([], unsupported[name]))
     row: CaseRow = {
@@ -406,5 +406,5 @@ def _cell(checks: list[Check], unsupported: int) -> Cell:
     refused = unsupported + len(checks) - len(measured)
     worst = worst_outcome({*measured}) if measured else Outcome.UNSUPPORTED
     largest = worst_of(checks)
-    # Three digits are what is shown.
+    # Three digits are shown.
     return worst, measured.count(worst), len(checks), None if largest is None else float(f"{largest:.3g}"), refused

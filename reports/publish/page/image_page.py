@@ -1,7 +1,7 @@
 """Any two images (EXR, PFM, PNG) in the report's viewer, as one file.
 
-The page is the report's own viewer without a run: no limits, no verdicts. Channels are put into layers by the page, so
-that images that come with it and images that are dropped into it are read alike.
+The page is the report's viewer without a run: no limits, no verdicts. Channels are grouped into layers by the page's
+script, which treats images in the file and images that a user drops into the page in the same way.
 """
 
 import html
@@ -19,13 +19,13 @@ from rayproof.reports.results.files import write_text
 from rayproof.reports.results.float_codec import EncodedImage, encode
 from rayproof.reports.results.images import inert
 
-# In the order in which they build on each other; the same files as the report's, and the page's own.
+# Scripts of the report, and the page's own; each depends only on earlier ones.
 SCRIPTS = (
     "elements", "address", "floats", "paint", "metrics", "pane", "viewer", "stage_view",
     "images",
 )  # fmt: skip
 STYLES = ("style", "viewer", "images")
-LARGEST = 2**26  # pixels of an image, as `reports.run.scenes` allows of a scene's
+LARGEST = 2**26  # pixels of an image, the same as for a scene in `reports.run.scenes`
 PFM = re.compile(rb"(P[Ff])\s+(\d{1,9})\s+(\d{1,9})\s+([+-]?[0-9.]{1,20}(?:[eE][+-]?\d{1,3})?)\s")
 Channels = dict[str, np.ndarray]  # by name, (height, width)
 
@@ -50,11 +50,11 @@ _PAGE = """<!doctype html>
 
 
 def read_image(path: Path) -> Channels:
-    """Return the channels of an EXR, PFM or PNG file, float32 (height, width); of a PNG as linear light from 0 to 1.
+    """Return the channels of an EXR, PFM or PNG file, float32 (height, width); for a PNG, linear light from 0 to 1.
 
     Raises:
         OSError: there is no such file.
-        ValueError: it is none of these, or cannot be read; the message names it.
+        ValueError: the file has another format or cannot be read; the message contains its path.
 
     """
     with path.open("rb") as file:
@@ -72,7 +72,11 @@ def read_image(path: Path) -> Channels:
     except (RuntimeError, ValueError, SyntaxError, UnidentifiedImageError, Image.DecompressionBombError) as error:
         raise ValueError(f"{path}: {' '.join(str(error).split())}") from None
     flat = {name: np.asarray(pixels) for name, pixels in channels.items()}
-    if not flat or any(pixels.ndim != 2 for pixels in flat.values()) or len({one.shape for one in flat.values()}) != 1:
+    if (
+        not flat
+        or any(pixels.ndim != 2 for pixels in flat.values())
+        or len({pixels.shape for pixels in flat.values()}) != 1
+    ):
         raise ValueError(f"{path}: its channels must be images of one size")
     if next(iter(flat.values())).size > LARGEST:
         raise ValueError(f"{path}: has more than {LARGEST} pixels")
@@ -81,7 +85,7 @@ def read_image(path: Path) -> Channels:
 
 
 def _of_pfm(content: bytes) -> Channels:
-    """Return a PFM's channels, colour or grey, of whatever scale (Debevec 2001); its lowest row comes first."""
+    """Return the channels, colour or grey, of a PFM with any scale (Debevec 2001); its lowest row comes first."""
     header = PFM.match(content)
     if header is None:
         raise ValueError("begins like a PFM and has no header of one")
@@ -94,7 +98,7 @@ def _of_pfm(content: bytes) -> Channels:
 
 
 def _of_png(path: Path) -> Channels:
-    """Return a PNG's channels: its codes by the sRGB curve to linear light (IEC 61966-2-1), alpha as it is."""
+    """Return a PNG's channels: colours as linear light by the sRGB curve (IEC 61966-2-1), alpha unchanged."""
     with Image.open(path) as image:
         if image.mode.startswith("I;16") or image.mode == "I":
             codes, names = np.asarray(image, dtype=np.float64)[..., None] / 65535, "Y"
@@ -106,13 +110,15 @@ def _of_png(path: Path) -> Channels:
 
 
 def write_page(path: Path, images: Sequence[tuple[str, Mapping[str, np.ndarray]]]) -> Path:
-    """Write the page with `images`, each a name and its channels; return `path`."""
+    """Write the page with `images`, pairs of a name and its channels; return `path`."""
     data = [
         {
             "name": name,
             "height": next(iter(channels.values())).shape[0],
             "width": next(iter(channels.values())).shape[1],
-            "channels": {one: encode(pixels[..., None], _of_nothing(pixels)) for one, pixels in channels.items()},
+            "channels": {
+                channel: encode(pixels[..., None], _of_nothing(pixels)) for channel, pixels in channels.items()
+            },
         }
         for name, channels in images
     ]

@@ -1,12 +1,12 @@
-"""index.html and, in one file, report.html: scripts, styles and security policy put together.
+"""index.html and the single file report.html: scripts, styles and security policy put together.
 
-Browsers refuse fetch() and module scripts on file://, so the page's scripts are inlined in order and a case's data is a
-script that the page adds when the case is opened. The content-security policy names the inlined script and style by
-hash: no request leaves the folder, and markup smuggled in by a scene's name could not run even if it got through.
+Browsers refuse fetch() and module scripts on file://, so the page's scripts are inlined in order, and a case's data is
+a script that the page adds when the case is opened. The content-security policy allows the inlined script and style by
+hash: no request leaves the folder, and markup in a scene's name could not run even if it were not escaped.
 
-In report.html the files beside index.html stand as elements that no browser runs or shows, and are inflated when they
-are opened. Its policy names every script by its hash and allows neither the network nor the disk. It holds the 3-D
-viewer once, and each open view is a frame of its own.
+In report.html the other files of the report are elements that no browser runs or shows; they are inflated when they are
+opened. Its policy allows every script by its hash, and neither the network nor the disk. It contains the 3-D viewer
+once, and each open view is a separate frame.
 """
 
 import base64
@@ -52,7 +52,7 @@ from rayproof.reports.results.images import handed_over, inert, inside, script
 from rayproof.reports.results.outcomes import Outcome
 from rayproof.reports.results.records import RunRecord
 
-# In the order in which they build on each other.
+# Each script depends only on earlier ones.
 SCRIPTS = (
     "elements", "address", "floats", "records", "paint", "metrics", "front",
     "plot", "stability", "checks", "terms", "history", "cases", "pane", "viewer", "stage_view", "scene",
@@ -83,12 +83,12 @@ _TAIL = """<script>{script}</script>
 </body>
 </html>
 """
-# What `rayproof tradeoff` writes; anything else in the folder is a stranger's.
+# Files of `rayproof tradeoff`; other files in its folder are ignored.
 DIAGRAM = re.compile(r"[A-Za-z0-9_.-]+\.svg")
 
 
 def diagrams(folder: Path) -> list[str]:
-    """Return the names of the diagrams below `folder`/tradeoff, overall ones first; none without their page."""
+    """Return the names of the diagrams in `folder`/tradeoff, overall ones first; none if their page is missing."""
     place = folder / "tradeoff"
     if not (place / "index.html").is_file():
         return []
@@ -97,7 +97,7 @@ def diagrams(folder: Path) -> list[str]:
 
 
 def publish(folder: Path, results: RunRecord) -> list[Path]:
-    """Write index.html and data/*.js; of a long run data/NNN/*.js, of which the rows' scripts are told."""
+    """Write index.html and data/*.js, for a long run data/NNN/*.js; return paths, for a long run without the cases'."""
     front = Front(folder, results)
     written = list(_write_all(folder, results, front))
     written += write_times(folder, front.times)
@@ -106,11 +106,11 @@ def publish(folder: Path, results: RunRecord) -> list[Path]:
 
 
 def page_data(folder: Path, results: RunRecord, front: Front) -> dict[str, Any]:
-    """Return what the page holds of a run from the beginning; `front` has taken up its cases, the worst first."""
+    """Return the data of a run that are in the page itself; `front` contains its cases, the worst first."""
     return {
         **front.data,
         "tradeoff": diagrams(folder),  # names of drawings
-        "plots": pages(folder),  # page -> the script that has its data
+        "plots": pages(folder),  # page -> the script with its data
         "findings": findings(results),
         "history": history_front(results),
         "comparison": comparison_front(results),
@@ -122,9 +122,9 @@ def page_data(folder: Path, results: RunRecord, front: Front) -> dict[str, Any]:
 def page_parts(
     results: RunRecord, data: dict[str, Any], *, alone: bool = False, digests: Sequence[Sequence[str]] = ((), ())
 ) -> tuple[str, str]:
-    """Return the page up to and from where a page that is `alone` holds what otherwise lies beside it.
+    """Return the page before and after the elements with the other files, which a page that is `alone` contains.
 
-    `digests` are the hashes of scripts and of styles that it runs beside its own.
+    `digests` are the hashes of additional scripts and of additional styles that the policy allows.
     """
     style = "\n".join(_asset(f"{name}.css") for name in STYLES)
     script = "\n".join(_asset(f"{name}.js") for name in SCRIPTS)
@@ -141,13 +141,13 @@ def page_parts(
 
 
 def _write_all(folder: Path, results: RunRecord, front: Front) -> Iterator[Path]:
-    """Write every case's data, each also for the front page; yield what was written, of a long run the rows alone.
+    """Write every case's data and add it to the front page; yield the written paths, for a long run only of the rows.
 
-    The images are there already of cases whose `pixels` the run wrote.
+    Images are not written for cases with `pixels` in their record, because the run has written them.
     """
     cases = worst_first(results["cases"])
     heavy = sum(1 for case in briefs(cases) if not case.get("pixels"))
-    kept: set[Path] = set()  # of the folder that is being written
+    kept: set[Path] = set()  # files in the folder that is being written
     with writers(heavy) as written:
         for place, paths in enumerate(written(write_case_data, _jobs(folder, cases, front)), start=1):
             kept |= set(paths)
@@ -159,7 +159,7 @@ def _write_all(folder: Path, results: RunRecord, front: Front) -> Iterator[Path]
                 yield write_text(path, script(rows_file(place), pack_json(rows)))
                 _remove(set(path.parent.glob("[0-9][0-9][0-9][0-9]*.js")) - kept)
                 kept = set()
-    # Data of an earlier publication of the same folder, when it had more cases.
+    # Remove data of an earlier publication with more cases.
     _remove(set((folder / "data").glob("[0-9][0-9][0-9][0-9]*.js")) - kept)
     shards = -(-len(cases) // SHARD) if front.long else 0
     for shard in (folder / "data").glob("[0-9][0-9][0-9]"):
@@ -179,9 +179,9 @@ def _remove(stale: set[Path]) -> None:
 
 
 def policy(scripts: Sequence[str], styles: Sequence[str], *, alone: bool = False) -> str:
-    """Return a content-security policy that lets in the texts with these hashes and, if not `alone`, this folder.
+    """Return a content-security policy that allows texts with these hashes and, unless `alone`, files of this folder.
 
-    Plotly makes an empty style sheet and fills it rule by rule, which needs the hash of nothing at all.
+    Plotly makes an empty style sheet and fills it rule by rule, which needs the hash of the empty string.
     """
     beside = "" if alone else " 'self' file:"
     frames = beside or " 'none'"
@@ -192,17 +192,17 @@ def policy(scripts: Sequence[str], styles: Sequence[str], *, alone: bool = False
 
 
 def script_safe(data: Any) -> str:
-    """Return JSON that can stand inside a script element whatever strings it holds."""
+    """Return JSON that is safe inside a script element for any strings in it."""
     return inert(data)
 
 
 def digest(text: str) -> str:
-    """Return a script's or a style's hash as a policy names it."""
+    """Return the hash of a script or a style in the format of a policy."""
     return "sha256-" + base64.b64encode(hashlib.sha256(text.encode()).digest()).decode()
 
 
 def _quoted(digests: Sequence[str]) -> str:
-    return " ".join(f"'{one}'" for one in digests)
+    return " ".join(f"'{hashed}'" for hashed in digests)
 
 
 def _asset(name: str) -> str:
@@ -212,22 +212,22 @@ def _asset(name: str) -> str:
 NAME = "report.html"
 
 
-MOST_BYTES = 8_000_000  # of a single file that not everything was asked for
-WORST = 10  # cases that it holds beside those that fail
+MOST_BYTES = 8_000_000  # of a single file, unless `everything` is requested
+WORST = 10  # worst cases in the single file, also if they do not fail
 
 
 def write_single_file(folder: Path, results: RunRecord, *, everything: bool = False) -> Path:
-    """Write `folder`/report.html from what `publish_all` wrote into `folder`, and return its path.
+    """Write `folder`/report.html from the files of `publish_all` in `folder`, and return its path.
 
-    It lists all cases, and holds those that fail and the worst ones, as long as there is room for them.
+    It lists all cases, and contains the data of failing cases and of the worst ones, up to `MOST_BYTES`.
     """
     scripts, styles = digests_in_one()
-    # Drawings by `rayproof tradeoff` and their page are files beside; the page of plots has all of their points.
+    # Diagrams of `rayproof tradeoff` and their page are omitted; the page of plots contains all of their points.
     ordered, front = worst_first(results["cases"]), Front(folder, results)
     for number, case in enumerate(ordered, start=1):
         front.add(case)
         if front.long and (number % SHARD == 0 or number == len(ordered)):
-            front.handed_over(number)  # they are in a script, too
+            front.handed_over(number)  # drops the rows, which are also in a script
     beside = [*_beside(folder, ordered, long=front.long)]
     room = math.inf if everything else MOST_BYTES - sum(map(len, beside)) - 600_000
     held, elements = _held(folder, ordered, long=front.long, room=room, everything=everything)
@@ -248,12 +248,12 @@ def write_single_file(folder: Path, results: RunRecord, *, everything: bool = Fa
 def _held(
     folder: Path, ordered: Sequence[CaseRecord], *, long: bool, room: float, everything: bool
 ) -> tuple[set[str], list[str]]:
-    """Return the names of the cases that the file holds, and their elements: what fails, and the worst others."""
+    """Return the names of the cases in the single file, and their elements: failing cases and the worst others."""
     names: set[str] = set()
     elements: list[str] = []
     for number, case in enumerate(briefs(ordered), start=1):
         if not everything and Outcome(case["verdict"]) not in BAD and number > WORST:
-            break  # the rest is better
+            break  # later cases are better
         own = [*_of_case(folder, case, data_file(number, long=long))]
         room -= sum(map(len, own))
         if room < 0:
@@ -273,7 +273,7 @@ def _of_case(folder: Path, case: CaseRecord, record: str) -> Iterator[str]:
 
 
 def _beside(folder: Path, ordered: Sequence[CaseRecord], *, long: bool) -> Iterator[str]:
-    """Yield what the file holds beside the cases: the rows of a long list, plots, history, and the 3-D viewer."""
+    """Yield the elements that belong to no case: the rows of a long list, plots, history, and the 3-D viewer."""
     for number in range(1, len(ordered) + 1, SHARD) if long else ():
         yield from _script(folder, rows_file(number))
     viewed = any(has_view(folder, case) for case in briefs(ordered))
@@ -286,7 +286,7 @@ def _beside(folder: Path, ordered: Sequence[CaseRecord], *, long: bool) -> Itera
 
 
 def _script(folder: Path, name: str) -> Iterator[str]:
-    """Yield what a script that `reports.results.images.script` made hands over, where there is such a file."""
+    """Yield an element with the data of a script by `reports.results.images.script`, if the file exists."""
     if inside(folder, name):
         content = handed_over((folder / name).read_text(encoding="utf-8"))
         yield _element(name, content, 'type="application/json"')

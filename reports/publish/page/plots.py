@@ -1,6 +1,6 @@
 """Plots of `rayproof stability` and `rayproof tradeoff`, as data for the report's pages.
 
-Plotly comes beside them once, where there is anything to plot; the pages load all of it when they are opened.
+Plotly is written once if there is anything to plot; a page loads it and its data when it is opened.
 """
 
 from __future__ import annotations
@@ -25,8 +25,8 @@ if TYPE_CHECKING:
 
 FOLDER, TIMES = "plots", "times"
 LIBRARY = "plotly-basic.min.js"
-DIGITS = 4  # of a plotted number: more than a plot of 1000 px can show
-# The keys of a climb that the page shows as they are.
+DIGITS = 4  # of a plotted number; more than a plot of 1000 px can show
+# The keys of a sweep that the page shows unchanged.
 CLIMB = (
     "formula", "precision", "slope", "slope_interval", "slope_predicted", "breakpoint", "worst_error_over_Ku",
     "per_million", "expected", "verdict", "reasons", "known", "surprise",
@@ -36,7 +36,7 @@ _SIZES = ("median", "median_low", "median_high", "p99", "worst", "worst_over_Ku"
 
 
 class TimesTable:
-    """What each case, configuration and reference came to, taken up case by case in the order of the list."""
+    """Errors and render times per case, configuration and reference, collected in the order of the list of cases."""
 
     def __init__(self) -> None:
         self._names: dict[str, dict[str, int]] = {"configuration": {}, "reference": {}, "stage": {}}
@@ -44,7 +44,7 @@ class TimesTable:
         self.rows: list[list[Any]] = []
 
     def add(self, case: CaseRecord) -> None:
-        """Take up another case."""
+        """Add a case."""
         worst: dict[str, dict[str, Check]] = {}
         for check in case.get("checks", []):
             if ratio_of(check) is not None and check.outcome in MEASURED:
@@ -53,23 +53,23 @@ class TimesTable:
                 if reference not in of or _size(of[reference]) < _size(check):
                     of[reference] = check
         renders = [render for render in case.get("renders", []) if not render.get("cached")]
-        theirs = {str(one.get("renderer")): _milliseconds(one.get("seconds")) for one in renders}
+        reference_times = {str(render.get("renderer")): _milliseconds(render.get("seconds")) for render in renders}
         for render in renders:
             checks = worst.get(str(render.get("configuration")), {})
             launches = render.get("launches") or 0
             time = _milliseconds(render.get("kernels") if launches else render.get("seconds"))
             if time and checks:
-                each = [
+                reference_rows = [
                     [
                         self._place("reference", name),
                         _three(check),
                         self._place("stage", check.stage),
-                        theirs.get(name),
+                        reference_times.get(name),
                     ]
                     for name, check in checks.items()
                 ]
                 self.rows.append(
-                    [self._cases, self._place("configuration", render["configuration"]), time, launches, each]
+                    [self._cases, self._place("configuration", render["configuration"]), time, launches, reference_rows]
                 )
         self._cases += 1
 
@@ -79,11 +79,12 @@ class TimesTable:
 
     @property
     def data(self) -> dict[str, Any]:
-        """Return errors against times as the page draws them, names by their places in the lists.
+        """Return the data of the plot of errors against times; names are indices into lists.
 
-        A row a case and configuration: the case's place in the list from 0, the configuration, the time [ms], of how
-        many launches it is the median (0: the whole render, once), and of each reference its place, the worst error
-        over its limit, the stage of that, and the time of its own render [ms], null if it was not rendered now.
+        There is a row per case and configuration: the index of the case from 0, the configuration, the time [ms], the
+        number of launches whose median it is (0: a single time of the whole render), and a list per reference with its
+        index, the worst error / limit, the stage of this error, and the reference's render time [ms], null if its
+        images were cached.
         """
         configurations, references, stages = (list(names) for names in self._names.values())
         return {"configurations": configurations, "references": references, "stages": stages, "rows": self.rows}
@@ -98,7 +99,7 @@ def _size(check: Check) -> float:
 
 
 def _three(check: Check) -> float | str:
-    """Return an error over its limit with the three digits that are shown."""
+    """Return the error / limit of a check with the three digits that are shown."""
     size = _size(check)
     return float(f"{size:.3g}") if math.isfinite(size) else "inf"
 
@@ -109,28 +110,28 @@ def _milliseconds(seconds: Any) -> float | None:
 
 
 def publish(folder: Path, results: RunRecord) -> list[Path]:
-    """Write plots/*.js for what was measured by studies, and the library; errors and times are in plots/times.js."""
+    """Write plots/*.js for the studies in the folder, and the library; `write_times` writes plots/times.js."""
     written = [
-        write_text(folder / data_of(name), script(data_of(name), pack_json(found)))
+        write_text(folder / data_of(name), script(data_of(name), pack_json(data)))
         for name, load in SOURCES.items()
-        if (found := load(folder)) is not None
+        if (data := load(folder)) is not None
     ]
     if written or (folder / data_of(TIMES)).is_file():
         written.append(write_text(folder / FOLDER / LIBRARY, vendored(LIBRARY)))
-    # Of an earlier publication, when there was more to plot.
+    # Remove files of an earlier publication with more plots.
     for stale in {folder / name for name in (*map(data_of, SOURCES), f"{FOLDER}/{LIBRARY}")} - set(written):
         stale.unlink(missing_ok=True)
     return written
 
 
 def pages(folder: Path) -> dict[str, str]:
-    """Return which plots there are: the page's name to the script with its data."""
-    found = {name: data_of(name) for name, load in SOURCES.items() if load(folder) is not None}
-    return found | ({TIMES: data_of(TIMES)} if (folder / data_of(TIMES)).is_file() else {})
+    """Return the existing plots: the page's name -> the script with its data."""
+    scripts = {name: data_of(name) for name, load in SOURCES.items() if load(folder) is not None}
+    return scripts | ({TIMES: data_of(TIMES)} if (folder / data_of(TIMES)).is_file() else {})
 
 
 def write_times(folder: Path, times: TimesTable) -> list[Path]:
-    """Write plots/times.js, or remove that of an earlier publication where nothing was measured."""
+    """Write plots/times.js, or remove an earlier one if there are no times."""
     if not times.rows:
         (folder / data_of(TIMES)).unlink(missing_ok=True)
         return []
@@ -138,18 +139,18 @@ def write_times(folder: Path, times: TimesTable) -> list[Path]:
 
 
 def data_of(name: str) -> str:
-    """Return where a page's data are, relative to the results folder."""
+    """Return the path of a page's data, relative to the results folder."""
     return f"{FOLDER}/{name}.js"
 
 
 def stability(folder: Path) -> dict[str, Any] | None:
-    """Return the ladders that were climbed, numbers rounded for drawing; None without any."""
+    """Return the measured ladders, with numbers rounded for drawing; None if there are none."""
     place = folder / "stability"
     names = _read(place / "ladders.json")
     if not isinstance(names, list):
         return None
-    found = [_read(place / f"{name}.json") for name in names if isinstance(name, str) and Path(name).name == name]
-    ladders = [_ladder(one) for one in found if _is_ladder(one)]
+    contents = [_read(place / f"{name}.json") for name in names if isinstance(name, str) and Path(name).name == name]
+    ladders = [_ladder(content) for content in contents if _is_ladder(content)]
     about = _read(place / "about.json")
     if not ladders:
         return None
@@ -157,21 +158,21 @@ def stability(folder: Path) -> dict[str, Any] | None:
 
 
 def tradeoff(folder: Path) -> TradeoffRecord | None:
-    """Return the work-precision diagrams, numbers rounded for drawing; None without any."""
-    found = _read(folder / "tradeoff" / "tradeoff.json")
-    if not isinstance(found, dict) or not isinstance(found.get("diagrams"), list) or not found["diagrams"]:
+    """Return the work-precision diagrams, with numbers rounded for drawing; None if there are none."""
+    content = _read(folder / "tradeoff" / "tradeoff.json")
+    if not isinstance(content, dict) or not isinstance(content.get("diagrams"), list) or not content["diagrams"]:
         return None
-    return _rounded(found)
+    return _rounded(content)
 
 
 def worst(folder: Path) -> dict[str, Any] | None:
-    """Return the worst inputs that were searched for; None where none were."""
-    found = _read(folder / "stability" / "worst.json")
-    return found if _is_search(found) else None
+    """Return the worst inputs of `rayproof worst`; None if there are none."""
+    content = _read(folder / "stability" / "worst.json")
+    return content if _is_search(content) else None
 
 
 def limits(folder: Path) -> dict[str, Any] | None:
-    """Return how far renderers carry; None where no limits lie there."""
+    """Return the measurements of `rayproof limits`; None if there are none in the folder."""
     place = place_of(folder)
     try:
         return _rounded(bars(load_limits(place)))
@@ -187,25 +188,25 @@ SOURCES: dict[str, Callable[[Path], Any]] = {
 }
 
 
-def _is_ladder(one: Any) -> TypeGuard[dict[str, Any]]:
-    """Return whether a file's content is a ladder with its climbs, as far as the page depends on it."""
-    return isinstance(one, dict) and isinstance(one.get("climbs"), list)
+def _is_ladder(content: Any) -> TypeGuard[dict[str, Any]]:
+    """Return whether a file's content is a ladder with a list of sweeps."""
+    return isinstance(content, dict) and isinstance(content.get("climbs"), list)
 
 
-def _is_search(found: Any) -> TypeGuard[dict[str, Any]]:
-    return isinstance(found, dict) and isinstance(found.get("formulas"), list)
+def _is_search(content: Any) -> TypeGuard[dict[str, Any]]:
+    return isinstance(content, dict) and isinstance(content.get("formulas"), list)
 
 
 def _is_survey(about: Any) -> TypeGuard[dict[str, Any]]:
     return isinstance(about, dict)
 
 
-def _ladder(one: dict[str, Any]) -> dict[str, Any]:
-    return _rounded({**one, "climbs": [_climb(climb) for climb in one["climbs"] if isinstance(climb, dict)]})
+def _ladder(ladder: dict[str, Any]) -> dict[str, Any]:
+    return _rounded({**ladder, "climbs": [_climb(climb) for climb in ladder["climbs"] if isinstance(climb, dict)]})
 
 
 def _climb(climb: dict[str, Any]) -> dict[str, Any]:
-    """Return a climb with its values as columns, which is a quarter of the text."""
+    """Return a sweep with its values as columns, which reduces the text to a quarter."""
     values = [value for value in climb.get("values", []) if isinstance(value, dict)]
     columns: dict[str, list[float | None]] = {
         name: [value.get(name) for value in values] for name in ("value", "rays", *_SIZES)
@@ -223,7 +224,7 @@ def _rounded(value: Any) -> Any:
 
 
 def _read(path: Path) -> Any:
-    """Return what a JSON file holds, or None where there is none that can be read."""
+    """Return the content of a JSON file, or None if it cannot be read."""
     try:
         return json.loads(path.read_text(encoding="utf-8"))
     except (OSError, ValueError):

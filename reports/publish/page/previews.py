@@ -1,4 +1,4 @@
-"""Previews in place of images: a run keeps the images of the worst cases that did not pass, up to a total size."""
+"""Previews instead of images: a run stores the images of the worst cases that did not pass, up to a total size."""
 
 import shutil
 from collections.abc import Iterator
@@ -13,15 +13,15 @@ from rayproof.reports.results.images import inside
 from rayproof.reports.results.records import RunRecord
 
 MOST = 60_000_000  # bytes of images of cases that did not pass
-# The page holds the same images once more, in a seventh of the size of the EXR files or less.
+# The page contains the same images again, in at most a seventh of the size of the EXR files.
 WITH_THE_PAGE = 1 + 1 / 7
 FOLDER = "previews"
 
 
 def leave_previews(folder: Path, results: RunRecord, *, most: float = MOST) -> int:
-    """Remove EXR files beyond `most` bytes, draw a preview of each case that loses them; return how many cases do.
+    """Remove EXR files beyond `most` bytes, draw previews of their cases; return the number of these cases.
 
-    The worst case of each cause keeps its images first, then the second of each.
+    Images are kept first for the worst case of each cause, then for the second worst of each, and so on.
     """
     shutil.rmtree(folder / FOLDER, ignore_errors=True)
     spent, left = 0.0, 0

@@ -17,14 +17,14 @@ from rayproof.reports.results.outcomes import Outcome
 from rayproof.reports.results.records import RunRecord
 
 MOST = 12
-TRIED = 4 * MOST  # of one cause: some kept no images
+TRIED = 4 * MOST  # cases tried per cause, since not all have stored images
 WIDTH = 160  # px of one of the three panels, at most
 GAP = 4  # px between panels
 BROKEN = (1.0, 0.0, 1.0)  # NaN and infinities
 
 
 def draw_thumbnails(folder: Path, results: RunRecord) -> list[Path]:
-    """Draw the worst cases that did not pass and have images, set their `thumbnail`; return the written paths."""
+    """Draw the worst cases with images that did not pass, set their `thumbnail`; return the written paths."""
     drawn: list[Path] = []
     for index, brief in in_turns(results, most=TRIED):
         if len(drawn) == MOST:
@@ -32,26 +32,26 @@ def draw_thumbnails(folder: Path, results: RunRecord) -> list[Path]:
         case = named(results["cases"], brief["name"])
         drawing = None if case is None else picture(folder, case)
         if case is not None and drawing is not None:
-            path = Path("thumbnails", f"{index + 1:02}.png")  # by rank: names are hostile
+            path = Path("thumbnails", f"{index + 1:02}.png")  # named by rank, because case names are hostile input
             with replacing(folder / path) as draft:
                 draft.write_bytes(drawing)
             amend(results["cases"], case, thumbnail=path.as_posix())
             drawn.append(folder / path)
-    # Of an earlier publication, when other cases were the worst.
+    # Remove pictures of an earlier publication with other worst cases.
     for stale in set((folder / "thumbnails").glob("[0-9][0-9]*.png")) - set(drawn):
         stale.unlink()
     return drawn
 
 
 def in_turns(results: RunRecord, *, most: int | None) -> Iterator[tuple[int, CaseRecord]]:
-    """Yield the cases that did not pass with their ranks: the worst of each cause, then the second of each.
+    """Yield the cases that did not pass with their ranks: the worst of each cause, then the second worst of each.
 
-    There are at most so many of a cause.
+    There are at most `most` cases per cause.
     """
     groups: dict[str, list[tuple[int, CaseRecord]]] = {}
     for index, case in enumerate(briefs(worst_first(results["cases"]))):
         if Outcome(case["verdict"]) not in BAD:
-            break  # the rest is better
+            break  # later cases are better
         group = groups.setdefault(cause_of(results, case) or blame(case), [])
         if most is None or len(group) < most:
             group.append((index, case))
@@ -60,7 +60,7 @@ def in_turns(results: RunRecord, *, most: int | None) -> Iterator[tuple[int, Cas
 
 
 def _panels(folder: Path, case: CaseRecord) -> list[np.ndarray] | None:
-    """Return three images, (height, width, 3) in [0, 1], or None where the case kept no two to compare."""
+    """Return three images, (height, width, 3) in [0, 1], or None if the case has no stored pair of images."""
     order = [outcome.value for outcome in Outcome]
     checks = [check for check in case.get("checks", []) if check.stage in IMAGE_STAGES]
 
@@ -80,21 +80,21 @@ def _panels(folder: Path, case: CaseRecord) -> list[np.ndarray] | None:
     return None
 
 
-def _shown(ours: np.ndarray, expected: np.ndarray) -> list[np.ndarray]:
-    """Return both images on one scale, and their absolute difference on its own."""
-    finite = np.concatenate([image[np.isfinite(image)] for image in (ours, expected)])
+def _shown(subject: np.ndarray, reference: np.ndarray) -> list[np.ndarray]:
+    """Return both images on the same scale, and their absolute difference on a separate scale."""
+    finite = np.concatenate([image[np.isfinite(image)] for image in (subject, reference)])
     low, high = (float(np.quantile(finite, q)) for q in (0.0, 0.99)) if len(finite) else (0.0, 1.0)
     with np.errstate(invalid="ignore"):
-        difference = np.abs(ours - expected)
-    # Equal infinities do not differ.
-    difference[(ours == expected) | (np.isnan(ours) & np.isnan(expected))] = 0.0
-    known = difference[np.isfinite(difference)]
-    most = float(known.max(initial=0.0))
-    return [_scaled(ours, low, high), _scaled(expected, low, high), _scaled(difference, 0.0, most)]
+        difference = np.abs(subject - reference)
+    # The difference of equal infinities, or of two NaNs, is zero.
+    difference[(subject == reference) | (np.isnan(subject) & np.isnan(reference))] = 0.0
+    finite_difference = difference[np.isfinite(difference)]
+    most = float(finite_difference.max(initial=0.0))
+    return [_scaled(subject, low, high), _scaled(reference, low, high), _scaled(difference, 0.0, most)]
 
 
 def _scaled(image: np.ndarray, low: float, high: float) -> np.ndarray:
-    # A range that spans more than the floats is halved first.
+    # Both ends are halved first, because the difference of two large floats may overflow.
     span = (high / 2 - low / 2) or 0.5
     three = image[..., :3] if image.shape[-1] >= 3 else np.repeat(image[..., :1], 3, axis=-1)
     broken = ~np.isfinite(three).all(axis=-1)
@@ -105,7 +105,7 @@ def _scaled(image: np.ndarray, low: float, high: float) -> np.ndarray:
 
 
 def picture(folder: Path, case: CaseRecord) -> bytes | None:
-    """Return the subject's image, the reference's and their difference at a case's worst check as PNG, or None."""
+    """Return the images of subject and reference and their difference, at a case's worst check, as PNG, or None."""
     from matplotlib.image import imsave
 
     panels = _panels(folder, case)

@@ -1,1 +1,1 @@
-"""The 3-D view of a case: its parts, stills of it, and the viewer that turns it."""
+"""The 3-D view of a case: its parts, still images, and the interactive viewer."""

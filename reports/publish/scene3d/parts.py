@@ -1,8 +1,8 @@
 """The parts of a 3-D view as arrays: shapes, frustum, lights, rays, in layers around the scene's middle.
 
-Browsers draw in float32, so coordinates are taken relative to what is looked at before they are rounded. The report's
-page makes the same parts of the same numbers when a view is opened (page/html/scene.js); look.json says for both how
-many of everything are drawn and in which colours.
+Browsers draw in float32, so coordinates are made relative to the scene's middle before they are rounded. The report's
+page computes the same parts from the same data when a view is opened (page/html/scene.js); both read look.json for the
+numbers of elements and for the colours.
 """
 
 from collections.abc import Iterator, Mapping
@@ -18,37 +18,40 @@ from rayproof.cases.placement import frame
 from rayproof.cases.scene import Camera, Cube, Mesh, Plane, Scene, Shape, Sphere, Square, Triangle
 from rayproof.cases.stages import Stage
 
-# Four corners of each side, counter-clockwise seen from outside; bit i of a corner's number is its place on axis i.
+# Four corners per side, counter-clockwise seen from outside; bit i of a corner's number is its coordinate on axis i.
 CUBE_SIDES = ((0, 4, 6, 2), (1, 3, 7, 5), (0, 1, 5, 4), (2, 6, 7, 3), (0, 2, 3, 1), (4, 5, 7, 6))
 
 
 @dataclass(frozen=True, kw_only=True)
 class PolygonSurface:
-    """Polygons of equally many corners; without `normals` each is flat."""
+    """Polygons with the same number of corners; they are shaded flat without `normals`."""
 
     points: np.ndarray  # (n, 3) m
-    cells: np.ndarray  # (m, corners) numbers of points
+    cells: np.ndarray  # (m, corners) indices of points
     normals: np.ndarray | None = None  # (n, 3) unit
 
 
 def surface(
     shape: Shape, *, around: int, most: int, patch: np.ndarray | None = None, margin: float = 0.0
 ) -> PolygonSurface:
-    """Return `shape` in world space; of a plane the part around the world points `patch`, `margin` [m] wider.
+    """Return `shape` as polygons in world space.
 
-    `around` is the number of corners of a sphere's equator. A mesh of more than `most` triangles is thinned.
+    `around` is the number of corners of a sphere's equator. A mesh of more than `most` triangles is thinned. A plane is
+    cut to the part around the world points `patch`, extended by `margin` [m] on each side.
     """
     matrix = np.asarray(shape.to_world, dtype=np.float64)
     linear, offset = matrix[:3, :3], matrix[:3, 3]
     if isinstance(shape, Triangle | Mesh):
-        own = thinned(shape.vertices[shape.faces], most) if isinstance(shape, Mesh) else np.asarray(shape.vertices)
-        corners = own.reshape(-1, 3).astype(np.float64)
+        triangles = (
+            thinned(shape.vertices[shape.faces], most) if isinstance(shape, Mesh) else np.asarray(shape.vertices)
+        )
+        corners = triangles.reshape(-1, 3).astype(np.float64)
         return PolygonSurface(points=corners @ linear.T + offset, cells=np.arange(len(corners)).reshape(-1, 3))
     if isinstance(shape, Sphere):
         unit = ball(around)
         points = (np.asarray(shape.center) + shape.radius * unit.points) @ linear.T + offset
-        normals = unit.points @ np.linalg.inv(linear)  # by the inverse transpose
-        # A mirrored ball would turn its dark side to whoever looks.
+        normals = unit.points @ np.linalg.inv(linear)  # transformed with the inverse transpose
+        # A reflection reverses the orientation of polygons, so that a ball would show its unlit inner side.
         cells = unit.cells if np.linalg.det(linear) > 0 else unit.cells[:, ::-1]
         return PolygonSurface(
             points=points, cells=cells, normals=normals / np.linalg.norm(normals, axis=-1, keepdims=True)
@@ -67,7 +70,7 @@ def surface(
 
 
 def ball(around: int) -> PolygonSurface:
-    """Return the unit sphere by `around` meridians and half as many circles of latitude; its points are its normals."""
+    """Return the unit sphere of `around` meridians and half as many circles of latitude; its points are its normals."""
     rings = around // 2
     theta = (np.pi * np.arange(rings + 1) / rings)[:, None]
     phi = 2 * np.pi * np.arange(around) / around
@@ -75,34 +78,34 @@ def ball(around: int) -> PolygonSurface:
         [np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi), np.cos(theta) + 0 * phi], axis=-1
     ).reshape(-1, 3)
     ring, place = np.divmod(np.arange(rings * around), around)
-    here, beside = ring * around + place, ring * around + (place + 1) % around
-    cells = np.stack([here, here + around, beside + around, beside], axis=-1)
+    corner, neighbour = ring * around + place, ring * around + (place + 1) % around
+    cells = np.stack([corner, corner + around, neighbour + around, neighbour], axis=-1)
     return PolygonSurface(points=points, cells=cells, normals=points)
 
 
 def _patch(matrix: np.ndarray, patch: np.ndarray, margin: float) -> tuple[np.ndarray, np.ndarray]:
-    """Return the corners, in the plane's own space, of the part below those points that lie on it, else below all."""
+    """Return the corners of a plane's visible part, in object space: around the points on it, or else around all."""
     inverse = np.linalg.inv(matrix)
     local = np.asarray(patch, dtype=np.float64) @ inverse[:3, :3].T + inverse[:3, 3]
     on = local[np.abs(local[:, 2]) < 1e-3 * max(1.0, float(np.abs(local).max()))]
-    # A grazing view has hits out to the horizon: the middle nine tenths are what is worth seeing.
+    # A grazing view has hits out to the horizon, so only the middle nine tenths of the points are used.
     low, high = np.quantile((on if len(on) else local)[:, :2], (0.05, 0.95), axis=0)
-    # The margin is a world length; the plane's own axes may be scaled.
+    # The margin is a length in world space; the axes of the plane's object space may be scaled.
     scale = np.linalg.norm(matrix[:3, :2], axis=0)
     return low - margin / scale, high + margin / scale
 
 
 def thinned(corners: np.ndarray, most: int) -> np.ndarray:
-    """Return triangles (faces, 3, 3) that look like the given ones, where these are more than about `most`.
+    """Reduce triangles (faces, 3, 3) to about `most` that look like them; fewer are returned unchanged.
 
-    Corners in one cell of a grid become the first of them, and triangles of which two corners do so are left out. Where
-    hardly any is left, for all are smaller than a cell and lie apart, some of them stand for all.
+    All corners in a cell of a grid are replaced by the first, and triangles with two corners in a cell are dropped. If
+    almost none is left, because all triangles are small and separate, a regular subset is returned instead.
     """
     if len(corners) <= most:
         return corners
     points = corners.reshape(-1, 3)
     low, high = points.min(axis=0), points.max(axis=0)
-    cells = max(2, int((most / 6) ** 0.5))  # along the longest side: a surface meets about three times its square
+    cells = max(2, int((most / 6) ** 0.5))  # along the longest side; a surface crosses about 3 cells^2 grid cells
     scale = cells / (float((high - low).max()) or 1.0)
     places = np.zeros(len(points), dtype=np.int64)
     for axis in range(3):
@@ -117,13 +120,13 @@ def thinned(corners: np.ndarray, most: int) -> np.ndarray:
     return points[first[faces[np.sort(once)]]]
 
 
-# What is coloured unless the case blames a stage of its own.
+# The stage for the colours of hit points, in this order, if the case has no blamed stage.
 COLORED = (Stage.DISTANCE, Stage.POSITION, Stage.RADIANCE)
 Answers = Mapping[Stage, np.ndarray]
 
 
 class Layer(msgspec.Struct, forbid_unknown_fields=True):
-    """How the parts of a layer look; `length` is in sizes of the scene, of rays and shadow rays the longest."""
+    """The appearance of a layer's parts; `length` is in sizes of the scene, and the maximum for (shadow) rays."""
 
     color: tuple[str, str]  # on a light and on a dark page
     width: float = 1.0  # px, of lines and points
@@ -131,7 +134,7 @@ class Layer(msgspec.Struct, forbid_unknown_fields=True):
 
 
 class Aim(msgspec.Struct, forbid_unknown_fields=True, rename={"direction": "from"}):
-    """Where one looks from: `direction` is of the scene's own camera, along forward, right and up."""
+    """The viewpoint: `direction` is relative to the scene's camera, along forward, right and up."""
 
     direction: tuple[float, float, float]
     distance: float  # sizes of the scene
@@ -139,59 +142,59 @@ class Aim(msgspec.Struct, forbid_unknown_fields=True, rename={"direction": "from
 
 
 class ShapeLook(msgspec.Struct, forbid_unknown_fields=True):
-    """How shapes look: of the colour albedo x `albedo` + `white`, those of `few` polygons with their edges."""
+    """The appearance of shapes: the colour is albedo x `albedo` + `white`; below `few` polygons edges are drawn."""
 
     albedo: float
     white: float
     ambient: float
     diffuse: float
-    surrounding: float  # opacity of one that the camera is inside of, which would hide everything
+    surrounding: float  # opacity of a shape around the camera, which would hide the other shapes
     edges: str
     few: int
 
 
 class Look(msgspec.Struct, forbid_unknown_fields=True):
-    """How a scene looks: look.json."""
+    """The appearance of a scene: look.json."""
 
     still: tuple[int, int]  # px
     background: tuple[str, str]
     camera: Aim
     frustum: float  # depth, sizes of the scene
-    far: float  # sizes of the scene, beyond which eye and lights are left out: the depth buffer has 24 bits
-    margin: float  # sizes of the scene, of a plane around its hits
-    around: tuple[int, int]  # corners of a ball's equator, at least and at most
+    far: float  # sizes of the scene; eye and lights beyond are omitted, because the depth buffer has 24 bits
+    margin: float  # sizes of the scene; the border of a plane around its hits
+    around: tuple[int, int]  # corners of a ball's equator, minimum and maximum
     quads: int  # of all spheres together
-    triangles: int  # of a mesh: hardly more than a picture has pixels
+    triangles: int  # of a mesh, at most; hardly more than the pixels of a picture
     shape: ShapeLook
-    points: int  # hits that are shown
-    worst: int  # of which so many are the worst
+    points: int  # number of hits that are drawn
+    worst: int  # number of the worst hits among them
     rays: int
     shadow_rays: int
     normals: int
-    lights: int  # a thousand balls hide what they light
-    colors: str  # of the points, from good to bad
+    lights: int  # at most, because a thousand balls would hide the lit surfaces
+    colors: str  # colour map of the points, from good to bad
     layers: dict[str, Layer]
-    pixel: dict[str, Layer]  # what shows the pixel that is pointed at, in the page
+    pixel: dict[str, Layer]  # the appearance of the selected pixel's parts in the page
 
 
 @lru_cache(maxsize=1)
 def look() -> Look:
-    """Return what look.json says."""
+    """Return the content of look.json."""
     text = files("rayproof.reports.publish.scene3d").joinpath("look.json").read_bytes()
     return msgspec.json.decode(text, type=Look)
 
 
 @dataclass(frozen=True, kw_only=True)
 class Part:
-    """Points, lines or polygons: one, two or more corners a cell."""
+    """Points, lines or polygons: cells of one, two or more corners."""
 
     name: str
     layer: str
     points: np.ndarray  # (n, 3)
-    cells: np.ndarray  # (m, corners) numbers of points
+    cells: np.ndarray  # (m, corners) indices of points
     normals: np.ndarray | None = None  # (n, 3) unit
-    shares: np.ndarray | None = None  # (n,) how bad the points are, from 0 to 1
-    color: str | None = None  # instead of the layer's
+    shares: np.ndarray | None = None  # (n,) position of each point on the colour map: 0 is the best, 1 the worst
+    color: str | None = None  # instead of the layer's colour
     opacity: float = 1.0
     edges: bool = False
 
@@ -203,13 +206,13 @@ class SceneView:
     parts: tuple[Part, ...]
     middle: np.ndarray  # m
     size: float  # m
-    colored: Stage | None  # the stage whose errors the points show
-    range: tuple[float, float] | None  # log10 of the smallest and of the largest error; None where all are exact
+    colored: Stage | None  # the stage whose errors are the colours of the points
+    range: tuple[float, float] | None  # log10 of the smallest positive and of the largest finite error, if any
 
 
 @dataclass(frozen=True, kw_only=True)
 class HitPoints:
-    """Hit points and the pixels that they belong to."""
+    """Hit points and their pixels."""
 
     rows: np.ndarray  # (n,)
     columns: np.ndarray  # (n,)
@@ -233,15 +236,15 @@ class _Frame:
         return (np.asarray(points, dtype=np.float64).reshape(-1, 3) - self.middle) / self.size
 
     def near(self, points: np.ndarray) -> np.ndarray:
-        """Return whether each world point (n, 3) is near enough to be drawn."""
+        """Return a mask of the world points (n, 3) that are near enough to be drawn."""
         return np.linalg.norm(self.inside(points), axis=-1) < look().far
 
 
-def view_of(scene: Scene, ours: Answers | None, theirs: Answers | None, blamed: str | None) -> SceneView:
-    """Return what is shown of a scene and the answers of two renderers, coloured by the errors of the blamed stage."""
-    colored = colored_stage(ours, theirs, blamed)
-    error = None if colored is None else absolute_error(ours or {}, theirs or {}, colored)
-    answers = ours or theirs or {}
+def view_of(scene: Scene, subject: Answers | None, reference: Answers | None, blamed: str | None) -> SceneView:
+    """Return the view of a scene and the images of two renderers, coloured by the errors of the blamed stage."""
+    colored = colored_stage(subject, reference, blamed)
+    error = None if colored is None else absolute_error(subject or {}, reference or {}, colored)
+    answers = subject or reference or {}
     hits = chosen_hits(answers, error)
     eye = np.asarray(scene.camera.eye, dtype=np.float64)
     lights = np.asarray([light.position for light in scene.lights], dtype=np.float64).reshape(-1, 3)
@@ -256,7 +259,7 @@ def view_of(scene: Scene, ours: Answers | None, theirs: Answers | None, blamed: 
     parts = [*_shapes(scene, points, bounded, frame)]
     if frame.near(eye[None])[0]:
         parts.append(_lines("camera", _frustum(scene.camera, frame.size), frame))
-    if len(near := (shown := few(lights, look().lights))[frame.near(shown)]):
+    if len(near := (shown_lights := few(lights, look().lights))[frame.near(shown_lights)]):
         parts.append(_bulbs(frame.inside(near)))
     limits = None
     if hits is not None:
@@ -264,12 +267,12 @@ def view_of(scene: Scene, ours: Answers | None, theirs: Answers | None, blamed: 
         if error is not None:
             with np.errstate(divide="ignore"):
                 shares, limits = shares_of(np.log10(hits.of(error)))
-        parts += _measured(hits, shares, answers, theirs if ours else None, eye, lights, frame)
+        parts += _measured(hits, shares, answers, reference if subject else None, eye, lights, frame)
     return SceneView(parts=tuple(parts), middle=frame.middle, size=frame.size, colored=colored, range=limits)
 
 
 def chosen_hits(answers: Answers, error: np.ndarray | None) -> HitPoints | None:
-    """Return some hits, evenly spaced and the worst by `error` among them; None without any."""
+    """Return a selection of hits, evenly spaced, and those with the largest `error`; None if there are no hits."""
     if Stage.POSITION not in answers or Stage.OBJECT not in answers:
         return None
     positions = answers[Stage.POSITION]
@@ -279,7 +282,7 @@ def chosen_hits(answers: Answers, error: np.ndarray | None) -> HitPoints | None:
         return None
     chosen = few(np.arange(len(rows)), look().points)
     if error is not None:
-        # The worst pixels are what one looks for; thinning must not lose them.
+        # The worst pixels are the most important ones, so they are never omitted.
         bad = error[rows, columns]
         worst = np.argsort(np.where(np.isfinite(bad), bad, np.inf), kind="stable")[-look().worst :]
         chosen = np.unique(np.concatenate([chosen, worst]))
@@ -290,30 +293,36 @@ def chosen_hits(answers: Answers, error: np.ndarray | None) -> HitPoints | None:
     )
 
 
-def colored_stage(ours: Answers | None, theirs: Answers | None, blamed: str | None) -> Stage | None:
-    """Return the stage whose errors are drawn: the blamed one, else the first that both answered; None without."""
+def colored_stage(subject: Answers | None, reference: Answers | None, blamed: str | None) -> Stage | None:
+    """Return the stage whose errors are drawn: the blamed stage, or else the first of `COLORED` with two images."""
     wanted = [Stage(blamed)] if blamed in set(Stage) else []
-    return next((stage for stage in (*wanted, *COLORED) if _comparable(ours, theirs, stage)), None)
+    return next((stage for stage in (*wanted, *COLORED) if _comparable(subject, reference, stage)), None)
 
 
-def _comparable(ours: Answers | None, theirs: Answers | None, stage: Stage) -> bool:
-    return bool(ours and theirs and stage in ours and stage in theirs and ours[stage].shape == theirs[stage].shape)
+def _comparable(subject: Answers | None, reference: Answers | None, stage: Stage) -> bool:
+    return bool(
+        subject
+        and reference
+        and stage in subject
+        and stage in reference
+        and subject[stage].shape == reference[stage].shape
+    )
 
 
-def absolute_error(ours: Answers, theirs: Answers, stage: Stage) -> np.ndarray:
-    """Return the largest absolute difference over channels (height, width); NaN and infinities stay what they are."""
-    a, b = ours[stage].astype(np.float64), theirs[stage].astype(np.float64)
+def absolute_error(subject: Answers, reference: Answers, stage: Stage) -> np.ndarray:
+    """Return the largest absolute difference over channels (height, width); it may be NaN or infinite."""
+    a, b = subject[stage].astype(np.float64), reference[stage].astype(np.float64)
     with np.errstate(invalid="ignore"):
         return np.where(a == b, 0.0, np.abs(a - b)).max(axis=-1)
 
 
 def shares_of(errors: np.ndarray) -> tuple[np.ndarray, tuple[float, float] | None]:
-    """Return how bad log10 of errors are, from 0 to 1, and the smallest and the largest that is a number."""
-    known = errors[np.isfinite(errors)]
-    if not len(known):
+    """Scale log10 of errors to 0 (best) to 1 (worst); also return the smallest and the largest finite value."""
+    numbers = errors[np.isfinite(errors)]
+    if not len(numbers):
         return np.where(np.isneginf(errors), 0.0, 1.0), None
-    low, high = float(known.min()), float(known.max())
-    # Exact is as good as the best there is, no number as bad as the worst.
+    low, high = float(numbers.min()), float(numbers.max())
+    # An exact value is ranked with the best error, NaN and infinity with the worst.
     finite = np.where(np.isfinite(errors), errors, np.where(np.isneginf(errors), low, high))
     shares = (finite - low) / ((high - low) or 1.0)
     return np.where(np.isfinite(errors) | np.isneginf(errors), shares, 1.0), (low, high)
@@ -329,15 +338,15 @@ def _around(balls: int) -> int:
     return int(np.clip(np.sqrt(2 * look().quads / max(1, balls)), least, most)) // 2 * 2
 
 
-def _framing(scene: Scene, points: np.ndarray, bounded: list[PolygonSurface], others: np.ndarray) -> _Frame:
-    """Frame the hits, the bounded shapes and, unless they are far, eye and lights."""
-    # Hits out to the horizon would shrink everything else to nothing: the middle nine tenths decide.
+def _framing(scene: Scene, points: np.ndarray, bounded: list[PolygonSurface], eye_and_lights: np.ndarray) -> _Frame:
+    """Return the units of a view that contains the hits, the bounded shapes and, if they are near, eye and lights."""
+    # Hits out to the horizon would make everything else tiny, so only the middle nine tenths are used.
     corners = [np.quantile(points, (0.05, 0.95), axis=0)] if len(points) else []
-    corners += [np.stack([one.points.min(axis=0), one.points.max(axis=0)]) for one in bounded]
+    corners += [np.stack([polygons.points.min(axis=0), polygons.points.max(axis=0)]) for polygons in bounded]
     inside = np.concatenate(corners) if corners else np.asarray([scene.camera.target], dtype=np.float64)
     low, high = inside.min(axis=0), inside.max(axis=0)
-    size = float(np.linalg.norm(high - low)) or float(np.linalg.norm(others[0] - inside[0])) or 1.0
-    near = others[np.linalg.norm(others - (low + high) / 2, axis=-1) < 2.5 * size]
+    size = float(np.linalg.norm(high - low)) or float(np.linalg.norm(eye_and_lights[0] - inside[0])) or 1.0
+    near = eye_and_lights[np.linalg.norm(eye_and_lights - (low + high) / 2, axis=-1) < 2.5 * size]
     everything = np.concatenate([inside, near])
     low, high = everything.min(axis=0), everything.max(axis=0)
     return _Frame(middle=(low + high) / 2, size=float(np.linalg.norm(high - low)) or 1.0)
@@ -370,7 +379,7 @@ def _color(shape: Shape) -> str:
 
 
 def _frustum(camera: Camera, size: float) -> np.ndarray:
-    """Return the ends [m] of the frustum's edges, two rows each, and of a tick above its upper edge, which is up."""
+    """Return the end points [m] (edges, 2, 3) of the frustum's edges, and of a tick that marks the upper edge."""
     eye, (right, up, forward) = np.asarray(camera.eye, dtype=np.float64), frame(camera.eye, camera.target, camera.up)
     depth = look().frustum * size
     half = depth * np.tan(camera.alpha)
@@ -394,43 +403,43 @@ def _measured(
     hits: HitPoints,
     shares: np.ndarray | None,
     answers: Answers,
-    theirs: Answers | None,
+    reference: Answers | None,
     eye: np.ndarray,
     lights: np.ndarray,
     frame: _Frame,
 ) -> Iterator[Part]:
-    """Yield what hangs on hit points: the points, rays, shadow rays and normals."""
+    """Yield the parts at hit points: rays, shadow rays, the points and normals."""
     layers, size = look().layers, frame.size
-    seen = few(hits.points, look().rays)
-    # From afar only the last stretch: lines a kilometre long lose their digits in the depth buffer.
-    yield _lines("rays", np.stack([_towards(seen, eye, layers["rays"].length * size), seen], axis=1), frame)
+    ray_ends = few(hits.points, look().rays)
+    # Only the last section of a long ray is drawn, because the depth buffer is too coarse for lines of a kilometre.
+    yield _lines("rays", np.stack([_towards(ray_ends, eye, layers["rays"].length * size), ray_ends], axis=1), frame)
     if Stage.VISIBILITY in answers and len(lights) and answers[Stage.VISIBILITY].shape[-1] >= len(lights):
-        some = few(np.arange(len(hits.points)), look().shadow_rays)
+        sample = few(np.arange(len(hits.points)), look().shadow_rays)
         shown = few(np.arange(len(lights)), look().lights)
-        arrives = hits.of(answers[Stage.VISIBILITY])[some][:, shown] > 0
-        starts = np.broadcast_to(hits.points[some][:, None], (len(some), len(shown), 3))
+        arrives = hits.of(answers[Stage.VISIBILITY])[sample][:, shown] > 0
+        starts = np.broadcast_to(hits.points[sample][:, None], (len(sample), len(shown), 3))
         for layer, chosen in (("shadow_rays, lit", arrives), ("shadow_rays, blocked", ~arrives)):
             ends = _towards(starts, lights[shown], layers[layer].length * size)
             if chosen.any():
                 yield _lines(layer, np.stack([starts, ends], axis=2)[chosen], frame)
     cells = np.arange(len(hits.points)).reshape(-1, 1)
     yield Part(name="points", layer="points", points=frame.inside(hits.points), cells=cells, shares=shares)
-    some = few(np.arange(len(hits.points)), look().normals)
-    both = [("normals, ours", hits.normals)]
-    if theirs and Stage.NORMAL in theirs:
-        both.append(("normals, reference", hits.of(theirs[Stage.NORMAL])))
-    for layer, normals in both:
-        unit = some[np.isfinite(normals[some]).all(axis=-1) & (np.linalg.norm(normals[some], axis=-1) > 0.5)]
+    sample = few(np.arange(len(hits.points)), look().normals)
+    normals_by_layer = [("normals, ours", hits.normals)]
+    if reference and Stage.NORMAL in reference:
+        normals_by_layer.append(("normals, reference", hits.of(reference[Stage.NORMAL])))
+    for layer, normals in normals_by_layer:
+        unit = sample[np.isfinite(normals[sample]).all(axis=-1) & (np.linalg.norm(normals[sample], axis=-1) > 0.5)]
         if len(unit):
             ends = hits.points[unit] + layers[layer].length * size * normals[unit]
             yield _lines(layer, np.stack([hits.points[unit], ends], axis=1), frame)
 
 
 def _towards(starts: np.ndarray, ends: np.ndarray, most: float) -> np.ndarray:
-    """Return the points from `starts` towards `ends`, at most so far [m]."""
-    way = ends - starts
-    length = np.linalg.norm(way, axis=-1, keepdims=True)
-    return starts + way * np.minimum(1, most / np.maximum(length, 1e-300))
+    """Move points from `starts` to `ends`, but by at most `most` [m]."""
+    offset = ends - starts
+    length = np.linalg.norm(offset, axis=-1, keepdims=True)
+    return starts + offset * np.minimum(1, most / np.maximum(length, 1e-300))
 
 
 def _lines(layer: str, ends: np.ndarray, frame: _Frame) -> Part:

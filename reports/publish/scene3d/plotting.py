@@ -1,7 +1,8 @@
 """A view's parts drawn by PyVista (Sullivan and Kaszynski, 2019), in a notebook or a child process.
 
-Only a process that may die of OpenGL makes a plotter. The one that draws a run's stills is
-`python -m rayproof.reports.publish.scene3d.plotting PARENT`: a job a line on stdin, a report a line on stdout.
+A plotter is made only in a process that may crash, because OpenGL may end it. The stills of a run are drawn by
+`python -m rayproof.reports.publish.scene3d.plotting PARENT`, with one job per line on stdin and one report per line on
+stdout.
 """
 
 import json
@@ -23,7 +24,7 @@ from rayproof.reports.results.case_records import CaseRecord
 from rayproof.reports.results.files import replacing
 from rayproof.reports.results.images import kept_images
 
-COLOURS = 160  # of a still's palette
+COLOURS = 160  # in a still's palette
 BAR = {
     "title_font_size": 13, "label_font_size": 12, "color": "#222222", "fmt": "%.1f", "render": False,
     "position_x": 0.2, "position_y": 0.02, "width": 0.6, "height": 0.09, "fill": True, "background_color": "#f3f5f8",
@@ -31,10 +32,10 @@ BAR = {
 
 
 def open_view(folder: Path, case: CaseRecord) -> Any:
-    """Return a case's scene as PyVista shows it in a notebook: to be turned where trame is installed, else an image.
+    """Return PyVista's view of a case's scene in a notebook: interactive if trame is installed, otherwise an image.
 
     Raises:
-        RuntimeError: there is no OpenGL.
+        RuntimeError: OpenGL is missing.
 
     """
     if (why := why_not()) is not None:
@@ -48,18 +49,18 @@ def open_view(folder: Path, case: CaseRecord) -> Any:
 
 
 def new_plotter() -> Any:
-    """Return an empty plotter for stills; one serves any number, since making one costs more than drawing."""
+    """Return an empty plotter for any number of stills; making a plotter takes longer than drawing."""
     import pyvista
 
     return pyvista.Plotter(off_screen=True, window_size=list(look().still), lighting="none")
 
 
 def fill(plotter: Any, folder: Path, case: CaseRecord) -> None:
-    """Show a case of a results folder in a plotter, by the scene and images that its record names."""
-    ours, theirs = compared(case)
-    images, _ = kept_images(folder, case, only=(ours, theirs))
+    """Show a case of a results folder in a plotter, with the scene and the images of its record."""
+    subject, reference = compared(case)
+    images, _ = kept_images(folder, case, only=(subject, reference))
     scene = load_scene(folder / str(case["scene"]))
-    view = view_of(scene, images.get(ours or ""), images.get(theirs or ""), case["stage"])
+    view = view_of(scene, images.get(subject or ""), images.get(reference or ""), case["stage"])
     _show(plotter, view, scene.camera)
 
 
@@ -67,7 +68,7 @@ def _show(plotter: Any, view: SceneView, camera: Camera) -> None:
     import pyvista
 
     plotter.clear()
-    # A plain background: a gradient trebles the size of the file and the time to write it.
+    # A plain background, because a gradient triples the size of the file and the time to write it.
     plotter.set_background(look().background[0])
     plotter.add_light(pyvista.Light(light_type="headlight"))
     for part in view.parts:
@@ -83,7 +84,7 @@ def _show(plotter: Any, view: SceneView, camera: Camera) -> None:
 
 
 def _actor(plotter: Any, part: Part, view: SceneView) -> Any:
-    """Return a part as an actor; `add_mesh` looks at all that a mesh may be, and takes six times as long."""
+    """Return a part as an actor, without the general method `add_mesh`, which takes six times as long."""
     import pyvista
     from vtkmodules.vtkRenderingCore import vtkMapper
 
@@ -97,7 +98,7 @@ def _actor(plotter: Any, part: Part, view: SceneView) -> Any:
     mapper = pyvista.DataSetMapper(mesh)
     mapper.scalar_visibility = False
     if part.layer == "geometry":
-        # What lies on a surface is drawn over it, whichever way the surface leans.
+        # Points and lines on a surface are drawn in front of it, at any slope of the surface.
         mapper.SetRelativeCoincidentTopologyPolygonOffsetParameters(4, 4)
     if part.shares is not None:
         low, high = view.range or (0.0, 0.0)
@@ -108,7 +109,7 @@ def _actor(plotter: Any, part: Part, view: SceneView) -> Any:
             plotter.add_scalar_bar(title, mapper=mapper, **BAR)
     lit = part.layer == "geometry"
     shape = look().shape
-    look_of = pyvista.Property(
+    appearance = pyvista.Property(
         color=part.color or layer.color[0],
         opacity=part.opacity,
         line_width=layer.width,
@@ -121,7 +122,7 @@ def _actor(plotter: Any, part: Part, view: SceneView) -> Any:
         show_edges=part.edges and lit,
         edge_color=shape.edges,
     )
-    return pyvista.Actor(mapper=mapper, prop=look_of)
+    return pyvista.Actor(mapper=mapper, prop=appearance)
 
 
 def _title(stage: Stage | None) -> str:
@@ -130,23 +131,23 @@ def _title(stage: Stage | None) -> str:
 
 
 def write_still(plotter: Any, path: Path, digest: str) -> None:
-    """Write what a plotter shows as a PNG file that says what it was drawn from."""
+    """Write a plotter's image as a PNG file that contains the digest of its inputs."""
     from PIL import Image
     from PIL.PngImagePlugin import PngInfo
 
-    # A plotter that has been shown once takes its last image for the screenshot unless told to draw.
+    # A plotter that was shown before would reuse its last image for the screenshot without this call.
     plotter.render()
     picture = Image.fromarray(plotter.screenshot(return_img=True)).convert("RGB")
     about = PngInfo()
     about.add_text(DIGEST, digest)
     with replacing(path) as draft:
-        # Few colours are in it; a palette of them takes a third of the file. Compressing harder would save a twentieth
-        # of it, and take five times as long.
+        # The image has few colours, and a palette reduces the file to a third. A higher compression level would save
+        # another 5 % and take five times as long.
         picture.quantize(COLOURS, dither=Image.Dither.NONE).save(draft, format="PNG", compress_level=6, pnginfo=about)
 
 
 def _ball(plotter: Any) -> None:
-    """Draw a ball, to see whether anything is drawn."""
+    """Draw a ball as a test of OpenGL; raise ValueError if the image is blank."""
     import pyvista
 
     shape = ball(12)
@@ -156,7 +157,7 @@ def _ball(plotter: Any) -> None:
 
 
 def main() -> None:
-    """Draw every job of stdin; end with the parent, whose process number is the argument."""
+    """Draw every job of stdin; end when the parent ends, whose process number is the argument."""
     for parent in sys.argv[1:]:
         end_with_parent(int(parent), "rayproof-draw")
     plotter = new_plotter()

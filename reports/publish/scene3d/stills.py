@@ -27,14 +27,14 @@ from rayproof.reports.results.headline import worst_first
 from rayproof.reports.results.images import inside
 from rayproof.reports.results.outcomes import Outcome
 
-WORST = 12  # cases that are drawn whatever their verdicts
-MOST = 100  # failing cases of a run that are drawn unasked; a still takes a fifth of a second
+WORST = 12  # cases that are drawn with any verdict
+MOST = 100  # failing cases of a run that are drawn by default; a still takes a fifth of a second
 FAILING = (Outcome.FAIL, Outcome.REFERENCE_SUSPECT)
 OURS, THEIRS = "tracer-float32", "analytic"
 DIGEST = "rayproof"  # the key of a PNG's text that contains the digest of its inputs
 PATIENCE = 120.0  # s without output after which a child is ended
-GLANCE = 0.05  # s between looks at whether it has ended
-PARTING = 5.0  # s for a process that was killed to be gone
+GLANCE = 0.05  # s between tests whether it has ended
+PARTING = 5.0  # s from the kill of a process to its end
 INSTALL = "apt-get install -y --no-install-recommends libegl1 libgl1-mesa-dri"
 
 
@@ -45,7 +45,7 @@ def drawn_usually(cases: Sequence[CaseRecord]) -> list[CaseRecord]:
 
 
 def chosen(cases: Sequence[CaseRecord], which: str) -> Sequence[CaseRecord]:
-    """Return the cases that `which` names: `all`, `worst:N`, or one by its name.
+    """Return the cases of `which`: `all`, `worst:N`, or the name of a case.
 
     Raises:
         LookupError: there is no case of this name.
@@ -92,7 +92,7 @@ def remove_stale(folder: Path, cases: Sequence[CaseRecord]) -> None:
 
 
 def picture_path(case: CaseRecord) -> str | None:
-    """Return where a case's still goes below the results folder: named as the run named its scene, or None."""
+    """Return the path of a case's still in the results folder, named like its scene file; None without a scene."""
     parts = PurePosixPath(case.get("scene") or "").parts
     if len(parts) < 2 or parts[0] != "scenes" or ".." in parts:
         return None
@@ -100,11 +100,11 @@ def picture_path(case: CaseRecord) -> str | None:
 
 
 def compared(case: CaseRecord) -> tuple[str | None, str | None]:
-    """Return the names of the subject and the reference whose answers are shown."""
+    """Return the names of the subject and the reference whose images are shown."""
     names = [str(render.get("renderer")) for render in case.get("renders", [])]
     subject = OURS if OURS in names else next(iter(names), None)
-    others = [name for name in names if name != subject and not name.startswith("tracer-")]
-    return subject, THEIRS if THEIRS in others else next(iter(others), None)
+    references = [name for name in names if name != subject and not name.startswith("tracer-")]
+    return subject, THEIRS if THEIRS in references else next(iter(references), None)
 
 
 def drawing_environment() -> dict[str, str]:
@@ -112,7 +112,7 @@ def drawing_environment() -> dict[str, str]:
     environment = dict(os.environ)
     if sys.platform.startswith("linux"):
         environment.setdefault("VTK_DEFAULT_OPENGL_WINDOW", "vtkEGLRenderWindow")
-        # A picture is small, and waiting for Mesa's threads costs more than they do of it.
+        # For a small picture, waiting for Mesa's threads takes longer than their share of the work.
         environment.setdefault("LP_NUM_THREADS", "0")
     return environment
 
@@ -181,7 +181,7 @@ def _draw_in_child(jobs: Sequence[Mapping[str, Any] | None], seconds: float) -> 
             stderr=complaints,
             env=drawing_environment(),
             cwd=HOLDER,
-            # Ctrl-C is this process's to answer.
+            # Ctrl-C is handled by this process.
             start_new_session=True,
         )
         hung = _waited_in_vain(process, answer.fileno(), seconds)
@@ -219,7 +219,7 @@ def _waited_in_vain(process: subprocess.Popen[bytes], written: int, seconds: flo
     finally:
         if process.poll() is None:
             process.kill()
-            # A driver that waits for its device does not even hear SIGKILL.
+            # A process whose driver waits for its device does not end on SIGKILL.
             with contextlib.suppress(subprocess.TimeoutExpired):
                 process.wait(timeout=PARTING)
     return hung
