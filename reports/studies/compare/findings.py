@@ -108,9 +108,9 @@ def finding(
 
 def _errors(stage: Stage, pairs: Sequence[PairedStage]) -> tuple[Errors, Errors]:
     def of(name: str) -> Errors:
-        parties = [getattr(pair, name) for pair in pairs]
+        sides = [getattr(pair, name) for pair in pairs]
         scaled, natural = (
-            np.concatenate([getattr(party, kind)[np.isfinite(getattr(party, kind))] for party in parties])
+            np.concatenate([getattr(side, kind)[np.isfinite(getattr(side, kind))] for side in sides])
             for kind in ("scaled", "natural")
         )
         return Errors(scaled=_quantiles(scaled), natural=_quantiles(natural), unit=UNITS[stage])

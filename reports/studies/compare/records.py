@@ -179,7 +179,7 @@ def _row(family: FamilyRecord, control: FamilyRecord) -> list[str]:
     wrong = family["wrong"]
     changed = f"{wrong['base']} -> {wrong['candidate']} of {family['pixels']}"
     tails = [
-        " -> ".join(f"{party['scaled']['p99']:.3g}" for party in (pair["base"], pair["candidate"]) if party["scaled"])
+        " -> ".join(f"{side['scaled']['p99']:.3g}" for side in (pair["base"], pair["candidate"]) if side["scaled"])
         for pair in family["errors"].values()
     ]
     before, after = family["nanoseconds_per_ray"]

@@ -238,8 +238,8 @@ def plan(patterns: Sequence[str], *, ladders: Sequence[str], precisions: Sequenc
 def survey(planned: SurveyPlan, *, doubts: Callable[[str], None]) -> Iterator[ClimbRecord]:
     """Yield the records of a plan; pass reasons to doubt the truth or the arithmetic itself to `doubts`."""
     for precision in planned.precisions:
-        for guard in broken(precision):
-            doubts(guard)
+        for failure in broken(precision):
+            doubts(failure)
     for ladder, formulas in planned.ladders:
         for precision in planned.precisions:
             batch = drawn(ladder, precision, quick=planned.quick)

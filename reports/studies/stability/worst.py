@@ -270,8 +270,8 @@ def decoded(slot: str, genomes: Genome, precision: str) -> Inputs:
     o = np.clip(o, -LONGEST, LONGEST)
     for _ in range(3):  # move by up to three floats
         o = np.where(abs(steps) > _, np.nextafter(o, np.where(steps < 0, -np.inf, np.inf).astype(o.dtype)), o)
-    ray = {"o": o, "d": d} | own
-    return {name: rounded(array, precision) for name, array in ray.items()}
+    inputs = {"o": o, "d": d} | own
+    return {name: rounded(array, precision) for name, array in inputs.items()}
 
 
 def _direction(first: np.ndarray, second: np.ndarray) -> np.ndarray:
