@@ -1,1 +1,1 @@
-"""Studies beyond a run's verdict: stability on ladders, comparisons, error against time."""
+"""Studies in addition to a run's verdict: stability on ladders, comparisons, error against time."""

@@ -1,7 +1,7 @@
 """Figures and tables for a paper (PDF, SVG, LaTeX, Markdown), each with its caption.
 
-Text stays text: a PDF embeds its font, an SVG names it. The same numbers give the same file: no date, no random
-identifiers. The caption contains version, commit, seed and processor of the measurement.
+Text stays text: a PDF embeds its font, an SVG names it. The same numbers give the same file: it has no date and no
+random identifiers. The caption contains version, commit, seed and processor of the measurement.
 """
 
 import csv
@@ -22,7 +22,7 @@ INCH = 25.4  # mm
 COLORS = ("#4477aa", "#ee6677", "#228833", "#ccbb44", "#66ccee", "#aa3377", "#777777", "#994455", "#004488", "#997700")
 Draw = Callable[[Any], None]  # draws on the axes of one panel
 MOST_PANELS = 12
-LETTER, LINE = 0.58, 1.4  # width of a letter on average, and height of a line, in sizes of a sans serif
+LETTER, LINE = 0.58, 1.4  # average width of a letter and height of a line, in units of a sans serif's font size
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -52,7 +52,7 @@ class Paper:
     font_size: float = 8.0
 
     def check(self) -> None:
-        """Raise ValueError or OSError if something of it cannot be drawn or written."""
+        """Raise ValueError or OSError if an option is invalid or a file cannot be written."""
         for option, file, suffixes in (("--figure", self.figure, FIGURES), ("--table", self.table, TABLES)):
             if file is not None:
                 if file.suffix not in suffixes:
@@ -69,9 +69,9 @@ class Paper:
 
 
 def draw(paper: Paper, rows: Sequence[Sequence[Draw]], *, caption: str, height: float) -> None:
-    """Draw panels, row by row, with one legend for all below them and the caption at the foot.
+    """Draw panels, row by row, with a common legend below them and the caption at the foot.
 
-    `height` is that of one row [mm]. Without a requested figure nothing is drawn.
+    `height` is the height of one row [mm]. Nothing is drawn if no figure was requested.
     """
     if paper.figure is None:
         return
@@ -104,7 +104,7 @@ def draw(paper: Paper, rows: Sequence[Sequence[Draw]], *, caption: str, height: 
 
 
 def _finish(figure: "Figure", paper: Paper, caption: str, panels: float) -> None:
-    """Set the size of a figure whose panels are so high [inches], with legend and caption below them."""
+    """Add legend and caption to a figure and set its size; `panels` is the height of all panels [inches]."""
     legend: dict[str, Any] = {}
     for axes in figure.axes:
         handles, labels = axes.get_legend_handles_labels()
@@ -135,12 +135,12 @@ def _finish(figure: "Figure", paper: Paper, caption: str, panels: float) -> None
 def write_table(
     paper: Paper, columns: Sequence[str], rows: Sequence[Sequence[object]], *, caption: str, fits: Sequence[str] = ()
 ) -> None:
-    """Write a table as LaTeX, CSV or Markdown with its caption; nothing where no file was asked for.
+    """Write a table as LaTeX, CSV or Markdown with its caption; nothing if no file was requested.
 
-    `fits` are the columns of a LaTeX table that was asked for without a choice of columns; none: all.
+    `fits` are the default columns of a LaTeX table; if empty, all.
 
     Raises:
-        ValueError: a column was asked for that there is not.
+        ValueError: a requested column does not exist.
 
     """
     file = paper.table
@@ -163,7 +163,7 @@ def write_table(
 
 
 def chosen(paper: Paper, columns: Sequence[str], fits: Sequence[str] = ()) -> list[int]:
-    """Return the indices of a table's columns: the requested ones, else those of `fits`, else all.
+    """Return the indices of a table's columns: the requested columns, else the columns `fits`, else all.
 
     Raises:
         ValueError: a requested column does not exist.
@@ -183,7 +183,7 @@ def markdown_table(columns: Sequence[str], rows: Sequence[Sequence[str]]) -> str
 
 
 def markdown_cell(text: str) -> str:
-    """Return text that cannot break a table's row or be read as markup."""
+    """Return text escaped for a cell of a Markdown table, so that it cannot end the row or be read as markup."""
     return " ".join(text.split()).replace("|", "\\|").replace("<", "&lt;")
 
 
@@ -193,10 +193,10 @@ _LATEX = {
 }  # fmt: skip
 
 
-# LaTeX's class `article` at 10 pt has lines of 345 pt. A letter or digit of \footnotesize (8 pt) takes 4.5 pt at
-# most on average, and a column has 3 pt of room on either side.
+# LaTeX's class `article` at 10 pt has lines of 345 pt. A letter or digit of \footnotesize (8 pt) has an average width
+# of at most 4.5 pt, and a column has a margin of 3 pt on either side.
 TEXT_WIDTH, LETTER_WIDTH, ROOM = 345.0, 4.5, 6.0
-NARROWEST = 40.0  # pt of a column whose text is broken into lines
+NARROWEST = 40.0  # least width [pt] of a column whose text is broken into lines
 
 
 def _latex(columns: Sequence[str], rows: Sequence[Sequence[str]], caption: str) -> str:
@@ -217,9 +217,9 @@ def _latex(columns: Sequence[str], rows: Sequence[Sequence[str]], caption: str) 
 
 
 def _widths(rows: Sequence[Sequence[str]]) -> list[float | None]:
-    """Return the width [pt] of each column whose text must be broken for the table to fit; None: as wide as its text.
+    """Return the width [pt] of each column whose text must be broken for the table to fit, None for the others.
 
-    The widest columns give way first, none below the width of its longest word.
+    The widest columns are narrowed first, none below the width of its longest word.
     """
     natural = [LETTER_WIDTH * max(map(len, column)) for column in zip(*rows, strict=True)]
     words = [
@@ -231,17 +231,17 @@ def _widths(rows: Sequence[Sequence[str]]) -> list[float | None]:
     while sum(widths) > room:
         place = max(range(len(widths)), key=lambda at: widths[at] - words[at])
         if widths[place] <= words[place]:
-            break  # words are not broken
+            break  # every column is as narrow as its longest word
         widths[place] = max(words[place], widths[place] - max(LETTER_WIDTH, (sum(widths) - room) / 4))
     return [width if width < whole else None for width, whole in zip(widths, natural, strict=True)]
 
 
 def _spoken(text: str) -> str:
-    """Return a name as a paper has it: a blank for an underscore, and room to break a line after a slash."""
+    """Return a name with blanks for underscores, as a paper prints it."""
     return text.replace("_", " ")
 
 
 def latex_text(text: str) -> str:
-    """Return text as LaTeX prints it; an arrow becomes one."""
+    """Return text escaped for LaTeX; " -> " becomes an arrow."""
     parts = " ".join(_spoken(text).split()).split(" -> ")
     return r" $\rightarrow$ ".join("".join(_LATEX.get(letter, letter) for letter in part) for part in parts)

@@ -1,5 +1,6 @@
-"""Two formulas, configurations or runs on the same rays: which errs less, and what it costs.
+"""Comparison of two formulas, configurations or runs on the same rays: their errors and their run times.
 
-Errors are paired pixel by pixel against stage truth (exact mathematics on the floats that the stage received), run
-times are interleaved repetition by repetition, and an A/A control shows what the same method finds in nothing.
+Errors are paired pixel by pixel against stage truth (exact mathematics on the floats that the stage received). Run
+times are interleaved repetition by repetition. An A/A control (the base against itself) shows which differences the
+method reports where there are none.
 """

@@ -1,4 +1,4 @@
-"""`compare`: both contenders asked the same, errors paired, times interleaved, an A/A control."""
+"""`compare`: both contenders on the same scenes, with paired errors, interleaved times and an A/A control."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass
@@ -31,11 +31,11 @@ from rayproof.reports.studies.compare.records import (
 from rayproof.reports.studies.compare.statistics import FEWEST, LEVEL, Interval, shared, too_few
 
 SEED = 4
-BASE, CANDIDATE, AGAIN = 0, 1, 2  # who is timed
+BASE, CANDIDATE, AGAIN = 0, 1, 2  # indices of the timed configurations; AGAIN is the base, as the control
 
 
 def family_record(finding: FamilyDifference, timing: Timing, signs: Signs, outcome: str) -> FamilyRecord:
-    """Return one family's entry."""
+    """Return the record of one family."""
     return {
         "family": finding.family,
         "stress": finding.stress,
@@ -69,25 +69,25 @@ def family_record(finding: FamilyDifference, timing: Timing, signs: Signs, outco
 
 @dataclass(frozen=True, kw_only=True)
 class _Side:
-    """A comparison with the base: the candidate's, or the control's."""
+    """The comparison of the candidate, or of the control, with the base: one entry per family."""
 
     findings: list[FamilyDifference]
     timings: list[Timing]
 
 
 def compare(
-    asked: Sequence[SceneFamily],
+    families: Sequence[SceneFamily],
     base: Contender,
     candidate: Contender,
     *,
     repetitions: int,
     tell: Callable[[str], None] = lambda _: None,
 ) -> FormulaComparisonRecord:
-    """Return the comparison as docs/compare.md describes it; `tell` is told what is being done.
+    """Return the comparison as docs/compare.md describes it; `tell` receives progress messages.
 
     Raises:
-        LookupError: nothing in `asked` shows what differs between the two.
-        ValueError: there are fewer repetitions than an interval takes.
+        LookupError: no pixel of the `families` depends on the differing formulas.
+        ValueError: there are fewer repetitions than an interval needs.
 
     """
     if repetitions < FEWEST:
@@ -95,8 +95,8 @@ def compare(
     stages = stages_at_stake(base.configuration, candidate.configuration)
     slots = differing(base.configuration, candidate.configuration)
     results: list[tuple[SceneFamily, list[list[dict[Stage, PairedStage]]]]] = []
-    for number, question in enumerate(asked):
-        tell(f"{question.family} ({number + 1} of {len(asked)})")
+    for number, question in enumerate(families):
+        tell(f"{question.family} ({number + 1} of {len(families)})")
         pairs = [
             paired(scene, stages, base, (candidate, base), slots=slots, seed=SEED + index)
             for index, (_, scene) in enumerate(question.scenes)
@@ -113,8 +113,8 @@ def compare(
     sides = [
         _Side(
             findings=[
-                finding(question.family, question.stress, found[index], level=level, seed=SEED)
-                for question, found in results
+                finding(question.family, question.stress, family_pairs[index], level=level, seed=SEED)
+                for question, family_pairs in results
             ],
             timings=timings[index],
         )
@@ -124,17 +124,17 @@ def compare(
 
 
 def _timings(
-    asked: Sequence[tuple[SceneFamily, Sequence[dict[Stage, PairedStage]]]],
+    families: Sequence[tuple[SceneFamily, Sequence[dict[Stage, PairedStage]]]],
     stages: tuple[Stage, ...],
     base: Contender,
     candidate: Contender,
     repetitions: int,
     level: float,
 ) -> tuple[list[Timing], list[Timing]]:
-    """Return the families' timings of the candidate and of the control, each on the family's most telling scene."""
+    """Return each family's timing of the candidate and of the control, on its scene with the most counted pixels."""
     configurations = (base.configuration, candidate.configuration, base.configuration)
     jobs = []
-    for question, pairs in asked:
+    for question, pairs in families:
         shares = [sum(pair.pixels for pair in scene.values()) for scene in pairs]
         scene = question.scenes[int(np.argmax(shares))][1]
         jobs.append(Job(scene=scene, stages=needed(shown(scene, stages))[-1:], configurations=configurations))
@@ -143,12 +143,12 @@ def _timings(
     def side(index: int) -> list[Timing]:
         return [
             timing(
-                one.seconds[[BASE, index]],
-                one.rays,
-                (one.compile_seconds[BASE], one.compile_seconds[index]),
+                launch_times.seconds[[BASE, index]],
+                launch_times.rays,
+                (launch_times.compile_seconds[BASE], launch_times.compile_seconds[index]),
                 level=level,
             )
-            for one in times
+            for launch_times in times
         ]
 
     return side(CANDIDATE), side(AGAIN)
@@ -158,7 +158,7 @@ def _assembled(
     side: _Side, control: _Side, base: Contender, candidate: Contender, stages: tuple[Stage, ...], repetitions: int
 ) -> FormulaComparisonRecord:
     _, control_interval = overall_timing(control.timings, level=LEVEL)
-    outside = sum(not one.interval[0] <= 1.0 <= one.interval[1] for one in control.timings)
+    outside = sum(not timing.interval[0] <= 1.0 <= timing.interval[1] for timing in control.timings)
     return {
         "schema": SCHEMA,
         "origin": origin(SEED),
@@ -178,7 +178,7 @@ def _assembled(
 
 
 def _said(side: _Side, base: str, candidate: str, controls: Sequence[Timing], control_interval: Interval) -> SideRecord:
-    """Return verdict, digits, times and families of one side."""
+    """Return the verdict, digits gained, time ratio and families of one side."""
     alpha = 1 - shared(LEVEL, len(side.findings))
     accuracies = [accuracy(row, alpha=alpha) for row in side.findings]
     digits, digits_interval = overall(side.findings, level=LEVEL)

@@ -1,4 +1,4 @@
-"""`Contender`: a configuration by name, the slots that differ, and the cases and stages that concern them."""
+"""`Contender`: a named configuration; the differing slots, and the cases and stages that depend on them."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -14,7 +14,7 @@ from rayproof.tracer.configuration import Configuration, parts_of
 from rayproof.tracer.formulas import FORMULAS, PLACED, SHAPES_OF
 from rayproof.tracer.formulas.own_file import is_own
 
-# What of the camera shows in an image only through a ray by the inverse matrices, and what shows in none.
+# Camera slots that affect an image only if rays are made by the inverse matrices, and slots that affect no image.
 MATRICES = ("view", "projection", "inverse")
 UNSEEN = ("corners", "pixel")
 BY_MATRICES = {"ray": "inverse_matrices"}
@@ -22,16 +22,17 @@ BY_MATRICES = {"ray": "inverse_matrices"}
 
 @dataclass(frozen=True, kw_only=True)
 class Contender:
-    """A configuration and the name that it was asked for by."""
+    """A configuration and its name in the user's request."""
 
     label: str
     configuration: Configuration
 
 
 def contender(text: str, *, precision: str) -> Contender:
-    """Return what `text` names: "slot/variant", "slot=FILE.py:function", or "float32/slot=variant/...".
+    """Return the contender named "slot/variant", "slot=FILE.py:function", or "float32/slot=variant/...".
 
-    A formula runs in `precision`. Raises ValueError or LookupError, in one line, for what does not exist.
+    A single formula runs in `precision`. Raises ValueError or LookupError, with a message of one line, for an unknown
+    name.
     """
     first, *rest = parts_of(text)
     if first in PRECISIONS:
@@ -41,31 +42,31 @@ def contender(text: str, *, precision: str) -> Contender:
         formula = FORMULAS.named(text)
         chosen = Configuration(precision=precision, formulas={formula.slot: formula.variant})
         label = text if is_own(text) else formula.name
-    _ = chosen.own  # loaded now: a mistake in it is told before anything is computed
+    _ = chosen.own  # load the user's formula now, so that an error in it is reported before anything is computed
     return Contender(label=label, configuration=chosen)
 
 
 def _part(part: str) -> str:
-    """Return "slot=variant"; a variant alone stands for the one slot that has it."""
+    """Return "slot=variant"; the slot of a bare variant is the only slot with a variant of this name."""
     if "=" in part:
         return part
     slots = [slot for slot in FORMULAS.slots if f"{slot}/{part}" in FORMULAS]
     if len(slots) != 1:
-        found = f"is a variant of {', '.join(slots)}" if slots else "is no variant of any slot"
-        raise LookupError(f"{part!r} {found}; write slot=variant")
+        problem = f"is a variant of {', '.join(slots)}" if slots else "is no variant of any slot"
+        raise LookupError(f"{part!r} {problem}; write slot=variant")
     return f"{slots[0]}={part}"
 
 
 def differing(base: Configuration, candidate: Configuration) -> tuple[str, ...]:
-    """Return the slots that the two fill with different functions, in the order of the light path."""
+    """Return the slots whose functions differ between the two configurations, in the order of the light path."""
     return tuple(slot for slot in FORMULAS.slots if base[slot] is not candidate[slot])
 
 
 def seen(base: Contender, candidate: Contender) -> tuple[Contender, Contender]:
-    """Return the two so that what differs can show: where only matrices do, with rays that are made from matrices.
+    """Return the two contenders, with rays made from matrices if only matrices differ, so that images can differ.
 
     Raises:
-        LookupError: nothing differs but what no image depends on.
+        LookupError: only slots differ that no image depends on.
 
     """
     slots = differing(base.configuration, candidate.configuration)
@@ -81,32 +82,32 @@ def seen(base: Contender, candidate: Contender) -> tuple[Contender, Contender]:
     return _by_matrices(base), _by_matrices(candidate)
 
 
-def _by_matrices(one: Contender) -> Contender:
-    formulas = {**one.configuration.formulas, **BY_MATRICES}
-    return replace(one, configuration=replace(one.configuration, formulas=formulas))
+def _by_matrices(contender: Contender) -> Contender:
+    formulas = {**contender.configuration.formulas, **BY_MATRICES}
+    return replace(contender, configuration=replace(contender.configuration, formulas=formulas))
 
 
 def stages_at_stake(base: Configuration, candidate: Configuration) -> tuple[Stage, ...]:
-    """Return the stages whose formulas differ, in order; with different precisions all of them.
+    """Return the stages whose formulas differ, in order; all stages if the precisions differ.
 
-    The camera is no image: what differs there is looked for in the rays. Two equal configurations differ nowhere; their
-    distances are compared, for a control.
+    The camera stage has no image: a difference there is measured in the rays. Two equal configurations differ in no
+    stage; their distances are compared, as a control.
     """
     if base.precision != candidate.precision:
         return tuple(stage for stage in Stage if stage not in (Stage.CAMERA, Stage.DISTANCE))
-    found = {base.formula(slot).stage for slot in differing(base, candidate)}
-    if Stage.CAMERA in found:
-        found = found - {Stage.CAMERA} | {Stage.RAY}
-    return tuple(stage for stage in Stage if stage in found) or (Stage.OBJECT,)
+    stages = {base.formula(slot).stage for slot in differing(base, candidate)}
+    if Stage.CAMERA in stages:
+        stages = stages - {Stage.CAMERA} | {Stage.RAY}
+    return tuple(stage for stage in Stage if stage in stages) or (Stage.OBJECT,)
 
 
-# Which shapes of a scene a slot's formula has anything to do with.
+# The shapes of a scene that a slot's formula can affect.
 
 
 def concerned(scene: Scene, slots: Sequence[str]) -> frozenset[int] | None:
-    """Return the indices of the shapes that a change of `slots` can touch, None for all of them.
+    """Return the indices of the shapes that a change of `slots` can affect, None for all of them.
 
-    Pixels that show other shapes are equal by construction; counted, they would bury every difference.
+    Pixels that show other shapes are equal by construction; counting them would hide every difference.
     """
     if not slots or any(slot not in SHAPES_OF and slot not in PLACED for slot in slots):
         return None
@@ -118,12 +119,12 @@ def concerned(scene: Scene, slots: Sequence[str]) -> frozenset[int] | None:
     )
 
 
-# On what two contenders are compared: the families that concern what differs between them, and stressing scenes.
+# The scenes of a comparison: the families of cases that depend on the differing slots, and stressing scenes.
 
 
 @dataclass(frozen=True, kw_only=True)
 class SceneFamily:
-    """One family of scenes. The scenes of a stress are replicates of one difficulty."""
+    """A family of scenes. The scenes of a stress are replicates of one difficulty."""
 
     family: str
     scenes: tuple[tuple[str, Scene], ...]
@@ -133,9 +134,9 @@ class SceneFamily:
 def questions(
     selectors: Sequence[str], base: Contender, candidate: Contender, files: Sequence[Case] = ()
 ) -> tuple[SceneFamily, ...]:
-    """Return the families that `selectors` name, and the cases of scene `files`, each as a family of its own.
+    """Return the families that `selectors` name, and each case of scene `files` as a family of its own.
 
-    Without either: the families that the differing formulas concern.
+    Without selectors and files, return the families that depend on the differing formulas.
 
     Raises:
         LookupError: a selector names neither a case nor a stress.
@@ -149,20 +150,20 @@ def questions(
 
 
 def stresses_and_cases(selectors: Sequence[str]) -> tuple[list[str], tuple[Case, ...]]:
-    """Return the stresses, in order of their names, and the cases that selectors name.
+    """Return the stresses, sorted by name, and the cases that `selectors` name.
 
     Raises:
         LookupError: a selector names neither a case nor a stress.
 
     """
-    stresses = sorted(name for name in STRESSES if any(fnmatchcase(name, one) for one in selectors))
-    others = [one for one in selectors if not any(fnmatchcase(name, one) for name in STRESSES)]
+    stresses = sorted(name for name in STRESSES if any(fnmatchcase(name, selector) for selector in selectors))
+    others = [selector for selector in selectors if not any(fnmatchcase(name, selector) for name in STRESSES)]
     return stresses, select(others) if others else ()
 
 
 def _concerning(base: Contender, candidate: Contender) -> tuple[SceneFamily, ...]:
     slots = differing(base.configuration, candidate.configuration)
-    formulas = [one.configuration.formula(slot) for one in (base, candidate) for slot in slots]
+    formulas = [contender.configuration.formula(slot) for contender in (base, candidate) for slot in slots]
     items = {item for formula in formulas for item in formula.covers}
     cases = [case for case in all_cases() if not items or items & set(case.covers)]
     stresses = {name for slot in slots for name in stressing(slot)} if slots else set(STRESSES)

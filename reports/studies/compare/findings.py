@@ -1,4 +1,4 @@
-"""`FamilyDifference` and `Timing`: errors, quantiles, intervals and the verdict in words, by family and in all."""
+"""`FamilyDifference` and `Timing`: errors, quantiles, intervals and the verdict, per family and over all families."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -17,14 +17,14 @@ from rayproof.reports.studies.compare.statistics import (
     scene_means,
 )
 
-# An error changed by less than a twentieth is not worth a word, however surely it changed.
+# A change of the error by less than a twentieth is not reported, even if it is significant.
 LEAST_DIGITS = math.log10(1.05)
 QUANTILES = {"median": 0.5, "p99": 0.99, "worst": 1.0}
 
 
 @dataclass(frozen=True, kw_only=True)
 class Errors:
-    """How far off one contender is in one family, over the pixels that it decides rightly."""
+    """Quantiles of one contender's errors in one family, over the pixels that it decides rightly."""
 
     scaled: dict[str, float]  # error / (K u): median, p99, worst
     natural: dict[str, float]
@@ -33,7 +33,7 @@ class Errors:
 
 @dataclass(frozen=True, kw_only=True)
 class FamilyDifference:
-    """One family, or all of them; `None` stands for what does not apply, such as the digits of a yes or no."""
+    """The difference between two contenders in a family; None for a number that a stage lacks, as digits of a mask."""
 
     family: str
     stress: bool
@@ -61,21 +61,23 @@ class Timing:
     interval: Interval
     nanoseconds: tuple[float, float]  # per ray: median of the base, of the candidate
     compile_seconds: tuple[float, float]
-    ratios: np.ndarray  # one a repetition
+    ratios: np.ndarray  # one per repetition
 
 
 def finding(
     family: str, stress: bool, scenes: Sequence[Mapping[Stage, PairedStage]], *, level: float, seed: int
 ) -> FamilyDifference:
-    """Return what one family says; scenes in which nothing counted say nothing."""
+    """Return the difference in one family; scenes without counted pixels are left out."""
     pairs = [(stage, pair) for scene in scenes for stage, pair in scene.items() if pair.pixels]
     generator = np.random.default_rng(seed)
     per_scene = [[pair for pair in scene.values() if len(pair.replicates)] for scene in scenes]
-    per_scene = [found for found in per_scene if found]
+    per_scene = [stage_pairs for stage_pairs in per_scene if stage_pairs]
     digits = interval = replicates = None
     if per_scene:
-        digits = float(np.mean([np.mean([pair.digits for pair in found]) for found in per_scene]))
-        scenes_drawn = np.array([np.mean([pair.replicates for pair in found], axis=0) for found in per_scene])
+        digits = float(np.mean([np.mean([pair.digits for pair in stage_pairs]) for stage_pairs in per_scene]))
+        scenes_drawn = np.array(
+            [np.mean([pair.replicates for pair in stage_pairs], axis=0) for stage_pairs in per_scene]
+        )
         replicates = scene_means(scenes_drawn, generator)
         interval = percentile_interval(replicates, level=level)
     only_base, only_candidate = (
@@ -106,9 +108,9 @@ def finding(
 
 def _errors(stage: Stage, pairs: Sequence[PairedStage]) -> tuple[Errors, Errors]:
     def of(name: str) -> Errors:
-        parties = [getattr(pair, name) for pair in pairs]
+        sides = [getattr(pair, name) for pair in pairs]
         scaled, natural = (
-            np.concatenate([getattr(party, kind)[np.isfinite(getattr(party, kind))] for party in parties])
+            np.concatenate([getattr(side, kind)[np.isfinite(getattr(side, kind))] for side in sides])
             for kind in ("scaled", "natural")
         )
         return Errors(scaled=_quantiles(scaled), natural=_quantiles(natural), unit=UNITS[stage])
@@ -122,17 +124,17 @@ def _quantiles(values: np.ndarray) -> dict[str, float]:
 
 def overall(findings: Sequence[FamilyDifference], *, level: float) -> tuple[float | None, Interval | None]:
     """Return the mean over families of the digits gained, each family with one vote, and its interval."""
-    with_digits = [one for one in findings if one.digits is not None]
+    with_digits = [finding for finding in findings if finding.digits is not None]
     if not with_digits:
         return None, None
-    digits = float(np.mean([one.digits for one in with_digits if one.digits is not None]))
-    replicates = np.mean([one.replicates for one in with_digits if one.replicates is not None], axis=0)
+    digits = float(np.mean([finding.digits for finding in with_digits if finding.digits is not None]))
+    replicates = np.mean([finding.replicates for finding in with_digits if finding.replicates is not None], axis=0)
     return digits, percentile_interval(replicates, level=level)
 
 
 def timing(seconds: np.ndarray, rays: int, compile_seconds: tuple[float, float], *, level: float) -> Timing:
     """Return the ratio of the second row of times to the first, (2, repetitions)."""
-    # Without any kernel, where all is known before rendering, neither is slower.
+    # If the image is constant there is no kernel to time; the ratio is then 1.
     ratios = np.divide(seconds[1], seconds[0], out=np.ones_like(seconds[0]), where=seconds[0] > 0)
     first, second = (float(np.median(row)) / rays * 1e9 for row in seconds)
     return Timing(
@@ -146,20 +148,20 @@ def timing(seconds: np.ndarray, rays: int, compile_seconds: tuple[float, float],
 
 def overall_timing(timings: Sequence[Timing], *, level: float) -> tuple[float, Interval]:
     """Return the median over repetitions of the families' geometric mean ratio, and its interval."""
-    each = np.exp(np.mean(np.log([one.ratios for one in timings]), axis=0))
-    return float(np.median(each)), median_interval(each.tolist(), level=level)
+    means = np.exp(np.mean(np.log([timing.ratios for timing in timings]), axis=0))
+    return float(np.median(means)), median_interval(means.tolist(), level=level)
 
 
-# From findings to a word and a sentence: better, worse, mixed, no difference shown.
+# The outcome (better, worse, mixed, no difference shown) and the verdict of findings.
 
 
 BETTER, WORSE, MIXED, NOTHING = "better", "worse", "mixed", "no difference shown"
-MOST_NAMED = 4  # families in the sentence; the table has all
+MOST_NAMED = 4  # families in the verdict; the table has all
 
 
 @dataclass(frozen=True, kw_only=True)
 class Signs:
-    """The proven changes in a family: 1 for the better, -1 for the worse, 0 where neither is shown."""
+    """The significant changes in a family: 1 if better, -1 if worse, 0 if neither is significant."""
 
     decisions: int
     typical: int
@@ -167,12 +169,12 @@ class Signs:
 
     @property
     def all(self) -> frozenset[int]:
-        """Return the signs of what is shown: decisions, a typical pixel and a tail that part are mixed."""
+        """Return the set of significant signs; it has two elements if decisions, typical pixel and tail disagree."""
         return frozenset({self.decisions, self.typical, self.tail} - {0})
 
 
 def accuracy(finding: FamilyDifference, *, alpha: float) -> Signs:
-    """Return in what the candidate surely errs less or more."""
+    """Return the significant changes in a family at the significance level `alpha`."""
     decisions = 1 if finding.only_base > finding.only_candidate else -1
     return Signs(
         decisions=decisions if finding.p < alpha else 0,
@@ -189,15 +191,15 @@ def _typical(finding: FamilyDifference) -> int:
 
 
 def speed(interval: Interval, control: Interval) -> int:
-    """Return 1 if the candidate is surely faster, -1 if slower; 0 within what the A/A control shows of nothing."""
+    """Return 1 if the candidate is significantly faster, -1 if slower; 0 within the interval of the A/A control."""
     if interval[0] > max(1.0, control[1]):
         return -1
     return 1 if interval[1] < min(1.0, control[0]) else 0
 
 
 def outcome(accuracies: Sequence[Signs], *paces: int) -> str:
-    """Return the word for families together, from what changed in each and the signs of their run times."""
-    signs = frozenset(paces).union(*(one.all for one in accuracies)) - {0}
+    """Return the outcome over all families, from the signs of their errors and of their run times."""
+    signs = frozenset(paces).union(*(signs_of_family.all for signs_of_family in accuracies)) - {0}
     if len(signs) > 1:
         return MIXED
     return {1: BETTER, -1: WORSE}[min(signs)] if signs else NOTHING
@@ -214,9 +216,9 @@ def sentence(
     time_interval: Interval,
     control_interval: Interval,
 ) -> str:
-    """Return the verdict: who errs more and less, in what and by how much, on which families, at what time ratio.
+    """Return the verdict: the families with larger and with smaller errors, the changes there, and the time ratio.
 
-    `paces` are 1 where a family surely takes less time, -1 where it takes more.
+    `paces` are 1 for a family that takes significantly less time, -1 for one with significantly more.
     """
     fast = speed(time_interval, control_interval)
     word = outcome(accuracies, fast, *paces)
@@ -238,33 +240,33 @@ def sentence(
 
 
 def _unproven(findings: Sequence[FamilyDifference]) -> str:
-    """Return what pixels there are that one of the two loses, though too few or too evenly spread to show anything."""
-    worse, better = (sum(getattr(one.tail, name) for one in findings) for name in ("worse", "better"))
+    """Return the tail's counts of pixels in words, for a tail that is not significant; empty without such pixels."""
+    worse, better = (sum(getattr(finding.tail, name) for finding in findings) for name in ("worse", "better"))
     if not worse and not better:
         return ""
-    tiles = sum(one.tail.tiles_worse + one.tail.tiles_better for one in findings)
+    tiles = sum(finding.tail.tiles_worse + finding.tail.tiles_better for finding in findings)
     where = "1 tile" if tiles == 1 else f"{tiles} tiles"
     return f" (tail: worse on {worse} pixels, better on {better}, in {where}: not enough to tell)"
 
 
 def _named(chosen: Sequence[tuple[FamilyDifference, Signs]]) -> str:
-    """Return the families, those with the largest difference first, with what changed."""
-    ordered = sorted(chosen, key=lambda one: (-abs(one[0].digits or 0.0), -_share(one[0])))
-    return _some([f"{one.family} ({'; '.join(_facts(one, signs))})" for one, signs in ordered])
+    """Return the families and their changes, those with the largest difference first."""
+    ordered = sorted(chosen, key=lambda entry: (-abs(entry[0].digits or 0.0), -_share(entry[0])))
+    return _some([f"{family.family} ({'; '.join(_facts(family, signs))})" for family, signs in ordered])
 
 
 def _some(names: Sequence[str]) -> str:
-    """Return the first names, and how many more there are."""
+    """Return the first names, and the number of the names left out."""
     return ", ".join(names[:MOST_NAMED]) + (f" and {len(names) - MOST_NAMED} more" if len(names) > MOST_NAMED else "")
 
 
 def _share(finding: FamilyDifference) -> float:
-    """Return how much of the pixels lean one way more than the other."""
+    """Return the absolute difference between the shares of pixels in the tail that are worse and better."""
     return abs(finding.tail.worse - finding.tail.better) / max(1, finding.pixels)
 
 
 def _facts(family: FamilyDifference, signs: Signs) -> list[str]:
-    """Return what changed: the typical pixel, the tail, the decisions."""
+    """Return the changes in a family: of the typical pixel, of the tail, of the decisions."""
     facts = []
     if signs.typical and family.digits is not None and family.digits_interval is not None:
         low, high = family.digits_interval
@@ -280,11 +282,11 @@ def _facts(family: FamilyDifference, signs: Signs) -> list[str]:
     return facts
 
 
-def _p99(one: FamilyDifference) -> list[str]:
-    """Return the tail's error, stage by stage, where both have one; two stages are enough to read."""
-    found = [
+def _p99(family: FamilyDifference) -> list[str]:
+    """Return the p99 errors of both contenders in the first two stages where both have errors."""
+    changes = [
         f"p99 error {base.natural['p99']:.2g} -> {candidate.natural['p99']:.2g} {base.unit}".rstrip()
-        for base, candidate in one.errors.values()
+        for base, candidate in family.errors.values()
         if base.natural and candidate.natural
     ]
-    return found[:2]
+    return changes[:2]

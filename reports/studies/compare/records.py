@@ -1,4 +1,4 @@
-"""Records of `rayproof compare --json`, one class a level, and their tables."""
+"""Records of `rayproof compare --json`, one class per level, and their tables."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -13,7 +13,7 @@ from rayproof.reports.studies.publication import COLORS, Draw, markdown_cell, ma
 
 
 class FamilyRecord(TypedDict):
-    """One family."""
+    """The comparison in one family."""
 
     family: str
     stress: bool
@@ -22,11 +22,11 @@ class FamilyRecord(TypedDict):
     scenes: int
     pixels: int
     same_inputs: bool
-    digits_gained: float | None  # of a stage that is only right or wrong there are none
+    digits_gained: float | None  # None for a stage that is only right or wrong
     digits_interval: Interval | None
     share_better: float
     share_worse: float
-    wrong: dict[str, float]  # pixels: base, candidate, only_base, only_candidate; p that the two err alike
+    wrong: dict[str, float]  # pixels: base, candidate, only_base, only_candidate; p of equal error rates
     tail: dict[str, float]  # the fields of `statistics.Tail`
     errors: dict[str, dict[str, dict[str, Any]]]  # by stage, of base and candidate: the fields of `findings.Errors`
     time_ratio: float
@@ -36,7 +36,7 @@ class FamilyRecord(TypedDict):
 
 
 class SideRecord(TypedDict):
-    """What is said of somebody beside the base."""
+    """The results of the candidate, or of the control, against the base."""
 
     verdict: str
     outcome: str
@@ -45,12 +45,12 @@ class SideRecord(TypedDict):
     time_ratio: float
     time_interval: Interval
     families: list[FamilyRecord]
-    families_outside: NotRequired[int]  # of the base against itself: families whose time interval excludes 1
+    families_outside: NotRequired[int]  # only of the control: the number of families whose time interval excludes 1
 
 
 @final
 class FormulaComparisonRecord(SideRecord):
-    """Two formulas or configurations."""
+    """The comparison of two formulas or configurations."""
 
     schema: int
     origin: Origin
@@ -65,7 +65,7 @@ class FormulaComparisonRecord(SideRecord):
 
 
 class SweptRecord(TypedDict):
-    """A parameter of a formula of one's own, and the values that it had."""
+    """A parameter of a user's own formula, and its values in the sweep."""
 
     candidate: str  # without the value
     parameter: str
@@ -74,7 +74,7 @@ class SweptRecord(TypedDict):
 
 @final
 class SweepRecord(TypedDict):
-    """The base against the candidate with one value after the other."""
+    """The comparisons of the base with the candidate, one per value of the swept parameter."""
 
     schema: int
     origin: Origin
@@ -83,19 +83,19 @@ class SweepRecord(TypedDict):
 
 
 class CaseMove(TypedDict):
-    """A case of two runs."""
+    """The change of a case between two runs."""
 
     case: str
     family: str
     before: str  # its verdict
     after: str
     digits_gained: float | None
-    check: str  # that changed most
-    seconds: list[float]  # that the tracer took before and after
+    check: str  # the check that changed most
+    seconds: list[float]  # run times of the tracer before and after
 
 
 class FamilyMove(TypedDict):
-    """A family of two runs."""
+    """The change of a family between two runs."""
 
     family: str
     digits_gained: float | None
@@ -104,7 +104,7 @@ class FamilyMove(TypedDict):
 
 @final
 class RunComparison(TypedDict):
-    """Two finished runs."""
+    """The comparison of two finished runs."""
 
     schema: int
     origin: Origin
@@ -126,7 +126,7 @@ class RunComparison(TypedDict):
     changed: list[CaseMove]
 
 
-# A comparison to read: rows of a table, and the same as Markdown.
+# A comparison as rows of a table, and as Markdown.
 
 
 COLUMNS: dict[str, tuple[str, ...]] = {
@@ -138,7 +138,7 @@ COLUMNS: dict[str, tuple[str, ...]] = {
 }  # fmt: skip
 
 
-# Of these the columns that fit the text of an article beside each other.
+# The columns that fit the width of an article's text.
 FITS: dict[str, tuple[str, ...]] = {
     "formulas": ("family", "outcome", "digits gained", "wrong pixels", "time ratio"),
     "runs": ("case", "before", "after", "digits gained"),
@@ -147,12 +147,12 @@ FITS: dict[str, tuple[str, ...]] = {
 
 
 def kind_of(result: "Compared") -> str:
-    """Return the key of `COLUMNS` that a result's table has."""
+    """Return the key of `COLUMNS` for a result's table."""
     return "sweep" if "sweep" in result else "runs" if "changed" in result else "formulas"
 
 
 def rows(result: "Compared") -> list[list[str]]:
-    """Return the table's rows of a comparison of formulas or of runs, or of a swept parameter."""
+    """Return the rows of the table of a comparison of formulas or of runs, or of a swept parameter."""
     if "sweep" in result:
         values = zip(result["sweep"]["values"], result["comparisons"], strict=True)
         return [[f"{value:.4g}", *_swept(record)] for value, record in values]
@@ -166,11 +166,11 @@ def rows(result: "Compared") -> list[list[str]]:
 
 
 def _swept(compared: FormulaComparisonRecord) -> list[str]:
-    before, after = (sum(each["wrong"][side] for each in compared["families"]) for side in ("base", "candidate"))
+    before, after = (sum(family["wrong"][side] for family in compared["families"]) for side in ("base", "candidate"))
     return [
         compared["outcome"],
         _digits(compared["digits_gained"], compared["digits_interval"]),
-        f"{before} -> {after} of {sum(each['pixels'] for each in compared['families'])}",
+        f"{before} -> {after} of {sum(family['pixels'] for family in compared['families'])}",
         f"{compared['time_ratio']:.3f} {interval(compared['time_interval'])}",
     ]
 
@@ -179,7 +179,7 @@ def _row(family: FamilyRecord, control: FamilyRecord) -> list[str]:
     wrong = family["wrong"]
     changed = f"{wrong['base']} -> {wrong['candidate']} of {family['pixels']}"
     tails = [
-        " -> ".join(f"{party['scaled']['p99']:.3g}" for party in (pair["base"], pair["candidate"]) if party["scaled"])
+        " -> ".join(f"{side['scaled']['p99']:.3g}" for side in (pair["base"], pair["candidate"]) if side["scaled"])
         for pair in family["errors"].values()
     ]
     before, after = family["nanoseconds_per_ray"]
@@ -210,7 +210,7 @@ Compared = FormulaComparisonRecord | RunComparison | SweepRecord
 
 
 def title(result: Compared) -> str:
-    """Return who was compared with whom."""
+    """Return the names of the compared formulas, configurations or runs."""
     if "sweep" not in result:
         return f"{result['base']} -> {result['candidate']}"
     base, swept = result["comparisons"][0]["base"], result["sweep"]
@@ -229,17 +229,20 @@ def markdown(result: Compared) -> str:
     return "\n".join([*lines, markdown_table(COLUMNS[kind_of(result)], rows(result))])
 
 
-# A comparison as a figure: digits gained and time ratio of each family, or of each value of a parameter.
+# A comparison as a figure: digits gained and time ratio per family, or digits gained and wrong pixels per value.
 
 
 def comparison_panels(result: FormulaComparisonRecord | RunComparison) -> list[Draw]:
-    """Return the panels of a comparison: a family a line, with the interval of each number."""
+    """Return the panels of a comparison: one line per family, with the interval of each number."""
     families: list[Any] = list(result["families"])[::-1]
-    names = [one["family"] for one in families]
+    names = [family["family"] for family in families]
 
     def panel(axes: Any, key: str, neutral: float, title: str) -> None:
-        for place, one in enumerate(families):
-            value, interval = one.get(f"{key}_{'gained' if key == 'digits' else 'ratio'}"), one.get(f"{key}_interval")
+        for place, family in enumerate(families):
+            value, interval = (
+                family.get(f"{key}_{'gained' if key == 'digits' else 'ratio'}"),
+                family.get(f"{key}_interval"),
+            )
             if value is not None:
                 low, high = interval or (value, value)
                 axes.errorbar(
@@ -256,16 +259,18 @@ def comparison_panels(result: FormulaComparisonRecord | RunComparison) -> list[D
 
 
 def sweep_panels(sweep: SweepRecord) -> list[Draw]:
-    """Return the panels of a swept parameter: digits gained, and wrong pixels, a line a family."""
+    """Return the panels of a swept parameter: digits gained, and wrong pixels, one curve per family."""
     values, name = sweep["sweep"]["values"], sweep["sweep"]["parameter"]
-    families = list(dict.fromkeys(row["family"] for each in sweep["comparisons"] for row in each["families"]))
+    families = list(
+        dict.fromkeys(row["family"] for comparison in sweep["comparisons"] for row in comparison["families"])
+    )
 
     def panel(axes: Any, title: str, height: Callable[[Any], float | None]) -> None:
         for number, family in enumerate(families):
             points = [
                 (value, y)
-                for value, each in zip(values, sweep["comparisons"], strict=True)
-                for row in each["families"]
+                for value, comparison in zip(values, sweep["comparisons"], strict=True)
+                for row in comparison["families"]
                 if row["family"] == family and (y := height(row)) is not None
             ]
             axes.plot(
@@ -282,7 +287,7 @@ def sweep_panels(sweep: SweepRecord) -> list[Draw]:
     ]
 
 
-# The scene as float32 receives it: every number rounded once, so that truth and formula start from the same floats.
+# The scene as float32 receives it: every number is rounded once, so that truth and formula start from the same floats.
 
 
 def single(values: Any) -> Any:
@@ -293,7 +298,7 @@ def single(values: Any) -> Any:
 
 
 def _shape(shape: Shape) -> Shape:
-    # A square's sides are told orthogonal or sheared by their float64 values; rounding would make all of them sheared.
+    # The tracer decides from the float64 matrix whether a square's sides are orthogonal; rounding would shear them all.
     if isinstance(shape, Square):
         return replace(shape, albedo=single(shape.albedo))
     rounded = replace(shape, albedo=single(shape.albedo), to_world=single(shape.to_world))
@@ -303,9 +308,9 @@ def _shape(shape: Shape) -> Shape:
 
 
 def as_received(scene: Scene) -> Scene:
-    """Return the scene with its numbers rounded to float32, which every precision then holds exactly.
+    """Return the scene with its numbers rounded to float32, so that they are exact in every precision.
 
-    Else what a formula is blamed for would include that 0.1 m is no float.
+    Otherwise a formula's error would include the rounding of the scene's numbers, such as 0.1 m.
     """
     camera = scene.camera
     fields = {name: single(getattr(camera, name)) for name in ("eye", "target", "up", "fovy", "near", "far")}

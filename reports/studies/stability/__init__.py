@@ -1,1 +1,1 @@
-"""Every formula variant on every ladder, held against certified truth."""
+"""The stability study: every formula variant on every ladder, compared with certified truth."""

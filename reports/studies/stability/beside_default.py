@@ -1,4 +1,4 @@
-"""A formula of one's own beside the default of its slot: one line for each ladder."""
+"""Comparison of a user's own formula with the default of its slot: one row for each ladder."""
 
 from collections.abc import Sequence
 
@@ -6,36 +6,36 @@ from rayproof.reports.studies.stability.records import ClimbRecord
 from rayproof.tracer.formulas import FORMULAS
 from rayproof.tracer.formulas.own_file import is_own
 
-ALIKE = 2.0  # factor by which errors, and shares of wrong answers, differ that are called alike
-STABLE = 4.0  # K u: errors below are those of any backward stable formula
+ALIKE = 2.0  # errors, and shares of wrong answers, that differ by at most this factor are reported as alike
+STABLE = 4.0  # K u: smaller errors are not compared, because any backward stable formula has them
 
 
 def own_alone(patterns: Sequence[str]) -> bool:
-    """Return whether only formulas of the user's own are named."""
+    """Return whether there are patterns and each names a user's own formula."""
     return bool(patterns) and all(map(is_own, patterns))
 
 
 def defaults_of(patterns: Sequence[str]) -> list[str]:
-    """Return the names of the defaults of the slots that formulas of the user's own are for, each once."""
+    """Return the names of the defaults of the slots of the user's own formulas, without repeats."""
     slots = dict.fromkeys(FORMULAS.named(pattern).slot for pattern in patterns)
     return [FORMULAS.variants(slot)[0].name for slot in slots]
 
 
 def beside_columns(patterns: Sequence[str], precisions: Sequence[str]) -> tuple[str, ...]:
-    """Return the headings of the table of `beside_rows`; of one formula its name is in the title alone."""
+    """Return the headings of the table of `beside_rows`; a single formula is named only in the title."""
     measured = [f"{what}, {precision}" for precision in precisions for what in ("right up to", "error / K u")]
     return ("ladder", *(["formula"] if len(patterns) > 1 else []), *measured, "compared")
 
 
 def beside_title(patterns: Sequence[str]) -> str:
-    """Return what the table of `beside_rows` compares."""
+    """Return the title of the table of `beside_rows`."""
     return f"{', '.join(patterns)}, and in brackets the default, {', '.join(defaults_of(patterns))}"
 
 
 def beside_rows(records: Sequence[ClimbRecord], precisions: Sequence[str]) -> list[list[str]]:
     """Return a row for each ladder and formula of the user's own: its numbers, and in brackets the default's.
 
-    The last column says how the two compare over all precisions: better, worse, mixed, or alike.
+    The last column is the comparison over all precisions: better, worse, mixed, or alike.
     """
     climbs = {(record.ladder, record.formula, record.precision): record for record in records}
     rows = []
@@ -57,9 +57,9 @@ def beside_rows(records: Sequence[ClimbRecord], precisions: Sequence[str]) -> li
 
 
 def signs_of(own: ClimbRecord, usual: ClimbRecord) -> tuple[int, int, int]:
-    """Return 1 where one's own formula is better, -1 where it is worse, 0 where they are alike.
+    """Return 1 if the user's formula is better, -1 if it is worse, 0 if both are alike, in each of three quantities.
 
-    Compared are up to where each is right, the share of rays that it decides wrongly, and its largest error.
+    These are the last value of the ladder with right answers, the share of wrongly decided rays, and the largest error.
     """
     reached = _place(own) - _place(usual)
     wrong = _larger(_wrong(usual), _wrong(own))
@@ -68,7 +68,7 @@ def signs_of(own: ClimbRecord, usual: ClimbRecord) -> tuple[int, int, int]:
 
 
 def _place(climb: ClimbRecord) -> int:
-    """Return at which value of the ladder a formula is right for the last time; -1 if it never is."""
+    """Return the index of the last value of the ladder at which a formula is right; -1 if it never is."""
     values = [rung.value for rung in climb.values]
     return -1 if climb.breakpoint is None else values.index(climb.breakpoint)
 

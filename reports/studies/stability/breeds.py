@@ -1,8 +1,8 @@
 """Inputs bred by evolution from a ladder's inputs, for slots that intersect no shape.
 
-A genome says which two of the ladder's rays are crossed, input by input, and how one component of each input is
-changed: by a few roundings, to zero, to its neighbour's value, by a power of two. Every number stays within what the
-ladder draws up to its gate, where a formula has to hold; unit vectors stay unit vectors.
+A genome chooses two of the ladder's rays as parents, the parent of each input, and a change of one component of each
+input: by a few roundings, to zero, to its neighbour's value, or by a power of two. Every number stays within the range
+that the ladder draws up to its gate, where a formula must be right. Unit vectors stay unit vectors.
 """
 
 from dataclasses import dataclass
@@ -21,24 +21,27 @@ from rayproof.reports.studies.stability.shapes import Conditioned
 from rayproof.tracer.formulas import FORMULAS, Formula
 from rayproof.tracer.formulas.own_file import is_own
 
-# Questions whose answers are numbers with an error over K u, and those whose clearance can be counted in roundings.
+# Questions whose answers are numbers with an error over K u, and decisions whose clearance is a number of roundings.
 NUMBERS = ("value", "light", "view_ray", "point", "sphere_normal", "placed_normal", "placed_distance")
 SIGNS = ("decision", "facing")
-FIXED = ("fovy", "aspect")  # of a camera: a kernel computes many rays of one pair of these
-RAYS, BETWEEN = 48, 6  # of each value of a ladder; values between two rungs
-ULPS = 64
-UNIT = 1e-5  # by which a unit vector's length may be off in float32, roundings of its components included
-GENES = 4  # of each input: which parent, which change, of which component, by how much
-POPULATION = {"placed_normal": 128, "placed_distance": 64}  # where truth takes balls of many bits; else:
+FIXED = ("fovy", "aspect")  # of a camera: unchanged, because a kernel computes many rays of the same pair
+RAYS, BETWEEN = 48, 6  # rays drawn per value, and additional values between two steps of the ladder
+ULPS = 64  # largest change by roundings
+UNIT = 1e-5  # largest error of a unit vector's length in float32, roundings of its components included
+GENES = 4  # per input: the parent, the kind of change, the component, the amount
+POPULATION = {"placed_normal": 128, "placed_distance": 64}  # smaller for questions whose truth needs balls of many bits
 USUAL_POPULATION = 1024
-LOST = 2.0**20  # limits: what an answer that is no number counts as
-EXACT = 2.0**-53  # K u: the limit of a ladder that allows no error, so that any error is far beyond it
+LOST = 2.0**20  # limits: the score of an answer that is no number
+EXACT = 2.0**-53  # K u: the limit of a ladder that allows no error, so that any error is far above it
 
 
 def ladders_of(formula: Formula, precision: str) -> list[Ladder]:
-    """Return the ladders from whose inputs a formula's worst ones are bred: those on which its slot's default holds."""
+    """Return the ladders whose inputs the search for a formula's worst inputs starts from.
+
+    These ladders ask for numbers or for decisions of its slot, and the slot's default passes them.
+    """
     default = FORMULAS.slots[formula.slot]
-    known = default if is_own(formula.variant) or formula.kind == "fault" else formula.variant
+    variant = default if is_own(formula.variant) or formula.kind == "fault" else formula.variant
     return [
         ladder
         for ladder in all_ladders()
@@ -46,14 +49,14 @@ def ladders_of(formula: Formula, precision: str) -> list[Ladder]:
         and ladder.question in (*NUMBERS, *SIGNS)
         and (ladder.question != "value" or ladder.slots[0] == formula.slot)
         and (ladder.question in SIGNS or np.isfinite(ladder.gate.index))
-        and (not ladder.only or known in ladder.only)
+        and (not ladder.only or variant in ladder.only)
         and ladder.failure(f"{formula.slot}/{default}", precision) is None
     ]
 
 
 @dataclass(frozen=True, kw_only=True)
 class LadderBreed:
-    """The inputs that a ladder draws, and those that are bred from them."""
+    """Inputs bred from the inputs of a ladder, for one formula in one precision."""
 
     ladder: Ladder
     formula: Formula
@@ -62,7 +65,7 @@ class LadderBreed:
 
     @cached_property
     def pool(self) -> Inputs:
-        """Return what the ladder draws at its rungs and between them, up to the gate, sorted by the value."""
+        """Return the inputs that the ladder draws at its values and between them, up to the gate, sorted by value."""
         generator = np.random.default_rng([self.seed, self.ladder.seed])
         last = self.ladder.values.index(self.ladder.gate.reaches[self.precision])
         rungs = np.array(self.ladder.values[: last + 1])
@@ -71,24 +74,24 @@ class LadderBreed:
             places = np.linspace(0, len(rungs) - 1, (len(rungs) - 1) * (BETWEEN + 1) + 1)
             values = np.exp(np.interp(places, np.arange(len(rungs)), np.log(rungs)))
         drawn = [self.ladder.draw(float(value), RAYS, generator, self.precision) for value in values]
-        return {name: np.concatenate([one[name] for one in drawn]) for name in drawn[0]}
+        return {name: np.concatenate([inputs[name] for inputs in drawn]) for name in drawn[0]}
 
     @property
     def population(self) -> int:
-        """Return how many genomes are judged at a time."""
+        """Return the number of genomes that are judged at a time."""
         return POPULATION.get(self.ladder.question, USUAL_POPULATION)
 
     @property
     def genes(self) -> int:
-        """Return the number of a genome's genes."""
+        """Return the number of genes per genome."""
         return 2 + GENES * len(self.pool)
 
     def decoded(self, genomes: np.ndarray) -> Inputs:
-        """Return the inputs that genomes (genes, rays) describe."""
+        """Return the inputs of genomes (genes, rays)."""
         genomes = np.clip(genomes, 0.0, 1.0)
         rows = len(next(iter(self.pool.values())))
         first, second = (np.minimum((gene * rows).astype(int), rows - 1) for gene in genomes[:2])
-        found: Inputs = {}
+        inputs: Inputs = {}
         for place, (name, drawn) in enumerate(self.pool.items()):
             parent, change, component, amount = genomes[2 + GENES * place : 2 + GENES * (place + 1)]
             bred = first if name in FIXED else np.where(parent < 0.7, first, second)
@@ -96,13 +99,13 @@ class LadderBreed:
             columns = table[bred] if name in FIXED else self._changed(bred, table, change, component, amount)
             if table.shape[1] == 3 and np.all(abs(np.linalg.norm(table, axis=1) - 1) < UNIT):
                 columns = rounded(unit(columns), self.precision)
-            found[name] = columns.reshape(len(bred), *drawn.shape[1:])
-        return found
+            inputs[name] = columns.reshape(len(bred), *drawn.shape[1:])
+        return inputs
 
     def _changed(
         self, bred: np.ndarray, table: np.ndarray, change: np.ndarray, component: np.ndarray, amount: np.ndarray
     ) -> np.ndarray:
-        """Return inputs (rays, components) with one component changed, within what the ladder draws."""
+        """Return inputs (rays, components) with one component changed, within the range that the ladder draws."""
         columns = table[bred]
         rays, width = np.arange(len(columns)), columns.shape[1]
         chosen = np.minimum((component * width).astype(int), width - 1)
@@ -116,13 +119,13 @@ class LadderBreed:
         )
         low, high = table.min(axis=0)[chosen], table.max(axis=0)[chosen]
         columns[rays, chosen] = np.clip(rounded(changed, self.precision), low, high)
-        # A vector's length stays within the ladder's, too: its squares must not over- or underflow.
+        # Keep the lengths of vectors within the ladder's range, too, so that their squares do not over- or underflow.
         lengths, own = np.linalg.norm(table, axis=1), np.linalg.norm(columns, axis=1)
         with np.errstate(all="ignore"):
             return np.where(((own < lengths.min()) | (own > lengths.max()))[:, None], table[bred], columns)
 
     def judged(self, inputs: Inputs) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return each ray's score, its kind, and whether it is an exact tie that is decided otherwise."""
+        """Return the score of each ray, its kind, and whether it is an exact tie that the formula decides wrongly."""
         question = QUESTIONS[self.ladder.question]()
         rays = len(next(iter(inputs.values())))
         truth = question.truth(self.ladder, inputs, np.zeros(rays, dtype=int))
@@ -131,7 +134,7 @@ class LadderBreed:
         wrong = grades.counted & (grades.false_hit | grades.false_miss) & (self.ladder.question in SIGNS)
         if self.ladder.question in SIGNS:
             clear = self._clearance(inputs)
-            scores = np.where(wrong, clear / HIT, 0.0)  # so many roundings of every input excuse either decision
+            scores = np.where(wrong, clear / HIT, 0.0)  # HIT roundings of every input explain either decision
         else:
             clear = np.full(rays, np.inf)
             with np.errstate(all="ignore"):
@@ -142,9 +145,11 @@ class LadderBreed:
         return np.where(grades.counted & np.isfinite(scores), scores, 0.0), kinds, wrong & (clear == 0)
 
     def _clearance(self, inputs: Inputs) -> np.ndarray:
-        """Return by how many roundings of every input the numbers whose signs decide clear zero."""
+        """Return the least distance from zero of the deciding numbers, in roundings of every input."""
         with np.errstate(all="ignore"):
-            asked = DECISIONS.get(self.formula.slot, DECISIONS["hidden"])  # a viewer's side, as of a hidden surface
-            found = asked.predicates(parts(inputs, Conditioned))
-            each = [abs(one.value) / (one.weight * UNIT_ROUNDOFF[self.precision]) for one in found.values()]
-        return np.min([np.where(np.isnan(one), np.inf, one) for one in each], axis=0)
+            decision = DECISIONS.get(self.formula.slot, DECISIONS["hidden"])  # `facing` has the predicate of `hidden`
+            predicates = decision.predicates(parts(inputs, Conditioned))
+            clearances = [
+                abs(value.value) / (value.weight * UNIT_ROUNDOFF[self.precision]) for value in predicates.values()
+            ]
+        return np.min([np.where(np.isnan(value), np.inf, value) for value in clearances], axis=0)

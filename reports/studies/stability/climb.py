@@ -1,8 +1,8 @@
-"""`climb`: one formula on one ladder, its errors on each rung, and the slope fitted to them, log against log.
+"""`climb`: the errors of one formula at each value of a ladder, and the slope of their medians, log against log.
 
-Weighted least squares; a median's weight is the inverse of its variance, read off the sorted errors around it. An
-interval comes from resampling twice over: every value's median within its rays, and the values themselves, because
-what a straight line does not explain is uncertainty too.
+The slope is fitted by weighted least squares; the weight of a median is the inverse of its bootstrap variance. Its
+interval comes from a bootstrap at two levels: the rays of each value, which gives the median's scatter, and the values
+themselves, because the deviations from a straight line add uncertainty, too.
 """
 
 from collections.abc import Sequence
@@ -25,7 +25,7 @@ LEVEL = 0.95
 
 @dataclass(frozen=True, kw_only=True)
 class Slope:
-    """A fitted slope and its interval; None where fewer than three values say anything."""
+    """A fitted slope and its interval; None if fewer than `LEAST_POINTS` values can be used."""
 
     value: float | None
     interval: tuple[float, float] | None
@@ -33,9 +33,9 @@ class Slope:
 
 
 def fitted(parameters: Sequence[float], errors: Sequence[np.ndarray], *, saturated: float, seed: int) -> Slope:
-    """Return the slope over `parameters` of the median of each one's positive `errors`.
+    """Return the slope of the medians of `errors`, one array per value, over `parameters`.
 
-    Dropped: medians of zero, and medians from `saturated` on, which say that everything is lost and not how fast.
+    Medians of zero are dropped, and medians of at least `saturated`: where every digit is lost, errors grow no further.
     """
     kept = [
         (parameter, np.sort(error))
@@ -49,7 +49,7 @@ def fitted(parameters: Sequence[float], errors: Sequence[np.ndarray], *, saturat
     x = np.log10(used)
     y = np.log10([np.median(error) for _, error in kept])
     medians = np.array([resampled(error, generator) for _, error in kept])
-    # A value whose medians hardly scatter must not outweigh all others: the line is never that exact.
+    # Bound the weights: a value whose medians hardly scatter must not outweigh all others, as no line is that exact.
     weights = 1 / (np.var(medians, axis=1) + 0.02**2)
     value = float(_lines(x, y, weights))
     chosen = generator.integers(len(x), size=(RESAMPLES, len(x)))
@@ -62,7 +62,7 @@ def fitted(parameters: Sequence[float], errors: Sequence[np.ndarray], *, saturat
 
 
 def resampled(error: np.ndarray, generator: np.random.Generator) -> np.ndarray:
-    """Return log10 of `RESAMPLES` medians of resamples of sorted errors: those at the ranks that such medians have."""
+    """Return log10 of `RESAMPLES` medians of resamples of sorted errors, drawn by the ranks of such medians."""
     half = (error.size + 1) / 2
     ranks = (generator.beta(half, half, RESAMPLES) * error.size).astype(int)
     return np.log10(np.maximum(error[ranks], np.finfo(np.float64).tiny))
@@ -76,12 +76,12 @@ def _lines(x: np.ndarray, y: np.ndarray, weights: np.ndarray) -> np.ndarray:
     return np.sum(weights * x * y, axis=-1) / np.sum(weights * x * x, axis=-1)
 
 
-# One formula on one ladder: the marks at every value, the fitted slope and the breakpoint.
+# One formula on one ladder: the grades at every value, the fitted slope and the breakpoint.
 
 
 @dataclass(frozen=True, kw_only=True)
 class Climb:
-    """How one formula fared in one precision."""
+    """The results of one formula on one ladder in one precision."""
 
     ladder: Ladder
     formula: Formula
@@ -91,7 +91,7 @@ class Climb:
 
     @property
     def breakpoint(self) -> float | None:
-        """Return the last value up to which every one keeps the gate, None where the first does not."""
+        """Return the last value before the first that misses the gate, None if the first value misses it."""
         last = None
         for rung in self.rungs:
             if not self.holds(rung):
@@ -100,7 +100,7 @@ class Climb:
         return last
 
     def holds(self, rung: Rung) -> bool:
-        """Return whether a value keeps the gate; one with nothing to count does not."""
+        """Return whether the results at a value pass the gate; a value without counted rays does not."""
         gate = self.ladder.gate
         small = rung.scaled_error is None or rung.scaled_error <= gate.index
         few = 0.0 if self.formula.variant in gate.faultless else gate.misclassified
@@ -108,7 +108,7 @@ class Climb:
 
     @property
     def worst_index(self) -> float | None:
-        """Return the largest error / (K u) of all values."""
+        """Return the largest error / (K u) over all values."""
         return max((rung.scaled_error for rung in self.rungs if rung.scaled_error is not None), default=None)
 
     def total(self, name: str) -> int:
@@ -140,16 +140,16 @@ def drawn(ladder: Ladder, precision: str, *, quick: bool) -> Drawn:
 
 
 def climb(batch: Drawn, formula: Formula) -> Climb:
-    """Ask a formula about all inputs and mark the answers."""
+    """Compute a formula on all inputs of a ladder and grade the answers."""
     question, ladder = QUESTIONS[batch.ladder.question](), batch.ladder
     answer = question.answer(ladder, formula, batch.inputs, batch.precision)
     grades = question.grade(ladder, batch.inputs, batch.truth, answer, batch.precision)
     parts = [np.flatnonzero((batch.rungs == i) & grades.counted) for i in range(len(ladder.values))]
     rungs = tuple(_rung(value, grades, part) for value, part in zip(ladder.values, parts, strict=True))
     errors = [_finite(grades.error[part]) for part in parts]
-    # Of a user's own formula nothing is predicted; where a slope can begin to show, the default's law says.
-    known = FORMULAS.slots[formula.slot] if is_own(formula.variant) else formula.variant
-    law = ladder.predicted(f"{formula.slot}/{known}", batch.precision)
+    # A user's own formula has no predicted slope; the law of its slot's default gives the first value for the fit.
+    variant = FORMULAS.slots[formula.slot] if is_own(formula.variant) else formula.variant
+    law = ladder.predicted(f"{formula.slot}/{variant}", batch.precision)
     first = law.skip if law else 0
     slope = fitted(ladder.values[first:], errors[first:], saturated=ladder.saturated, seed=ladder.seed % 2**32)
     return Climb(ladder=ladder, formula=formula, precision=batch.precision, rungs=rungs, slope=slope)
@@ -160,14 +160,14 @@ def _finite(values: np.ndarray) -> np.ndarray:
 
 
 def _median_interval(values: np.ndarray) -> tuple[float, float]:
-    """Return a distribution-free 95 % interval of the median: how many of n values lie below it is binomial."""
+    """Return a distribution-free 95 % interval of the median; the number of n values below it is binomial."""
     ordered, n = np.sort(values), len(values)
     below = max(0, int(stats.binom.ppf(0.025, n, 0.5)) - 1)
     return float(ordered[below]), float(ordered[n - 1 - below])
 
 
 def _spread(error: np.ndarray) -> dict[str, Any]:
-    """Return how large the errors of a rung are, by the names of its fields; nothing without a measurable error."""
+    """Return the quantiles of errors by the field names of a ladder's value; an empty dict without errors."""
     if not error.size:
         return {}
     middle, high, worst = np.quantile(error, (0.5, 0.99, 1.0))

@@ -1,4 +1,4 @@
-"""Ladders' inputs uploaded to the device, answers downloaded, and tests of the device's own arithmetic."""
+"""Upload of ladders' inputs to the device, download of answers, and tests of the device's arithmetic."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -13,7 +13,7 @@ ALIGNMENT = 256  # bytes
 
 
 def uploaded(inputs: Mapping[str, np.ndarray], types: ArrayTypes) -> Columns:
-    """Return inputs (rays,) as floats and (rays, 3) as vectors, in the working precision, which has them exactly."""
+    """Return inputs (rays,) as floats and (rays, 3) as vectors of the working precision; they are exact in it."""
     return {
         name: number(array, types) if array.ndim == 1 else types.Vector(*(number(c, types) for c in array.T))
         for name, array in inputs.items()
@@ -23,8 +23,9 @@ def uploaded(inputs: Mapping[str, np.ndarray], types: ArrayTypes) -> Columns:
 def number(array: np.ndarray, types: ArrayTypes) -> Any:
     """Return a device array of one component."""
     wanted = np.dtype(np.float64 if types.precision == "float64" else np.float32)
-    # Dr.Jit takes NumPy's memory as it lies and makes another kernel for every pattern of misaligned inputs: with the
-    # same alignment all ladders share a formula's kernel, which takes a hundred times longer to make than to run.
+    # Dr.Jit uses NumPy's memory without a copy and compiles another kernel for each pattern of misaligned inputs. With
+    # the same alignment all ladders share a formula's kernel, which takes a hundred times longer to compile than to
+    # run.
     room = np.empty(array.size * wanted.itemsize + ALIGNMENT, dtype=np.uint8)
     start = -room.ctypes.data % ALIGNMENT
     aligned = room[start : start + array.size * wanted.itemsize].view(wanted)
@@ -33,7 +34,7 @@ def number(array: np.ndarray, types: ArrayTypes) -> Any:
 
 
 def downloaded(arrays: Mapping[str, Any], rays: int) -> dict[str, np.ndarray]:
-    """Evaluate all arrays in one go; return each as float64, (rays,) or (rays, 3)."""
+    """Evaluate all arrays in one launch and return them as float64, (rays,) or (rays, 3)."""
     dr.eval(list(arrays.values()))
     return {name: _host(array, rays) for name, array in arrays.items()}
 
@@ -44,11 +45,11 @@ def _host(array: Any, rays: int) -> np.ndarray:
     return np.broadcast_to(np.array(array, dtype=np.float64), (rays,))
 
 
-# What the compiler must not do: treat NaN as a number, or fuse a product into a sum behind a formula's back.
+# Self-tests of the compiler: it must not treat NaN as a number, nor fuse a product and a sum of a formula.
 #
-# Either would make the same formula different arithmetics on different backends. FastMath is turned off by
-# `tracer.kernel.arrays`; LLVM does not contract a product and a sum unless it is told to. Both are asked, not assumed.
-# What subnormals become is no fault, it differs by backend: the report says which.
+# Either would give the same formula another arithmetic on another backend. `tracer.kernel.arrays` turns FastMath off,
+# and LLVM does not contract a product and a sum by default. Both are tested here. Whether subnormal numbers are kept or
+# flushed to zero depends on the backend and is no fault; the report states it.
 
 
 PRODUCTS = 4096
@@ -56,7 +57,7 @@ LARGE = 65536
 
 
 def _ask(precision: str, first: np.ndarray, second: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return x y and x y + z with z = -fl(x y) from an earlier kernel, so that only a fused product is off zero."""
+    """Return x y and x y + z, where z = -fl(x y) is from an earlier kernel: the sum is 0 unless it is fused."""
     types = array_types(precision)
     x, y = number(first, types), number(second, types)
     product = x * y
@@ -68,7 +69,7 @@ def _ask(precision: str, first: np.ndarray, second: np.ndarray) -> tuple[np.ndar
 
 
 def broken(precision: str) -> list[str]:
-    """Return in words which guards do not hold in a precision; nothing where all do."""
+    """Return a message for each failed self-test of a precision."""
     types = array_types(precision)
     wrong = []
     if dr.flag(dr.JitFlag.FastMath):
@@ -87,10 +88,10 @@ def broken(precision: str) -> list[str]:
 
 
 def keeps_subnormals(precision: str) -> bool:
-    """Return whether a subnormal product stays what it is; flushed to zero, it is gone.
+    """Return whether subnormal products are kept, not flushed to zero.
 
-    Asked in a launch large enough for Dr.Jit's worker threads, which flush on LLVM; a launch of a few numbers runs in
-    the calling thread, which does not.
+    The launch is large enough for Dr.Jit's worker threads, which flush on LLVM; a launch of a few numbers runs in the
+    calling thread, which does not flush.
     """
     limits = np.finfo(np.float64 if precision == "float64" else np.float32)
     product, _ = _ask(precision, np.full(LARGE, float(limits.tiny)), np.full(LARGE, 0.25))

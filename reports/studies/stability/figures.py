@@ -1,6 +1,6 @@
 """Figures of ladders as SVG: every formula's error, or share of wrong answers, against the parameter.
 
-No date, no random identifiers and text as text: the same numbers make the same file.
+The files have no date and no random identifiers, and text stays text: the same numbers make the same file.
 """
 
 import csv
@@ -25,20 +25,20 @@ from rayproof.reports.studies.stability.survey import about
 
 MARKERS = "os^vD<>ph*Xd"
 STYLE: dict[Any, Any] = {"svg.hashsalt": "rayproof", "svg.fonttype": "none", "font.size": 8.0}
-SMALLEST_SHARE = 1e-6  # where a share of zero is drawn
-# Inches. Set by hand: working a layout out draws every figure twice, and measures each of its texts.
+SMALLEST_SHARE = 1e-6  # a share of zero is drawn at this height
+# Inches. Fixed numbers, because an automatic layout draws every figure twice and measures each of its texts.
 HEIGHT, PANEL, LEFT, GAP, BELOW, ABOVE = 3.6, 4.0, 0.75, 0.6, 0.5, 0.5
-KEY, CHARACTER = 0.5, 0.068  # of the legend: its line, and a letter of its text
+KEY, CHARACTER = 0.5, 0.068  # widths in the legend: of a line sample, and of a letter
 
 
 def figure(file: Path, ladder: Ladder, records: Sequence[ClimbRecord]) -> None:
     """Write the figure of one ladder, a panel per precision."""
-    precisions = sorted({one.precision for one in records})
-    # Names must keep their colour from panel to panel.
-    formulas = list(dict.fromkeys(one.formula for one in records))
+    precisions = sorted({record.precision for record in records})
+    # A formula must have the same colour in all panels.
+    formulas = list(dict.fromkeys(record.formula for record in records))
     with mpl.rc_context(STYLE):
         width = LEFT + len(precisions) * (PANEL + GAP) - GAP
-        total = width + KEY + CHARACTER * max((len(_label(one)) for one in records), default=0)
+        total = width + KEY + CHARACTER * max((len(_label(record)) for record in records), default=0)
         drawing = Figure(figsize=(total, HEIGHT))
         FigureCanvasSVG(drawing)
         drawing.subplots_adjust(
@@ -60,27 +60,27 @@ def _height_axis(ladder: Ladder) -> str:
 
 
 def _panel(panel: Any, ladder: Ladder, records: Sequence[ClimbRecord], precision: str, formulas: Sequence[str]) -> None:
-    """Draw the climbs of one precision; `formulas` are those of the figure, by which colours are chosen."""
-    for one in records:
-        if one.precision == precision:
-            _line(panel, ladder, one, formulas.index(one.formula))
+    """Draw the records of one precision; the index in `formulas`, all formulas of the figure, gives the colour."""
+    for record in records:
+        if record.precision == precision:
+            _line(panel, ladder, record, formulas.index(record.formula))
     panel.set(xlabel=ladder.parameter, xscale="symlog" if 0.0 in ladder.values else "log")
-    # Exact answers have no error to draw, and nothing is logarithmic then.
+    # Without any error, if all answers are exact, a logarithmic axis has no limits.
     panel.set_yscale("log" if panel.lines and any(line.get_ydata().size for line in panel.lines) else "linear")
     if ladder.values[0] > ladder.values[-1]:
         panel.invert_xaxis()
     for axis in (panel.xaxis, panel.yaxis):
-        # Powers in mathematical type and nine small ticks a decade took most of the time.
+        # Powers in mathematical type and nine minor ticks per decade would take most of the drawing time.
         axis.set_major_formatter(StrMethodFormatter("{x:g}"))
         axis.set_minor_locator(NullLocator())
     heights = [height for line in panel.lines for height in line.get_ydata()]
     if heights and max(heights) < 10 * min(heights):
-        # Powers of ten alone would leave the axis without a number.
+        # With only powers of ten the axis would have no number.
         panel.yaxis.set_major_locator(AutoLocator())
 
 
 def most_different(ladders: Sequence[Ladder], records: Sequence[ClimbRecord], most: int) -> list[Ladder]:
-    """Return the ladders, `most` at most and in their order, on which the formulas' lines are farthest apart."""
+    """Return at most `most` ladders, in their order: those where the formulas' lines are farthest apart."""
 
     def apart(ladder: Ladder) -> float:
         """Return the mean over precisions and values of the decades between the lowest and the highest line."""
@@ -90,7 +90,7 @@ def most_different(ladders: Sequence[Ladder], records: Sequence[ClimbRecord], mo
                 height = _height(ladder, rung)
                 if height is not None and height > 0:
                     heights.setdefault((climb.precision, rung.value), []).append(height)
-        spans = [math.log10(max(each) / min(each)) for each in heights.values()]
+        spans = [math.log10(max(line_heights) / min(line_heights)) for line_heights in heights.values()]
         return sum(spans) / len(spans) if spans else 0.0
 
     farthest = sorted(ladders, key=apart, reverse=True)[:most]
@@ -100,16 +100,17 @@ def most_different(ladders: Sequence[Ladder], records: Sequence[ClimbRecord], mo
 def paper_rows(
     ladders: Sequence[Ladder], records: Sequence[ClimbRecord], sweep: tuple[str, dict[str, float]] | None
 ) -> list[list[Draw]]:
-    """Return a row of panels for each ladder: a panel a precision, the same formula in the same colour everywhere.
+    """Return a row of panels for each ladder, one panel per precision; a formula has the same colour in all of them.
 
-    Of a `sweep`, a parameter and the value that each formula has: largest error and wrong answers over the parameter.
+    For a `sweep`, a parameter's name and the value of each formula, return a single row: the largest error and the
+    share of wrong answers over the parameter.
     """
     precisions = sorted({row.precision for row in records})
     formulas = list(dict.fromkeys(row.formula for row in records))
 
     def climbed(ladder: Ladder, precision: str, panel: Any) -> None:
-        mine = [row for row in records if row.ladder == ladder.name]
-        _panel(panel, ladder, mine, precision, formulas)
+        ladder_records = [row for row in records if row.ladder == ladder.name]
+        _panel(panel, ladder, ladder_records, precision, formulas)
         panel.set(title=f"{ladder.name}, {precision}", ylabel=_height_axis(ladder))
 
     if sweep is None:
@@ -119,8 +120,8 @@ def paper_rows(
     def swept(height: Callable[[ClimbRecord], float | None], label: str, panel: Any) -> None:
         for number, ladder in enumerate(ladders):
             for precision, style in zip(precisions, ("-", "--"), strict=False):
-                mine = [row for row in records if (row.ladder, row.precision) == (ladder.name, precision)]
-                points = [(values[row.formula], height(row)) for row in mine if row.formula in values]
+                ladder_records = [row for row in records if (row.ladder, row.precision) == (ladder.name, precision)]
+                points = [(values[row.formula], height(row)) for row in ladder_records if row.formula in values]
                 kept = [(x, y) for x, y in points if y is not None and y > 0]
                 panel.plot(
                     np.array([x for x, _ in kept]), np.array([y for _, y in kept]), style, marker="o",
@@ -167,17 +168,17 @@ def _height(ladder: Ladder, rung: Rung) -> float | None:
     return max(wrong / rung.rays, SMALLEST_SHARE) if rung.rays else None
 
 
-# Ladders as files: JSON, CSV and a still SVG each, the same bytes whenever the numbers are the same.
+# Ladders as files: JSON, CSV and SVG; the same numbers give the same bytes.
 
 
 def publish(folder: Path, ladder: Ladder, records: Sequence[ClimbRecord]) -> None:
-    """Write NAME.json, NAME.csv and NAME.svg of one ladder to `folder`, which is there."""
+    """Write NAME.json, NAME.csv and NAME.svg of one ladder to `folder`, which must exist."""
     content = as_json({**about(ladder), "climbs": records}, indent=2)
     (folder / f"{ladder.name}.json").write_text(content + "\n", encoding="utf-8")
     rows = [
-        {"formula": one.formula, "precision": one.precision} | msgspec.to_builtins(rung)
-        for one in records
-        for rung in one.values
+        {"formula": record.formula, "precision": record.precision} | msgspec.to_builtins(rung)
+        for record in records
+        for rung in record.values
     ]
     columns = list(dict.fromkeys(name for row in rows for name in row))
     with (folder / f"{ladder.name}.csv").open("w", encoding="utf-8", newline="") as file:

@@ -1,4 +1,4 @@
-"""Limits of whole renderers as JSON, CSV and tables; two of them compared, or held as a gate."""
+"""Limits of whole renderers as JSON, CSV and tables, and the comparison of two such records."""
 
 import csv
 import io
@@ -30,33 +30,33 @@ class ScaleRecord(Struct, frozen=True, kw_only=True):
     quantity: str
     unit: str
     values: list[float]
-    control: bool  # climbed whole always
+    control: bool  # whether all values are always rendered
 
 
 class RungVerdict(Struct, frozen=True, kw_only=True):
-    """One rung that was rendered."""
+    """The verdict at one rendered value of a ladder."""
 
     value: float
     verdict: str
 
 
 class LimitRecord(Struct, frozen=True, kw_only=True):
-    """How far one renderer carries on one ladder."""
+    """The limit of one renderer on one ladder."""
 
     renderer: str
     ladder: str
-    limit: float | None  # the last value up to which every rendered rung passes; None where the first does not
-    breaks_at: float | None  # the first value that does not pass; None where all do
-    verdict: str  # of that one
+    limit: float | None  # the last passing value before the first failing one; None if the first value fails
+    breaks_at: float | None  # the first value that does not pass; None if all pass
+    verdict: str  # at `breaks_at`
     stage: str
-    items: list[str]  # of the specification, that may be to blame
+    items: list[str]  # items of the specification that may be wrong
     reason: str
     monotone: bool
     rungs: list[RungVerdict]
 
 
 class LimitsRecord(Struct, frozen=True, kw_only=True):
-    """What `rayproof limits` writes."""
+    """The limits of all renderers, as `rayproof limits` writes them."""
 
     schema: int
     subject: str
@@ -67,31 +67,31 @@ class LimitsRecord(Struct, frozen=True, kw_only=True):
 
 
 class ChangeRecord(Struct, frozen=True, kw_only=True):
-    """One limit of the first renderer of two documents."""
+    """The change of one limit of the subject between two records."""
 
     ladder: str
     quantity: str
     unit: str
     before: str
     after: str
-    rungs: int  # by how many rungs it carries farther
+    rungs: int  # increase of the limit in steps of the ladder
 
 
 class LimitsError(ValueError):
-    """A file holds no limits that can be read."""
+    """The file contains no valid record of limits."""
 
 
 def place_of(path: Path) -> Path:
-    """Return the file with a folder's limits; a file is it itself."""
+    """Return the path of the file with the limits: inside `path` if it is a folder, else `path` itself."""
     return path / FOLDER / NAME if path.is_dir() else path
 
 
 def load_limits(path: Path) -> LimitsRecord:
-    """Return the limits that a file, or the folder of `--out`, holds.
+    """Return the limits in a file or in a folder that was written by `--out`.
 
     Raises:
-        LimitsError: it holds none.
-        OSError: it cannot be read.
+        LimitsError: the file contains no valid limits.
+        OSError: the file cannot be read.
 
     """
     place = place_of(path)
@@ -101,31 +101,31 @@ def load_limits(path: Path) -> LimitsRecord:
         raise LimitsError(f"{place}: these are no limits of a renderer: {error}") from error
 
 
-def write_limits(folder: Path, found: LimitsRecord) -> None:
+def write_limits(folder: Path, limits: LimitsRecord) -> None:
     """Write limits as JSON and CSV into the folder of the ladders."""
     folder.mkdir(parents=True, exist_ok=True)
-    write_text(folder / NAME, as_json(found, indent=2) + "\n")
-    write_text(folder / "limits.csv", as_csv(found))
+    write_text(folder / NAME, as_json(limits, indent=2) + "\n")
+    write_text(folder / "limits.csv", as_csv(limits))
 
 
-def as_csv(found: LimitsRecord) -> str:
-    """Return one line a renderer and ladder."""
+def as_csv(limits: LimitsRecord) -> str:
+    """Return limits as CSV, one line per renderer and ladder."""
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
     names = ("limit", "breaks_at", "verdict", "stage")
     writer.writerow(("renderer", "ladder", "quantity", "unit", "end", *names, "items", "monotone", "renders", "reason"))
-    scales = {scale.ladder: scale for scale in found.ladders}
-    for one in found.limits:
-        scale = scales[one.ladder]
-        about = one.renderer, one.ladder, scale.quantity, scale.unit, f"{scale.values[-1]:g}"
-        cells = ["" if (value := getattr(one, name)) is None else value for name in names]
-        more = " ".join(one.items), "yes" if one.monotone else "no", len(one.rungs), one.reason
+    scales = {scale.ladder: scale for scale in limits.ladders}
+    for limit in limits.limits:
+        scale = scales[limit.ladder]
+        about = limit.renderer, limit.ladder, scale.quantity, scale.unit, f"{scale.values[-1]:g}"
+        cells = ["" if (value := getattr(limit, name)) is None else value for name in names]
+        more = " ".join(limit.items), "yes" if limit.monotone else "no", len(limit.rungs), limit.reason
         writer.writerow((*about, *cells, *more))
     return text.getvalue()
 
 
 def in_words(limit: LimitRecord | None) -> str:
-    """Return "right up to" as a table has it: `all` at the ladder's end, `*` where later rungs pass again."""
+    """Return a limit as the text of a cell, with `all` at the ladder's end and `*` if later values pass again."""
     if limit is None:
         return "-"
     if limit.limit is None:
@@ -135,7 +135,7 @@ def in_words(limit: LimitRecord | None) -> str:
 
 
 def blame(limit: LimitRecord) -> str:
-    """Return what is to blame beyond a limit: items, or why nothing can be said."""
+    """Return the stage and the items of the specification that may be wrong beyond a limit, or the verdict there."""
     if limit.breaks_at is None:
         return ""
     if limit.items:
@@ -145,8 +145,8 @@ def blame(limit: LimitRecord) -> str:
 
 
 def table(record: LimitsRecord) -> tuple[list[str], list[list[str]]]:
-    """Return the columns and rows of "right up to": the subject with what is blamed, then the others."""
-    limits = {(one.renderer, one.ladder): one for one in record.limits}
+    """Return the columns and rows of the table of limits: the subject with the blamed items, then the others."""
+    limits = {(limit.renderer, limit.ladder): limit for limit in record.limits}
     first, *others = record.renderers
     columns = ["ladder", "what grows", "unit", f"{first}: right up to", "blamed beyond", *others]
     rows = []
@@ -159,10 +159,15 @@ def table(record: LimitsRecord) -> tuple[list[str], list[list[str]]]:
 
 
 def changes(before: LimitsRecord, after: LimitsRecord) -> list[ChangeRecord]:
-    """Return each limit of the two subjects on the ladders of `before`; a ladder that `after` lacks counts as lost."""
+    """Return the change of each limit of the subject on the ladders of `before`; a ladder missing in `after` is lost.
+
+    Raises:
+        LimitsError: the two records have different values of a ladder.
+
+    """
     scales = {scale.ladder: scale for scale in after.ladders}
     own = {limit.ladder: limit for limit in after.limits if limit.renderer == after.renderers[0]}
-    found: list[ChangeRecord] = []
+    moves: list[ChangeRecord] = []
     for limit in before.limits:
         if limit.renderer != before.renderers[0]:
             continue
@@ -171,7 +176,7 @@ def changes(before: LimitsRecord, after: LimitsRecord) -> list[ChangeRecord]:
             raise LimitsError(f"the two have other rungs of the ladder {limit.ladder}; measure the earlier one again")
         now = own.get(limit.ladder)
         rungs = _height(now, scale) - _height(limit, scale)
-        found.append(
+        moves.append(
             ChangeRecord(
                 ladder=limit.ladder,
                 quantity=scale.quantity,
@@ -181,35 +186,35 @@ def changes(before: LimitsRecord, after: LimitsRecord) -> list[ChangeRecord]:
                 rungs=rungs,
             )
         )
-    return found
+    return moves
 
 
-def _height(one: LimitRecord | None, scale: ScaleRecord) -> int:
-    """Return how many rungs a renderer climbs."""
-    return 0 if one is None or one.limit is None else scale.values.index(one.limit) + 1
+def _height(limit: LimitRecord | None, scale: ScaleRecord) -> int:
+    """Return the number of values of a ladder up to a renderer's limit."""
+    return 0 if limit is None or limit.limit is None else scale.values.index(limit.limit) + 1
 
 
-def worse(found: Sequence[ChangeRecord]) -> list[str]:
-    """Return in sentences which limits are lower than they were."""
+def worse(records: Sequence[ChangeRecord]) -> list[str]:
+    """Return a message for each limit that has become lower."""
     return [
-        f"{one.ladder}, right up to [{one.unit}]: {one.before} before, {one.after} now".replace(" []", "")
-        for one in found
-        if one.rungs < 0
+        f"{record.ladder}, right up to [{record.unit}]: {record.before} before, {record.after} now".replace(" []", "")
+        for record in records
+        if record.rungs < 0
     ]
 
 
-def share(one: LimitRecord, scale: ScaleRecord) -> float:
-    """Return how far along its ladder's logarithmic axis a limit lies, from 0 to 1."""
+def share(limit: LimitRecord, scale: ScaleRecord) -> float:
+    """Return the position of a limit on its ladder's logarithmic axis, from 0 to 1."""
     first, last = scale.values[0], scale.values[-1]
-    if one.limit is None:
+    if limit.limit is None:
         return 0.0
-    return math.log(one.limit / first) / math.log(last / first)
+    return math.log(limit.limit / first) / math.log(last / first)
 
 
 def bars(limits: LimitsRecord) -> dict[str, Any]:
-    """Return what the report's page *Limits* draws: each ladder with a bar a renderer; the subject comes first.
+    """Return the data of the report's page *Limits*: for each ladder one bar per renderer, the subject's first.
 
-    A bar's `share` is where the limit lies on its ladder's logarithmic axis, from 0 to 1.
+    The `share` of a bar is the position of the limit on its ladder's logarithmic axis, from 0 to 1.
     """
     scales = {scale.ladder: scale for scale in limits.ladders}
     drawn = [

@@ -1,4 +1,4 @@
-"""Records of `rayproof stability`: a survey, its climbs and their rungs, as they are computed, written and read."""
+"""Records of `rayproof stability`: a survey, its formulas on ladders, and their results at each value."""
 
 from msgspec import UNSET, Struct, UnsetType, field
 
@@ -6,10 +6,10 @@ from rayproof.reports.results.provenance import Origin
 
 
 class Rung(Struct, frozen=True, kw_only=True):
-    """One value of a ladder's parameter: how many rays were answered wrongly, and the errors in the ladder's unit."""
+    """The results at one value of a ladder's parameter: counts of wrong answers, and errors in the ladder's unit."""
 
     value: float
-    rays: int  # counted ones
+    rays: int  # counted rays
     false_hits: int
     false_misses: int
     invalid: int
@@ -21,18 +21,18 @@ class Rung(Struct, frozen=True, kw_only=True):
     scaled_error: float | None = field(
         default=None, name="worst_over_Ku"
     )  # largest error over condition number and unit roundoff
-    double_hits: int | UnsetType = UNSET  # rays through a shared edge that met both triangles
-    acne: int | UnsetType = UNSET  # shadow rays that met the surface that they leave
-    leak: int | UnsetType = UNSET  # shadow rays that missed what is between point and light
+    double_hits: int | UnsetType = UNSET  # rays through a shared edge that hit both triangles
+    acne: int | UnsetType = UNSET  # shadow rays that hit the surface at their origin
+    leak: int | UnsetType = UNSET  # shadow rays that missed a blocker between point and light
 
     @property
     def misclassified(self) -> float:
-        """Return the share of rays that were answered wrongly or not at all."""
+        """Return the share of rays with a wrong or invalid answer."""
         return (self.false_hits + self.false_misses + self.invalid) / self.rays if self.rays else 0.0
 
     @property
     def counts(self) -> dict[str, int]:
-        """Return what the ladder's question counts beside hits and misses, by name."""
+        """Return the additional counts of the ladder's question, by name."""
         return {name: count for name in COUNTED if (count := getattr(self, name)) is not UNSET}
 
 
@@ -54,22 +54,22 @@ class ClimbRecord(Struct, frozen=True, kw_only=True):
     false_misses: int
     invalid: int
     rays: int
-    per_million: dict[str, float]  # what is counted beside hits -> per million rays
-    expected: str  # pass or fail; of a user's own formula, none
+    per_million: dict[str, float]  # name of an additional count -> count per million rays
+    expected: str  # "pass" or "fail"; "none" for a user's own formula
     verdict: str  # pass or fail
     reasons: tuple[str, ...]  # why it failed
-    known: str  # why the catalogue expects a failure, or nothing
-    surprise: str  # why this is not what the catalogue says; empty if it is
+    known: str  # why the catalogue expects a failure; empty if it expects none
+    surprise: str  # the difference from the expectation of the catalogue; empty if there is none
     values: tuple[Rung, ...]
 
 
 class SurveyRecord(Struct, frozen=True, kw_only=True):
-    """What `rayproof stability --json` writes."""
+    """The records of all formulas and ladders, as `rayproof stability --json` writes them."""
 
     schema: int
     ladders: list[ClimbRecord]
     surprises: int
-    doubts: list[str]  # what makes the truth or the arithmetic itself unsure
+    doubts: list[str]  # reasons to doubt the truth or the arithmetic itself
     quick: bool
     origin: Origin
     environment: dict[str, str]

@@ -10,7 +10,7 @@ from rayproof.tracer.rays import Interval, Ray
 from rayproof.tracer.shapes.meshes import TriangleArrays
 from rayproof.tracer.shapes.primitives import CubeArrays, PlaneArrays, SphereArrays, SquareArrays
 
-# What an intersection formula is given on the device: a ladder's columns as the tracer's records.
+# The arguments of an intersection formula on the device: a ladder's columns as the tracer's records.
 
 
 def record(shape: str, columns: Columns, types: ArrayTypes) -> Any:
@@ -43,15 +43,15 @@ def ahead(types: ArrayTypes) -> Interval:
     return Interval(nearest=types.Float(0.0), farthest=types.Float(float("inf")))
 
 
-# Numbers with their condition: what one rounding of every input, times the sum's own cancellation, may do to a value.
+# Numbers with their condition: the largest change of a value by one rounding of every input, in units of the roundoff.
 #
-# `weight` is the sum over the inputs of abs(x df/dx), each way from an input to the value counted by itself, so that no
-# two of them cancel: error / (weight u) is error / (K u) for whatever expression is evaluated on such numbers.
+# `weight` is the sum over the inputs of abs(x df/dx), where each path from an input to the value is counted separately,
+# so that no two paths cancel: error / (weight u) is error / (K u) for any expression evaluated on such numbers.
 # Source: Bauer, "Computational Graphs and Rounding Error", SIAM Journal on Numerical Analysis 11 (1974).
 
 
 class Conditioned:
-    """An array of float64 values and of their weights; of an input, its own size."""
+    """An array of float64 values and their weights; the weight of an input is its absolute value."""
 
     __slots__ = ("value", "weight")
 
@@ -61,7 +61,7 @@ class Conditioned:
 
     @staticmethod
     def of(value: Any) -> "Conditioned":
-        """Return a constant, which no rounding moves, or what is one of these already."""
+        """Return `value` as a constant of weight 0, or unchanged if it is `Conditioned` already."""
         return value if isinstance(value, Conditioned) else Conditioned(value, 0.0)
 
     def __add__(self, other: Any) -> "Conditioned":

@@ -1,4 +1,4 @@
-"""The survey: which formulas climb which ladders, the verdict of each climb by gate and slope, and its record."""
+"""The survey: the plan of formulas and ladders, the verdicts by gate and slope, and their records."""
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
@@ -12,14 +12,14 @@ from rayproof.reports.studies.stability.records import ClimbRecord
 from rayproof.tracer.formulas import FORMULAS, Formula
 from rayproof.tracer.formulas.own_file import is_own
 
-# What the catalogue says of a formula on a ladder, against what was measured. Anything else is a surprise.
+# The measured verdict of a formula on a ladder, compared with the catalogue's expectation. A difference is a surprise.
 
 
 WITNESS_LIMIT = 2.0**-60  # relative; the truth must be far better than the best answer
 
 
 def judged(climb: Climb) -> ClimbRecord:
-    """Return a climb with its verdict: the gate, then the slope, then whether the catalogue said so."""
+    """Return the record of a formula on a ladder: its verdict by gate and slope, and any surprise."""
     ladder, name, slope = climb.ladder, climb.formula.name, climb.slope
     gate = _gate(climb)
     if is_own(climb.formula.variant):
@@ -58,7 +58,7 @@ def judged(climb: Climb) -> ClimbRecord:
 
 
 def _gate(climb: Climb) -> str:
-    """Return in words how the gate was missed, or nothing."""
+    """Return the message about a missed gate, or an empty string."""
     ladder = climb.ladder
     needed = ladder.gate.reaches[climb.precision]
     values = list(ladder.values)
@@ -67,7 +67,7 @@ def _gate(climb: Climb) -> str:
         return ""
     rung = next(rung for rung in climb.rungs if not climb.holds(rung))
     error = rung.scaled_error
-    told = [
+    reasons = [
         f"{rung.misclassified:.3%} of {rung.rays} rays answered wrongly ({rung.false_hits} false hits, "
         f"{rung.false_misses} false misses, {rung.invalid} invalid)"
         if rung.misclassified > ladder.gate.misclassified
@@ -75,15 +75,15 @@ def _gate(climb: Climb) -> str:
         f"error {error:.3g} K u" if error is not None and error > ladder.gate.index else "",
         "nothing to count" if not rung.rays else "",
     ]
-    return f"breaks at {rung.value:g}, before {needed:g}: {', '.join(part for part in told if part)}"
+    return f"breaks at {rung.value:g}, before {needed:g}: {', '.join(part for part in reasons if part)}"
 
 
 def _slope(climb: Climb, law: PredictedSlope | None) -> str:
-    """Return in words how the slope differs from the predicted one, or nothing."""
+    """Return the message about a slope that differs from the predicted slope, or an empty string."""
     if law is None:
         return ""
     if climb.slope.value is None:
-        # No error at all is as flat as can be.
+        # Without any error the slope counts as 0.
         exact = all(not rung.median for rung in climb.rungs)
         return "" if exact and law.slope == 0 else f"no slope to fit, {law.slope:g} predicted: {law.because}"
     if abs(climb.slope.value - law.slope) <= law.within:
@@ -92,7 +92,7 @@ def _slope(climb: Climb, law: PredictedSlope | None) -> str:
 
 
 def doubted(batch: Drawn) -> str:
-    """Return in words why the truth about some inputs is in doubt, or nothing."""
+    """Return the message about inputs whose truth the second arithmetic does not confirm, or an empty string."""
     witness = batch.truth.witness
     ladder: Ladder = batch.ladder
     limit = 0.0 if ladder.question == "watertight" else WITNESS_LIMIT
@@ -102,7 +102,7 @@ def doubted(batch: Drawn) -> str:
 
 
 def per_million(climb: Climb) -> dict[str, float]:
-    """Return what is counted beside hits, per million rays; leaks are false misses on a closed surface."""
+    """Return the additional counts per million rays, by name; leaks are false misses on a closed surface."""
     rays = climb.total("rays")
     if not rays:
         return {}
@@ -114,7 +114,7 @@ def per_million(climb: Climb) -> dict[str, float]:
 
 
 def about(ladder: Ladder) -> dict[str, Any]:
-    """Return what the catalogue says of a ladder; a law predicts a slope from the value `first` on."""
+    """Return the catalogue's entry of a ladder; a law predicts a slope from the value `first` on."""
     return {
         "ladder": ladder.name,
         "group": ladder.group,
@@ -147,7 +147,7 @@ def about(ladder: Ladder) -> dict[str, Any]:
 
 
 def worst_first(records: Sequence[ClimbRecord]) -> list[ClimbRecord]:
-    """Return surprises first, then failures, then the largest share of wrong answers and the largest error."""
+    """Return the records sorted: surprises, then failures, then by the share of wrong answers and the error."""
 
     def badness(climb: ClimbRecord) -> tuple[bool, bool, float, float, str, str]:
         wrong = (climb.false_hits + climb.false_misses + climb.invalid) / max(1, climb.rays)
@@ -157,12 +157,12 @@ def worst_first(records: Sequence[ClimbRecord]) -> list[ClimbRecord]:
     return sorted(records, key=badness)
 
 
-# Every chosen formula on every ladder that applies, in every precision asked for.
+# Every chosen formula on every ladder of its slot, in every requested precision.
 
 
 @dataclass(frozen=True, kw_only=True)
 class SurveyPlan:
-    """Which formulas climb which ladders."""
+    """The ladders with their formulas, and the precisions."""
 
     ladders: tuple[tuple[Ladder, tuple[Formula, ...]], ...]
     precisions: tuple[str, ...]
@@ -170,50 +170,53 @@ class SurveyPlan:
 
     @property
     def climbs(self) -> int:
-        """Return how many there are."""
+        """Return the number of combinations of ladder, formula and precision."""
         return sum(len(formulas) for _, formulas in self.ladders) * len(self.precisions)
 
 
 def applies(ladder: Ladder, formula: Formula) -> bool:
-    """Return whether a formula climbs a ladder: every variant of its slots, planted faults aside.
+    """Return whether a ladder tests a formula: it tests the variants of its slots except planted faults.
 
-    A user's own formula climbs where the default of its slot does.
+    A ladder tests a user's own formula if it tests the default of its slot.
     """
-    known = FORMULAS.slots[formula.slot] if is_own(formula.variant) else formula.variant
-    chosen = not ladder.only or known in ladder.only
+    variant = FORMULAS.slots[formula.slot] if is_own(formula.variant) else formula.variant
+    chosen = not ladder.only or variant in ladder.only
     return formula.slot in ladder.slots and formula.kind != "fault" and chosen
 
 
 def plan(patterns: Sequence[str], *, ladders: Sequence[str], precisions: Sequence[str], quick: bool) -> SurveyPlan:
-    """Return the climbs of the formulas named by `patterns` on `ladders`.
+    """Return the plan of the formulas that `patterns` name on `ladders`.
 
-    A pattern is a slot, slot/variant, a glob, or a function of the user's, slot=FILE.py:function; none: all.
+    A pattern is a slot, slot/variant, a glob, or a function of the user's, slot=FILE.py:function; without patterns all
+    formulas are planned.
 
     Raises:
         LookupError: a pattern names no formula that is on any ladder, or no ladder.
 
     """
-    known = all_ladders()
-    climbing = {name for ladder in known for name in FORMULAS if applies(ladder, FORMULAS[name])}
+    catalogue = all_ladders()
+    climbing = {name for ladder in catalogue for name in FORMULAS if applies(ladder, FORMULAS[name])}
     formulas: set[str] = set()
     own = [FORMULAS.named(pattern) for pattern in patterns if is_own(pattern)]
     for formula in own:
-        if not any(applies(ladder, formula) for ladder in known):
+        if not any(applies(ladder, formula) for ladder in catalogue):
             raise LookupError(f"the slot {formula.slot} is on no ladder")
-    for pattern in [one for one in patterns if not is_own(one)] or (() if own else ("*",)):
-        found = {name for name in climbing if fnmatchcase(name, pattern) or name.split("/")[0] == pattern}
-        if not found:
-            ladder_names = ", ".join(ladder.name for ladder in known)
+    for pattern in [pattern for pattern in patterns if not is_own(pattern)] or (() if own else ("*",)):
+        matching = {name for name in climbing if fnmatchcase(name, pattern) or name.split("/")[0] == pattern}
+        if not matching:
+            ladder_names = ", ".join(ladder.name for ladder in catalogue)
             raise LookupError(
                 f"no ladder is called {pattern!r}, and no formula on one; ladders: {ladder_names}; "
                 f"formulas: {', '.join(sorted(climbing))}"
             )
-        formulas |= found
+        formulas |= matching
     names: set[str] = set()
     for pattern in ladders or ("*",):
-        called = {ladder.name for ladder in known if fnmatchcase(ladder.name, pattern)}
+        called = {ladder.name for ladder in catalogue if fnmatchcase(ladder.name, pattern)}
         if not called:
-            raise LookupError(f"no ladder is called {pattern!r}; known: {', '.join(ladder.name for ladder in known)}")
+            raise LookupError(
+                f"no ladder is called {pattern!r}; known: {', '.join(ladder.name for ladder in catalogue)}"
+            )
         names |= called
     pairs = (
         (
@@ -225,7 +228,7 @@ def plan(patterns: Sequence[str], *, ladders: Sequence[str], precisions: Sequenc
                 if (formula.name in formulas or formula in own) and formula.slot == slot and applies(ladder, formula)
             ),
         )
-        for ladder in known
+        for ladder in catalogue
         if ladder.name in names
     )
     chosen = tuple((ladder, climbers) for ladder, climbers in pairs if climbers)
@@ -233,14 +236,14 @@ def plan(patterns: Sequence[str], *, ladders: Sequence[str], precisions: Sequenc
 
 
 def survey(planned: SurveyPlan, *, doubts: Callable[[str], None]) -> Iterator[ClimbRecord]:
-    """Yield a record per climb; tell `doubts` what makes the truth or the arithmetic itself unsure."""
+    """Yield the records of a plan; pass reasons to doubt the truth or the arithmetic itself to `doubts`."""
     for precision in planned.precisions:
-        for guard in broken(precision):
-            doubts(guard)
+        for failure in broken(precision):
+            doubts(failure)
     for ladder, formulas in planned.ladders:
         for precision in planned.precisions:
-            given = drawn(ladder, precision, quick=planned.quick)
-            if doubt := doubted(given):
+            batch = drawn(ladder, precision, quick=planned.quick)
+            if doubt := doubted(batch):
                 doubts(doubt)
             for formula in formulas:
-                yield judged(climb(given, formula))
+                yield judged(climb(batch, formula))

@@ -1,9 +1,10 @@
 """The search for a formula's worst inputs by evolution; genomes of rays and shapes, judged by certified truth.
 
-For an intersection a genome says where a ray is aimed on a shape, how near to its edge, how grazing, from how far and
-how fast, and where the shape stands; some of its genes snap directions to axes, points to edges and starts to
-neighbouring floats. For other slots `breeds.py` changes what ladders draw. An error counts in units of its limit, a
-wrong decision by how many roundings of all inputs it clears every edge.
+For an intersection a genome encodes the ray's target on a shape, its distance from an edge, the angle of incidence, the
+ray's origin and the length of its direction, and the position of the shape. Some genes snap directions to axes, points
+to edges and origins to neighbouring floats. For other slots `breeds.py` changes the inputs that ladders draw. The score
+of an error is the error over its limit; the score of a wrong decision is its distance from the nearest edge in
+roundings of all inputs, over the limit.
 Source: Storn and Price, "Differential Evolution" (1997), by SciPy.
 """
 
@@ -29,27 +30,27 @@ from rayproof.tracer.formulas import Formula
 ERROR_LIMIT = 4.0  # K u, the ladders' gate
 POPULATION, GENERATIONS = 2048, 40
 KEPT = 100
-FINEST = {"float32": -26.0, "float64": -55.0}  # how near to an edge a ray is aimed, as a power of two of the shape
+FINEST = {"float32": -26.0, "float64": -55.0}  # least distance of a target from an edge: log2, relative to the shape
 GENES = 24
-LONGEST = 2.0**20  # m: where lengths end, so that products of four of them are float32 numbers
+LONGEST = 2.0**20  # m: the largest length, so that products of four lengths are float32 numbers
 Genome = np.ndarray  # (genes, rays) in [0, 1]
 
 
 @dataclass(frozen=True, kw_only=True)
 class Worst:
-    """What a search found, the worst first."""
+    """The worst inputs of a search, the worst first."""
 
-    ladder: Ladder  # that asks about such inputs
-    inputs: Inputs  # (found,) or (found, 3)
+    ladder: Ladder  # the ladder that asks about such inputs
+    inputs: Inputs  # (inputs,) or (inputs, 3)
     scores: np.ndarray  # in units of the limit
     kinds: tuple[str, ...]  # error, false hit, false miss; wrong decision, no number
-    ties: Inputs  # inputs in exact ties that the formula decides otherwise than exact mathematics
+    ties: Inputs  # inputs of exact ties that the formula decides differently from exact mathematics
     tried: int
 
 
 @dataclass(frozen=True, kw_only=True)
 class ShapeBreed:
-    """Rays and a shape, bred for a formula of an intersection."""
+    """Rays and shapes, bred for an intersection formula."""
 
     ladder: Ladder
     formula: Formula
@@ -58,11 +59,11 @@ class ShapeBreed:
     population: int = POPULATION
 
     def decoded(self, genomes: Genome) -> Inputs:
-        """Return the inputs that genomes describe."""
+        """Return the inputs of genomes."""
         return decoded(self.formula.slot, genomes, self.precision)
 
     def judged(self, inputs: Inputs) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return scores, kinds and ties."""
+        """Return the score of each ray, its kind, and whether it is an exact tie that the formula decides wrongly."""
         return judged(self.ladder, self.formula, inputs, self.precision)
 
 
@@ -70,7 +71,7 @@ Breed = ShapeBreed | LadderBreed
 
 
 def breeds_of(formula: Formula, precision: str, seed: int) -> Sequence[Breed]:
-    """Return what a formula's worst inputs are bred from.
+    """Return the breeds for a formula's worst inputs: of rays and shapes, or of the inputs of ladders.
 
     Raises:
         LookupError: no ladder asks the formula's slot for a number, or for a decision whose clearance can be counted.
@@ -80,14 +81,14 @@ def breeds_of(formula: Formula, precision: str, seed: int) -> Sequence[Breed]:
         about = ladder.question, ladder.options.get("shape")
         if about == ("distance", formula.slot) and formula.slot in ladder.slots:
             return [ShapeBreed(ladder=ladder, formula=formula, precision=precision)]
-    known = ladders_of(formula, precision)
-    if not known:
+    ladders = ladders_of(formula, precision)
+    if not ladders:
         raise LookupError(f"worst knows no inputs of the slot {formula.slot}")
-    return [LadderBreed(ladder=ladder, formula=formula, precision=precision, seed=seed) for ladder in known]
+    return [LadderBreed(ladder=ladder, formula=formula, precision=precision, seed=seed) for ladder in ladders]
 
 
 def search(breed: Breed, *, seconds: float, seed: int, tell: Callable[[str], None]) -> Worst:
-    """Return the worst inputs that evolution finds within so many seconds; at least one generation is tried."""
+    """Return the worst inputs that evolution finds within a time limit [s]; at least one generation is tried."""
     from scipy.optimize import differential_evolution
 
     generator = np.random.default_rng(seed)
@@ -117,7 +118,7 @@ def search(breed: Breed, *, seconds: float, seed: int, tell: Callable[[str], Non
 def judged(
     ladder: Ladder, formula: Formula, inputs: Inputs, precision: str
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return each ray's score, its kind, and whether it is an exact tie that is decided otherwise."""
+    """Return the score of each ray, its kind, and whether it is an exact tie that the formula decides wrongly."""
     question = QUESTIONS[ladder.question]()
     truth = question.truth(ladder, inputs, np.zeros(len(inputs["o"]), dtype=int))
     answer = question.answer(ladder, formula, inputs, precision)
@@ -125,7 +126,7 @@ def judged(
     wrong = grades.false_hit | grades.false_miss | grades.invalid
     clear = clearance(str(ladder.options["shape"]), inputs, precision)
     error = np.nan_to_num(distance_error(truth.facts, answer["t"], precision), nan=0.0) / ERROR_LIMIT
-    # Beside an edge the answer may be that of the other side, such as a sphere's other root from its surface.
+    # Within a few roundings of an edge either answer is right, such as either root for an origin on a sphere.
     error = np.where(clear > HIT, error, 0.0)
     scores = np.where(wrong, clear / HIT, error)
     kinds = np.select([grades.false_hit, wrong], ["false hit", "false miss"], "error")
@@ -134,17 +135,17 @@ def judged(
 
 
 def distance_error(facts: Mapping[str, Any], t: np.ndarray, precision: str) -> np.ndarray:
-    """Return by how many roundings of everything a shape must move for a ray to meet it at `t`; NaN without a hit.
+    """Return the shift of the surface that makes a ray hit it at `t`, in roundings of all inputs; NaN without a hit.
 
-    Rounding of size u moves the surface by u (|o - c| + |t d| + size), and a hit by that over n . d; where the ray all
-    but touches a sphere, by the root of its parabola. The ladders' K looks at components, which no formula that turns
-    the ray or the shape can keep to.
+    One rounding of all inputs moves the surface by u (|o - c| + |t d| + size). A shift of the surface moves a hit by
+    the shift over n . d, or, near a tangent of a sphere, by the root of its parabola. The ladders' K weighs the
+    components separately; a formula that rotates the ray or the shape cannot meet such a limit.
     """
     hit, x = facts["hit"], facts["given"]
     with np.errstate(all="ignore"):
         off = abs((hit.t - floats(np.ldexp(t, facts["shift"]))).high)
     center = x[facts["shape"].center] if facts["shape"].center else 0.0
-    edges = [np.linalg.norm(x[one] - x["a"], axis=1) for one in "bc"] if "b" in x else []
+    edges = [np.linalg.norm(x[corner] - x["a"], axis=1) for corner in "bc"] if "b" in x else []
     size = np.max(edges, axis=0) if edges else hit.size
     reach = np.linalg.norm(x["o"] - center, axis=1) + np.linalg.norm(hit.t.high[:, None] * x["d"], axis=1) + size
     slope = abs(np.sum(hit.normal * x["d"], axis=1))
@@ -155,18 +156,18 @@ def distance_error(facts: Mapping[str, Any], t: np.ndarray, precision: str) -> n
 
 
 def clearance(shape: str, inputs: Inputs, precision: str) -> np.ndarray:
-    """Return by how many roundings of every input at once a ray clears the nearest edge at which its answer changes.
+    """Return the distance of a ray from the nearest edge where its answer changes, in roundings of every input.
 
-    A vector is rounded as a whole: each component by u times its length, as where it is turned.
+    A vector is rounded as a whole: each component by u times the length, as in a rotation.
     """
-    given = {name: _whole(array) for name, array in inputs.items()}
+    numbers = {name: _whole(array) for name, array in inputs.items()}
     if shape == "cube":
-        given["towards"] = tuple(Conditioned(sign, 0.0) for sign in towards(inputs["d"]).T)
+        numbers["towards"] = tuple(Conditioned(sign, 0.0) for sign in towards(inputs["d"]).T)
     with np.errstate(all="ignore"):
-        found = SHAPES[shape]().predicates(given)
-        each = [abs(one.value) / (one.weight * UNIT_ROUNDOFF[precision]) for one in found.values()]
-    # What is 0 of weight 0 is exact, as the speed along an axis that a ray runs across: it is no edge.
-    return np.min([np.where(np.isnan(one), np.inf, one) for one in each], axis=0)
+        predicates = SHAPES[shape]().predicates(numbers)
+        clearances = [abs(value.value) / (value.weight * UNIT_ROUNDOFF[precision]) for value in predicates.values()]
+    # A value of 0 with weight 0 is exact, such as a direction's component along an axis perpendicular to it: no edge.
+    return np.min([np.where(np.isnan(value), np.inf, value) for value in clearances], axis=0)
 
 
 def _whole(array: np.ndarray) -> Any:
@@ -177,7 +178,7 @@ def _whole(array: np.ndarray) -> Any:
 
 
 class _Archive:
-    """The worst of all that was tried."""
+    """The worst of all tried inputs."""
 
     def __init__(self) -> None:
         self.tried = 0
@@ -191,7 +192,7 @@ class _Archive:
         return float(self._scores.max(initial=0.0))
 
     def add(self, inputs: Inputs, scores: np.ndarray, kinds: np.ndarray, tied: np.ndarray) -> None:
-        """Take in what was tried; equal rays count once."""
+        """Add tried inputs; equal rays count once."""
         self.tried += len(scores)
         joined = {name: np.concatenate([self._found.get(name, array[:0]), array]) for name, array in inputs.items()}
         scores, kinds = np.concatenate([self._scores, scores]), np.concatenate([self._kinds, kinds])
@@ -206,7 +207,7 @@ class _Archive:
         self._ties = {n: np.concatenate([self._ties.get(n, array[:0]), array[picked]]) for n, array in inputs.items()}
 
     def worst(self, ladder: Ladder) -> Worst:
-        """Return what is kept."""
+        """Return the worst inputs."""
         kinds = tuple(map(str, self._kinds))
         return Worst(
             ladder=ladder, inputs=self._found, scores=self._scores, kinds=kinds, ties=self._ties, tried=self.tried
@@ -214,37 +215,37 @@ class _Archive:
 
 
 def common(worst: Worst) -> list[str]:
-    """Return in words what the worst inputs have in common."""
-    x, some, shape = worst.inputs, len(worst.scores), worst.ladder.options.get("shape")
-    if not some:
+    """Return the common properties of the worst inputs, as texts."""
+    x, count, shape = worst.inputs, len(worst.scores), worst.ladder.options.get("shape")
+    if not count:
         return []
-    told = [", ".join(several(worst.kinds.count(kind), kind) for kind in dict.fromkeys(worst.kinds))]
+    texts = [", ".join(several(worst.kinds.count(kind), kind) for kind in dict.fromkeys(worst.kinds))]
     if "o" not in x:
-        sizes = {name: np.linalg.norm(array.reshape(some, -1), axis=1) for name, array in x.items()}
-        return [*told, *(f"{name} {_most(size)}" for name, size in sizes.items() if size.max() > 1.01 * size.min())]
+        sizes = {name: np.linalg.norm(array.reshape(count, -1), axis=1) for name, array in x.items()}
+        return [*texts, *(f"{name} {_most(size)}" for name, size in sizes.items() if size.max() > 1.01 * size.min())]
     center = x["c"] if shape == "sphere" else (x["a"] + x["b"] + x["c"]) / 3 if shape == "triangle" else 0.0
     size = x["r"] if shape == "sphere" else np.linalg.norm(x["b"] - x["a"], axis=1) if shape == "triangle" else 1.0
-    told.append(f"{_most(np.linalg.norm(x['o'] - center, axis=1) / size)} sizes away (80 % of them)")
+    texts.append(f"{_most(np.linalg.norm(x['o'] - center, axis=1) / size)} sizes away (80 % of them)")
     zero = int(np.sum(np.any(x["d"] == 0, axis=1)))
-    told += [f"{zero} of {some} run across an axis"] if zero else []
+    texts += [f"{zero} of {count} run across an axis"] if zero else []
     if shape == "triangle":
         edges = [np.linalg.norm(x[a] - x[b], axis=1) for a, b in ("ab", "bc", "ca")]
         area = np.linalg.norm(np.cross(x["b"] - x["a"], x["c"] - x["a"]), axis=1)
         aspect = np.max(edges, axis=0) ** 2 / np.maximum(area, np.finfo(float).tiny)
-        told.append(f"triangles {_most(aspect)} times longer than high")
-    return told
+        texts.append(f"triangles {_most(aspect)} times longer than high")
+    return texts
 
 
 def _most(values: np.ndarray) -> str:
-    """Return between which values 80 % of some lie."""
+    """Return the range of the central 80 % of values, as text."""
     return "from {:.2g} to {:.2g}".format(*np.quantile(values, (0.1, 0.9)))
 
 
-# From a genome to a ray and a shape, every number one of the precision.
+# Genomes decoded to rays and shapes; every number is exact in the precision.
 
 
 def decoded(slot: str, genomes: Genome, precision: str) -> Inputs:
-    """Return the inputs that genomes (genes, rays) describe."""
+    """Return the inputs of genomes (genes, rays)."""
     gene = iter(np.clip(genomes, 0.0, 1.0))
     d = _direction(next(gene), next(gene))
     snapped = np.stack([next(gene) < 0.12 for _ in range(3)], axis=1)
@@ -267,14 +268,14 @@ def decoded(slot: str, genomes: Genome, precision: str) -> Inputs:
     d = d * speed[:, None]
     o = (target - d * (far * size / speed)[:, None]).astype(DTYPES[precision])
     o = np.clip(o, -LONGEST, LONGEST)
-    for _ in range(3):  # up to three floats beside
+    for _ in range(3):  # move by up to three floats
         o = np.where(abs(steps) > _, np.nextafter(o, np.where(steps < 0, -np.inf, np.inf).astype(o.dtype)), o)
-    found = {"o": o, "d": d} | own
-    return {name: rounded(array, precision) for name, array in found.items()}
+    inputs = {"o": o, "d": d} | own
+    return {name: rounded(array, precision) for name, array in inputs.items()}
 
 
-def _direction(one: np.ndarray, other: np.ndarray) -> np.ndarray:
-    height, angle = 2 * one - 1, 2 * np.pi * other
+def _direction(first: np.ndarray, second: np.ndarray) -> np.ndarray:
+    height, angle = 2 * first - 1, 2 * np.pi * second
     flat = np.sqrt(np.maximum(0.0, 1 - height**2))
     return np.stack([flat * np.cos(angle), flat * np.sin(angle), height], axis=1)
 
@@ -289,7 +290,7 @@ def _usually(gene: np.ndarray, low: float, high: float) -> np.ndarray:
 
 
 def _beside(direction: np.ndarray, angle: np.ndarray) -> np.ndarray:
-    """Return unit vectors across directions, turned about them by an angle [turns]."""
+    """Return unit vectors perpendicular to directions, rotated about them by an angle [turns]."""
     least = np.eye(3)[np.argmin(abs(direction), axis=1)]
     first = np.cross(direction, least)
     first = unit(first)
@@ -334,6 +335,6 @@ def _unit_shape(
 
 
 def _tilted(d: Any, normal: Any, grazing: Any) -> Any:
-    """Return directions whose part along a normal is made smaller."""
+    """Return directions with their component along a normal multiplied by `grazing`."""
     part = np.sum(d * normal, axis=1, keepdims=True)
     return d - normal * part * (1 - grazing[:, None])

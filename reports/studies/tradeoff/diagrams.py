@@ -1,4 +1,4 @@
-"""The list of diagrams and `measure`, which fills it; diagrams of samples per pixel; means over diagrams."""
+"""The list of diagrams, and `measure`, which fills them; diagrams of samples per pixel; means over diagrams."""
 
 import time
 from collections.abc import Callable, Sequence
@@ -47,7 +47,7 @@ DEFAULT = (
 )  # fmt: skip
 QUICK = ("far_sphere_1e3", "antialiased", "SPH-FAR")
 SLOTS = ("sphere", "cube", "square", "plane", "triangle")
-MOST_SCENES = 2  # of a family in one diagram
+MOST_SCENES = 2  # per diagram, of one family
 
 
 def tasks(
@@ -55,15 +55,16 @@ def tasks(
 ) -> tuple[tuple[Task, ...], tuple[tuple[str, Scene], ...], tuple[Ladder, ...]]:
     """Return the diagrams of formulas, of whole images and of ladders that `selectors` name, and of scene `files`.
 
-    If formulas are named, they are what is drawn, beside the defaults of their slots, and no whole images.
+    If `formulas` is not empty, the diagrams show only these and the defaults of their slots, and no whole images.
 
     Raises:
-        LookupError: a selector names neither a case nor a stress nor a ladder, or nothing named shows the formulas.
+        LookupError: a selector names neither a case nor a stress nor a ladder, or no selected scene or ladder depends
+            on the formulas.
 
     """
     wanted = tuple(formulas)
-    climbed = tuple(one for one in ladders(selectors) if any(variants(slot, wanted) for slot in one.slots))
-    stresses, cases = stresses_and_cases([one for one in selectors if not ladders([one])])
+    climbed = tuple(ladder for ladder in ladders(selectors) if any(variants(slot, wanted) for slot in ladder.slots))
+    stresses, cases = stresses_and_cases([selector for selector in selectors if not ladders([selector])])
     families = {
         name: [case for case in cases if case.family == name] for name in dict.fromkeys(c.family for c in cases)
     } | {case.name.replace("/", "-"): [case] for case in files}
@@ -82,7 +83,7 @@ def tasks(
     sampled = []
     for name, members in families.items() if not wanted else ():
         lit = [case for case in members if case.scene.lights and case.scene.clip == "depth"]
-        # The family's own word that its pixels are averages comes first.
+        # The case with the most samples per pixel comes first.
         lit.sort(key=lambda case: -case.samples)
         if lit:
             sampled.append((name, lit[0].scene))
@@ -92,7 +93,7 @@ def tasks(
 
 
 def _task(family: str, slot: str, scenes: Sequence[Scene], named: tuple[Formula, ...]) -> Task | None:
-    """Return the diagram of a slot on a family, or None where there is nothing to choose from or nothing to see."""
+    """Return the diagram of a slot on a family; None for fewer than two formulas or if no scene depends on the slot."""
     formulas = variants(slot, named)
     if slot not in SHAPES_OF or len(formulas) < 2:
         return None
@@ -100,19 +101,20 @@ def _task(family: str, slot: str, scenes: Sequence[Scene], named: tuple[Formula,
     return Task(diagram=f"{slot}/{family}", slot=slot, formulas=formulas, scenes=showing) if showing else None
 
 
-# Diagrams of samples per pixel: box-filtered radiance against the analytic coverage, our tracer's and Mitsuba's.
+# Diagrams of samples per pixel: box-filtered radiance of the tracer and of Mitsuba against the analytic reference.
 
 
 PER_SIDE = (1, 2, 4, 8)  # 1, 4, 16, 64 samples per pixel
-# The truth's own sampling error falls as 1 / samples per side (an outline crosses that many cells): four times below 8.
+# The truth's own sampling error falls as 1 / samples per side (an outline crosses that many cells): with 32 per side it
+# is a quarter of the error with 8.
 TRUTH_PER_SIDE = 32
-WIDEST = 24  # px: the truth takes a thousand rays a pixel
+WIDEST = 24  # px: the truth takes a thousand rays per pixel
 SAMPLES_TIMED = 2**18  # rays in a launch of the tracer
-SAMPLES_WALL = 2**16
+SAMPLES_WALL = 2**16  # rays in a launch of Mitsuba
 
 
 def small(scene: Scene) -> Scene:
-    """Return the scene in at most WIDEST pixels a side, with the same view."""
+    """Return the scene with the same view and an image of at most WIDEST pixels in width and height."""
     camera = scene.camera
     shrink = min(1.0, WIDEST / max(camera.width, camera.height))
     width, height = (max(1, round(size * shrink)) for size in (camera.width, camera.height))
@@ -120,32 +122,32 @@ def small(scene: Scene) -> Scene:
 
 
 def sampling_entries(diagram: str, scene: Scene, tell: Callable[[str], None]) -> list[UntimedPoint]:
-    """Return the points of one diagram, measured and ready to be timed; a time is that of a pixel."""
+    """Return the points of one diagram, measured and ready to be timed; times are per pixel."""
     tell(f"{diagram}: samples per pixel")
-    asked = small(scene)
-    truth = Analytic().render(asked, [Stage.RADIANCE], samples=TRUTH_PER_SIDE)[Stage.RADIANCE]
+    shrunk = small(scene)
+    truth = Analytic().render(shrunk, [Stage.RADIANCE], samples=TRUTH_PER_SIDE)[Stage.RADIANCE]
     records = []
     for precision in PRECISIONS:
-        one = Configuration(precision=precision)
+        configuration = Configuration(precision=precision)
         for per_side in PER_SIDE:
-            large = enlarged(asked, SAMPLES_TIMED / per_side**2)
-            image = render(asked, [Stage.RADIANCE], one, samples=per_side)[Stage.RADIANCE]
+            large = enlarged(shrunk, SAMPLES_TIMED / per_side**2)
+            image = render(shrunk, [Stage.RADIANCE], configuration, samples=per_side)[Stage.RADIANCE]
             records.append(
                 UntimedPoint(
                     point=_point(diagram, "tracer", precision, per_side, "kernels", image, truth),
-                    launch=partial(_traced, large, one, per_side),
+                    launch=partial(_traced, large, configuration, per_side),
                     rays=pixels(large),
                 )
             )
     for name, kind in (("mitsuba_llvm", MitsubaLlvm), ("mitsuba_scalar", MitsubaScalar)):
         reference = kind()
-        # Mitsuba's own camera clips at planes; other modes would time another image.
-        if asked.clip != "depth" or reference.unsupported(asked, Stage.RADIANCE) is not None:
+        # Mitsuba's camera clips at planes; with another clipping it would render another image.
+        if shrunk.clip != "depth" or reference.unsupported(shrunk, Stage.RADIANCE) is not None:
             continue
         clock = "kernels" if kind is MitsubaLlvm else "wall"
         for per_side in PER_SIDE:
-            large = enlarged(asked, SAMPLES_WALL / per_side**2)
-            image = reference.render(asked, [Stage.RADIANCE], samples=per_side)[Stage.RADIANCE]
+            large = enlarged(shrunk, SAMPLES_WALL / per_side**2)
+            image = reference.render(shrunk, [Stage.RADIANCE], samples=per_side)[Stage.RADIANCE]
             records.append(
                 UntimedPoint(
                     point=_point(diagram, name, "float32", per_side, clock, image, truth),
@@ -178,7 +180,7 @@ def _point(
 
 
 def _traced(scene: Scene, configuration: Configuration, per_side: int) -> float:
-    """Return the seconds of one launch of as many rays as the samples have."""
+    """Return the seconds of one launch of the tracer with one ray per sample."""
     finer = replace(
         scene,
         camera=replace(scene.camera, width=scene.camera.width * per_side, height=scene.camera.height * per_side),
@@ -187,7 +189,7 @@ def _traced(scene: Scene, configuration: Configuration, per_side: int) -> float:
 
 
 def _mitsuba(variant: str, scene: Scene, per_side: int, clock: str) -> Launch:
-    """Return a launch of Mitsuba's own renderer on a scene that it has loaded already."""
+    """Return a launch of Mitsuba's own renderer on a scene that is loaded now, not in the launch."""
     camera = scene.camera
     world = load_scene(program.switch_to(variant), scene, near=camera.near, far=camera.far, samples=per_side)
 
@@ -199,11 +201,11 @@ def _mitsuba(variant: str, scene: Scene, per_side: int, clock: str) -> Launch:
     return once
 
 
-# All diagrams measured: errors first, then every launch of every diagram interleaved with all others.
+# The measurement of all diagrams: first all errors, then all launches, interleaved over all diagrams.
 
 
 SAMPLES = "samples"
-KINDS = {SAMPLES: "samples", LADDER: "ladders"}  # the first half of a diagram's name; others are slots
+KINDS = {SAMPLES: "samples", LADDER: "ladders"}  # by the first part of a diagram's name; any other part is a slot
 BUDGET = 0.6  # s of launches per point
 AXES = {
     "formulas": ("ns per ray", "p99 of |dt| / (K u32)"),
@@ -213,18 +215,18 @@ AXES = {
 
 
 def overall(points: Sequence[TradeoffPoint], group: str) -> list[TradeoffPoint]:
-    """Return one point a label: geometric means over the group's diagrams, of those that answer in all of them.
+    """Return one point per label that all diagrams of the group have: its geometric means over the diagrams.
 
-    One that decides no pixel of a diagram rightly has no mean error.
+    The mean error is NaN if in some diagram no pixel is decided rightly.
     """
-    mine = [point for point in points if point.diagram.split("/")[0] == group]
-    diagrams = {point.diagram for point in mine}
-    found = []
-    for label in dict.fromkeys(point.label for point in mine):
-        same = [point for point in mine if point.label == label]
+    members = [point for point in points if point.diagram.split("/")[0] == group]
+    diagrams = {point.diagram for point in members}
+    means = []
+    for label in dict.fromkeys(point.label for point in members):
+        same = [point for point in members if point.label == label]
         if len(same) < len(diagrams):
             continue
-        found.append(
+        means.append(
             replace(
                 same[0],
                 diagram=f"{group}/overall",
@@ -236,7 +238,7 @@ def overall(points: Sequence[TradeoffPoint], group: str) -> list[TradeoffPoint]:
                 wrong=float(np.mean([point.wrong for point in same])),
             )
         )
-    return found
+    return means
 
 
 def _mean(values: Sequence[float]) -> float:
@@ -244,7 +246,7 @@ def _mean(values: Sequence[float]) -> float:
 
 
 def _means(intervals: Sequence[tuple[float, float]]) -> tuple[float, float]:
-    """Return the interval that holds if all do: wider than the mean's own, never narrower."""
+    """Return the geometric means of the bounds; this interval is never narrower than the interval of the mean."""
     return _mean([low for low, _ in intervals]), _mean([high for _, high in intervals])
 
 
@@ -257,7 +259,10 @@ def measure(
     tell: Callable[[str], None],
     named: Sequence[Formula] = (),
 ) -> TradeoffRecord:
-    """Return all points and diagrams as docs/compare.md describes them; of ladders those of the formulas `named`."""
+    """Return all points and diagrams as docs/compare.md describes them.
+
+    If `named` is not empty, diagrams of ladders show only these formulas and the defaults of their slots.
+    """
     start = time.monotonic()
     ready = [entry for task in formulas for entry in entries(task, tell)]
     for family, scene in sampled:
@@ -280,8 +285,8 @@ def measure(
 
 
 def _diagram(points: Sequence[TradeoffPoint], name: str) -> DiagramRecord:
-    mine = [point for point in points if point.diagram == name]
-    ahead = front(mine)
+    members = [point for point in points if point.diagram == name]
+    ahead = front(members)
     kind = KINDS.get(name.split("/")[0], "formulas")
     time_axis, error_axis = AXES[kind]
     return {
@@ -291,5 +296,5 @@ def _diagram(points: Sequence[TradeoffPoint], name: str) -> DiagramRecord:
         "time_axis": time_axis,
         "error_axis": error_axis,
         "front": [point.label for point in ahead],
-        "points": [point_record(point, on_front=point in ahead) for point in mine],
+        "points": [point_record(point, on_front=point in ahead) for point in members],
     }

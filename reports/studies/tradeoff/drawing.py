@@ -1,6 +1,6 @@
 """Work-precision diagrams as SVG, tables and a page.
 
-The same numbers give the same bytes: no date, and ids from a fixed salt.
+The same numbers give the same bytes: the files have no date, and ids are made from a fixed salt.
 """
 
 import base64
@@ -44,7 +44,7 @@ def svg(diagram: DiagramRecord) -> str:
 def draw(diagram: DiagramRecord) -> Figure:
     """Return the diagram as a figure."""
     figure = Figure(figsize=(8.0, 5.0))
-    # Room for the legend; working the layout out would cost a second a diagram.
+    # Leave room for the legend; an automatic layout would take a second per diagram.
     figure.subplots_adjust(left=0.1, right=0.68, top=0.94, bottom=0.1)
     axes = figure.add_subplot()
     panel(axes, diagram, hues([diagram]))
@@ -54,7 +54,7 @@ def draw(diagram: DiagramRecord) -> Figure:
 
 
 def hues(diagrams: Sequence[DiagramRecord]) -> list[str]:
-    """Return the names that have a colour of their own in these diagrams."""
+    """Return the variants and renderers that get a colour of their own in these diagrams."""
     return list(dict.fromkeys(_hue(point) for diagram in diagrams for point in diagram["points"]))
 
 
@@ -84,9 +84,9 @@ def panel(axes: Any, diagram: DiagramRecord, names: Sequence[str], *, shares: bo
         label="Pareto front",
     )
     axes.set_xscale("log")
-    # Where nothing has an error, as on a ladder that only counts wrong answers, nothing is logarithmic.
+    # Without any error, as on a ladder that only counts wrong answers, a logarithmic axis has no limits.
     axes.set_yscale("log" if any(math.isfinite(point["error"]) for point in diagram["points"]) else "linear")
-    # Powers of ten alone would leave an axis of less than a decade without a number.
+    # With only powers of ten an axis of less than a decade would have no number.
     axes.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
     axes.xaxis.set_major_formatter(StrMethodFormatter("{x:g}"))
     axes.xaxis.set_minor_formatter(NullFormatter())
@@ -99,9 +99,9 @@ def _hue(point: dict[str, Any]) -> str:
 
 
 def _mark(axes: Any, point: dict[str, Any], color: str, *, shares: bool) -> None:
-    """Draw a point with its intervals; filled on the front, its label with the wrong share if there is one."""
+    """Draw a point with its intervals, filled if it is on the front; its label has the share of wrong pixels if any."""
     if why := without_error(point):
-        # At the upper edge, beyond every error: a formula that decides no pixel rightly has no error.
+        # A formula that decides no pixel rightly has no error; draw it at the upper edge, above every error.
         axes.plot(
             [point["nanoseconds"]], [1.0], marker="v", linestyle="", color=color, markerfacecolor=color, markersize=6,
             transform=axes.get_xaxis_transform(), clip_on=False, label=f"{point['label']} ({why})", zorder=3,
@@ -162,7 +162,7 @@ def write(out: Path, result: TradeoffRecord) -> list[Path]:
         write_text(folder / "tradeoff.csv", table(result)),
     ]
     written += [write_text(folder / diagram["svg"], svg(diagram)) for diagram in result["diagrams"]]
-    # Diagrams of an earlier call, when it had others.
+    # Remove diagrams of an earlier call that are no longer part of the result.
     for stale in set(folder.glob("*.svg")) - set(written):
         stale.unlink()
     return [*written, write_text(folder / "index.html", page(result, report=(out / "index.html").is_file()))]
@@ -180,7 +180,7 @@ def table(result: TradeoffRecord) -> str:
 
 
 def page(result: TradeoffRecord, *, report: bool) -> str:
-    """Return the page; it needs no script and lets in nothing but pictures of its own folder."""
+    """Return the page as HTML; it has no scripts, and its policy allows only pictures of its own folder."""
     digest = base64.b64encode(hashlib.sha256(STYLE.encode()).digest()).decode()
     facts = ", ".join(f"{key} {value}" for key, value in result["environment"].items() if not key.startswith("drjit_"))
     return PAGE.format(

@@ -31,14 +31,14 @@ from rayproof.tracer.configuration import Configuration
 from rayproof.tracer.formulas import FORMULAS, Formula
 from rayproof.tracer.render import render
 
-# Asked beside the tracer's formulas; its kernels run through Dr.Jit, so that they are timed by the same clock.
+# A reference drawn next to the tracer's formulas; its kernels run through Dr.Jit, so the same clock times them.
 NEIGHBOUR = "mitsuba_llvm"
 STAGES = (Stage.RAY, Stage.OBJECT, Stage.DISTANCE)
 
 
 @dataclass(frozen=True, kw_only=True)
 class Task:
-    """A diagram to be: a slot on the scenes of a family."""
+    """A diagram to measure: a slot on the scenes of a family."""
 
     diagram: str
     slot: str
@@ -47,11 +47,11 @@ class Task:
 
 
 def variants(slot: str, named: Sequence[Formula] = ()) -> tuple[Formula, ...]:
-    """Return the formulas of a slot without planted faults; if some are `named`, these, after the slot's default."""
+    """Return the formulas of a slot without planted faults; if `named`, the slot's default and then only these."""
     if not named:
-        return tuple(one for one in FORMULAS.variants(slot) if one.kind != "fault")
-    mine = [one for one in named if one.slot == slot]
-    return (FORMULAS.variants(slot)[0], *(one for one in mine if not one.default)) if mine else ()
+        return tuple(formula for formula in FORMULAS.variants(slot) if formula.kind != "fault")
+    requested = [formula for formula in named if formula.slot == slot]
+    return (FORMULAS.variants(slot)[0], *(formula for formula in requested if not formula.default)) if requested else ()
 
 
 def entries(task: Task, tell: Callable[[str], None]) -> list[UntimedPoint]:
@@ -63,13 +63,13 @@ def entries(task: Task, tell: Callable[[str], None]) -> list[UntimedPoint]:
     records = []
     for precision in PRECISIONS:
         for formula in task.formulas:
-            one = Configuration(precision=precision, formulas={task.slot: formula.variant})
+            configuration = Configuration(precision=precision, formulas={task.slot: formula.variant})
             marks = [
-                _measured(task, number, render(scene, STAGES, one), precision, truths)
+                _measured(task, number, render(scene, STAGES, configuration), precision, truths)
                 for number, scene in enumerate(scenes)
             ]
             point = _point(task, "tracer", formula.variant, precision, formula.kind, marks)
-            records.append(UntimedPoint(point=point, launch=partial(_traced, large, one), rays=pixels(large)))
+            records.append(UntimedPoint(point=point, launch=partial(_traced, large, configuration), rays=pixels(large)))
     reference = REFERENCES[NEIGHBOUR]()
     if all(reference.unsupported(scene, Stage.DISTANCE) is None for scene in (*scenes, large)):
         marks = [
@@ -87,7 +87,7 @@ def entries(task: Task, tell: Callable[[str], None]) -> list[UntimedPoint]:
 
 
 def pixels(scene: Scene) -> int:
-    """Return how many pixels a scene's image has."""
+    """Return the number of pixels of a scene's image."""
     return scene.camera.width * scene.camera.height
 
 
@@ -109,7 +109,7 @@ def _measured(
 def _point(
     task: Task, renderer: str, variant: str, precision: str, kind: str, marks: Sequence[Measured]
 ) -> TradeoffPoint:
-    # In units of float32's roundoff whatever the precision: else float64 would look no better.
+    # In units of float32's roundoff in every precision, so that precisions can be compared.
     unit = UNIT_ROUNDOFF[precision] / UNIT_ROUNDOFF["float32"]
     error, error_interval = tail([mark.scaled * unit for mark in marks])
     counts = sum(int(np.count_nonzero(mark.counts)) for mark in marks)
@@ -130,29 +130,36 @@ def _point(
     )
 
 
-# Diagrams of ladders: every variant of a ladder's slots, in both precisions, on the rays of one of its values.
+# Diagrams of ladders: every variant of a ladder's slots, in both precisions, on the rays at a single value.
 
 
-LADDER_RAYS = 2**16  # in a timed launch; a question carries its rays to the device and back each time
-LADDER = "ladder"  # the first half of a diagram's name
-ALL = "ladders"  # the selector that names every one
+LADDER_RAYS = 2**16  # in a timed launch; every launch uploads the rays to the device and downloads the answers
+LADDER = "ladder"  # the first part of a diagram's name
+ALL = "ladders"  # the selector of all ladders
 
 
 def ladders(selectors: Sequence[str]) -> tuple[Ladder, ...]:
-    """Return the sweeps that `selectors` name: a ladder, a pattern, or `ladders` for all."""
+    """Return the sweeps that `selectors` name; a selector is a ladder's name, a pattern, or `ladders` for all."""
     sweeps = [ladder for ladder in all_ladders() if ladder.kind == "sweep"]
-    return tuple(ladder for ladder in sweeps if any(one == ALL or fnmatchcase(ladder.name, one) for one in selectors))
+    return tuple(
+        ladder
+        for ladder in sweeps
+        if any(selector == ALL or fnmatchcase(ladder.name, selector) for selector in selectors)
+    )
 
 
 def value_of(ladder: Ladder) -> float:
-    """Return the value to ask at: the one that a good float32 formula must just reach, where the others have parted."""
+    """Return the ladder's value for a diagram: the last value where a good float32 formula must pass.
+
+    At this value the errors of the variants already differ.
+    """
     return ladder.gate.reaches.get("float32", ladder.values[len(ladder.values) // 2])
 
 
 def ladder_entries(ladder: Ladder, tell: Callable[[str], None], named: Sequence[Formula] = ()) -> list[UntimedPoint]:
     """Return the points of one ladder, measured and ready to be timed. Both precisions get the same float32 numbers.
 
-    If formulas are `named`, they are asked, beside the defaults of their slots.
+    If `named` is not empty, only these formulas and the defaults of their slots are measured.
     """
     tell(f"ladder {ladder.name}: errors")
     question = QUESTIONS[ladder.question]()
@@ -166,37 +173,37 @@ def ladder_entries(ladder: Ladder, tell: Callable[[str], None], named: Sequence[
         for formula in variants(slot, named)
         if named or not ladder.only or formula.variant in ladder.only
     ]
-    found = []
+    points = []
     for precision in PRECISIONS:
         for formula in formulas:
             answer = question.answer(ladder, formula, inputs, precision)
             grades = question.grade(ladder, inputs, truth, answer, precision)
-            found.append(
+            points.append(
                 UntimedPoint(
                     point=_ladder_point(ladder, formula, precision, grades),
                     launch=partial(_asked, question, ladder, formula, many, precision),
                     rays=LADDER_RAYS,
                 )
             )
-    return found
+    return points
 
 
 def enough(inputs: Inputs, rays: int) -> Inputs:
-    """Return the inputs (rays,) as `RAYS` of them, repeats side by side.
+    """Return `LADDER_RAYS` inputs made from inputs (rays,) by repeating each ray next to itself.
 
-    A run of rays with one matrix stays one run: each is a kernel's worth of code, which takes long to compile.
+    A run of rays with one matrix stays one run, because every run adds code to the kernel, which takes long to compile.
     """
     index = np.arange(LADDER_RAYS) * rays // LADDER_RAYS
     return {name: array[index] for name, array in inputs.items()}
 
 
 def _asked(question: Question, ladder: Ladder, formula: Formula, inputs: Inputs, precision: str) -> float:
-    """Return the seconds of asking a formula."""
+    """Return the run time [s] of a formula's kernels on the inputs of a question."""
     return kernel_seconds(lambda: question.answer(ladder, formula, inputs, precision))
 
 
 def _ladder_point(ladder: Ladder, formula: Formula, precision: str, grades: Grades) -> TradeoffPoint:
-    # In units of float32's roundoff whatever the precision, as everywhere.
+    # In units of float32's roundoff in every precision, as in the other diagrams.
     unit = UNIT_ROUNDOFF[precision] / UNIT_ROUNDOFF["float32"]
     wrong = (grades.false_hit | grades.false_miss | grades.invalid) & grades.counted
     error, interval = tail([grades.index[grades.counted] * unit])

@@ -19,23 +19,23 @@ from rayproof.reports.studies.compare.statistics import (
     too_few,
 )
 
-GAIN = 1.01  # an error that is less than a hundredth smaller buys no place on the front
-MOST_WRONG = 1e-3  # share of pixels decided wrongly beyond which a point is wrong; the ladders' usual gate
+GAIN = 1.01  # a point is on the front only if its error is smaller by at least a hundredth
+MOST_WRONG = 1e-3  # largest share of wrongly decided pixels of a point on the front; the ladders' usual gate
 
 
 @dataclass(frozen=True, kw_only=True)
 class TradeoffPoint:
-    """One renderer, configured somehow, on one family: what a ray costs and how far off it is."""
+    """The error and the run time per ray of one renderer in one configuration on one family."""
 
     diagram: str
-    label: str  # what tells it from the other points of the diagram
+    label: str  # unique within the diagram
     renderer: str  # "tracer", "mitsuba_llvm", ...
-    variant: str  # the formula, or "" where none is named
+    variant: str  # the formula, or "" for whole images and other renderers
     precision: str
     samples: int  # per pixel
     kind: str  # "right", "control", or "reference"
     clock: str  # "kernels" or "wall"
-    error: float  # what the diagram's axis says
+    error: float  # the quantity on the diagram's error axis
     error_interval: Interval
     natural: float | None  # the same tail in natural units
     unit: str
@@ -45,38 +45,43 @@ class TradeoffPoint:
 
     @property
     def key(self) -> tuple[str, str]:
-        """Return what names the point among all points."""
+        """Return the key of the point, unique among all points."""
         return self.diagram, self.label
 
 
 def front(points: Sequence[TradeoffPoint]) -> tuple[TradeoffPoint, ...]:
-    """Return the Pareto front by time: points that no other beats in one of time and error without losing the other.
+    """Return the Pareto front, sorted by time: the points that no other point beats.
 
-    A point that decides more pixels wrongly beats none. Controls, known to be wrong somewhere, points that decide more
-    than `MOST_WRONG` of the pixels wrongly, and points without an error are not on it.
+    A point beats another if it is better in time or error, not worse in the other quantity, and has no larger share of
+    wrongly decided pixels. Controls, points with more than `MOST_WRONG` of the pixels decided wrongly, and points
+    without an error are never on the front.
     """
 
-    def beats(one: TradeoffPoint, other: TradeoffPoint) -> bool:
-        if one.wrong > other.wrong:
+    def beats(first: TradeoffPoint, second: TradeoffPoint) -> bool:
+        if first.wrong > second.wrong:
             return False
-        faster = one.nanoseconds < other.nanoseconds and one.error <= other.error * GAIN
-        nearer = one.nanoseconds <= other.nanoseconds and one.error * GAIN < other.error
+        faster = first.nanoseconds < second.nanoseconds and first.error <= second.error * GAIN
+        nearer = first.nanoseconds <= second.nanoseconds and first.error * GAIN < second.error
         return faster or nearer
 
-    measured = [one for one in points if math.isfinite(one.error) and one.kind != "control" and one.wrong <= MOST_WRONG]
-    ahead = [one for one in measured if not any(beats(other, one) for other in measured)]
-    return tuple(sorted(ahead, key=lambda one: (one.nanoseconds, one.label)))
+    measured = [
+        point
+        for point in points
+        if math.isfinite(point.error) and point.kind != "control" and point.wrong <= MOST_WRONG
+    ]
+    ahead = [point for point in measured if not any(beats(rival, point) for rival in measured)]
+    return tuple(sorted(ahead, key=lambda point: (point.nanoseconds, point.label)))
 
 
 def without_error(point: dict[str, Any]) -> str:
-    """Return in words why a point has no error, or an empty string: no pixel, or none of some, is decided rightly."""
+    """Return the reason why a point has no error, with its share of wrong pixels; an empty string if it has one."""
     if math.isfinite(point["error"]):
         return ""
     return "all wrong" if point["wrong"] >= 1 else f"no error, {100 * point['wrong']:.2g} % wrong"
 
 
 class DiagramRecord(TypedDict):
-    """A work-precision diagram: which points it has, and the labels of those on its Pareto front."""
+    """A work-precision diagram: its points, and the labels of the points on its Pareto front."""
 
     name: str
     kind: str
@@ -88,7 +93,7 @@ class DiagramRecord(TypedDict):
 
 
 class TradeoffRecord(TypedDict):
-    """What tradeoff.json holds."""
+    """The content of tradeoff.json."""
 
     schema: int
     environment: dict[str, str]
@@ -99,7 +104,7 @@ class TradeoffRecord(TypedDict):
 
 
 def point_record(point: TradeoffPoint, *, on_front: bool) -> dict[str, Any]:
-    """Return a point as docs/compare.md describes it; bounds are those of 95 % intervals."""
+    """Return a point as docs/compare.md describes it; the bounds are 95 % intervals."""
     return {
         "diagram": point.diagram,
         "label": point.label,
@@ -122,14 +127,14 @@ def point_record(point: TradeoffPoint, *, on_front: bool) -> dict[str, Any]:
     }
 
 
-# Seconds of renderers that are no formula of ours, and the interleaving of everything that is to be timed.
+# Run times of other renderers, and the interleaving of all launches.
 
 
 Launch = Callable[[], float]  # runs once and returns its seconds
 
 
 def kernel_seconds(run: Callable[[], object]) -> float:
-    """Return how long the kernels ran that `run` launched through Dr.Jit, whoever wrote them [s]."""
+    """Return the run time [s] of the kernels that `run` launches through Dr.Jit, also of another renderer's kernels."""
     before = dr.flag(dr.JitFlag.KernelHistory)
     dr.set_flag(dr.JitFlag.KernelHistory, True)
     try:
@@ -142,20 +147,20 @@ def kernel_seconds(run: Callable[[], object]) -> float:
 
 
 def wall_seconds(run: Callable[[], object]) -> float:
-    """Return how long `run` took [s]."""
+    """Return the wall-clock time of `run` [s]."""
     start = time.perf_counter()
     run()
     return time.perf_counter() - start
 
 
 def interleave(launches: Sequence[Launch], *, repetitions: int, budget: float) -> list[np.ndarray]:
-    """Return the seconds of each launch in warm repetitions, all visited in a new order each time.
+    """Return the seconds of each launch in warm repetitions; every repetition visits all launches in a new order.
 
-    A launch that would keep us longer than `budget` [s] in all, whatever its own clock says, is repeated less often, an
-    odd number of times, and never less often than an interval takes.
+    A launch that would take more than `budget` [s] of wall-clock time in all is repeated less often: an odd number of
+    times, and at least `FEWEST` times.
 
     Raises:
-        ValueError: there are fewer repetitions than that.
+        ValueError: `repetitions` is less than `FEWEST`.
 
     """
     if repetitions < FEWEST:
@@ -170,40 +175,40 @@ def interleave(launches: Sequence[Launch], *, repetitions: int, budget: float) -
         for index in generator.permutation(len(launches)):
             if repetition < counts[index]:
                 seconds[index].append(launches[index]())
-    return [np.array(found) for found in seconds]
+    return [np.array(times) for times in seconds]
 
 
-# A point whose error is known and whose time is still to be taken.
+# A point with its error and without its time.
 
 
 @dataclass(frozen=True, kw_only=True)
 class UntimedPoint:
-    """A point and how to time it; until then its nanoseconds are NaN."""
+    """A point whose nanoseconds are NaN, and the launch that times it."""
 
     point: TradeoffPoint
     launch: Launch
-    rays: int  # of a launch; pixels where samples are compared
+    rays: int  # per launch; pixels if samples per pixel are compared
 
     def timed(self, seconds: np.ndarray) -> TradeoffPoint:
-        """Return the point, given the seconds of an odd number of launches."""
-        each = seconds / self.rays * 1e9
-        interval = median_interval(each.tolist(), level=LEVEL)
-        return replace(self.point, nanoseconds=float(np.median(each)), nanoseconds_interval=interval)
+        """Return the point with its time per ray, from the seconds of an odd number of launches."""
+        per_ray = seconds / self.rays * 1e9
+        interval = median_interval(per_ray.tolist(), level=LEVEL)
+        return replace(self.point, nanoseconds=float(np.median(per_ray)), nanoseconds_interval=interval)
 
 
-# Tails of errors with their intervals: what a diagram's vertical axis shows.
+# Tails of errors with their intervals: the quantity on a diagram's vertical axis.
 
 
-TAIL = 0.99  # of the pixels; the worst of all cannot be estimated, only met
-TILE = 32  # neighbouring pixels that are drawn again together
+TAIL = 0.99  # quantile over pixels; the maximum cannot be estimated from a sample
+TILE = 32  # number of neighbouring pixels that are resampled together
 REPLICATES = 200
-# An error of exactly 0 has no place on a logarithmic axis; float64's roundoff is 2^-29 of float32's.
+# The least error on the logarithmic axis, which has no 0; float64's roundoff is 2^-29 of float32's.
 LEAST = 2.0**-40
 SEED = 5
 
 
 def tail(scenes: Sequence[np.ndarray]) -> tuple[float, Interval]:
-    """Return the 99 % quantile of the scenes' errors (NaN left out) and its bootstrap interval, tiles drawn again."""
+    """Return the 99 % quantile of the scenes' errors (NaN left out) and its bootstrap interval, tiles resampled."""
     values = [scene[np.isfinite(scene)] for scene in scenes]
     tiles = [run for scene in values for run in np.array_split(scene, max(1, len(scene) // TILE)) if len(run)]
     if not tiles:
@@ -223,13 +228,16 @@ def tail(scenes: Sequence[np.ndarray]) -> tuple[float, Interval]:
 
 
 def quantile(scenes: Sequence[np.ndarray]) -> float:
-    """Return the 99 % quantile of the scenes' errors; NaN are left out, and NaN is the answer where nothing is left."""
+    """Return the 99 % quantile of the scenes' finite errors, NaN if there are none."""
     values = np.concatenate([scene[np.isfinite(scene)] for scene in scenes])
     return float(np.quantile(values, TAIL)) if len(values) else float("nan")
 
 
 def root_mean_square(image: np.ndarray, truth: np.ndarray) -> tuple[float, Interval]:
-    """Return the RMSE of two images (height, width, channels) over the truth's mean, rows of pixels drawn again."""
+    """Return the RMSE of an image (height, width, channels) over the truth's mean, and its interval.
+
+    The bootstrap resamples rows of pixels.
+    """
     squares = ((image - truth) ** 2).mean(axis=(1, 2))
     scale = float(np.abs(truth).mean()) or 1.0
     drawn = np.random.default_rng(SEED).integers(len(squares), size=(REPLICATES, len(squares)))

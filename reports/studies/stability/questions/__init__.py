@@ -1,4 +1,4 @@
-"""`Question`, `ExactAnswers` and `Grades`: how a formula is asked about a ladder's inputs and graded.
+"""`Question`, `ExactAnswers` and `Grades`: the evaluation of a formula on a ladder's inputs, and its grading.
 
 Contract of a question, registered under the name that ladders use:
 
@@ -18,12 +18,12 @@ from rayproof.cases.registry import Registry
 from rayproof.tracer.formulas import Formula
 
 Answer = dict[str, np.ndarray]
-PER_VALUE = 4  # rays of every value of a sweep that the witness sees
+PER_VALUE = 4  # rays per value of a sweep that a second arithmetic checks
 
 
 @dataclass(frozen=True)
 class Witness:
-    """What the second arithmetic said of a sample: values seen, and the largest relative distance from the truth."""
+    """The check of the truth by a second arithmetic: number of values, and largest relative distance from the truth."""
 
     values: int
     worst: float
@@ -31,39 +31,39 @@ class Witness:
 
 @dataclass(frozen=True, kw_only=True)
 class ExactAnswers:
-    """Exact mathematics on the floats that the formula receives."""
+    """The results of exact mathematics on the floats that the formula receives."""
 
-    counted: np.ndarray  # (rays,) False where the question has no answer (a tie that the ladder does not ask about)
+    counted: np.ndarray  # (rays,) bool: False for a ray without an exact answer, such as a tie that is left out
     facts: Mapping[str, Any]
     witness: Witness
 
 
 @dataclass(frozen=True, kw_only=True)
 class Grades:
-    """One formula's marks, (rays,). An error is NaN where there is nothing to measure."""
+    """The grades of one formula, (rays,). The error is NaN if there is nothing to measure."""
 
     counted: np.ndarray
     false_hit: np.ndarray
     false_miss: np.ndarray
-    invalid: np.ndarray  # NaN, or otherwise no answer at all
+    invalid: np.ndarray  # NaN, or no answer at all
     error: np.ndarray  # in the ladder's unit
     index: np.ndarray  # error / (K u)
-    counts: Mapping[str, np.ndarray] = field(default_factory=dict)  # what else is counted, by name
+    counts: Mapping[str, np.ndarray] = field(default_factory=dict)  # additional counts, by name
 
 
 class Question(Protocol):
-    """What `QUESTIONS` holds; see the package's docstring."""
+    """A question of the registry `QUESTIONS`; see the package's docstring."""
 
     def truth(self, ladder: Ladder, inputs: Inputs, rungs: np.ndarray) -> ExactAnswers:
-        """Return the truth about all rays."""
+        """Return the exact answers for all rays."""
         ...
 
     def answer(self, ladder: Ladder, formula: Formula, inputs: Inputs, precision: str) -> Answer:
-        """Return what a formula answers."""
+        """Return the answers of a formula for all rays."""
         ...
 
     def grade(self, ladder: Ladder, inputs: Inputs, truth: ExactAnswers, answer: Answer, precision: str) -> Grades:
-        """Return its marks."""
+        """Return the grades of the answers."""
         ...
 
 
@@ -71,10 +71,10 @@ QUESTIONS: Registry[type[Question]] = Registry("question", package="rayproof.rep
 
 
 def nothing(rays: int) -> np.ndarray:
-    """Return (rays,) False."""
+    """Return a mask (rays,) of False."""
     return np.zeros(rays, dtype=bool)
 
 
 def sample(rungs: np.ndarray, per_value: int = PER_VALUE) -> np.ndarray:
-    """Return the indices of the first rays of every value."""
+    """Return the indices of the first `per_value` rays of every value."""
     return np.concatenate([np.flatnonzero(rungs == rung)[:per_value] for rung in np.unique(rungs)])

@@ -1,7 +1,7 @@
 """Questions of irradiance and cosine (in ulps), of shadow rays and blockers, and of decisions (clip, below, side).
 
-Truth is computed by balls alone, ray for ray: products of these lengths leave float64's exponents, where pairs end.
-Inputs: flux, normal, away.
+The truth of irradiance and cosine is computed ray by ray in ball arithmetic, because products of these lengths overflow
+the exponents of float64 and so of pairs. Their inputs: flux, normal, away.
 """
 
 from collections.abc import Callable, Mapping
@@ -55,7 +55,7 @@ class LightQuestion:
     """The slots falloff and cosine."""
 
     def truth(self, ladder: Ladder, inputs: Inputs, rungs: np.ndarray) -> ExactAnswers:
-        """Return the balls."""
+        """Return the exact values as balls."""
         slot = ladder.slots[0]
         with bits(BITS):
             balls = [light_of(slot, single(inputs, ray, arb)) for ray in range(len(rungs))]
@@ -75,7 +75,11 @@ class LightQuestion:
         return downloaded({"value": value}, len(inputs["flux"]))
 
     def grade(self, ladder: Ladder, inputs: Inputs, truth: ExactAnswers, answer: Answer, precision: str) -> Grades:
-        """Return errors in ulps (of the largest float where truth lies above it); absolute in u for "absolute"."""
+        """Return errors in ulps, or absolute errors in u if the ladder's option `natural` is "absolute".
+
+        An ulp is at most that of the largest float. If the truth overflows to an infinity, this infinity has the error
+        0 and any other answer an error of 2^40 ulps.
+        """
         value, balls = answer["value"], truth.facts["balls"]
         limits = np.finfo(DTYPES[precision])
         error = np.array([_ulps(float(v), ball, limits, precision) for v, ball in zip(value, balls, strict=True)])
@@ -91,7 +95,7 @@ class LightQuestion:
         return Grades(
             counted=truth.counted,
             false_hit=nothing(rays),
-            # An answer that lost every digit is as bad as none: it counts, so that a median cannot hide it.
+            # An answer without a correct digit counts as a miss, so that a median cannot hide it.
             false_miss=~invalid & (error > 2.0**20),
             invalid=invalid,
             error=np.where(invalid, np.nan, error),
@@ -114,29 +118,28 @@ def _ulps(value: float, ball: arb, limits: Any, precision: str) -> float:
     return float((abs(arb(value) - ball) / arb(spacing)).upper())
 
 
-# Does a shadow ray that starts on a surface see the light? Acne where it is lit, leaks where it is in shadow, as a
-# pair.
+# Does a shadow ray from a surface reach the light? Acne (lit points in shadow) and leaks (light behind a blocker).
 #
-# Every ray asks both. Lit: the own surface alone, which a light above the horizon can never be behind (on a sphere
-# seen from outside and on a plane the own root is divided out by algebra: truth knows no epsilon). Shadowed: a
-# blocker, a plane `gap` above the hit along the normal, between the hit and the light; truth is by construction, the
-# gap being far larger than the blocker's own rounding. With an input `blocker` the plane stands through that point
-# instead, before the light or behind it: rationals say which, and behind it nothing may be stopped. Inputs: o, d,
-# point (on the surface), normal, gap, light; curved surfaces also c, r. Acne is a false miss of light, a leak a false
-# hit.
+# Every ray is tested twice. Lit: only the surface at the origin is in the scene, and it never hides a light above the
+# horizon (on a plane, and on a sphere seen from outside, the root at the origin is divided out by algebra: the truth
+# needs no epsilon). Shadowed: a blocker is between the hit and the light, a plane `gap` above the hit along the normal.
+# Its truth holds by construction, because the gap is far larger than the rounding of the blocker. With an input
+# `blocker` the plane contains that point instead and is before or behind the light, as decided by rationals; behind the
+# light it must not block. Inputs: o, d, point (on the surface), normal, gap, light; for curved surfaces also c, r. Acne
+# is a false miss of light, a leak is a false hit.
 
 
-OWN = 0  # index of the surface that was hit
+OWN = 0  # index of the surface at the shadow ray's origin
 FLOAT64 = "float64"
 
 
 def plane_t(ray: Ray, point: Any, normal: Any) -> Any:
-    """Return the t at which a ray meets the plane through `point`; subtracting first, as the tracer's shapes do."""
+    """Return the t at which a ray hits the plane through `point`; it subtracts first, as the tracer's shapes do."""
     return dr.dot(normal, point - ray.origin) / dr.dot(normal, ray.direction)
 
 
 def met(t: Any, interval: Interval) -> Any:
-    """Return where t counts."""
+    """Return the mask of t inside an interval."""
     return interval.contains(t)
 
 
@@ -145,7 +148,7 @@ class Shadow:
     """The slots `shadow_ray`, `segment` and `obstructed`, each with the defaults of the others."""
 
     def truth(self, ladder: Ladder, inputs: Inputs, rungs: np.ndarray) -> ExactAnswers:
-        """Return which rays count: eye and light are on the same side, and the way to the light crosses the gap."""
+        """Return the counted rays: eye and light are on the same side, and the light is above twice the gap."""
         view = np.sum(inputs["normal"] * inputs["d"], axis=1)
         way = inputs["light"] - inputs["point"]
         lit = np.sum(way * inputs["normal"], axis=1)
@@ -157,7 +160,7 @@ class Shadow:
         return ExactAnswers(counted=counted, facts={"blocked": signs["before"] > 0}, witness=witness)
 
     def answer(self, ladder: Ladder, formula: Formula, inputs: Inputs, precision: str) -> Answer:
-        """Return where the own surface, and where the blocker, stops the shadow ray."""
+        """Return the masks of shadow rays that hit their own surface, and that the blocker stops."""
         types = array_types(precision)
         configuration = Configuration(precision=precision, formulas={formula.slot: formula.variant})
         strategy = configuration.formula("shadow_ray")
@@ -190,11 +193,11 @@ class Shadow:
         stopped = configuration["obstructed"](dr.select(met(t, interval), t, dr.inf))
         if start.skip is not None and ladder.options.get("self_shadow"):
             stopped = types.Bool(False)
-        one = types.Float(1.0)
-        return downloaded({"own": dr.select(own, one, 0), "stopped": dr.select(stopped, one, 0)}, len(inputs["o"]))
+        unity = types.Float(1.0)
+        return downloaded({"own": dr.select(own, unity, 0), "stopped": dr.select(stopped, unity, 0)}, len(inputs["o"]))
 
     def _hit(self, ladder: Ladder, x: Columns, types: ArrayTypes) -> Columns:
-        """Return the hit as the tracer computes it: t by the default formula, o + t d, normal, clearance."""
+        """Return the hit as the tracer computes it: t by the default formula, point, normal, clearance."""
         ray = ray_of(x)
         if ladder.options.get("surface") == "sphere":
             t = self._sphere(x, ray, ahead(types))
@@ -219,7 +222,7 @@ class Shadow:
         return met(plane_t(shadow_ray, x["point"], x["normal"]), interval)
 
     def grade(self, ladder: Ladder, inputs: Inputs, truth: ExactAnswers, answer: Answer, precision: str) -> Grades:
-        """Return acne as false misses and leaks as false hits (of light)."""
+        """Return acne as false misses of light and leaks as false hits of light."""
         stopped, blocked = answer["stopped"] > 0, truth.facts["blocked"]
         acne = truth.counted & ((answer["own"] > 0) | (stopped & ~blocked))
         leak = truth.counted & blocked & ~stopped
@@ -236,12 +239,12 @@ class Shadow:
 
 
 def before_light(x: Columns) -> Columns:
-    """Return what is positive where the blocker's plane stands before the light, as seen from the point."""
+    """Return a number that is positive if the blocker's plane is before the light, as seen from the point."""
     return {"before": dot(minus(x["light"], x["blocker"]), x["normal"])}
 
 
 def _witness(inputs: Inputs, rungs: np.ndarray) -> Witness:
-    """Confirm by rationals that the blocker stands between the plane of the hit and the light."""
+    """Confirm by rationals that the blocker is between the plane of the hit and the light."""
     rays = [single(inputs, int(ray), exact) for ray in sample(rungs)]
     wrong = sum(
         dot(minus(x["light"], x["point"]), x["normal"]) <= x["gap"] * dot(x["normal"], x["normal"]) for x in rays
@@ -249,15 +252,15 @@ def _witness(inputs: Inputs, rungs: np.ndarray) -> Witness:
     return Witness(len(rays), float(wrong))
 
 
-# Does a formula decide rightly? For slots that answer yes or no to a question about signs.
+# Does a formula decide rightly? For slots with a yes or no that depends on signs.
 #
-# One entry of `ASKED` a slot: the numbers whose signs decide, what they decide, and how the formula is asked. Exact
-# rationals settle what pairs leave in doubt, ties included; balls confirm a sample. A wrong yes is a false hit.
+# `ASKED` has one entry per slot: the numbers whose signs decide, the decision, and the call of the formula. Exact
+# rationals decide signs that pairs leave undecided, ties included; balls confirm a sample. A wrong yes is a false hit.
 
 
 @dataclass(frozen=True, kw_only=True)
 class DecisionSlot:
-    """One slot: the numbers whose signs decide, where they say yes, and how a formula is asked."""
+    """One slot: the numbers whose signs decide, the decision from their signs, and the call of a formula."""
 
     predicates: Mathematics
     yes: Callable[[Signs], np.ndarray]
@@ -269,7 +272,7 @@ def _between(signs: Signs) -> np.ndarray:
 
 
 def _within(formula: Formula, x: Columns) -> Any:
-    """Return whether t lies in what a clipping formula leaves of a ray."""
+    """Return the mask of t inside the interval that a clipping formula leaves of a ray."""
     near, far = formula.function(x["direction"], x["forward"], x["near"], x["far"])
     return Interval(nearest=near, farthest=far).contains(x["t"])
 
@@ -318,8 +321,8 @@ class Decision:
     def answer(self, ladder: Ladder, formula: Formula, inputs: Inputs, precision: str) -> Answer:
         """Return 1 for yes, 0 for no."""
         types = array_types(precision)
-        said = ASKED[formula.slot].ask(formula, uploaded(inputs, types))
-        return downloaded({"yes": types.Float(said)}, len(next(iter(inputs.values()))))
+        decision = ASKED[formula.slot].ask(formula, uploaded(inputs, types))
+        return downloaded({"yes": types.Float(decision)}, len(next(iter(inputs.values()))))
 
     def grade(self, ladder: Ladder, inputs: Inputs, truth: ExactAnswers, answer: Answer, precision: str) -> Grades:
         """Return wrong decisions."""

@@ -1,4 +1,4 @@
-"""Questions of ray and shape: the t of a hit, under a matrix, baked, the order of two hits; and of placed normals."""
+"""Questions of ray and shape: the t of a hit (also with a matrix or baked), the order of two hits, placed normals."""
 
 from collections.abc import Callable
 from itertools import pairwise
@@ -36,13 +36,13 @@ LENGTHS = {"sphere": ("o", "c", "r"), "triangle": ("o", "a", "b", "c")}
 
 
 def exponents(inputs: Inputs, names: tuple[str, ...]) -> np.ndarray:
-    """Return per ray the power of two of the largest absolute number among `names`."""
+    """Return per ray the binary exponent of the largest absolute number among the inputs `names`."""
     columns = [inputs[name].reshape(len(inputs[name]), -1) for name in names]
     return np.frexp(abs(np.concatenate(columns, axis=1)).max(axis=1))[1]
 
 
 def rescaled(inputs: Inputs, shape: str) -> tuple[Inputs, np.ndarray]:
-    """Return inputs of size one, exactly, and the power of two that t was multiplied by. Pairs overflow otherwise."""
+    """Return inputs scaled by powers of two to size one, so that pairs do not overflow, and log2 of the scale of t."""
     lengths = exponents(inputs, LENGTHS[shape])
     speed = exponents(inputs, ("d",))
     shifts = dict.fromkeys(LENGTHS[shape], -lengths) | {"d": -speed}
@@ -55,10 +55,10 @@ def rescaled(inputs: Inputs, shape: str) -> tuple[Inputs, np.ndarray]:
 
 @QUESTIONS.register("distance")
 class Distance:
-    """The t of the nearest hit in front of the ray, inf where there is none."""
+    """The t of the nearest hit in front of the ray's origin, inf for a miss."""
 
     def truth(self, ladder: Ladder, inputs: Inputs, rungs: np.ndarray) -> ExactAnswers:
-        """Return hit and t; a ray with a hit that pairs cannot place is not counted."""
+        """Return hit and t; a ray whose hit has no finite t in pairs is not counted."""
         name = str(ladder.options["shape"])
         shape = SHAPES[name]()
         numbers, shift = rescaled(inputs, name) if name in LENGTHS else (inputs, np.zeros(len(rungs), dtype=int))
@@ -80,18 +80,18 @@ class Distance:
         return downloaded({"t": formula.function(ray_of(columns), shape, ahead(types))}, len(inputs["o"]))
 
     def grade(self, ladder: Ladder, inputs: Inputs, truth: ExactAnswers, answer: Answer, precision: str) -> Grades:
-        """Return misses and errors; only rays that truly hit and were answered have an error."""
+        """Return false hits, false misses and errors; only rays with a hit in truth and answer have an error."""
         return graded(ladder, truth, answer["t"], precision)
 
 
 def graded(ladder: Ladder, truth: ExactAnswers, t: np.ndarray, precision: str) -> Grades:
-    """Return the marks of answers `t`."""
+    """Return the grades of answers `t`."""
     hit: ExactHit = truth.facts["hit"]
     numbers, u = truth.facts["given"], UNIT_ROUNDOFF[precision]
     hits = np.isfinite(t)
-    both = hits & hit.hit & truth.counted
+    hits_in_both = hits & hit.hit & truth.counted
     with np.errstate(all="ignore"):
-        off = np.where(both, abs((hit.t - floats(np.ldexp(t, truth.facts["shift"]))).high), np.nan)
+        off = np.where(hits_in_both, abs((hit.t - floats(np.ldexp(t, truth.facts["shift"]))).high), np.nan)
         center = numbers[truth.facts["shape"].center] if truth.facts["shape"].center else 0.0
         reach = abs(numbers["o"] - center) + abs(hit.t.high[:, None] * numbers["d"])
         weight = np.sum(abs(hit.normal) * reach, axis=1) + hit.size
@@ -108,22 +108,22 @@ def graded(ladder: Ladder, truth: ExactAnswers, t: np.ndarray, precision: str) -
     )
 
 
-def natural(ladder: Ladder, given: Inputs, t: Bundle, u: float) -> Any:
-    """Return what an error of t is divided by: |d| |dt| / r in radii, or roundings of t."""
+def natural(ladder: Ladder, numbers: Inputs, t: Bundle, u: float) -> Any:
+    """Return the divisor of an error of t: a sphere's radius over |d| (radii), |t| (relative), or |t| u (roundings)."""
     match ladder.options.get("natural", "roundings"):
         case "radii":
-            return given["r"] / np.linalg.norm(given["d"], axis=1)
+            return numbers["r"] / np.linalg.norm(numbers["d"], axis=1)
         case "relative":
             return abs(t.high)
         case _:
             return abs(t.high) * u
 
 
-# A formula that uses a model matrix: rays into object space, squares in world space, normals back to world space.
+# Formulas that use a model matrix: rays into object space, squares in world space, normals back to world space.
 #
-# A matrix is a literal in the tracer, so a ladder has a few matrices per value, each with its share of the rays; all of
-# them still make one kernel. Truth takes the matrix as the exact numbers that it holds.
-# Inputs: matrix (rays, 12), row by row without the last row, the same for a whole block of rays; o and d, or n.
+# A matrix is a literal in the tracer, so a ladder has a few matrices per value, each for a block of the rays; all
+# blocks are still computed in one kernel. The truth takes the matrix's numbers as exact. Inputs: matrix (rays, 12), row
+# by row without the last row, the same for a whole block of rays; o and d, or n.
 
 
 ALBEDO = (0.5, 0.5, 0.5)
@@ -136,12 +136,12 @@ MADE: dict[str, Callable[[Any], Shape]] = {
 
 
 def rows(flat: np.ndarray) -> Any:
-    """Return the 4x4 matrix of twelve numbers, as tuples."""
+    """Return the 4x4 matrix of twelve numbers as tuples."""
     return (*(tuple(map(float, row)) for row in np.reshape(flat, (3, 4))), (0.0, 0.0, 0.0, 1.0))
 
 
 def blocks(inputs: Inputs) -> list[slice]:
-    """Return the runs of rays that share a matrix."""
+    """Return the slices of rays with the same matrix."""
     change = np.any(inputs["matrix"][1:] != inputs["matrix"][:-1], axis=1)
     edges = [0, *(np.flatnonzero(change) + 1).tolist(), len(inputs["matrix"])]
     return [slice(a, b) for a, b in pairwise(edges)]
@@ -165,7 +165,7 @@ def in_object_space(x: Columns) -> Columns:
 
 @QUESTIONS.register("placed_distance")
 class PlacedDistance:
-    """The t of a placed shape; by the slot's variant, everything else by default."""
+    """The t of a placed shape, by the slot's variant and the defaults of all other slots."""
 
     def truth(self, ladder: Ladder, inputs: Inputs, rungs: np.ndarray) -> ExactAnswers:
         """Return hit and t of the exact object-space ray."""
@@ -189,9 +189,9 @@ class PlacedDistance:
         if name == "cube":
             inputs["towards"] = towards(numbers["d"])
         predicates, values = whole(shape.predicates), whole(shape.values)
-        signs, found = decided(predicates, inputs), evaluated(values, inputs)
-        hit = shape.decide(signs, found, numbers)
-        witness = Witness(*witnessed(values, inputs, found, sample(rungs)))
+        signs, exact = decided(predicates, inputs), evaluated(values, inputs)
+        hit = shape.decide(signs, exact, numbers)
+        witness = Witness(*witnessed(values, inputs, exact, sample(rungs)))
         facts = {"hit": hit, "given": numbers, "shift": np.zeros(len(rungs), dtype=int), "shape": shape}
         return ExactAnswers(counted=~(hit.hit & ~np.isfinite(hit.t.high)), facts=facts, witness=witness)
 
@@ -215,13 +215,13 @@ class PlacedDistance:
         return intersect.function(ray, shape.arrays(types), ahead(types))
 
     def grade(self, ladder: Ladder, inputs: Inputs, truth: ExactAnswers, answer: Answer, precision: str) -> Grades:
-        """Return misses and errors."""
+        """Return false hits, false misses and errors."""
         return graded(ladder, truth, answer["t"], precision)
 
 
 @QUESTIONS.register("placed_normal")
 class PlacedNormal:
-    """A unit object-space normal taken to world space: the angle to the exact inverse transpose's."""
+    """A unit normal transformed from object to world space: its angle to the normal by the exact inverse transpose."""
 
     def truth(self, ladder: Ladder, inputs: Inputs, rungs: np.ndarray) -> ExactAnswers:
         """Return the exact unit normal and the condition number of the matrix."""
@@ -229,16 +229,16 @@ class PlacedNormal:
         def normals(x: Columns) -> Columns:
             by, _ = inverse(x)
             n = x["n"]
-            # Columns of the inverse: rows of its transpose.
+            # The inverse's columns are the rows of its transpose
             turned = unit(tuple(by[0][i] * n[0] + by[1][i] * n[1] + by[2][i] * n[2] for i in range(3)))
             return {f"n{i}": value for i, value in enumerate(turned)}
 
-        found = evaluated(normals, inputs)
-        witness = Witness(*witnessed(normals, inputs, found, sample(rungs)))
+        exact = evaluated(normals, inputs)
+        witness = Witness(*witnessed(normals, inputs, exact, sample(rungs)))
         linear = inputs["matrix"].reshape(-1, 3, 4)[:, :, :3]
         condition = np.linalg.cond(linear)
         return ExactAnswers(
-            counted=np.ones(len(rungs), dtype=bool), facts={"n": found, "K": condition}, witness=witness
+            counted=np.ones(len(rungs), dtype=bool), facts={"n": exact, "K": condition}, witness=witness
         )
 
     def answer(self, ladder: Ladder, formula: Formula, inputs: Inputs, precision: str) -> Answer:
@@ -253,7 +253,7 @@ class PlacedNormal:
 
     def grade(self, ladder: Ladder, inputs: Inputs, truth: ExactAnswers, answer: Answer, precision: str) -> Grades:
         """Return angles in degrees, and in K u radians with K = cond(M)."""
-        # A normal that is not a unit vector scales the light: its length counts like an angle.
+        # A normal that is not a unit vector scales the light, so the error of its length counts like an angle.
         angle = np.maximum(angles(answer["n"], truth.facts["n"]), abs(np.linalg.norm(answer["n"], axis=1) - 1))
         invalid = ~np.isfinite(angle)
         return Grades(
@@ -268,10 +268,10 @@ class PlacedNormal:
 
 def angles(computed: np.ndarray, exact: Columns) -> np.ndarray:
     """Return the angle [rad] between computed vectors and exact unit vectors n0, n1, n2, by atan2."""
-    true, ours = tuple(exact[f"n{i}"] for i in range(3)), parts({"n": computed}, floats)["n"]
+    true, vector = tuple(exact[f"n{i}"] for i in range(3)), parts({"n": computed}, floats)["n"]
     with np.errstate(all="ignore"):
-        across = np.sqrt(sum(component.high**2 for component in cross(true, ours)))
-        return np.arctan2(across, dot(true, ours).high)
+        across = np.sqrt(sum(component.high**2 for component in cross(true, vector)))
+        return np.arctan2(across, dot(true, vector).high)
 
 
 def in_world_space(x: Columns) -> Columns:
@@ -287,16 +287,16 @@ def in_world_space(x: Columns) -> Columns:
 
 
 class Baked(ExactTriangle):
-    """A triangle whose corners were rounded where they stand: K weighs them, and the ray, from the world's origin."""
+    """A triangle with corners rounded in world space: K weighs corners and ray by their distance from the origin."""
 
     center = None
 
 
 @QUESTIONS.register("baked_distance")
 class BakedDistance:
-    """The t of a triangle that was baked into world space, whose corners are float32 in either precision.
+    """The t of a triangle that was baked into world space; its corners there are float32 in either precision.
 
-    Truth takes the corners as they would be without that rounding.
+    The truth takes the exact corners, without that rounding.
     """
 
     def truth(self, ladder: Ladder, inputs: Inputs, rungs: np.ndarray) -> ExactAnswers:
@@ -307,60 +307,60 @@ class BakedDistance:
         def values(x: Columns) -> Columns:
             return shape.values(in_world_space(x))
 
-        found = evaluated(values, inputs)
+        exact = evaluated(values, inputs)
         world = evaluated(
             lambda x: {f"{name}{i}": v for name in "abc" for i, v in enumerate(in_world_space(x)[name])}, inputs
         )
-        given = {name: np.stack([world[f"{name}{i}"].high for i in range(3)], axis=1) for name in "abc"}
-        given |= {"o": inputs["o"], "d": inputs["d"]}
-        hit = shape.decide(signs, found, given)
-        facts = {"hit": hit, "given": given, "shift": np.zeros(len(rungs), dtype=int), "shape": shape}
-        witness = Witness(*witnessed(values, inputs, found, sample(rungs)))
+        numbers = {name: np.stack([world[f"{name}{i}"].high for i in range(3)], axis=1) for name in "abc"}
+        numbers |= {"o": inputs["o"], "d": inputs["d"]}
+        hit = shape.decide(signs, exact, numbers)
+        facts = {"hit": hit, "given": numbers, "shift": np.zeros(len(rungs), dtype=int), "shape": shape}
+        witness = Witness(*witnessed(values, inputs, exact, sample(rungs)))
         return ExactAnswers(counted=~(hit.hit & ~np.isfinite(hit.t.high)), facts=facts, witness=witness)
 
     def answer(self, ladder: Ladder, formula: Formula, inputs: Inputs, precision: str) -> Answer:
         """Return t per ray, all triangles in one kernel."""
         corners = np.concatenate([_baked(inputs, block) for block in blocks(inputs)])
-        given = inputs | {name: corners[:, i].astype(np.float64) for i, name in enumerate("abc")}
-        columns = uploaded({name: given[name] for name in "odabc"}, array_types(precision))
+        numbers = inputs | {name: corners[:, i].astype(np.float64) for i, name in enumerate("abc")}
+        columns = uploaded({name: numbers[name] for name in "odabc"}, array_types(precision))
         t = formula.function(
             ray_of(columns), record("triangle", columns, array_types(precision)), ahead(array_types(precision))
         )
         return downloaded({"t": t}, len(corners))
 
     def grade(self, ladder: Ladder, inputs: Inputs, truth: ExactAnswers, answer: Answer, precision: str) -> Grades:
-        """Return misses and errors, in roundings of float32 always: that is what corners are rounded to."""
+        """Return misses and errors, in roundings of float32 in every precision, as the corners are float32."""
         return graded(ladder, truth, answer["t"], "float32")
 
 
 def _baked(inputs: Inputs, block: slice) -> np.ndarray:
-    """Return the world-space corners (rays, 3, 3) of the triangles that share a matrix, as every renderer gets them."""
+    """Return the world-space corners (rays, 3, 3) of triangles with the same matrix, as every renderer gets them."""
     corners = np.stack([inputs[name][block] for name in "abc"], axis=1)
     faces = np.arange(3 * len(corners)).reshape(-1, 3)
     matrix = rows(inputs["matrix"][block.start])
     return world_triangles(Mesh(vertices=corners.reshape(-1, 3), faces=faces, albedo=ALBEDO, to_world=matrix))
 
 
-# Which of two surfaces is the nearer one? Two parallel triangles a small gap apart, asked about one after the other.
+# Which of two surfaces is nearer? Two parallel triangles a small gap apart, intersected one after the other.
 #
-# Exact t by Cramer's rule, compared without a division; a ray counts if it meets both. The second one taken though it
-# is the farther one is a false hit, the second one passed over though it is the nearer one a false miss. Inputs: o,
-# d, the first triangle a, b, c and the second one a2, b2, c2.
+# The truth compares the exact t of both by Cramer's rule without a division; a ray counts if it hits both triangles. It
+# is a false hit to take the second triangle although it is farther, and a false miss to pass it over although it is
+# nearer. Inputs: o, d, the first triangle a, b, c and the second triangle a2, b2, c2.
 
 
 TRIANGLE = ExactTriangle()
 
 
 def second(x: Columns) -> Columns:
-    """Return the second triangle with the same ray."""
+    """Return the ray with the second triangle as a, b, c."""
     return x | {name: x[f"{name}2"] for name in "abc"}
 
 
 def compared(x: Columns) -> Columns:
-    """Return what decides both triangles, and t1 det1 det2 - t2 det1 det2."""
-    one, other = TRIANGLE.predicates(x), TRIANGLE.predicates(second(x))
-    later = one["t"] * other["det"] - other["t"] * one["det"]
-    return one | {f"{name}2": value for name, value in other.items()} | {"later": later}
+    """Return the predicates of both triangles, and `later` = t1 det1 det2 - t2 det1 det2 for the exact t1 and t2."""
+    first_predicates, second_predicates = TRIANGLE.predicates(x), TRIANGLE.predicates(second(x))
+    later = first_predicates["t"] * second_predicates["det"] - second_predicates["t"] * first_predicates["det"]
+    return first_predicates | {f"{name}2": value for name, value in second_predicates.items()} | {"later": later}
 
 
 @QUESTIONS.register("order")
@@ -368,15 +368,15 @@ class Order:
     """The slots `nearest` and `triangle`, each with the default of the other."""
 
     def truth(self, ladder: Ladder, inputs: Inputs, rungs: np.ndarray) -> ExactAnswers:
-        """Return which rays meet both, and where the second one comes first."""
+        """Return the rays that hit both triangles, and the mask of rays for which the second is nearer."""
         signs = decided(compared, inputs)
         witness = Witness(*confirmed(compared, inputs, signs, sample(rungs)))
-        both = TRIANGLE.met(signs) & TRIANGLE.met({name: signs[f"{name}2"] for name in ("det", "u", "v", "w", "t")})
+        hits = TRIANGLE.met(signs) & TRIANGLE.met({name: signs[f"{name}2"] for name in ("det", "u", "v", "w", "t")})
         later = signs["later"].astype(int) * signs["det"] * signs["det2"]
-        return ExactAnswers(counted=both, facts={"second": later > 0}, witness=witness)
+        return ExactAnswers(counted=hits, facts={"second": later > 0}, witness=witness)
 
     def answer(self, ladder: Ladder, formula: Formula, inputs: Inputs, precision: str) -> Answer:
-        """Return 1 where the second triangle is taken."""
+        """Return 1 if the second triangle is taken, else 0."""
         types = array_types(precision)
         configuration = Configuration(precision=precision, formulas={formula.slot: formula.variant})
         x = uploaded(inputs, types)

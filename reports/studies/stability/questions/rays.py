@@ -1,8 +1,8 @@
 """Questions of view rays (the angle to the exact direction), hit points, sphere and facing normals, and trees.
 
-Every ray has a camera of its own, so that no orientation is a special one. Inputs: eye, target, up, sx, sy, fovy
-[degrees], aspect, near, far. K = 1 + 1 / sin(F, up), what the basis multiplies its roundings by; the eye's
-coordinates do not enter, because target - eye is all that a direction needs.
+Every view ray has a camera of its own, so that no orientation is special. Inputs: eye, target, up, sx, sy, fovy
+[degrees], aspect, near, far. K = 1 + 1 / sin(F, up), where 1 / sin(F, up) is the amplification of roundings by the
+camera's basis. The eye's coordinates do not enter, because a direction depends only on target - eye.
 """
 
 from collections.abc import Callable
@@ -47,7 +47,7 @@ TANGENT_BITS = 300
 
 
 def tangents(fovy: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return tan(fovy / 2) as two float64 arrays, fovy in degrees and exact."""
+    """Return tan(fovy / 2) as the sum of two float64 arrays; fovy [degrees] is taken as exact."""
     table = {}
     with bits(TANGENT_BITS):
         for angle in np.unique(fovy):
@@ -58,7 +58,7 @@ def tangents(fovy: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def looking(x: Columns) -> Columns:
-    """Return the unit direction from the camera's own numbers; the tangent is the sum of two."""
+    """Return the components of the unit direction of a view ray; the tangent is the sum of two numbers."""
     forward = unit(minus(x["target"], x["eye"]))
     right = unit(cross(forward, x["up"]))
     up = cross(right, forward)
@@ -70,28 +70,29 @@ def looking(x: Columns) -> Columns:
 
 @QUESTIONS.register("view_ray")
 class ViewRay:
-    """The unit direction of `ray`, by the slot's variant, everything else of the camera by default."""
+    """The unit direction of a view ray, by the slot's variant and the defaults of the camera's other slots."""
 
     def truth(self, ladder: Ladder, inputs: Inputs, rungs: np.ndarray) -> ExactAnswers:
         """Return the exact direction and K."""
         high, low = tangents(inputs["fovy"])
-        given = {name: inputs[name] for name in ("eye", "target", "up", "sx", "sy", "aspect")}
-        given |= {"tangent": high, "tangent_rest": low}
-        values = evaluated(looking, given)
-        witness = Witness(*witnessed(looking, given, values, sample(rungs)))
+        numbers = {name: inputs[name] for name in ("eye", "target", "up", "sx", "sy", "aspect")}
+        numbers |= {"tangent": high, "tangent_rest": low}
+        values = evaluated(looking, numbers)
+        witness = Witness(*witnessed(looking, numbers, values, sample(rungs)))
         forward = inputs["target"] - inputs["eye"]
         sine = np.linalg.norm(np.cross(forward, inputs["up"]), axis=1)
         sine = sine / np.linalg.norm(forward, axis=1) / np.linalg.norm(inputs["up"], axis=1)
         finite = np.isfinite(values["n0"].high)
-        # A rounding of fovy moves the tangent T of half of it, a, by a (1 + T^2) / T roundings; at rho from the middle
-        # of the image plane that turns a ray by rho / (1 + rho^2) of it: by more than a rounding beyond 100 degrees.
+        # One rounding of fovy moves the tangent T of a = fovy / 2 by a (1 + T^2) / T roundings. At the distance rho
+        # from the centre of the image plane that turns a ray by rho / (1 + rho^2) times as much: by more than one
+        # rounding if fovy is above 100 degrees.
         rho = high * np.hypot(inputs["sx"] * inputs["aspect"], inputs["sy"])
         moved = np.radians(inputs["fovy"]) / 2 * (1 + high**2) / high
         K = np.maximum(1.0, moved * rho / (1 + rho**2)) + 1 / sine
         return ExactAnswers(counted=finite, facts={"n": values, "K": K}, witness=witness)
 
     def answer(self, ladder: Ladder, formula: Formula, inputs: Inputs, precision: str) -> Answer:
-        """Return directions, one camera per ray and all in one kernel."""
+        """Return directions, one camera per ray, all in one kernel."""
         types = array_types(precision)
         configuration = Configuration(precision=precision, formulas={formula.slot: formula.variant})
         columns = uploaded(inputs, types)
@@ -103,10 +104,10 @@ class ViewRay:
 
     @staticmethod
     def _half_sizes(configuration: Configuration, inputs: Inputs, types: Any) -> tuple[Any, Any]:
-        given = np.stack([inputs["fovy"], inputs["aspect"]])
-        # Runs first: to sort pairs takes long, and the rays of a run have one.
-        starts = np.concatenate([[True], np.any(given[:, 1:] != given[:, :-1], axis=0)])
-        pairs, where = np.unique(given[:, starts], axis=1, return_inverse=True)
+        numbers = np.stack([inputs["fovy"], inputs["aspect"]])
+        # Find runs of rays with the same pair first, because sorting the pairs of all rays takes long.
+        starts = np.concatenate([[True], np.any(numbers[:, 1:] != numbers[:, :-1], axis=0)])
+        pairs, where = np.unique(numbers[:, starts], axis=1, return_inverse=True)
         sizes = np.array(
             [
                 [float(size[0]) for size in configuration["half_extent"](types.Float, float(fovy), float(aspect))]
@@ -116,7 +117,7 @@ class ViewRay:
         return number(sizes[:, 0], types), number(sizes[:, 1], types)
 
     def grade(self, ladder: Ladder, inputs: Inputs, truth: ExactAnswers, answer: Answer, precision: str) -> Grades:
-        """Return angles in degrees, or in pixels of 1080 lines; a direction that is no number is invalid."""
+        """Return angles in degrees, or in pixels of an image of 1080 rows; a direction with NaN is invalid."""
         angle = angles(answer["d"], truth.facts["n"])
         bad = ~np.isfinite(angle)
         error = np.degrees(angle)
@@ -132,14 +133,18 @@ class ViewRay:
         )
 
 
-# The point on a shape and its normal: how far the point lies off the true surface, how the normal turns away.
+# The point on a shape: its distance from the true surface.
 #
-# Inputs as for "distance" with that shape; the distance is the default formula's, so what differs is the point alone.
+# The inputs are the same as for "distance" with that shape. The distance is by the default formula, so only the formula
+# of the point differs.
 
 
 @dataclass(frozen=True, kw_only=True)
 class InPlace:
-    """What a position formula may ask, where object space is world space and `everywhere` says that all are spheres."""
+    """The argument `object_ray` of a position formula if object space is world space.
+
+    `everywhere` is the mask of hit spheres, the same for all rays.
+    """
 
     ray: Ray
     center: Any
@@ -147,11 +152,11 @@ class InPlace:
     everywhere: Any
 
     def __call__(self) -> tuple[Ray, Callable[[Any], Any]]:
-        """Return the ray, which is already in object space, and what takes points to world space: nothing."""
+        """Return the ray in object space, and the transform of points to world space, which is the identity."""
         return self.ray, lambda point: point
 
     def spheres(self) -> tuple[Any, Any, Any]:
-        """Return that all are spheres, the centre and the radius [m]."""
+        """Return the mask of hit spheres, their centres and radii [m]."""
         return self.everywhere, self.center, self.radius
 
 
@@ -169,10 +174,10 @@ def off_surface(shape: str, p: np.ndarray, x: Inputs) -> np.ndarray:
 
 
 def rounding(shape: str, x: Inputs, t: np.ndarray) -> np.ndarray:
-    """Return what K u multiplies [m]: a sphere's own numbers, or what the ray's components along the normal sum up to.
+    """Return the length [m] that K u multiplies: |c| + r of a sphere, or the size of the terms along a flat normal.
 
-    A point on a sphere can be as near as its own rounding, since the sphere's numbers are larger than zero. Of a flat
-    shape whose numbers may all be zero only the way to it is left, o and t d.
+    The best point on a sphere has the error of its own rounding, which the sphere's numbers bound. The numbers of a
+    flat shape may all be zero; its bound has the components of o and t d along the normal, too.
     """
     if shape == "sphere":
         return np.linalg.norm(x["c"], axis=1) + x["r"]
@@ -188,7 +193,7 @@ class PositionQuestion:
     """The slot `position`: the distance of the computed point from the surface, on a sphere in radii."""
 
     def truth(self, ladder: Ladder, inputs: Inputs, rungs: np.ndarray) -> ExactAnswers:
-        """Return which rays hit."""
+        """Return the rays that hit as the counted rays."""
         whole = Distance().truth(ladder, inputs, rungs)
         return ExactAnswers(counted=whole.counted & whole.facts["hit"].hit, facts={}, witness=whole.witness)
 
@@ -207,7 +212,7 @@ class PositionQuestion:
         return downloaded({"p": formula.function(ray, t, place), "t": t}, len(inputs["o"]))
 
     def grade(self, ladder: Ladder, inputs: Inputs, truth: ExactAnswers, answer: Answer, precision: str) -> Grades:
-        """Return distances from the surface; a ray that the default formula lost is not the point's fault."""
+        """Return distances from the surface; rays that the default distance formula misses are not counted."""
         shape = str(ladder.options["shape"])
         counted = truth.counted & np.isfinite(answer["t"])
         with np.errstate(all="ignore"):
@@ -234,9 +239,9 @@ class SphereNormal:
         def outward(x: Columns) -> Columns:
             return {f"n{i}": value for i, value in enumerate(unit(minus(x["p"], x["c"])))}
 
-        found = evaluated(outward, inputs)
-        witness = Witness(*witnessed(outward, inputs, found, sample(rungs)))
-        return ExactAnswers(counted=~nothing(len(rungs)), facts={"n": found}, witness=witness)
+        exact = evaluated(outward, inputs)
+        witness = Witness(*witnessed(outward, inputs, exact, sample(rungs)))
+        return ExactAnswers(counted=~nothing(len(rungs)), facts={"n": exact}, witness=witness)
 
     def answer(self, ladder: Ladder, formula: Formula, inputs: Inputs, precision: str) -> Answer:
         """Return normals."""
@@ -272,7 +277,7 @@ class Facing:
         return downloaded({"n": formula.function(columns["n"], columns["d"])}, len(inputs["n"]))
 
     def grade(self, ladder: Ladder, inputs: Inputs, truth: ExactAnswers, answer: Answer, precision: str) -> Grades:
-        """Return wrong sides."""
+        """Return normals on the wrong side as false hits."""
         right = np.where((truth.facts["side"] > 0)[:, None], -inputs["n"], inputs["n"])
         wrong = np.any(answer["n"] != right, axis=1) & truth.counted
         unknown = np.full(len(wrong), np.nan)
@@ -286,12 +291,12 @@ class Facing:
         )
 
 
-# Does a tree lose a triangle that a ray meets? Boxes in `tracer.trees` may be met in vain, but never missed.
+# Does a tree lose a triangle that a ray hits? A ray may hit a box of `tracer.trees` without need, but must miss none.
 #
-# One tree a value of the sweep, over the triangles of all its rays; each ray is aimed at its own, and the triangles
-# do not overlap. Rays that the formula alone misses are left out, so that what is lost is lost by the tree. A triangle
-# that is found later than alone is lost as well. Options: bundle, how many rays from one
-# point go through the tree as one beam. Inputs: o, d, a, b, c.
+# There is one tree per value of the sweep, over the triangles of all its rays. Each ray is aimed at its own triangle,
+# and the triangles do not overlap. Rays that the formula misses without a tree are left out, so that every lost
+# triangle is lost by the tree. A t that is larger than without the tree counts as lost, too. Option: bundle, the number
+# of rays from one point that traverse the tree as one beam. Inputs: o, d, a, b, c.
 
 
 CAMERA = camera_around((0, 0, 0), distance=4, azimuth=0, elevation=0, width=1, height=1, fovy=30)
@@ -302,15 +307,15 @@ class TreeQuestion:
     """The slot `triangle`, in the leaves of a tree."""
 
     def truth(self, ladder: Ladder, inputs: Inputs, rungs: np.ndarray) -> ExactAnswers:
-        """Return which rays meet their own triangle."""
+        """Return the rays that hit their own triangle as the counted rays."""
         own = Distance().truth(ladder, inputs, rungs)
         return ExactAnswers(counted=own.counted & own.facts["hit"].hit, facts=own.facts, witness=own.witness)
 
     def answer(self, ladder: Ladder, formula: Formula, inputs: Inputs, precision: str) -> Answer:
-        """Return t per ray through the tree and of its own triangle alone, one tree a value."""
+        """Return t per ray through the tree of its value, and t of its own triangle without a tree."""
         rays = len(inputs["o"])
-        each = rays // len(ladder.values) if rays % len(ladder.values) == 0 else rays
-        edges = range(0, rays + 1, each)
+        per_value = rays // len(ladder.values) if rays % len(ladder.values) == 0 else rays
+        edges = range(0, rays + 1, per_value)
         bundle = int(str(ladder.options.get("bundle", 1)))
         parts = [
             _through({name: array[a:b] for name, array in inputs.items()}, formula, precision, bundle)
@@ -319,7 +324,7 @@ class TreeQuestion:
         return {"t": np.concatenate(parts)} | {"alone": Distance().answer(ladder, formula, inputs, precision)["t"]}
 
     def grade(self, ladder: Ladder, inputs: Inputs, truth: ExactAnswers, answer: Answer, precision: str) -> Grades:
-        """Return what was lost."""
+        """Return hits that the tree loses as false misses."""
         counted = truth.counted & np.isfinite(answer["alone"])
         none, unknown = nothing(len(counted)), np.full(len(counted), np.nan)
         lost = counted & ~(answer["t"] <= answer["alone"])
@@ -327,7 +332,7 @@ class TreeQuestion:
 
 
 def _through(inputs: Inputs, formula: Formula, precision: str, bundle: int) -> np.ndarray:
-    """Return t of rays through the tree over their triangles; every `bundle` of them in a row start from one point."""
+    """Return t of rays through the tree over their triangles; `bundle` consecutive rays start from the same point."""
     corners = np.stack([inputs[name] for name in "abc"], axis=1)
     mesh = Mesh(
         vertices=corners.reshape(-1, 3), faces=np.arange(3 * len(corners)).reshape(-1, 3), albedo=(0.5, 0.5, 0.5)
@@ -345,7 +350,7 @@ def _through(inputs: Inputs, formula: Formula, precision: str, bundle: int) -> n
     (hierarchy,) = trees.hierarchies
     parts = [{name: inputs[name][k::bundle] for name in "od"} for k in range(bundle)]
     rays = [ray_of(uploaded(part, types)) for part in parts]
-    found = downloaded(
+    distances = downloaded(
         {str(k): t for k, (t, _) in enumerate(trees.met(hierarchy, rays, [ahead(types)] * bundle))}, len(parts[0]["o"])
     )
-    return np.stack([found[str(k)] for k in range(bundle)], axis=1).ravel()
+    return np.stack([distances[str(k)] for k in range(bundle)], axis=1).ravel()

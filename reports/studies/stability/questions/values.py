@@ -1,7 +1,8 @@
 """Questions of values: matrices, projections, corners, pixels, sums of light; and of special inputs (NaN, inf).
 
-One entry of `ASKED` a slot: the exact mathematics, and how the formula is asked. K is what the very expression makes
-of one rounding of each input (`Conditioned` in `stability/shapes.py`). The error of a ray is that of its worst number.
+`ASKED` has one entry per slot: the exact mathematics, and the call of the formula. K is the amplification of one
+rounding of each input by the exact expression (`Conditioned` in `stability/shapes.py`). The error of a ray is the error
+of its worst number.
 """
 
 from collections.abc import Callable, Mapping
@@ -39,25 +40,25 @@ from rayproof.tracer.formulas.camera import ORDER
 from rayproof.tracer.kernel.arithmetic import matrix
 from rayproof.tracer.kernel.arrays import array_types
 
-PLACES = tuple(product(range(4), repeat=2))  # of a 4x4 matrix
+PLACES = tuple(product(range(4), repeat=2))  # (row, column) of a 4x4 matrix
 Ask = Callable[[Formula, Columns], Mapping[str, Any]]
 
 
 @dataclass(frozen=True, kw_only=True)
 class ValueSlot:
-    """One slot: what its numbers truly are, and how a formula is asked for them."""
+    """One slot: the exact mathematics of its numbers, and the call of a formula."""
 
     exact: Mathematics
     ask: Ask
 
 
 def named(*names: str) -> Callable[[Any], Columns]:
-    """Return what gives several results their names."""
+    """Return a function that makes a dict of several results, with `names` as keys."""
     return lambda results: dict(zip(names, results, strict=True))
 
 
 def numbered(vectors: Any) -> Columns:
-    """Return the components of vectors by their places."""
+    """Return the components of vectors, by the number of the vector and of the component."""
     return {f"{k}{i}": x for k, vector in enumerate(vectors) for i, x in enumerate(vector)}
 
 
@@ -80,9 +81,9 @@ def inverted(x: Columns) -> Columns:
 
 
 def inverse(formula: Formula, x: Columns) -> Columns:
-    """Return what a formula makes of the matrix m00 ... m33."""
-    found = formula.function(matrix([[x[f"m{i}{j}"] for j in range(4)] for i in range(4)], like=x["m00"]))
-    return {f"{i}{j}": found[i, j] for i, j in PLACES}
+    """Return the inverse of the matrix m00 ... m33 by a formula."""
+    result = formula.function(matrix([[x[f"m{i}{j}"] for j in range(4)] for i in range(4)], like=x["m00"]))
+    return {f"{i}{j}": result[i, j] for i, j in PLACES}
 
 
 def projected(x: Columns) -> Columns:
@@ -92,24 +93,24 @@ def projected(x: Columns) -> Columns:
 
 
 def projection(formula: Formula, x: Columns) -> Columns:
-    """Return the same of a formula."""
-    found = formula.function(x["horizontal"], x["vertical"], x["near"], x["far"])
-    return {f"{i}{j}": found[i, j] for i, j in ((0, 0), (1, 1), (2, 2), (2, 3))}
+    """Return the four numbers of a formula's projection that are neither 0 nor 1."""
+    result = formula.function(x["horizontal"], x["vertical"], x["near"], x["far"])
+    return {f"{i}{j}": result[i, j] for i, j in ((0, 0), (1, 1), (2, 2), (2, 3))}
 
 
 def view(formula: Formula, x: Columns) -> Columns:
     """Return the translation in a formula's view matrix [m]."""
-    found = formula.function(x["eye"], x["right"], x["up"], x["forward"])
-    return {f"{i}3": found[i, 3] for i in range(3)}
+    result = formula.function(x["eye"], x["right"], x["up"], x["forward"])
+    return {f"{i}3": result[i, 3] for i in range(3)}
 
 
 def cornered(x: Columns) -> Columns:
     """Return the corners of the frustum [m]."""
-    found = []
+    corners = []
     for depth, (sx, sy) in product((x["near"], x["far"]), ORDER):
         across, upwards = scaled(x["right"], sx * x["horizontal"]), scaled(x["up"], sy * x["vertical"])
-        found.append(plus(x["eye"], scaled(plus(plus(x["forward"], across), upwards), depth)))
-    return numbered(found)
+        corners.append(plus(x["eye"], scaled(plus(plus(x["forward"], across), upwards), depth)))
+    return numbered(corners)
 
 
 def lights(x: Columns) -> list[Any]:
@@ -118,7 +119,7 @@ def lights(x: Columns) -> list[Any]:
 
 
 def pi(like: Any) -> Any:
-    """Return pi as a number of the same kind; it is rounded as an input is."""
+    """Return pi as a number of the type of `like`; its rounding counts like an input's."""
     if isinstance(like, Bundle):
         with bits(WITNESS_BITS):
             return constant(arb.pi())
@@ -174,18 +175,18 @@ class Value:
     """The numbers of the ladder's first slot."""
 
     def truth(self, ladder: Ladder, inputs: Inputs, rungs: np.ndarray) -> ExactAnswers:
-        """Return the exact numbers and their weights."""
+        """Return the exact numbers and their weights K |X|."""
         exact = ASKED[ladder.slots[0]].exact
-        found = evaluated(exact, inputs)
-        witness = Witness(*witnessed(exact, inputs, found, sample(rungs)))
+        numbers = evaluated(exact, inputs)
+        witness = Witness(*witnessed(exact, inputs, numbers, sample(rungs)))
         with np.errstate(all="ignore"):
-            weights = {name: one.weight for name, one in exact(parts(inputs, Conditioned)).items()}
-        return ExactAnswers(counted=~nothing(len(rungs)), facts={"exact": found, "weights": weights}, witness=witness)
+            weights = {name: number.weight for name, number in exact(parts(inputs, Conditioned)).items()}
+        return ExactAnswers(counted=~nothing(len(rungs)), facts={"exact": numbers, "weights": weights}, witness=witness)
 
     def answer(self, ladder: Ladder, formula: Formula, inputs: Inputs, precision: str) -> Answer:
         """Return the formula's numbers."""
-        found = ASKED[ladder.slots[0]].ask(formula, uploaded(inputs, array_types(precision)))
-        return downloaded(found, len(next(iter(inputs.values()))))
+        numbers = ASKED[ladder.slots[0]].ask(formula, uploaded(inputs, array_types(precision)))
+        return downloaded(numbers, len(next(iter(inputs.values()))))
 
     def grade(self, ladder: Ladder, inputs: Inputs, truth: ExactAnswers, answer: Answer, precision: str) -> Grades:
         """Return errors in the ladder's unit."""
@@ -204,7 +205,7 @@ class Value:
                     error = off * (inputs["width"] / 2 if ladder.slots[0] == "ndc" else 1.0)
                 case _:
                     error = off
-            # No number is nearer than its own rounding, even one that is mostly a constant.
+            # The error of a number is at least its own rounding, even if the number is mostly a constant.
             index = np.where(off == 0, 0.0, off / (np.maximum(weight, size) * u)).max(axis=0)
         none, invalid = nothing(off.shape[1]), ~np.all(np.isfinite(off), axis=0)
         return Grades(
@@ -217,25 +218,25 @@ class Value:
         )
 
 
-# Special values: whatever comes in, what comes out is a valid miss or a flagged invalid, never a plausible number.
+# Special inputs: the result for a NaN or an infinity must be a miss or NaN, never a plausible number.
 #
-# A NaN distance is flagged: nothing is nearer than a NaN. A subnormal t may be flushed to zero. Counted as false
-# hits: a finite or negative t where a number of the ray or shape is none, or no finite one; a unit direction from
-# such a camera; light that is a plain number, black included, though a NaN went in. Zeros of either sign, where
-# nothing else is special, are decided by exact mathematics.
+# A NaN distance is a miss, since no comparison finds it nearer. A subnormal t may be flushed to zero. False hits are: a
+# finite or negative t although a number of the ray or shape is NaN or infinite; a unit direction from such a camera;
+# light that is a number, black included, although an input is NaN. If the only special inputs are zeros of either sign,
+# exact mathematics decides.
 
 
-MATTERS = ("eye", "target", "up", "sx", "sy")  # of a camera, for a direction
-MOST = 200  # rays
+MATTERS = ("eye", "target", "up", "sx", "sy")  # inputs of a camera that affect a direction
+MOST = 200  # rays in the sample of the second arithmetic
 
 
-def impossible(values: Mathematics, inputs: Mapping[str, np.ndarray], asked: np.ndarray) -> Witness:
-    """Return the witness that what is asked of the rays `asked` (rays,) bool has no finite answer.
+def impossible(values: Mathematics, inputs: Mapping[str, np.ndarray], mask: np.ndarray) -> Witness:
+    """Return the check by ball arithmetic that the rays of a mask (rays,) have no finite answer.
 
-    A ball around NaN stays no number through whatever it takes part in. A sample of rays is worked out by `values`; one
-    whose values all come out finite contradicts the truth, which is then a whole 1 from its witness.
+    Every operation on a NaN ball gives a NaN ball. `values` are computed for a sample of the rays. If all values of a
+    ray are finite, this contradicts the truth, and the distance from the truth is 1.
     """
-    rays = np.flatnonzero(asked)
+    rays = np.flatnonzero(mask)
     chosen = rays[:: max(1, len(rays) // MOST)]
     worst = 0.0
     with bits(WITNESS_BITS):
@@ -247,7 +248,7 @@ def impossible(values: Mathematics, inputs: Mapping[str, np.ndarray], asked: np.
 
 
 def dark(inputs: Mapping[str, np.ndarray]) -> Witness:
-    """Return the witness that no light arrives: each light lies at its point, or not above the point's horizon."""
+    """Return the check that no light arrives: each light is at its point, or not above the point's horizon."""
     rays = np.arange(0, len(inputs["flux"]), max(1, len(inputs["flux"]) // MOST))
     worst = 0.0
     with bits(WITNESS_BITS):
@@ -260,13 +261,13 @@ def dark(inputs: Mapping[str, np.ndarray]) -> Witness:
 
 
 def finite(inputs: Inputs, names: tuple[str, ...] | None = None) -> np.ndarray:
-    """Return the rays whose inputs (those of `names`) are all finite."""
+    """Return the mask of rays with only finite inputs; only the inputs `names` are tested, by default all."""
     columns = [inputs[name].reshape(len(inputs[name]), -1) for name in names or tuple(inputs)]
     return np.all(np.isfinite(np.concatenate(columns, axis=1)), axis=1)
 
 
 def ordinary(inputs: Inputs) -> np.ndarray:
-    """Return the rays whose numbers are zeros or of moderate size."""
+    """Return the mask of rays whose numbers are all zero or of moderate size."""
     columns = np.concatenate([array.reshape(len(array), -1) for array in inputs.values()], axis=1)
     with np.errstate(invalid="ignore"):
         return np.all((columns == 0) | ((abs(columns) > 1e-3) & (abs(columns) < 1e3)), axis=1)
@@ -280,25 +281,25 @@ def marks(counted: np.ndarray, plausible: np.ndarray, lost: np.ndarray, invalid:
 
 @QUESTIONS.register("special_distance")
 class SpecialDistance:
-    """The t of a shape."""
+    """The t of a shape for special inputs."""
 
     def truth(self, ladder: Ladder, inputs: Inputs, rungs: np.ndarray) -> ExactAnswers:
-        """Return what is finite, and exact hits where every number is a zero or ordinary."""
+        """Return the masks of rays with finite inputs, with ordinary inputs, and with an exact hit of the latter."""
         plain = ordinary(inputs)
         kept = {name: array[plain] for name, array in inputs.items()}
         exact = Distance().truth(ladder, kept, rungs[plain])
         hit = nothing(len(plain))
         hit[plain] = exact.facts["hit"].hit
-        # Where a ray meets z = 0 is a question about heights alone.
+        # The t of the plane z = 0 depends only on z.
         numbers = inputs
         if ladder.options["shape"] == "plane":
             numbers = {name: array[:, 2] for name, array in inputs.items()}
         facts = {"finite": finite(numbers), "plain": plain, "hit": hit}
-        given = inputs | {"towards": towards(inputs["d"])} if ladder.options["shape"] == "cube" else inputs
+        columns = inputs | {"towards": towards(inputs["d"])} if ladder.options["shape"] == "cube" else inputs
         shape = SHAPES[str(ladder.options["shape"])]()
-        # An infinite direction may have a limit; what is no number at all has none, in the distance or in a decision.
+        # An infinite direction may have a limit; with a NaN neither the distance nor a decision has one.
         unknown = np.any([np.isnan(array.reshape(len(plain), -1)).any(axis=1) for array in numbers.values()], axis=0)
-        none = impossible(lambda x: shape.values(x) | shape.predicates(x), given, unknown)
+        none = impossible(lambda x: shape.values(x) | shape.predicates(x), columns, unknown)
         witness = Witness(exact.witness.values + none.values, max(exact.witness.worst, none.worst))
         return ExactAnswers(counted=~nothing(len(plain)), facts=facts, witness=witness)
 
@@ -307,38 +308,38 @@ class SpecialDistance:
         return Distance().answer(ladder, formula, inputs, precision)
 
     def grade(self, ladder: Ladder, inputs: Inputs, truth: ExactAnswers, answer: Answer, precision: str) -> Grades:
-        """Return plausible answers to impossible questions, and wrong ones to questions about zeros."""
+        """Return plausible answers to special inputs as false hits, and wrong answers to ordinary inputs."""
         t, facts = answer["t"], truth.facts
-        found = np.isfinite(t)
+        hits = np.isfinite(t)
         negative = t < 0
-        plausible = (found & ~facts["finite"]) | negative | (found & facts["plain"] & ~facts["hit"])
-        return marks(truth.counted, plausible, ~found & facts["hit"], nothing(len(t)))
+        plausible = (hits & ~facts["finite"]) | negative | (hits & facts["plain"] & ~facts["hit"])
+        return marks(truth.counted, plausible, ~hits & facts["hit"], nothing(len(t)))
 
 
 @QUESTIONS.register("special_camera")
 class SpecialCamera:
-    """The direction of a camera."""
+    """The direction of a view ray for special inputs."""
 
     def truth(self, ladder: Ladder, inputs: Inputs, rungs: np.ndarray) -> ExactAnswers:
-        """Return which cameras are no cameras."""
-        known = finite(inputs, MATTERS)
+        """Return the rays of cameras with a number that is not finite as the counted rays."""
+        valid = finite(inputs, MATTERS)
         high, low = tangents(inputs["fovy"])
-        given = {name: inputs[name] for name in (*MATTERS, "aspect")} | {"tangent": high, "tangent_rest": low}
-        return ExactAnswers(counted=~known, facts={}, witness=impossible(looking, given, ~known))
+        numbers = {name: inputs[name] for name in (*MATTERS, "aspect")} | {"tangent": high, "tangent_rest": low}
+        return ExactAnswers(counted=~valid, facts={}, witness=impossible(looking, numbers, ~valid))
 
     def answer(self, ladder: Ladder, formula: Formula, inputs: Inputs, precision: str) -> Answer:
         """Return directions."""
         return ViewRay().answer(ladder, formula, inputs, precision)
 
     def grade(self, ladder: Ladder, inputs: Inputs, truth: ExactAnswers, answer: Answer, precision: str) -> Grades:
-        """Return plausible directions."""
+        """Return plausible directions as false hits."""
         length = np.linalg.norm(answer["d"], axis=1)
         plausible = truth.counted & (abs(length - 1) < 0.5)
         return marks(truth.counted, plausible, nothing(len(length)), nothing(len(length)))
 
 
 def brought(formula: Formula, x: Columns, precision: str) -> Columns:
-    """Return the irradiance of one light by a formula and the defaults around it."""
+    """Return the irradiance of one light by a formula and the defaults of the other slots."""
     configuration = Configuration(precision=precision, formulas={formula.slot: formula.variant})
     law = configuration.formula("falloff")
     away = x["away"]
@@ -351,20 +352,20 @@ def brought(formula: Formula, x: Columns, precision: str) -> Columns:
 
 
 def lit(x: Columns) -> Columns:
-    """Return Phi dot(N, L) / (4 pi r^2), of whatever numbers."""
+    """Return Phi dot(N, L) / (4 pi r^2), without special cases."""
     squared = dot(x["away"], x["away"])
     return {"E": x["flux"] * dot(x["normal"], x["away"]) / (4 * arb.pi() * squared * squared.sqrt())}
 
 
 @QUESTIONS.register("special_light")
 class SpecialLight:
-    """The irradiance of one light: what a NaN becomes."""
+    """The irradiance of one light for inputs with NaN."""
 
     def truth(self, ladder: Ladder, inputs: Inputs, rungs: np.ndarray) -> ExactAnswers:
-        """Return where a NaN must come out: geometry that is none, or a flux that is none above the horizon."""
+        """Return the rays whose result must be NaN: the geometry is, or the flux of a light above the horizon is."""
         nowhere = np.any(np.isnan(inputs["normal"]) | np.isnan(inputs["away"]), axis=1)
         with np.errstate(all="ignore"):
-            # Inputs of moderate size alone are surely above the horizon where their product says so.
+            # The sign of the dot product is certain only for inputs of moderate size.
             usual = np.all(abs(inputs["normal"]) < 2, axis=1) & np.all(abs(inputs["away"]) < 10, axis=1)
             above = usual & (np.sum(inputs["normal"] * inputs["away"], axis=1) > 0.01)
         counted = nowhere | (np.isnan(inputs["flux"]) & above)
@@ -376,17 +377,17 @@ class SpecialLight:
         return downloaded(brought(formula, x, precision), len(inputs["flux"]))
 
     def grade(self, ladder: Ladder, inputs: Inputs, truth: ExactAnswers, answer: Answer, precision: str) -> Grades:
-        """Return numbers that hide a NaN."""
+        """Return numbers in place of NaN as false hits."""
         none = nothing(len(answer["E"]))
         return marks(truth.counted, truth.counted & ~np.isnan(answer["E"]), none, none)
 
 
 @QUESTIONS.register("dark_light")
 class DarkLight:
-    """The irradiance of a light that brings none: exactly at the point, behind the surface, or exactly along it."""
+    """The irradiance of a light without effect: exactly at the point, behind the surface, or exactly on the horizon."""
 
     def truth(self, ladder: Ladder, inputs: Inputs, rungs: np.ndarray) -> ExactAnswers:
-        """Return that all count: the generator made them so, by zeros and signs."""
+        """Return all rays as counted: the generator makes only such lights, by zeros and signs."""
         return ExactAnswers(counted=~nothing(len(rungs)), facts={}, witness=dark(inputs))
 
     def answer(self, ladder: Ladder, formula: Formula, inputs: Inputs, precision: str) -> Answer:
@@ -395,6 +396,6 @@ class DarkLight:
         return downloaded(brought(formula, x, precision), len(inputs["flux"]))
 
     def grade(self, ladder: Ladder, inputs: Inputs, truth: ExactAnswers, answer: Answer, precision: str) -> Grades:
-        """Return light where there is none, and NaN."""
+        """Return a nonzero irradiance as a false hit, and NaN as invalid."""
         value = answer["E"]
         return marks(truth.counted, ~np.isnan(value) & (value != 0), nothing(len(value)), np.isnan(value))

@@ -1,8 +1,9 @@
-"""Questions of leaks: how many triangles of a fan, or faces, a ray finds that surely pierces it.
+"""Questions of leaks: the number of triangles that a ray through a fan hits, and the face of a cube that it hits.
 
-Truth: the ray is kept only if float64, with a margin a million times its rounding, puts it inside every outer edge of
-the fan of triangles around the edge or vertex that it is aimed at, and all of them face it; it then pierces the fan
-whatever the inner edges say. Silhouettes, on which a ray may properly miss all, drop out.
+A fan is the triangles around the edge or vertex that the ray is aimed at. A ray is counted only if it is inside all
+outer edges of the fan in float64, with a margin far larger than the rounding, and all triangles face it. Then it
+pierces the fan regardless of the decisions at the inner edges. Silhouettes are not counted, because there a ray may
+rightly miss all triangles.
 """
 
 import drjit as dr
@@ -28,18 +29,18 @@ from rayproof.tracer.formulas import FORMULAS, Formula
 from rayproof.tracer.kernel.arrays import array_types
 from rayproof.tracer.shapes.meshes import TriangleArrays
 
-MARGIN = 1e-6
+MARGIN = 1e-6  # relative to the lengths in an edge function
 
 
 def fans(ladder: Ladder) -> tuple[tuple[int, int, int], ...]:
-    """Return the triangles of a fan as indices into its corners, all wound alike."""
+    """Return the triangles of a fan as indices into its corners, all with the same winding."""
     if ladder.options["fan"] == "edge":
         return (0, 1, 2), (1, 0, 3)
     return tuple((0, 1 + i, 1 + (i + 1) % 6) for i in range(6))
 
 
 def rim(ladder: Ladder) -> tuple[tuple[int, int], ...]:
-    """Return the outer edges, wound like the triangles."""
+    """Return the outer edges of a fan, with the winding of its triangles."""
     if ladder.options["fan"] == "edge":
         return (1, 2), (2, 0), (0, 3), (3, 1)
     return tuple((1 + i, 1 + (i + 1) % 6) for i in range(6))
@@ -47,10 +48,10 @@ def rim(ladder: Ladder) -> tuple[tuple[int, int], ...]:
 
 @QUESTIONS.register("watertight")
 class Watertight:
-    """Corners are inputs p0, p1, ...; the ray is o, d."""
+    """The number of triangles of a fan that a ray hits. Inputs: the corners p0, p1, ..., and the ray o, d."""
 
     def truth(self, ladder: Ladder, inputs: Inputs, rungs: np.ndarray) -> ExactAnswers:
-        """Return which rays certainly pierce the fan; rationals confirm a sample."""
+        """Return the rays that certainly pierce the fan as the counted rays; rationals confirm a sample."""
         corners = {name: inputs[name] - inputs["o"] for name in inputs if name.startswith("p")}
         sides = [_side(corners, inputs["d"], edge) for edge in rim(ladder)]
         facing = [
@@ -69,17 +70,17 @@ class Watertight:
 
     def _witness(self, ladder: Ladder, inputs: Inputs, rungs: np.ndarray, clear: np.ndarray) -> Witness:
         """Confirm by rationals that some triangle of the fan is pierced, edges included."""
-        seen, wrong = 0, 0
+        checked, wrong = 0, 0
         for ray in sample(rungs):
             if not clear[ray]:
                 continue
             x = single(inputs, int(ray), exact)
-            seen += 1
+            checked += 1
             wrong += not any(_pierced(x, triangle) for triangle in fans(ladder))
-        return Witness(seen, float(wrong))
+        return Witness(checked, float(wrong))
 
     def answer(self, ladder: Ladder, formula: Formula, inputs: Inputs, precision: str) -> Answer:
-        """Return the number of triangles found, one launch of the same kernel per value."""
+        """Return the number of hit triangles, by one launch of the same kernel per value."""
         types = array_types(precision)
         rays = len(inputs["o"])
         chunk = max(1, rays // len(ladder.values))
@@ -87,16 +88,16 @@ class Watertight:
         for start in range(0, rays, chunk):
             part = {name: array[start : start + chunk] for name, array in inputs.items()}
             columns = uploaded(part, types)
-            found = types.Float(0.0)
+            hits = types.Float(0.0)
             for a, b, c in fans(ladder):
                 triangle = TriangleArrays(first=columns[f"p{a}"], second=columns[f"p{b}"], third=columns[f"p{c}"])
                 t = formula.function(ray_of(columns), triangle, ahead(types))
-                found += dr.select(t < dr.inf, types.Float(1.0), 0.0)
-            counts.append(downloaded({"found": found}, len(part["o"]))["found"])
+                hits += dr.select(t < dr.inf, types.Float(1.0), 0.0)
+            counts.append(downloaded({"found": hits}, len(part["o"]))["found"])
         return {"found": np.concatenate(counts)}
 
     def grade(self, ladder: Ladder, inputs: Inputs, truth: ExactAnswers, answer: Answer, precision: str) -> Grades:
-        """Return leaks as false misses; double hits are counted beside them."""
+        """Return leaks as false misses, and the additional count of double hits."""
         rays = len(inputs["o"])
         unknown = np.full(rays, np.nan)
         return Grades(
@@ -116,14 +117,17 @@ def _pierced(x: Columns, triangle: tuple[int, int, int]) -> bool:
     return all(side >= 0 for side in sides) or all(side <= 0 for side in sides)
 
 
-def _side(seen: Inputs, d: np.ndarray, edge: tuple[int, int]) -> np.ndarray:
-    """Return the edge function: inside, it has the sign of the triangle's normal times the direction."""
-    return np.sum(np.cross(seen[f"p{edge[0]}"], seen[f"p{edge[1]}"]) * d, axis=1)
+def _side(corners: Inputs, d: np.ndarray, edge: tuple[int, int]) -> np.ndarray:
+    """Return the edge function of an edge for rays d; inside it has the sign of dot(normal, direction).
+
+    `corners` are relative to the ray's origin.
+    """
+    return np.sum(np.cross(corners[f"p{edge[0]}"], corners[f"p{edge[1]}"]) * d, axis=1)
 
 
-# Which face of the cube did the ray hit? The whole way: slabs, point, normal. A wrong face counts as a false hit.
+# Which face of the cube did the ray hit? The answer takes slabs, point and normal. A wrong face counts as a false hit.
 #
-# Truth: the face that the exact ray enters last or leaves first; ties, where it meets an edge itself, are not counted.
+# Truth: the face that the exact ray enters last or leaves first; ties, where it hits an edge, are not counted.
 
 
 @QUESTIONS.register("face")
@@ -131,7 +135,7 @@ class Face:
     """The outward axis at the nearest hit, by the default slabs."""
 
     def truth(self, ladder: Ladder, inputs: Inputs, rungs: np.ndarray) -> ExactAnswers:
-        """Return the exact face; a ray that misses has none."""
+        """Return the outward normal of the exact face; only rays that hit, without ties, are counted."""
         whole = Distance().truth(ladder, inputs, rungs)
         hit = whole.facts["hit"]
         point = inputs["o"] + hit.t.high[:, None] * inputs["d"]
@@ -153,7 +157,7 @@ class Face:
         return downloaded({"normal": normal}, len(inputs["o"]))
 
     def grade(self, ladder: Ladder, inputs: Inputs, truth: ExactAnswers, answer: Answer, precision: str) -> Grades:
-        """Return wrong faces."""
+        """Return wrong faces as false hits."""
         rays = len(inputs["o"])
         unknown = np.full(rays, np.nan)
         wrong = np.any(answer["normal"] != truth.facts["face"], axis=1) & truth.counted
