@@ -173,10 +173,7 @@ def _named(words: Sequence[str]) -> Iterator[tuple[str, Path, dict[str, Path]]]:
                 folder = Path(written).parent
                 try:
                     _, files = sources(FORMULAS.named(part))
-                except (
-                    ValueError,
-                    LookupError,
-                ):  # the file was changed or removed during the run, which reported an error
+                except (ValueError, LookupError):  # changed or removed during the run, which reported an error
                     files = {}
                 yield written, Path(written), {name: folder / name for name in files if (folder / name).is_file()}
         path = Path(value)
