@@ -91,7 +91,7 @@ def take_back(path: Path, scene: Scene, *, most: int, transfer: Transfer = "") -
 
 
 def stepped(steps: np.ndarray, *, because: str) -> Resolution:
-    """Return the resolution of values of which each has its own step; the largest one where only one number is used."""
+    """Return the resolution of values with a step each; its `absolute` is the largest step."""
     return Resolution(relative=0.0, absolute=float(steps.max(initial=0.0)), because=because, steps=steps)
 
 
