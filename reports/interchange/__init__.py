@@ -3,8 +3,8 @@
 To add a format: a function `(path, options) -> Imported` under `@IMPORTERS.register(".suffix")`, a function `(scene,
 path) -> dropped` under `@EXPORTERS.register(".suffix", says=SceneFormat(...))`, in a new file or folder here. A reader
 returns a sentence for each part that it left out or changed; it drops nothing silently. Files are untrusted: an error
-is a SceneError of one line with the file and the place in it, and only files in the scene's own folder and in the
-folders that the options allow are read. A writer gets only shapes of the types in its format's `SceneFormat`.
+is a SceneError of one line with the file and the place in it, and only files in the scene's folder and in the folders
+that the options allow are read. A writer gets only shapes of the types in its format's `SceneFormat`.
 """
 
 import hashlib
@@ -22,7 +22,7 @@ from rayproof.cases.scene_json import NAMES, PACKED, SHAPES, save_scene
 from rayproof.reports.results.files import replacing
 
 Size = tuple[int, int] | None
-MOST_NAMED = 5  # things left out that a refusal names
+MOST_NAMED = 5  # number of omitted parts that an error message names
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -30,16 +30,16 @@ class ImportOptions:
     """The user's options for a file that is imported."""
 
     size: Size = None  # width and height [px], in place of the file's
-    allowed: tuple[Path, ...] = ()  # folders, in addition to the file's own, whose files it may name
-    up: Literal["y", "z"] | None = None  # the axis that points up, if the file does not contain it
-    parameters: Mapping[str, str] = field(default_factory=dict)  # of a Mitsuba scene, by name
+    allowed: tuple[Path, ...] = ()  # folders, besides the file's own, from which it may include files
+    up: Literal["y", "z"] | None = None  # the axis that points up, if the file does not specify it
+    parameters: Mapping[str, str] = field(default_factory=dict)  # parameters of a Mitsuba scene, by name
 
 
 @dataclass(frozen=True, kw_only=True)
 class Imported:
     """A scene read from another program's file, and sentences about the parts that were left out."""
 
-    scene: Scene  # a mesh as its file has it names that file by its whole path
+    scene: Scene  # meshes that equal their file contain its absolute path
     dropped: tuple[str, ...]
 
 
@@ -56,9 +56,9 @@ class SceneFormat:
     two_sided: bool | Literal["always"] = True  # "always": a program sees and shades both sides of all surfaces
     greatest_albedo: float = float("inf")
     world_normals: bool = False  # meshes are written with corners rounded to float32 in world space
-    program: str = ""  # the reference that reads the format: its tolerances hold where no epsilons are declared
-    half: bool = False  # its programs write half floats, to whose range the lights are scaled
-    lights: int = 0  # 1: programs sample one of several lights at random, so that each light is rendered separately
+    program: str = ""  # the reference that reads the format: its tolerances apply if no epsilons are declared
+    half: bool = False  # its programs write half floats; the lights are scaled to their range
+    lights: int = 0  # 1: programs sample a random light, so that each light is rendered separately
 
 
 IMPORTERS: Registry[Callable[[Path, ImportOptions], Imported]] = Registry(

@@ -41,7 +41,7 @@ DARK = "no pixel of it is lit: every surface in view is in shadow, or turned awa
 
 
 def bounds(shapes: tuple[Shape, ...]) -> tuple[np.ndarray, np.ndarray]:
-    """Return the lowest and the highest corner [m] of a box around the shapes; a plane counts with its unit square."""
+    """Return the lowest and the highest corner [m] of a box around the shapes; of a plane, around its unit square."""
     if not shapes:
         return np.full(3, -1.0), np.full(3, 1.0)
     boxes = [box(shape) for shape in shapes]
@@ -102,7 +102,7 @@ def is_dark(scene: Scene) -> bool:
 
 
 def _grid(camera: Camera, shapes: tuple[Shape, ...]) -> dict[str, int]:
-    """Return width and height of a small image, an odd number each: fewer pixels where there are many triangles."""
+    """Return width and height of a small image, an odd number each: fewer pixels if there are many triangles."""
     triangles = sum(len(shape.faces) for shape in shapes if isinstance(shape, Mesh)) + len(shapes)
     pixels = float(np.clip(RAY_TRIANGLES / max(1, triangles), *PIXELS))
     aspect = camera.width / camera.height

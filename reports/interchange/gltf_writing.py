@@ -1,4 +1,4 @@
-"""Our scene written as glTF 2.0 (Khronos 2021): meshes in a buffer of the file itself, one camera, point lights.
+"""Export of a scene as glTF 2.0 (Khronos 2021): meshes in a buffer of the file itself, one camera, point lights.
 
 A point light's intensity in candela is its flux over 4 pi (KHR_lights_punctual, Khronos 2018). A surface without metal,
 fully rough and without specular reflection (KHR_materials_specular) is Lambert's: glTF 2.0, appendix B. A node's matrix

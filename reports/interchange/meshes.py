@@ -33,7 +33,7 @@ PLY = {"x", "y", "z", *CORNERS}
 @IMPORTERS.register(".ply")
 @IMPORTERS.register(".stl")
 def import_mesh(path: Path, options: ImportOptions) -> Imported:
-    """Return a scene with the mesh in `path`, two-sided, since such files often have their windings mixed up."""
+    """Return a scene with the mesh in `path`, two-sided, since such files often have inconsistent windings."""
     try:
         budget = Budget()
         vertices, faces = read_mesh(path.name, path.parent, budget)

@@ -25,23 +25,24 @@ from rayproof.reports.processes.worker import Channel, Reply, serve
 LARGEST = 256 * 2**20  # bytes of a file
 DEEPEST_INCLUDE = 8
 VARIANT = "scalar_rgb"  # of Mitsuba, and the kind of worker that parses
-LONGEST = 1000  # characters of its words
+LONGEST = 1000  # characters of its error message
 _PARAMETER = re.compile(r"\$(\w+)")
-_SOURCE = re.compile(r"\[\w+\.cpp:\d+\] ")  # where in Mitsuba's code a message comes from
-# Elements of Nori's scenes (W. Jakob, https://wjakob.github.io/nori), which have no version; Mitsuba's do.
+_SOURCE = re.compile(r"\[\w+\.cpp:\d+\] ")  # the place in Mitsuba's code in a message
+# Elements of Nori's scenes (W. Jakob, https://wjakob.github.io/nori), which, unlike Mitsuba's, have no version.
 NORI = ("camera", "mesh")
 
 
 def scan(
     path: Path, budget: Budget, allowed: tuple[Path, ...] = (), parameters: Mapping[str, str] | None = None
 ) -> tuple[Path, ...]:
-    """Spend the budget for reading a file and its includes; return the folders in which it searches for files.
+    """Count a file and its includes against the budget; return the folders that its `path` elements name.
 
-    They are inside its own folder or inside those `allowed`. `parameters` are set before the file's own `default`.
+    These folders must be inside the file's folder or inside an `allowed` folder. `parameters` precede the file's own
+    `default` elements.
 
     Raises:
-        SceneError: it exceeds the budget, is no XML, is another renderer's file, or includes a file outside of these
-            folders; the message does not contain the file's name.
+        SceneError: the file exceeds the budget, is no XML, is a file of another renderer, or includes a file outside of
+            these folders; the message does not contain the file's name.
 
     """
     reading = _Scan(path.parent, budget, allowed, parameters or {})
@@ -52,12 +53,12 @@ def scan(
 class _Scan:
     def __init__(self, folder: Path, budget: Budget, allowed: tuple[Path, ...], parameters: Mapping[str, str]) -> None:
         self._folder, self._budget, self._allowed = folder, budget, allowed
-        self._values = dict(parameters)  # so far; the first value counts
+        self._values = dict(parameters)  # the first value of a parameter counts
         self._versioned = False
         self.searched: list[Path] = []  # folders of `path` elements
 
     def file(self, path: Path, name: str, level: int) -> None:
-        """Scan one file; `level` includes lie around it."""
+        """Scan one file at an include depth of `level`."""
         if level > DEEPEST_INCLUDE:
             raise SceneError(f"{name} lies {level} includes deep; at most {DEEPEST_INCLUDE} are read")
         try:
@@ -161,7 +162,7 @@ class MatrixProperty:
 
 @dataclass(frozen=True, kw_only=True)
 class Spectrum:
-    """A property that is a spectrum: one level at all wavelengths, or its colours where there are samples."""
+    """A property that is a spectrum: a constant level at all wavelengths, or the colours of a sampled spectrum."""
 
     level: float | None
     reflectance: tuple[float, ...]  # linear sRGB under daylight (D65)
@@ -170,14 +171,14 @@ class Spectrum:
 
 @dataclass(frozen=True, kw_only=True)
 class ElementReference:
-    """A property that is another element, by its place among all of them."""
+    """A property that is another element, as its index among all elements."""
 
     element: int
 
 
 Property = bool | int | float | str | list[float] | list[list[float]] | MatrixProperty | Spectrum | ElementReference
-# What the worker returns of an element: kind, plug-in, id, place (file, line and column) and properties; and of a file
-# the names of the files that were read, the first one first, and the elements, the root first.
+# The worker's reply. An element: kind, plug-in, id, place (file, line and column) and properties. A file: the names of
+# the files that were read, the main file first, and the elements, the root first.
 ParsedElement = tuple[str, str, str, str, dict[str, Property]]
 ParsedFile = tuple[list[str], list[ParsedElement]]
 
@@ -204,9 +205,9 @@ def _parser(kind: str) -> Callable[[ParsingTask], ParsedFile | str]:
 
 
 def parsed(task: ParsingTask) -> ParsedFile | str:
-    """Return the files that were read and their elements, or Mitsuba's words where it refuses the file.
+    """Return the files that were read and their elements, or Mitsuba's error message if it refuses the file.
 
-    Parameters are filled in, older names brought up to date, references resolved.
+    Parameters are substituted, deprecated names updated, references resolved.
     """
     import mitsuba as mi
 
@@ -231,7 +232,7 @@ def parsed(task: ParsingTask) -> ParsedFile | str:
 
 
 class _LineStarts:
-    """Where the lines of a file begin: Mitsuba's own word for a place counts them anew for every element."""
+    """The beginnings of a file's lines; Mitsuba's own function would count the lines again for each element."""
 
     def __init__(self, path: Path, folder: Path) -> None:
         self._name = str(path).removeprefix(f"{folder}/")
@@ -247,13 +248,13 @@ def _element(node: Any, place: str) -> ParsedElement:
     properties = node.props
     stored = {name: _value(properties[name]) for name in properties.keys()}  # noqa: SIM118 - iterates over nothing
     if properties.plugin_name() in SAMPLED:
-        with contextlib.suppress(KeyError, TypeError, ValueError, RuntimeError):  # then it is a texture like any other
+        with contextlib.suppress(KeyError, TypeError, ValueError, RuntimeError):  # then it is treated as a texture
             stored[COLOURS] = _of_plugin(properties.plugin_name(), stored)
     return str(node.type).rpartition(".")[2], properties.plugin_name(), properties.id(), place, stored
 
 
 def _value(value: Any) -> Property:
-    """Return a property; of a kind that is not read, its kind and value in words."""
+    """Return a property; for an unsupported kind, a text with kind and value."""
     kind = type(value).__name__
     if kind == "ResolvedReference":
         return ElementReference(element=value.index())
@@ -313,11 +314,11 @@ class Element:
     kind: str
     plugin: str
     id: str
-    place: str  # file, line and column, with its id where it has one
+    place: str  # file, line and column, and the id if there is one
     properties: dict[str, Property]
     budget: Budget  # the scene's: an element may be met again and again
-    folders: tuple[Path, ...]  # where the files lie that it may name, the scene's own first
-    allowed: tuple[Path, ...]  # folders, in addition to the scene's own, whose files may be named
+    folders: tuple[Path, ...]  # folders in which named files are searched, the scene's own folder first
+    allowed: tuple[Path, ...]  # folders, besides the scene's own, whose files may be named
     _all: list["Element"]
     _read: set[str] = field(default_factory=set)  # names of properties that were read
 
@@ -402,13 +403,14 @@ class Element:
 
 
 def read_tree(path: Path, allowed: tuple[Path, ...] = (), parameters: Mapping[str, str] | None = None) -> Element:
-    """Return the root element of a file: its parameters filled in, older names brought up to date, references resolved.
+    """Return the root element of a file: parameters substituted, deprecated names updated, references resolved.
 
-    Its `path` elements may name folders inside its own and inside those `allowed`. `parameters` are set from outside.
+    The file's `path` elements may name folders inside its own folder and inside `allowed` folders. `parameters` are the
+    user's values of parameters.
 
     Raises:
-        SceneError: it asks for too much, Mitsuba's parser refuses it, in its own words on one line, or it includes a
-            file from elsewhere.
+        SceneError: the file exceeds the budget, Mitsuba's parser refuses it (the message is the parser's, on one line),
+            or it includes a file from another folder.
 
     """
     budget = Budget()
@@ -444,7 +446,7 @@ def read_tree(path: Path, allowed: tuple[Path, ...] = (), parameters: Mapping[st
 
 @cache
 def _pool() -> Pool:
-    """Return the pool of the parser's worker, which is kept for the next file and ends with this process."""
+    """Return the pool of the parser's worker, which is reused for the next file and ends with this process."""
     pool = Pool(jobs=1, timeout=SECONDS, target=serve_parser)
     atexit.register(pool.close)
     return pool
@@ -456,7 +458,7 @@ def _reply(task: ParsingTask, *, seconds: float, memory: float) -> Reply:
     pool.memory = memory
     try:
         return pool.reply(VARIANT, task, seconds=seconds)
-    except BaseException:  # the worker would answer this file when the next one is asked for
+    except BaseException:  # otherwise the worker's reply to this file would be taken as that to the next file
         pool.close()
         _pool.cache_clear()
         raise

@@ -55,7 +55,7 @@ def lights_of(scene: Element, drop: Callable[[str], None]) -> Iterator[PointLigh
 
 @IMPORTERS.register(".xml")
 def import_mitsuba(path: Path, options: ImportOptions) -> Imported:
-    """Return the scene in a Mitsuba XML file; direct light only, whatever its integrator would add.
+    """Return the scene in a Mitsuba XML file; its integrator is ignored, so that there is only direct light.
 
     Raises:
         SceneError: the file is malformed, or has a value that the specification refuses.
@@ -66,7 +66,8 @@ def import_mitsuba(path: Path, options: ImportOptions) -> Imported:
     except SceneError:
         raise
     except (TypeError, AttributeError, KeyError, ValueError, OverflowError):
-        # Mitsuba's parser leaves the types of properties to the plug-ins. `Element` checks those that are read.
+        # Mitsuba's parser leaves the types of properties to the plug-ins; `Element` checks only properties that are
+        # read.
         raise SceneError(
             f"{path}: is no scene for Mitsuba: a property is of another type than its plug-in reads"
         ) from None
@@ -135,10 +136,10 @@ class SurfaceProperties(TypedDict):
 
 
 def count_shapes(element: Element, counts: dict[int, int] | None = None, depth: int = 0) -> int:
-    """Return how many shapes a scene or group comes to, its instances unfolded, before any is built.
+    """Return the number of shapes in a scene or group with expanded instances, before any shape is built.
 
     Raises:
-        SceneError: they are more than are read, or nested too deeply.
+        SceneError: there are too many shapes, or groups are nested too deeply.
 
     """
     counts = {} if counts is None else counts
@@ -203,8 +204,9 @@ def _shape(element: Element, folder: Path, drop: Drop, to_world: np.ndarray) -> 
 
 
 # The visible side of a one-sided shape in Mitsuba 3.9. `flip_normals` turns all shapes. A mirroring `to_world` of the
-# shape itself turns spheres, and meshes whose normals follow from the winding in the world, but not cubes, rectangles,
-# disks and meshes with vertex normals; that of an instance turns nothing. The specification's mirrors turn nothing.
+# shape itself turns spheres, and meshes with normals computed from the winding in world space, but not cubes,
+# rectangles, disks and meshes with vertex normals. A mirroring `to_world` of an instance turns no shape, and neither
+# does a mirror in the specification.
 
 
 def _flipped(element: Element, surface: SurfaceProperties, *, mirrors: bool = False) -> bool:
@@ -284,7 +286,7 @@ def _mesh(element: Element, folder: Path, drop: Drop, to_world: np.ndarray, surf
     return Mesh(vertices=vertices, faces=faces[:, ::-1], to_world=matrix(to_world), **surface)
 
 
-# Mitsuba's materials as an albedo and a flag: diffuse ones exactly, all others by the diffuse part that they have.
+# Mitsuba's materials as an albedo and a flag: diffuse materials exactly, all others by their diffuse part.
 
 
 GREY: Rgb = (0.5, 0.5, 0.5)  # Mitsuba's own default
@@ -300,7 +302,7 @@ EQUAL_ENERGY = (1.2047843, 0.9483008, 0.9088427)
 
 
 def material_of(shape: Element, drop: Callable[[str], None]) -> tuple[Rgb, bool]:
-    """Return the albedo of a shape's material and whether both of its sides are seen."""
+    """Return the albedo of a shape's material and whether both of its sides are visible."""
     material = next((child for _, child in shape.children("BSDF")), None)
     return (GREY, False) if material is None else _albedo(material, drop, 0)
 
@@ -345,11 +347,11 @@ def _reflectance(material: Element, name: str, drop: Callable[[str], None]) -> R
 
 
 def colour(element: Element, name: str, *, light: bool = False) -> Rgb | None:
-    """Return a colour as linear sRGB, as Mitsuba's modes for RGB do; 1 where none is given, None of a texture."""
+    """Return a colour as linear sRGB, as in Mitsuba's RGB modes; 1 if the property is missing, None for a texture."""
     child = next((child for label, child in element.children() if label == name), None)
     if child is None:
         return _rgb(element, name, light=light)
-    if child.plugin in ("d65", "uniform"):  # which these modes take for a level of grey
+    if child.plugin in ("d65", "uniform"):  # which the RGB modes read as a level of grey
         return vector(np.full(3, child.number("scale" if child.plugin == "d65" else "value", 1.0)))
     if child.plugin == "srgb":
         return vector(child.three("color", (1.0, 1.0, 1.0)))
@@ -371,8 +373,8 @@ def _rgb(element: Element, name: str, *, light: bool) -> Rgb:
 
 # Mitsuba's perspective sensor as the specification's camera.
 #
-# Its camera looks along +z with y up and x to the *left*; `fov` is measured along `fov_axis`, by default the
-# horizontal one; `focal_length` is that of a 35 mm film (36 x 24 mm), by its diagonal.
+# Its camera looks along +z with y up and x to the *left*; `fov` is measured along `fov_axis`, which is horizontal by
+# default; `focal_length` refers to the diagonal of a 35 mm film (36 x 24 mm).
 
 
 FILM = (768, 576)  # px; Mitsuba's default

@@ -16,7 +16,7 @@ from rayproof.cases.scene import Cube, Mesh, Plane, Scene, SceneError, Shape, Sp
 from rayproof.reports.interchange import EXPORTERS, SceneFormat
 from rayproof.reports.results.files import write_text
 
-LIT_SCALE = 10  # log2 of POV-Ray's units per metre in a scene with lights, at most; 0 in a scene without
+LIT_SCALE = 10  # largest log2 of POV-Ray's units per metre in a scene with lights; in others it is 0
 SHADOW_TOLERANCE = 1e-3  # units; POV-Ray ignores blockers nearer to either end of a shadow ray
 FARTHEST = 1e7  # units beyond which POV-Ray finds no hit
 # 2 / (1 + (d / FADE)^2) is 2 FADE^2 / d^2 to (FADE / d)^2: to 1e-12 at a metre from the light, at 1024 units per metre.
@@ -64,14 +64,14 @@ def export_povray(scene: Scene, path: Path) -> tuple[str, ...]:
 
 
 def _scale(scene: Scene) -> float:
-    """Return POV-Ray's units per metre: so many that no finite shape lies farther from the eye than it finds hits."""
+    """Return POV-Ray's units per metre, such that every finite shape is closer to the eye than `FARTHEST` units."""
     farthest = _farthest(scene)
     most = np.floor(np.log2(FARTHEST / farthest)) if farthest else LIT_SCALE
     return float(2.0 ** np.clip(most, 0, LIT_SCALE)) if scene.lights else 1.0
 
 
 def _farthest(scene: Scene) -> float:
-    """Return how far from the eye finite shapes reach [m]."""
+    """Return the largest distance of finite shapes from the eye [m]."""
     eye = np.asarray(scene.camera.eye)
     shapes = (shape for shape in scene.shapes if not isinstance(shape, Plane))
     return max((float(np.linalg.norm(_corners(shape) - eye, axis=1).max(initial=0)) for shape in shapes), default=0.0)
@@ -98,7 +98,7 @@ def _vector(values: object) -> str:
 
 
 def _camera(scene: Scene, scale: float) -> str:
-    """Return the camera with explicit direction, right and up vectors, which leave no question of handedness."""
+    """Return the camera with explicit direction, right and up vectors, which determine its handedness."""
     camera = scene.camera
     return f"""#declare Eye = {_vector(np.multiply(camera.eye, scale))};
 #declare Forward = vnormalize({_vector(np.multiply(camera.target, scale))} - Eye);
@@ -138,8 +138,9 @@ def _clip(scene: Scene, scale: float) -> str:
 def _lights(scene: Scene, scale: float) -> list[str]:
     """Return the point lights.
 
-    POV-Ray's Lambertian reflection has no 1 / pi, so each light carries it: with flux F a surface at distance d gets
-    F / (4 pi d^2) cos, and its radiance is albedo / pi times that. Light without the inverse square law does not fade.
+    POV-Ray's Lambertian reflection lacks the factor 1 / pi, so each light contains it: with flux F a surface at
+    distance d gets F / (4 pi d^2) cos, and its radiance is albedo / pi times that. Light without the inverse square law
+    does not fade.
     """
     texts = []
     for light in scene.lights:
@@ -184,7 +185,7 @@ def _matrix(shape: Shape, scale: float) -> str:
 
 
 def _triangles(shape: Triangle | Mesh, scale: float) -> str | None:
-    """Return the triangles that have an area, in object space as in the world."""
+    """Return the triangles with an area, both in object space and in world space."""
     corners = world_triangles(shape).astype(np.float64)
     if isinstance(shape, Triangle):
         local = np.asarray(shape.vertices, dtype=np.float64)[np.newaxis]
@@ -203,12 +204,12 @@ def _triangles(shape: Triangle | Mesh, scale: float) -> str | None:
 
 
 def _have_area(corners: np.ndarray) -> np.ndarray:
-    """Return which triangles (n, 3, 3) have an area, (n,)."""
+    """Return whether each of the triangles (n, 3, 3) has an area, (n,)."""
     return np.any(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]) != 0, axis=1)
 
 
 def _union(faces: np.ndarray, corners: np.ndarray, texts: dict[int, str]) -> str:
-    """Return triangles in nested unions with bounding boxes, halved along the longest side."""
+    """Return the triangles in nested unions with bounding boxes, which are halved along their longest side."""
     if len(faces) == 1:
         return texts[int(faces[0])]
     if len(faces) <= TRIANGLES:
@@ -220,7 +221,7 @@ def _union(faces: np.ndarray, corners: np.ndarray, texts: dict[int, str]) -> str
 
 
 def _box(corners: np.ndarray) -> str:
-    """Return a bound that is wider than the corners by more than rounding, since a bound that cuts makes a hole."""
+    """Return a bounding box that is larger than the corners' by more than rounding, to avoid holes in the surface."""
     low, high = corners.min(axis=(0, 1)), corners.max(axis=(0, 1))
     margin = 1e-3 * (high - low).max() + 1e-9 * np.abs([low, high]).max()
     return f"bounded_by {{ box {{ {_vector(low - margin)}, {_vector(high + margin)} }} }}"

@@ -33,10 +33,10 @@ class Rebuilt:
 
     scene: Scene
     shapes: np.ndarray  # (shapes of `scene`,): the shape of the original
-    faces: np.ndarray  # likewise: the face of the original's mesh; -1 where the mesh is handed over itself
+    faces: np.ndarray  # (shapes of `scene`,): the face of the original's mesh; -1 if the mesh itself was handed over
 
     def named_as_asked(self, images: Mapping[Stage, np.ndarray]) -> dict[Stage, np.ndarray]:
-        """Return a program's images with the shapes and faces of the original; a shape that is none stays none."""
+        """Return a program's images with the shapes and faces of the original; invalid shape indices are unchanged."""
         if Stage.OBJECT not in images:
             return dict(images)
         objects = images[Stage.OBJECT].copy()
@@ -49,7 +49,7 @@ class Rebuilt:
 
 
 def rebuilt(scene: Scene, stand_ins: Mapping[str, str]) -> Rebuilt:
-    """Return the scene with a "mesh", or a "triangle" for each face, in place of shapes of the types given."""
+    """Return the scene with substitutes for shapes, by type: a "mesh", or a "triangle" for each face."""
     shapes: list[Shape] = []
     owners, numbers = [], []
     for index, shape in enumerate(scene.shapes):
@@ -184,9 +184,9 @@ def _square_of(plane: Plane, index: int, scene: Scene) -> Square:
 
 
 def _reach(scene: Scene, index: int, normal: np.ndarray, height: float) -> float:
-    """Return how far [m] from the eye a plane must be there: up to all that the camera sees, and to all lights.
+    """Return the distance [m] from the eye up to which a plane is needed: to all visible points, and to all lights.
 
-    A shadow ray joins a visible point and a light, so that a ball around the eye that contains both contains it.
+    A shadow ray joins a visible point and a light, so that a ball around the eye that contains both contains the ray.
     """
     camera = scene.camera
     eye = np.asarray(camera.eye)
@@ -199,7 +199,7 @@ def _reach(scene: Scene, index: int, normal: np.ndarray, height: float) -> float
     elif scene.clip == "depth":
         distances.append(camera.far / float(depths.min()))
     else:
-        # The plane's part in view ends where the rays through the image's corners meet it, if each of them does.
+        # The visible part of the plane ends at the hits of the rays through the image's corners, if all of them hit it.
         with np.errstate(divide="ignore"):
             along = -height / (corners @ normal)
         behind = bool((along < 0).all()) or height == 0
@@ -221,16 +221,16 @@ def _image_corners(scene: Scene) -> np.ndarray:
 # Features without effect: clip planes that touch nothing, invisible backs of surfaces.
 
 ASIDE = 1e-3  # near and far plane are moved towards each other by this share of their distance
-FINER = 3  # points a side of each pixel that are looked at, if the scene has few triangles
-RAY_TRIANGLES = 2e7  # rays times triangles of such an image
+FINER = 3  # sample points per side of each pixel, if the scene has few triangles
+RAY_TRIANGLES = 2e7  # largest number of rays times triangles of such an image
 CLIPPING = (Stage.OBJECT, Stage.DISTANCE)
 
 
 @lru_cache(maxsize=1024)
 def is_untouched(scene: Scene, clip: Clip) -> bool:
-    """Return whether near and far plane, under a clip mode, hide nothing that the camera would see without them.
+    """Return whether near and far plane, under a clip mode, remove nothing that the camera would see without them.
 
-    The planes are moved towards each other by `ASIDE`, so that none comes near to a visible surface.
+    The planes are moved towards each other by `ASIDE`, so that both have a distance to visible surfaces.
     """
     if clip == "none":
         return True
@@ -257,9 +257,9 @@ def _within_depths(scene: Scene, shape: Shape, near: float, far: float) -> bool:
 
 @lru_cache(maxsize=1024)
 def is_alike_with_sides(scene: Scene, two_sided: bool, stages: tuple[Stage, ...]) -> bool:
-    """Return whether some stages of a scene are the same if all of its surfaces are two-sided, or if none is.
+    """Return whether the `stages` of a scene stay the same if `two_sided` is set for all of its surfaces.
 
-    Sides matter only for a visible back of a surface; hits and blockers do not depend on them.
+    Sides change only visible backs of surfaces; hits and blockers do not depend on them.
     """
     changing = np.array([shape.two_sided != two_sided for shape in scene.shapes])
     looked_at = (Stage.RAY, Stage.OBJECT, Stage.NORMAL)
@@ -272,12 +272,12 @@ def is_alike_with_sides(scene: Scene, two_sided: bool, stages: tuple[Stage, ...]
 
 
 def with_sides(scene: Scene, *, two_sided: bool) -> Scene:
-    """Return the scene with all of its surfaces two-sided, or none."""
+    """Return the scene with `two_sided` set for all of its surfaces."""
     return replace(scene, shapes=tuple(replace(shape, two_sided=two_sided) for shape in scene.shapes))
 
 
 def _same_images(scene: Scene, another: Scene, stages: Collection[Stage]) -> bool:
-    """Return whether the oracle answers alike to two scenes of one size and as many triangles."""
+    """Return whether the oracle's images of two scenes with the same size and number of triangles are equal."""
     wanted = [stage for stage in IMAGE_STAGES if stage in stages]
     for first, second in zip(_images(scene, wanted), _images(another, wanted), strict=True):
         if not all(np.array_equal(first[stage], second[stage], equal_nan=True) for stage in wanted):
@@ -286,7 +286,7 @@ def _same_images(scene: Scene, another: Scene, stages: Collection[Stage]) -> boo
 
 
 def _images(scene: Scene, stages: Collection[Stage]) -> Iterator[StageImages]:
-    """Yield the oracle's images at each pixel's centre, then at points around it, if there are few triangles."""
+    """Yield the oracle's images at the pixels' centres, then at points around them, if there are few triangles."""
     camera = scene.camera
     triangles = sum(len(shape.faces) for shape in scene.shapes if isinstance(shape, Mesh)) + len(scene.shapes)
     fine = FINER**2 * camera.width * camera.height * triangles <= RAY_TRIANGLES

@@ -1,1 +1,1 @@
-"""A run's data as written and read: records, images, the document, the table of cases."""
+"""A run's data and its files: records, images, the document, the table of cases."""

@@ -1,6 +1,6 @@
-"""Records of a case and its checks, one class a level; the largest error over its limit; a sign test of factors.
+"""Records of a case and its checks, one class per level; the largest error over its limit; a sign test of factors.
 
-docs/results.md explains each key. The sign test gives what chance makes of factors that many pixels or cases share.
+docs/results.md explains each key. The sign test bounds how far chance moves factors that many pixels or cases share.
 """
 
 import math
@@ -15,11 +15,11 @@ from rayproof.cases.stages import Stage
 from rayproof.reports.results.files import at_worst, number
 from rayproof.reports.results.outcomes import MEASURED, Outcome
 
-MOST_SECONDS = 1e12  # s that a run may have taken; thousandths of it are still numbers of 64 bits
-DIGITS = 5  # of a measured number, in records: an error is known to two or three of them
+MOST_SECONDS = 1e12  # s, the longest duration of a run; as milliseconds it still fits 64 bits
+DIGITS = 5  # significant digits of measured numbers in records; an error is accurate to two or three digits
 Number = float | Literal["inf", "-inf", "nan"]  # JSON has no other numbers
 if TYPE_CHECKING:
-    Real = float  # as which `compact.expand` reads the strings
+    Real = float  # `compact.expand` converts the strings to float
 else:
     Real = Number
 Count = Annotated[int, Meta(ge=0)]
@@ -27,63 +27,63 @@ Name = Annotated[str, Meta(min_length=1)]
 Seconds = Annotated[float, Meta(ge=-MOST_SECONDS, le=MOST_SECONDS)]
 Verdict = Annotated[str, Meta(pattern=f"^({'|'.join(Outcome)})$")]
 
-# "with" is a word of Python's, so that this one is written as a table.
+# "with" is a keyword of Python, so that this type needs the functional syntax.
 EvidenceRecord = TypedDict("EvidenceRecord", {"with": dict[str, str], "against": dict[str, str]}, total=False)
 
 
 class Examined(Struct, frozen=True, omit_defaults=True):
-    """How many pixels of each kind a check looked at; `judge.measurement.Kind` says what each kind is."""
+    """The numbers of pixels of each kind in a check; `judge.measurement.Kind` defines the kinds."""
 
     wide: Count = 0
     rounding: Count = 0
     epsilon: Count = 0
     wrong: Count = 0
     unexamined: Count = 0
-    pixels: Count = 0  # all of them; in results.json left out where they are the image's
+    pixels: Count = 0  # the number of all pixels; omitted from results.json if it is that of the image
 
     @property
     def strict(self) -> int:
-        """Return how many are left."""
+        """Return the number of pixels of the kind `STRICT`: those that none of the other fields counts."""
         return 2 * self.pixels - sum(astuple(self))
 
     @property
     def counts(self) -> dict[str, int]:
-        """Return all numbers by their names."""
+        """Return the pixel counts by name, with `strict`."""
         return {"pixels": self.pixels, "strict": self.strict, **asdict(self)}
 
     def __add__(self, other: "Examined") -> "Examined":
-        """Return both ledgers as one."""
+        """Return the sums of the pixel counts of two checks."""
         return Examined(*map(add, astuple(self), astuple(other)))
 
 
 class Measurement(Struct, frozen=True, kw_only=True, omit_defaults=True):
-    """One comparison of a stage's image with another's.
+    """The comparison of two renderers' images of one stage.
 
-    What results.json leaves out is its default, but for what `compact.expand` puts back.
+    A field that is missing in results.json has its default, or the value that `compact.expand` restores.
     """
 
-    worst_ratio: Real = 0.0  # error / limit, inf where the limit is 0 and the error is not
+    worst_ratio: Real = 0.0  # error / limit, inf if the limit is 0 and the error is not
     worst_error: Real | None = 0.0
     limit: Real | None = 0.0  # at the worst pixel
     pixel: tuple[int, int] | None = (0, 0)  # column, row
     ours: tuple[Real, ...] = ()
     theirs: tuple[Real, ...] = ()
-    interior: int = field(default_factory=int)  # pixels within their limits that hit something (for `ray`, all such)
+    interior: int = field(default_factory=int)  # pixels within their limits that hit a shape (for `ray`: all pixels)
     wrong: int = 0  # pixels over their limits that no nearby problem explains
-    explained: int = 0  # pixels over their limits that one does
-    hit_miss: int = 0  # wrong pixels where one hits and the other misses or hits another object
+    explained: int = 0  # pixels over their limits that a nearby problem explains
+    hit_miss: int = 0  # wrong pixels where one renderer hits and the other misses or hits another object
     nan: int = 0
     inf: int = 0
     ulp: Real = 0.0  # the worst pixel's error in units in the last place of the reference, in the subject's precision
-    mean_wrong: Real = 0.0  # the mean error of the wrong pixels that are off by a finite one
-    metrics: dict[str, Real | None] = field(default_factory=dict)  # by name; they inform, and never decide
-    range: tuple[Real, Real] | UnsetType = UNSET  # to which they are relative
-    kinds: Any = None  # while it is judged: uint8 (height, width), each pixel's `judge.measurement.Kind`
+    mean_wrong: Real = 0.0  # the mean of the finite errors of the wrong pixels
+    metrics: dict[str, Real | None] = field(default_factory=dict)  # by name; for information, they decide nothing
+    range: tuple[Real, Real] | UnsetType = UNSET  # the range of values to which the metrics are relative
+    kinds: Any = None  # only during judging: uint8 (height, width), each pixel's `judge.measurement.Kind`
 
     def recorded(self, *, values: bool) -> "Measurement":
-        """Return it by the digits that a record keeps, without its kinds and, unless `values`, both renderers' values.
+        """Return the measurement rounded to the digits of a record, without `kinds`.
 
-        The images have these; a failure's are told where it is.
+        The two renderers' values are only included if `values`, for failures; the images contain all values.
         """
         names = ("worst_ratio", "worst_error", "limit", "mean_wrong", *(("ours", "theirs") * values))
         short: dict[str, Any] = {"ours": (), "theirs": ()} | {name: shortened(getattr(self, name)) for name in names}
@@ -91,21 +91,21 @@ class Measurement(Struct, frozen=True, kw_only=True, omit_defaults=True):
 
 
 class FactorGroup(Struct, frozen=True, kw_only=True, omit_defaults=True):
-    """The factors of the pixels of one shape under the same lights, a number for each channel, None where not lit."""
+    """The factors of the pixels of one shape under the same lights, a number per channel, None if it is not lit."""
 
     shape: int
-    lights: tuple[int, ...]  # all that the group's pixels see
+    lights: tuple[int, ...]  # the lights that the group's pixels see
     pixels: int
-    off: list[Real | None]  # ours / theirs - 1
-    sees: list[Real | None]  # the largest of these of a correct renderer, and so the smallest that can be seen
+    off: list[Real | None]  # subject / reference - 1
+    sees: list[Real | None]  # the limit: the largest deviation of a correct renderer, so the smallest detectable one
     fitted: int | None = (
-        None  # the light whose own factor it is, out of several that overlap; None: all of them together
+        None  # the light whose factor was fitted, out of several that overlap; None: all lights together
     )
-    wide: bool = False  # of pixels alone whose limits are wide
+    wide: bool = False  # whether the group has only pixels with wide limits
 
 
 class Leaning(Struct, frozen=True, kw_only=True):
-    """To which side the pixels with wide limits are off by more than what they share, each different value once."""
+    """Numbers of distinct values, in pixels with wide limits, above and below the factor that these pixels share."""
 
     pixels: Count
     above: Count
@@ -117,17 +117,17 @@ class Bias(Struct, frozen=True, kw_only=True, omit_defaults=True):
 
     ratio: Real  # the worst factor's distance from 1 over its limit
     sees: Real
-    common: Real | None  # the middle one of the groups' factors, less 1: this case's word on what the run shares
-    allowance: Real  # of a factor that a whole run may share: the constants' roundings and the output's step
+    common: Real | None  # the median of the groups' factors, less 1: this case's value of the run's common factor
+    allowance: Real  # the limit of a factor that a whole run may share: roundings of constants, step of the output
     groups: list[FactorGroup] | None = None
     wide: Leaning | None = None
-    continued: "Bias | None" = None  # given the subject's own previous stages, of which groups are told over a limit
+    continued: "Bias | None" = None  # relative to the subject's own previous stages; only groups over a limit
 
 
 class Check(Struct, frozen=True, kw_only=True, omit_defaults=True):
-    """The result of one stage of one renderer under test before one reference, as it is judged, written and read.
+    """The result of one stage of one renderer under test, compared with one reference.
 
-    results.json leaves out what stands in the group of a check, and what `compact.expand` puts back.
+    results.json omits the fields of the check's group, and the values that `compact.expand` restores.
     """
 
     configuration: str = ""
@@ -135,47 +135,47 @@ class Check(Struct, frozen=True, kw_only=True, omit_defaults=True):
     stage: Stage = Stage.CAMERA
     outcome: Outcome = field(default=Outcome.PASS, name="verdict")
     reason: str = ""
-    ratio: Real = field(default_factory=float)  # by a factory, so that a 0 is written
+    ratio: Real = field(default_factory=float)  # a factory, so that `omit_defaults` does not omit 0
     end_to_end: Measurement | None = None
     continued: Measurement | None = None
-    examined: Examined | None = None  # what became of every pixel, or camera entry; None until it is accounted for
+    examined: Examined | None = None  # pixel counts, or counts of camera entries; None before the pixels are counted
     because: str | int = field(default_factory=str)  # the derivation of the limit
-    cells: tuple[str, str] | None = None  # where wrong pixels are, as `cells_of` says
-    evidence: EvidenceRecord | None = None  # of a failure: which references side with whom, and where
-    stopped: bool = False  # not measured because a renderer's time was over
+    cells: tuple[str, str] | None = None  # the cells with wrong pixels, in the format of `cells_of`
+    evidence: EvidenceRecord | None = None  # of a failure: the references that agree with either renderer, and where
+    stopped: bool = False  # not measured because a renderer exceeded its time
     finding: str | None = None  # the checked-in finding that explains it
-    bias: Bias | None = None  # of light before the oracle
-    # While it is judged:
-    suspected: str | None = None  # the reference that is under suspicion, if not the one compared with
-    abstains: bool = False  # undecided only because the reference declares not to see there, or did not answer
+    bias: Bias | None = None  # at stages of light, compared with the oracle
+    # Only during judging:
+    suspected: str | None = None  # the suspected reference, if it is not the check's own reference
+    abstains: bool = False  # undecided only because the reference declares that it cannot see there, or did not reply
 
     @property
     def name(self) -> str:
-        """Return by which words it is known among the checks of its case."""
+        """Return configuration, reference and stage, which identify the check in its case."""
         return f"{self.configuration} {self.reference} {self.stage}"
 
     @property
     def alone(self) -> bool:
-        """Say whether the stage is wrong by itself; nothing comes before the camera that it could have been handed."""
+        """Return whether the stage itself is wrong, given its inputs; the camera has no inputs from other stages."""
         own = self.continued, self.bias and self.bias.continued
         ratios = [part.worst_ratio if isinstance(part, Measurement) else part.ratio for part in own if part is not None]
         return self.outcome is Outcome.FAIL and (self.stage is Stage.CAMERA or any(ratio > 1 for ratio in ratios))
 
     def recorded(self) -> "Check":
-        """Return it as a run keeps it: by a few digits, without what only judging asks for."""
+        """Return the check for a run's records: rounded to a few digits, without the fields used only in judging."""
         failed = self.outcome is not Outcome.PASS
         parts = (None if part is None else part.recorded(values=failed) for part in (self.end_to_end, self.continued))
         short = dict(zip(("end_to_end", "continued"), parts, strict=True))
         return replace(self, **short, ratio=shortened(self.ratio), suspected=None, abstains=False)
 
 
-JUDGING = {"Check": ("suspected", "abstains"), "Measurement": ("kinds",)}  # fields that are never written
+JUDGING = {"Check": ("suspected", "abstains"), "Measurement": ("kinds",)}  # fields that no file contains
 
 
 def shortened(value: Any, digits: int = DIGITS) -> Any:
-    """Return a number, or each of several, by the digits that a record keeps; anything else as it is."""
+    """Return a float, or a tuple of floats, rounded to the digits of a record; other values unchanged."""
     if isinstance(value, tuple):
-        return tuple(shortened(each, digits) for each in value)
+        return tuple(shortened(number, digits) for number in value)
     return float(f"{value:.{digits}g}") if isinstance(value, float) else value
 
 
@@ -188,12 +188,12 @@ class RenderRecord(TypedDict, total=False):
     error: str | None
     cached: bool
     seconds: Seconds
-    kernels: Seconds  # of the tracer: what the kernels of one launch ran, the median of `launches`
+    kernels: Seconds  # of the tracer: kernel time of one launch, the median of `launches`
     launches: int
 
 
 class UnsupportedRecord(TypedDict, total=False):
-    """A stage that a renderer could not answer."""
+    """A stage that a renderer could not render."""
 
     reference: str | None
     stage: str | None
@@ -201,14 +201,14 @@ class UnsupportedRecord(TypedDict, total=False):
 
 
 class NoteRecord(TypedDict, total=False):
-    """Where a reference answers a slightly different question."""
+    """A note that a reference renders a slightly different scene."""
 
     reference: str | None
     note: str
 
 
 class ExpectationRecord(TypedDict, total=False):
-    """A closed form of the case, held against one configuration's image."""
+    """The comparison of one configuration's image with a closed form of the case."""
 
     because: str
     stage: str
@@ -221,7 +221,7 @@ class ExpectationRecord(TypedDict, total=False):
 
 
 class ConventionRecord(TypedDict, total=False):
-    """A convention that who stands alone may follow instead, and how many of its pixels that explains."""
+    """A convention that an outlier may follow instead, and the number of its pixels that this explains."""
 
     what: str
     explains: bool
@@ -231,7 +231,7 @@ class ConventionRecord(TypedDict, total=False):
 
 
 class AdjudicationRecord(TypedDict, total=False):
-    """One stage's answers of everybody against everybody."""
+    """The comparisons of one stage's images of all renderers with each other."""
 
     baseline: str
     renderers: list[str]
@@ -243,18 +243,18 @@ class AdjudicationRecord(TypedDict, total=False):
 
 
 class ComparedCheckRecord(TypedDict):
-    """A check of two runs: verdict and worst error over limit before and after, null where it was not made."""
+    """A check in two runs: verdict and worst error over limit before and after, null if the check was not made."""
 
     configuration: str
     reference: str
     stage: str
     before: list[Any] | None
     after: list[Any] | None
-    factor: Number | None  # by how much the ratio grew
+    factor: Number | None  # the ratio after over the ratio before
 
 
 class ComparedRecord(TypedDict):
-    """A case as an earlier run had it, in the report of two runs."""
+    """A case's results in an earlier run, in the report of two runs."""
 
     before: str
     pixels: int | None
@@ -262,7 +262,7 @@ class ComparedRecord(TypedDict):
 
 
 class MasksRecord(TypedDict, total=False):
-    """Which pixels of one configuration nearby problems explain: a byte per pixel, deflated, in base64."""
+    """The pixels of one configuration that nearby problems explain: a byte per pixel, deflated, in base64."""
 
     configuration: str
     height: int
@@ -271,27 +271,27 @@ class MasksRecord(TypedDict, total=False):
 
 
 class RepeatedRecord(TypedDict, total=False):
-    """What came of rendering a case once more: whether one configuration's answer was the same to the last bit."""
+    """The result of a repeated rendering: whether one configuration's images were the same to the last bit."""
 
     configuration: str
     stage: str | None
     pixel: list[int] | None
     differing: int
-    beyond: Number  # the largest difference over what two right renderers may differ by
+    beyond: Number  # the largest difference over the largest difference of two right renderers
     verdict: Verdict
     sentence: str
 
 
 class CheckGroupRecord(TypedDict):
-    """The checks of one renderer under test before one reference, as results.json has them: a check a stage."""
+    """The checks of one renderer under test against one reference in results.json: one check per stage."""
 
     configuration: str
     reference: str
-    stages: dict[str, Check]  # without these three
+    stages: dict[str, Check]  # without `configuration`, `reference` and `stage`
 
 
 class CaseFacts(TypedDict, total=False):
-    """One case: who rendered it, and its verdict."""
+    """One case: its renderers, and its verdict."""
 
     name: Required[Name]
     family: Required[Name]
@@ -311,7 +311,7 @@ class CaseFacts(TypedDict, total=False):
     scene: str | None
     picture: str | None
     thumbnail: str | None
-    preview: str  # in the place of images that were left out; empty where it could not be drawn
+    preview: str  # replaces images that were left out; empty if it could not be drawn
     pixels: str | None
     masks: MasksRecord | None
     width: int
@@ -325,12 +325,12 @@ class CaseFacts(TypedDict, total=False):
     unsupported: list[UnsupportedRecord]
     abstained: dict[str, str]
     stopped: list[str]
-    lost: list[str]  # who died or exceeded a limit, of programs that stay alive
-    growth: Count  # bytes of memory a scene, where a program that stays alive grows from scene to scene
+    lost: list[str]  # the `serve:` programs that died or exceeded a limit
+    growth: Count  # bytes of memory per scene by which a `serve:` program grows
     notes: list[NoteRecord]
-    dark: bool  # a user's scene of which no pixel is lit
-    kinds: list[str]  # of a program under test: what kind of case it is, in words
-    refused: bool  # by what the program declares, it cannot draw the scene
+    dark: bool  # a user's scene without a lit pixel
+    kinds: list[str]  # if a program is under test: the kinds of the case, in words
+    refused: bool  # the program declares that it cannot draw the scene
     expectations: list[ExpectationRecord]
     adjudication: dict[str, AdjudicationRecord] | None
     repeated: list[RepeatedRecord]
@@ -343,51 +343,52 @@ class CaseFacts(TypedDict, total=False):
 
 
 class CaseRecord(CaseFacts, total=False):
-    """A case with everything that was checked."""
+    """A case with its checks."""
 
     checks: list[Check]
 
 
 class WrittenCaseRecord(CaseFacts, total=False):
-    """A case as results.json has it: what its checks have in common stands there once."""
+    """A case in the format of results.json: values that its checks share are written once."""
 
     checks: list[CheckGroupRecord]
-    because: dict[str, dict[str, int]]  # reference -> stage -> place of the limit's derivation, unless a check has one
+    # Reference -> stage -> index of the limit's derivation; a check may have its own instead.
+    because: dict[str, dict[str, int]]
 
 
-# Of these a check may have come to nothing; the camera's have no measurement though they were made.
+# Outcomes of checks that may have measured nothing. Checks of the camera have no measurement although they were made.
 UNMEASURED = frozenset(Outcome) - MEASURED
 
 # The sign test of factors that many pixels, or many cases, share.
-CHANCE = 2e-9  # of accusing a correct renderer, for each group and channel
-LEAST_DISTINCT = 30  # so many signs are all alike with a probability of 2^-29
+CHANCE = 2e-9  # probability that a correct renderer fails, per group and channel
+LEAST_DISTINCT = 30  # this many signs are all equal with a probability of 2^-29
 
 
 def worst_ratio(case: CaseRecord) -> float | None:
-    """Return the case's largest error over its limit, NaN counted as largest; None without any.
+    """Return the case's largest error over its limit, NaN counted as largest; None if there is none.
 
-    What a list has of a case holds it already.
+    A case's entry in a list (its brief) contains the value already.
     """
     return number(case["worst_ratio"]) if "worst_ratio" in case else worst_of(case.get("checks", []))
 
 
 def worst_of(checks: Iterable[Check]) -> float | None:
-    """Return the largest error over its limit of some checks, NaN counted as largest; None without any."""
-    known = [at_worst(ratio) for check in checks if (ratio := ratio_of(check)) is not None]
-    return max(known, default=None)
+    """Return the largest error over its limit of the checks, NaN counted as largest; None if there is none."""
+    ratios = [at_worst(ratio) for check in checks if (ratio := ratio_of(check)) is not None]
+    return max(ratios, default=None)
 
 
 def ratio_of(check: Check) -> float | None:
-    """Return a check's error over its limit: the larger one where it was judged twice.
+    """Return a check's error over its limit: the larger one if it was judged twice.
 
-    None where nothing was measured, for which results.json has the ratio 0.
+    None if nothing was measured; results.json contains the ratio 0 for this.
     """
     return check.ratio if check.end_to_end or check.continued or check.outcome not in UNMEASURED else None
 
 
 def least_share(distinct: int) -> float:
-    """Return the share of a sample below its median that chance leaves on either side of it, but for `CHANCE`.
+    """Return the smallest share of `distinct` independent values on one side of their median, but for `CHANCE`.
 
-    Of so many independent signs at most half are expected to be positive; Hoeffding's inequality (1963, theorem 1).
+    Half of the signs are expected to be positive; the bound is Hoeffding's inequality (1963, theorem 1).
     """
     return max(0.0, 0.5 - math.sqrt(math.log(2 / CHANCE) / (2 * distinct)))

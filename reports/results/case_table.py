@@ -1,8 +1,8 @@
-"""results.sqlite: a row for each case, committed as cases come; lists, filters and later amendments.
+"""results.sqlite: a row per case, committed when the case is finished; lists, filters and later amendments.
 
-It is the journal of a run and its results in one. Whole records are deflated and read one at a time, so that a run of
-any length takes the same memory; `brief` has what lists show. What is found out about a case later (a picture, a cause)
-is written beside the record and laid over it when it is read.
+The file is both the journal of a run and its results. Whole records are deflated and read one at a time, so that the
+memory does not depend on the length of the run; the column `brief` contains the fields that lists show. Later additions
+to a case (a picture, a cause) are written to a column of their own and override the record's fields on reading.
 """
 
 import json
@@ -26,17 +26,17 @@ from rayproof.reports.results.records import problem_of_case
 from rayproof.reports.results.wrong_pixels import plain_reason, stated_reason, wrong_pixels
 
 NAME = "results.sqlite"
-APPLICATION = 0x52415952  # "RAYR" in SQLite's header: says that the file is ours
+APPLICATION = 0x52415952  # "RAYR" in SQLite's header: identifies the files of rayproof
 VERSION = 1
-WAIT = 30.0  # s for another process that is writing
+WAIT = 30.0  # s, waiting for another process that is writing
 LEVEL = 6  # of zlib
-GAPS = 64  # rows in pages that are gone, beyond which nothing is looked for
+GAPS = 64  # unreadable rows after which salvaging stops
 HELD = (
     2**24
-)  # bytes of compact JSON whose records stay in memory: a default suite; of longer runs the rest is read again
-LARGEST = 2**30  # bytes of one record: a deflated one that becomes more is damaged
+)  # bytes of compact JSON whose records stay in memory: the default suite; further records are read again each time
+LARGEST = 2**30  # bytes of a record; one that inflates to more is damaged
 WORST = [outcome.value for outcome in Outcome]
-# Of a case's record: what no list shows.
+# Fields of a case's record that no list shows.
 HEAVY = frozenset({
     "renders", "checks", "adjudication", "masks", "expectations", "settings", "notes",
     "unsupported", "versions", "trace", "compared", "ran", "shapes",
@@ -63,8 +63,8 @@ class CaseTable:
     """One results.sqlite, open for reading and writing.
 
     Raises:
-        DamagedTableError: it is no such file, or is damaged.
-        OSError: it cannot be opened or written.
+        DamagedTableError: the file is no results.sqlite, or is damaged.
+        OSError: the file cannot be opened or written.
 
     """
 
@@ -73,9 +73,9 @@ class CaseTable:
         self._held: dict[int, CaseRecord] = {}
         self._room = HELD
         with self._told():
-            # The threads that draw never touch it; a generator that is collected elsewhere may close it.
+            # Threads that draw pictures never use it, but garbage collection in another thread may close it.
             self._connection = sqlite3.connect(path, timeout=WAIT, check_same_thread=False, isolation_level=None)
-            self.close = finalize(self, self._connection.close)  # called, or when nobody has the table any more
+            self.close = finalize(self, self._connection.close)  # also runs when the table is garbage-collected
             try:
                 self._prepare()
             except BaseException:
@@ -83,8 +83,8 @@ class CaseTable:
                 raise
 
     def _prepare(self) -> None:
-        asked = ("PRAGMA application_id", "PRAGMA user_version", "SELECT count(*) FROM sqlite_master")
-        marks = [int(self._connection.execute(one).fetchone()[0]) for one in asked]
+        queries = ("PRAGMA application_id", "PRAGMA user_version", "SELECT count(*) FROM sqlite_master")
+        marks = [int(self._connection.execute(query).fetchone()[0]) for query in queries]
         self._connection.execute("PRAGMA trusted_schema = OFF")
         if marks == [0, 0, 0]:
             with self.writing():
@@ -94,13 +94,13 @@ class CaseTable:
             raise DamagedTableError(f"{self.path}: is no results.sqlite of this version")
 
     def begin(self) -> None:
-        """Leave of earlier runs nothing but finished cases: which of them are this run's is said later."""
+        """Remove everything of earlier runs but their finished cases; `keep` and `arrange` choose this run's cases."""
         with self.writing(), self._told():
             self._connection.execute("UPDATE cases SET place = NULL, added = NULL")
             self._connection.execute("DELETE FROM run")
 
     def keep(self, key: str, record: CaseRecord, *, place: int | None = None) -> None:
-        """Write a finished case under its key, in the place of what was there; with a `place`, as one of the run's."""
+        """Write a finished case under its key, replacing an earlier record; with a `place`, as a case of the run."""
         text = as_json(compact_case(record)).encode()
         brief = {name: value for name, value in record.items() if name not in HEAVY}
         ratio = worst_ratio(record)
@@ -125,7 +125,7 @@ class CaseTable:
             place,
         )
         with self._told():
-            # A lone surrogate, from a file's name, is no UTF-8; JSON has escaped it.
+            # A lone surrogate, from a file's name, cannot be encoded in UTF-8; JSON has escaped it.
             row = tuple(value.encode(errors="replace").decode() if isinstance(value, str) else value for value in row)
             cursor = self._connection.execute(
                 "INSERT OR REPLACE INTO cases (key, name, family, verdict, badness, stage, item, ratio, seconds, brief,"
@@ -136,7 +136,7 @@ class CaseTable:
 
     @contextmanager
     def writing(self) -> Iterator[None]:
-        """Keep all that the body writes, or, if it raises, nothing."""
+        """Commit everything that the body writes, or nothing if it raises."""
         with self._told():
             self._connection.execute("BEGIN IMMEDIATE")
         try:
@@ -152,11 +152,11 @@ class CaseTable:
     def finished(self, key: str) -> CaseRecord | None:
         """Return the record under a key, or None."""
         with self._told():
-            found = self._connection.execute("SELECT id FROM cases WHERE key = ?", (key,)).fetchone()
-        return None if found is None else self._record(int(found[0]))
+            row = self._connection.execute("SELECT id FROM cases WHERE key = ?", (key,)).fetchone()
+        return None if row is None else self._record(int(row[0]))
 
     def arrange(self, keys: Iterable[str]) -> "Cases":
-        """Make the cases with these keys, in this order, those of the run, and return them."""
+        """Make the cases with these keys, in this order, the cases of the run, and return them."""
         with self.writing(), self._told():
             self._connection.execute("UPDATE cases SET place = NULL WHERE place IS NOT NULL")
             self._connection.executemany(
@@ -166,7 +166,7 @@ class CaseTable:
         return self.cases()
 
     def put_places(self, places: Iterable[tuple[str, int]]) -> None:
-        """Say of the run's cases by name where in a larger plan, of the same order, they are."""
+        """Set the places of the run's cases, by name, in a larger plan with the same order."""
         with self.writing(), self._told():
             self._connection.executemany(
                 "UPDATE cases SET place = ? WHERE name = ? AND place IS NOT NULL",
@@ -174,7 +174,7 @@ class CaseTable:
             )
 
     def entries(self) -> Iterator[tuple[int, str, CaseRecord]]:
-        """Yield place, key and record of each case of the run; of what was found out later its picture alone."""
+        """Yield place, key and record of each case of the run; of later additions only the picture."""
         for row in self._ids("SELECT id FROM cases WHERE place IS NOT NULL ORDER BY place"):
             with self._told():
                 place, key, record, added = self._connection.execute(
@@ -193,19 +193,19 @@ class CaseTable:
         return Cases(self, self._ids("SELECT id FROM cases WHERE place IS NOT NULL ORDER BY place"))
 
     def put_document(self, document: str) -> None:
-        """Write what the run's document has beside its cases."""
+        """Write the run's document without its cases."""
         with self.writing(), self._told():
             self._connection.execute("DELETE FROM run")
             self._connection.execute("INSERT INTO run VALUES (?)", (document,))
 
     def document(self) -> str | None:
-        """Return what the run's document has beside its cases; None where the run left none."""
+        """Return the run's document without its cases; None if the run has written none."""
         with self._told():
-            found = self._connection.execute("SELECT document FROM run").fetchone()
-        return None if found is None else str(found[0])
+            row = self._connection.execute("SELECT document FROM run").fetchone()
+        return None if row is None else str(row[0])
 
     def amend(self, name: str, fields: CaseRecord) -> None:
-        """Lay the fields that `fields` has over the record of the run's case of this name."""
+        """Override fields in the record of the run's case of this name with those in `fields`."""
         with self._told():
             row = self._connection.execute(
                 "SELECT id, added FROM cases WHERE name = ? AND place IS NOT NULL", (_storable(name),)
@@ -222,7 +222,7 @@ class CaseTable:
             held.update(fields)
 
     def check(self) -> None:
-        """Raise DamagedTableError where the file's pages do not fit together, or a row is no case's."""
+        """Raise DamagedTableError if the file's pages are inconsistent, or a row contains no valid case."""
         with self._told():
             (word,) = self._connection.execute("PRAGMA quick_check(1)").fetchone()
         if word != "ok":
@@ -246,7 +246,7 @@ class CaseTable:
                         yield str(key), self._record(number)
                 return
             except (sqlite3.Error, UnicodeDecodeError, OverflowError, TypeError):
-                last, left = last + 1, left - 1  # a page is gone: what follows may be there
+                last, left = last + 1, left - 1  # a page is unreadable; later rows may be readable
 
     def _ids(self, query: str, values: tuple[Any, ...] = ()) -> "array[int]":
         with self._told():
@@ -270,7 +270,7 @@ class CaseTable:
         return record
 
     def _hold(self, number: int, record: CaseRecord, size: int) -> None:
-        """Keep a record in memory while there is room: what is there stays, since the next pass begins at the first."""
+        """Hold a record in memory if there is room; nothing is evicted, since passes begin at the first record."""
         if number in self._held or size <= self._room:
             self._room -= 0 if number in self._held else size
             self._held[number] = record
@@ -281,7 +281,7 @@ class CaseTable:
 
     @contextmanager
     def _told(self) -> Iterator[None]:
-        """Tell SQLite's errors as a full or read-only disk's, or as a damaged file's."""
+        """Convert SQLite's errors to OSError for a full or read-only disk, otherwise to DamagedTableError."""
         try:
             yield
         except DamagedTableError:
@@ -300,7 +300,7 @@ class CaseTable:
 
 
 class Cases(Sequence[CaseRecord]):
-    """Records of a table's cases in some order, each read when it is looked at."""
+    """The records of a table's cases in some order; a record is read when it is accessed."""
 
     def __init__(self, table: CaseTable, numbers: "array[int]") -> None:
         self.table, self._numbers = table, numbers
@@ -321,7 +321,7 @@ class Cases(Sequence[CaseRecord]):
         return map(self.table._record, self._numbers)
 
     def briefs(self) -> Iterator[CaseRecord]:
-        """Yield what lists show of each case: its record without what is measured, `worst_ratio` and `wrong_pixels`."""
+        """Yield each case's brief, for lists: the record without `HEAVY`, with `worst_ratio` and `wrong_pixels`."""
         query = "SELECT brief, added FROM cases WHERE id = ?"
         for row in self._numbers:
             with self.table._told():
@@ -330,20 +330,20 @@ class Cases(Sequence[CaseRecord]):
             yield record
 
     def named(self, name: str) -> CaseRecord | None:
-        """Return the record of the case of a name, or None."""
+        """Return the record of the case with this name, or None."""
         query = "SELECT id FROM cases WHERE name = ? AND place IS NOT NULL"
         numbers = self.table._ids(query, (_storable(name),))
         return self.table._record(numbers[0]) if numbers else None
 
     def worst_first(self) -> "Cases":
-        """Return the run's cases by verdict, then by error over limit, then by name; the worst first."""
+        """Return the run's cases, sorted by verdict, error over limit and name, the worst first."""
         query = (
             "SELECT id FROM cases WHERE place IS NOT NULL ORDER BY badness DESC, coalesce(ratio, 0.0) DESC, name, place"
         )
         return Cases(self.table, self.table._ids(query))
 
     def by_family(self) -> Iterator[tuple[str, "Cases"]]:
-        """Yield each family, in the order in which they begin, with its cases."""
+        """Yield each family with its cases, in the order of the families' first cases."""
         query = "SELECT family FROM cases WHERE place IS NOT NULL GROUP BY family ORDER BY min(place)"
         with self.table._told():
             families = [str(row[0]) for row in self.table._connection.execute(query)]
@@ -353,12 +353,12 @@ class Cases(Sequence[CaseRecord]):
 
 
 def briefs(cases: Sequence[CaseRecord]) -> Iterable[CaseRecord]:
-    """Return what lists show of each case; of cases in memory that is their whole record."""
+    """Return each case's brief, for lists; for cases in memory the whole record."""
     return cases.briefs() if isinstance(cases, Cases) else cases
 
 
 def by_family(cases: Sequence[CaseRecord]) -> Iterable[tuple[str, Sequence[CaseRecord]]]:
-    """Return each family, in the order in which they begin, with its cases."""
+    """Return each family with its cases, in the order of the families' first cases."""
     if isinstance(cases, Cases):
         return cases.by_family()
     families: dict[str, list[CaseRecord]] = {}
@@ -368,14 +368,16 @@ def by_family(cases: Sequence[CaseRecord]) -> Iterable[tuple[str, Sequence[CaseR
 
 
 def named(cases: Sequence[CaseRecord], name: str) -> CaseRecord | None:
-    """Return the whole record of the case of a name, or None."""
-    return cases.named(name) if isinstance(cases, Cases) else next((one for one in cases if one["name"] == name), None)
+    """Return the whole record of the case with this name, or None."""
+    return (
+        cases.named(name) if isinstance(cases, Cases) else next((case for case in cases if case["name"] == name), None)
+    )
 
 
 def by_name(cases: Sequence[CaseRecord]) -> Callable[[str], CaseRecord]:
-    """Return what gives the whole record of the case of a name; it raises KeyError where there is none."""
+    """Return a function from a case's name to its whole record, which raises KeyError for an unknown name."""
     if not isinstance(cases, Cases):
-        return {one["name"]: one for one in cases}.__getitem__
+        return {case["name"]: case for case in cases}.__getitem__
 
     def read(name: str) -> CaseRecord:
         record = cases.named(name)
@@ -387,16 +389,16 @@ def by_name(cases: Sequence[CaseRecord]) -> Callable[[str], CaseRecord]:
 
 
 def amending(cases: Sequence[CaseRecord]) -> AbstractContextManager[None]:
-    """Return a block whose every `amend` is kept at its end, together: a commit of its own takes milliseconds each."""
+    """Return a context that commits all calls of `amend` together at its end; each commit takes milliseconds."""
     return cases.table.writing() if isinstance(cases, Cases) else nullcontext()
 
 
 def amend(cases: Sequence[CaseRecord], case: CaseRecord, **fields: Any) -> None:
-    """Write what was found out later into a case's record, and keep it where records are kept."""
-    found = cast(CaseRecord, fields)
-    case.update(found)
+    """Add fields to a case's record, and to its row if the cases are stored in a table."""
+    additions = cast(CaseRecord, fields)
+    case.update(additions)
     if isinstance(cases, Cases):
-        cases.table.amend(case["name"], found)
+        cases.table.amend(case["name"], additions)
 
 
 def _storable(value: Any) -> Any:
@@ -404,21 +406,21 @@ def _storable(value: Any) -> Any:
 
 
 def _object(text: bytes | str) -> CaseRecord:
-    """Return a record, or of one what was found out later; what it holds nobody has looked at."""
+    """Decode the JSON object of a record, or of additions to a record, without validating it."""
     try:
-        found = msgspec.json.decode(text)
+        record = msgspec.json.decode(text)
     except msgspec.DecodeError:
-        found = json.loads(text)  # slower, and knows lone surrogates, as undecodable file names bring them
-    if not isinstance(found, dict):
+        record = json.loads(text)  # slower, but accepts lone surrogates, which come from undecodable file names
+    if not isinstance(record, dict):
         raise TypeError("is no JSON object")
-    return cast(CaseRecord, found)
+    return cast(CaseRecord, record)
 
 
 def _laid_over(record: bytes | str, added: str | None) -> CaseRecord:
-    found = _object(record)
+    case = _object(record)
     if added:
-        found.update(_object(added))
-    return found
+        case.update(_object(added))
+    return case
 
 
 def _inflated(deflated: Any) -> bytes:

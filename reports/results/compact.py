@@ -1,7 +1,7 @@
-"""results.json without repetition: `compact` and `expand` of what checks share.
+"""results.json without repetition: `compact` removes values that checks share, and `expand` restores them.
 
-Tens of thousands of checks share a few hundred derivations, most pass with every pixel held strictly, and a third of a
-measurement is counts of what never was. `publish/page/html/records.js` undoes in the page what `expand` undoes here.
+Tens of thousands of checks share a few hundred derivations, most checks pass with every pixel within a strict limit,
+and a third of a measurement is counts of 0. `publish/page/html/records.js` is `expand` for the page.
 """
 
 from collections.abc import Iterator, Mapping
@@ -23,14 +23,17 @@ from rayproof.reports.results.records import RunRecord
 
 TABLE = "derivations"
 MEASUREMENTS = ("end_to_end", "continued")
-NUMBERS = ("worst_ratio", "worst_error", "limit", "ulp", "mean_wrong")  # of a measurement: left out where it is 0
-RENDERED = (("error", None), ("cached", False))  # usual of a render, and left out
-# Of a stage's matrix: left out where it is that of the first stage.
+NUMBERS = ("worst_ratio", "worst_error", "limit", "ulp", "mean_wrong")  # of a measurement: omitted if 0
+RENDERED = (("error", None), ("cached", False))  # usual values of a render, which are omitted
+# Fields of a stage's matrix that are omitted if they equal those of the first stage.
 SHARED: tuple[Literal["baseline", "renderers"], ...] = ("baseline", "renderers")
 
 
 def compact(record: CaseRecord, places: dict[str, int]) -> WrittenCaseRecord:
-    """Return a case's record as it is written; texts become their places among `places`, which new ones join."""
+    """Return a case's record in the format of results.json.
+
+    Derivations become their numbers in `places`, to which new derivations are added.
+    """
     written = cast("WrittenCaseRecord", dict(record))
     if "checks" in record:
         groups: dict[tuple[str, str], CheckGroupRecord] = {}
@@ -57,13 +60,13 @@ def compact(record: CaseRecord, places: dict[str, int]) -> WrittenCaseRecord:
 
 
 def compact_case(record: Mapping[str, Any]) -> dict[str, Any]:
-    """Return a case's record the same way, with a table of its own; html/records.js is the inverse."""
+    """Return a case's compact record with a table of derivations of its own; html/records.js is the inverse."""
     places: dict[str, int] = {}
     return {"checks": [], **compact(cast("CaseRecord", record), places), TABLE: list(places)}
 
 
 def expand(results: RunRecord) -> None:
-    """Put back what `compact` left out, in place."""
+    """Restore, in place, the values that `compact` removed."""
     table = results.pop(TABLE, None) or []
     for case in results["cases"]:
         because = cast("dict[str, Any]", case).pop("because", None) or {}
@@ -82,7 +85,7 @@ def expand(results: RunRecord) -> None:
 
 
 def expand_case(record: Mapping[str, Any]) -> CaseRecord:
-    """Return a record as it was kept, in place: `compact_case` undone."""
+    """Undo `compact_case` in place and return the record."""
     case = cast("dict[str, Any]", record)
     expand(cast("RunRecord", {"cases": [case], TABLE: case.pop(TABLE, [])}))
     return cast("CaseRecord", case)
@@ -108,20 +111,23 @@ def _checks(case: CaseRecord, because: Mapping[str, Any], table: list[str]) -> I
                     measured.setdefault("interior", _pixels(case))
             if "ratio" not in check and isinstance(whole := check.get("end_to_end"), dict):
                 check["ratio"] = whole.get("worst_ratio") or 0.0
-            yield msgspec.convert(check, Check, strict=False)  # numbers that JSON lacks are strings
+            yield msgspec.convert(check, Check, strict=False)  # inf and nan are strings in JSON
 
 
 def _without_the_usual(check: Check, pixels: int, because: int | None) -> dict[str, Any]:
-    """Return a check without where it stands, and without what `expand` knows; `because` is a derivation of its own."""
+    """Return a check without the fields of its group and the values that `expand` restores.
+
+    `because` is the number of the check's own derivation, if it differs from the usual derivation.
+    """
     left: dict[str, Any] = msgspec.to_builtins(check)
     for name in ("configuration", "reference", "stage", "because"):
         left.pop(name, None)
     if because is not None:
         left["because"] = because
     if (whole := check.end_to_end) is not None:
-        if repr(check.ratio) == repr(whole.worst_ratio):  # NaN is that, too
+        if repr(check.ratio) == repr(whole.worst_ratio):  # texts, so that NaN equals NaN
             del left["ratio"]
-        # None at all would be that of end to end.
+        # Not empty: `expand` replaces an empty `continued` with a copy of `end_to_end`.
         left["end_to_end"] = _terse(whole, pixels) or {"interior": whole.interior}
     if (own := check.continued) is not None:
         left["continued"] = {} if repr(own) == repr(whole) else _terse(own, pixels) or {"interior": own.interior}
@@ -139,7 +145,7 @@ def _pixels(case: Mapping[str, Any]) -> int:
 
 def _terse(measured: Measurement, pixels: int) -> dict[str, Any]:
     left: dict[str, Any] = msgspec.to_builtins(measured)
-    if measured.interior == pixels:  # of the image
+    if measured.interior == pixels:
         del left["interior"]
     for name in NUMBERS:
         if left.get(name) == 0:
@@ -150,13 +156,13 @@ def _terse(measured: Measurement, pixels: int) -> dict[str, Any]:
 
 
 def _unlike(first: AdjudicationRecord, matrix: AdjudicationRecord) -> AdjudicationRecord:
-    """Return a stage's matrix without what the first stage's says as well."""
+    """Return a stage's matrix without the fields that equal those of the first stage's matrix."""
     same = {name for name in SHARED if name in matrix and matrix[name] == first.get(name)}
     return cast("AdjudicationRecord", {name: value for name, value in matrix.items() if name not in same})
 
 
 def _agreeing(matrix: AdjudicationRecord) -> AdjudicationRecord:
-    """Return a stage's matrix without the numbers of differing pixels, where these are all 0, and by its upper half."""
+    """Return a stage's matrix; if no pixels differ, without their numbers and with only the upper half of ratios."""
     ratio, differing = matrix.get("ratio"), matrix.get("differing")
     if not ratio or not differing or any(count for row in differing for count in row):
         return matrix
@@ -167,7 +173,7 @@ def _agreeing(matrix: AdjudicationRecord) -> AdjudicationRecord:
 
 
 def _square(matrix: AdjudicationRecord) -> None:
-    """Put back what `_agreeing` left out."""
+    """Restore, in place, the values that `_agreeing` removed."""
     ratio: Any = matrix.get("ratio")
     if ratio and "differing" not in matrix:
         if len(ratio) > 1 and all(len(row) == len(ratio) - place for place, row in enumerate(ratio)):

@@ -1,6 +1,6 @@
-"""The document of a run is loaded from results.sqlite or results.json, checked, and written.
+"""The document of a run: read from results.sqlite or results.json, validated, and written.
 
-A folder has it as results.sqlite, and up to `LISTED` cases as results.json too.
+A folder contains it as results.sqlite, and for at most `LISTED` cases also as results.json.
 """
 
 import json
@@ -18,7 +18,7 @@ from rayproof.reports.results.files import SCHEMA, as_json, replacing
 from rayproof.reports.results.records import RunRecord, problem
 
 NAME = "results.json"
-LISTED = 2000  # cases of a run that results.json holds; `rayproof run --json` writes one of any length
+LISTED = 2000  # cases at most in results.json; `rayproof run --json` writes a file of any length
 
 
 class ResultsError(ValueError):
@@ -26,12 +26,12 @@ class ResultsError(ValueError):
 
 
 def load_results(folder: Path) -> RunRecord:
-    """Return what a run found, checked in shape, from `folder`/results.json or, where there is none, results.sqlite.
+    """Return a run's results, validated, from `folder`/results.json or, if it is missing, results.sqlite.
 
-    Of the latter, `cases` is a sequence whose records are read when they are looked at.
+    From results.sqlite, `cases` is a sequence whose records are read when they are accessed.
 
     Raises:
-        ResultsError: it is missing, is no JSON, or lacks what every publisher needs.
+        ResultsError: the file is missing, is no JSON, or lacks a required field.
 
     """
     path = folder / NAME
@@ -46,13 +46,13 @@ def load_results(folder: Path) -> RunRecord:
     results = _checked(path, text)
     try:
         expand(results)
-    except ValueError as error:  # a stage that there is not, which is a key in the file
+    except ValueError as error:  # an unknown stage, which is a key in the file
         raise ResultsError(f"{path}: a check: {error}") from error
     return results
 
 
 def has_results(folder: Path) -> bool:
-    """Say whether a folder has the results of a run that came to its end."""
+    """Return whether a folder contains the results of a finished run."""
     if (folder / NAME).is_file() or not (folder / TABLE_NAME).is_file():
         return (folder / NAME).is_file()
     try:
@@ -62,16 +62,16 @@ def has_results(folder: Path) -> bool:
 
 
 def whole(results: RunRecord) -> str:
-    """Return the name of the file of a folder that has all of a run."""
+    """Return the name of the file that contains the whole run."""
     cases = results["cases"]
     return TABLE_NAME if isinstance(cases, Cases) and len(cases) > LISTED else NAME
 
 
 def save_results(folder: Path, results: RunRecord) -> Path:
-    """Write a run's document whole or not at all and return where it is: results.json, or, of a longer run, its table.
+    """Write a run's document atomically and return the file: results.json, or results.sqlite of a long run.
 
     Raises:
-        ResultsError: `results` lacks what every publisher needs.
+        ResultsError: `results` lacks a required field.
 
     """
     cases = results["cases"]
@@ -85,10 +85,10 @@ def save_results(folder: Path, results: RunRecord) -> Path:
 
 
 def save_early(folder: Path, results: RunRecord) -> None:
-    """Keep a run that has its verdicts and waits for what may take long, so that a kill costs no more than that.
+    """Save a run that has its verdicts before slow final steps, so that only these are lost if the process is killed.
 
-    It is written to results.sqlite alone, which has its cases already; an earlier run's results.json goes, which would
-    be read instead. Raises as `save_results` does.
+    The document is written only to results.sqlite, which contains the cases already; an earlier run's results.json is
+    removed, since it would be read instead. Raises the errors of `save_results`.
     """
     cases = results["cases"]
     if isinstance(cases, Cases):
@@ -99,20 +99,20 @@ def save_early(folder: Path, results: RunRecord) -> None:
 
 
 def write_results(path: Path, results: RunRecord) -> Path:
-    """Write results.json under another name, whatever the number of cases, a record at a time; return `path`.
+    """Write the document in the format of results.json to `path`, with all cases, a record at a time; return `path`.
 
     Raises:
-        ResultsError: `results` lacks what every publisher needs.
+        ResultsError: `results` lacks a required field.
 
     """
     cases: Any = results.get("cases")
-    # Of the cases, which take half a second, tests say whether they fit the schema.
+    # The cases are not validated here, which would take half a second; tests compare them with the schema.
     if wrong := problem({**results, "schema": SCHEMA, "cases": [] if isinstance(cases, list | Cases) else cases}):
         raise ResultsError(f"{path}: {wrong}")
-    # JSON that can be read by eye at the top and compared by line below; half the size of an indented one.
+    # The top is indented JSON for readers; below, each case is a line, for diff. Half the size of indented JSON.
     places: dict[str, int] = {}
     with replacing(path) as draft, draft.open("w", encoding="utf-8", errors="replace", newline="\n") as file:
-        # The texts that cases share stand before them, and are known only after them.
+        # The table of derivations precedes the cases, but is complete only after the last case.
         with TemporaryFile("w+", encoding="utf-8", errors="replace", newline="\n") as lines:
             for number, case in enumerate(results["cases"]):
                 lines.write((",\n" if number else "") + as_json(compact(case, places)))

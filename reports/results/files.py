@@ -1,7 +1,7 @@
-"""Files written whole or not at all; JSON with inf and nan.
+"""Atomic writing of files; JSON with inf and nan; text that is safe to display.
 
-A file is written beside its place under another name, then renamed into it. The numbers that JSON lacks are the strings
-"inf", "-inf" and "nan", and are read back from them.
+A file is written under a temporary name in its folder and then renamed. Numbers that JSON lacks are written as the
+strings "inf", "-inf" and "nan", and converted back on reading.
 """
 
 import json
@@ -17,14 +17,14 @@ from typing import Any, Literal
 import msgspec
 
 SCHEMA: Literal[1] = 1  # the number of the schema of every JSON document that rayproof writes
-DRAFT = re.compile(r"\..*\.\d+(\.[^.]*)?")  # what `replacing` writes to
+DRAFT = re.compile(r"\..*\.\d+(\.[^.]*)?")  # the temporary names of `replacing`
 
 
 @contextmanager
 def replacing(path: Path) -> Iterator[Path]:
-    """Give a path to write to; it takes the place of `path` at the end, and vanishes if the body raises."""
+    """Yield a temporary path to write to; it replaces `path` at the end, and is removed if the body raises."""
     path.parent.mkdir(parents=True, exist_ok=True)
-    # The process number keeps two writers of the same file apart; the suffix stays, since some writers read it.
+    # The process number distinguishes two writers of the same file; the suffix is the same, since some writers read it.
     draft = path.with_name(f".{path.stem}.{os.getpid()}{path.suffix}")
     try:
         yield draft
@@ -34,15 +34,15 @@ def replacing(path: Path) -> Iterator[Path]:
 
 
 def write_text(path: Path, text: str) -> Path:
-    """Write `text` as UTF-8 with plain line feeds, whole or not at all, and return `path`."""
+    """Write `text` as UTF-8 with plain line feeds, atomically, and return `path`."""
     with replacing(path) as draft:
-        # Lone surrogates come in by undecodable file names; they cannot be written and must not stop a report.
+        # Lone surrogates come from undecodable file names; they have no encoding and must not stop a report.
         draft.write_bytes(text.encode("utf-8", errors="replace"))
     return path
 
 
 def remove_drafts(folder: Path) -> None:
-    """Remove what writers below `folder` that were killed had begun; nobody else may be writing there."""
+    """Remove the temporary files of killed writers below `folder`; no process may be writing there."""
     for path in folder.rglob(".*"):
         if DRAFT.fullmatch(path.name) and path.is_file():
             path.unlink(missing_ok=True)
@@ -60,26 +60,26 @@ def plain(value: Any) -> Any:
 
 
 def as_json(value: Any, *, indent: int | None = None) -> str:
-    """Return `plain(value)` as JSON, Structs as objects, on one line without blanks unless it is to be indented."""
+    """Return `plain(value)` as JSON, Structs as objects, on one line without blanks unless `indent` is set."""
     separators = (",", ":") if indent is None else None
     write = partial(json.dumps, allow_nan=False, indent=indent, separators=separators)
     try:
         return write(value, default=msgspec.to_builtins)
     except ValueError:
-        # Only where there is such a number: looking for it in Python takes ten times as long as writing.
+        # Only if there is a non-finite number: `plain` takes ten times as long as writing.
         return write(plain(value), default=lambda record: plain(msgspec.to_builtins(record)))
 
 
 def encodable(text: str) -> str:
-    """Return a text as it can be written in UTF-8: without the lone surrogates that undecodable file names bring."""
+    """Return a text that UTF-8 can encode: lone surrogates, which come from undecodable file names, are replaced."""
     return text.encode("utf-8", errors="replace").decode("utf-8")
 
 
 def legible(text: object) -> str:
-    """Return a text on one line without anything that a terminal, a log, a page or a browser would obey.
+    """Return a text on one line without characters that control a terminal, a log, a page or a browser.
 
-    Line ends and other white space become blanks; control and format characters, text reversed by bidirectional
-    overrides among them, and what has no character at all become U+FFFD.
+    Line ends and other white space become blanks. Control and format characters, including bidirectional overrides,
+    and unassigned code points become U+FFFD.
     """
     words = str(text)
     if words.isprintable():
@@ -88,42 +88,42 @@ def legible(text: object) -> str:
 
 
 def several(count: int, noun: str) -> str:
-    """Return how many there are of a thing, such as "1 case" or "2 meshes"."""
+    """Return a count with its noun, such as "1 case" or "2 meshes"."""
     return f"{count} {noun}{'' if count == 1 else 'es' if noun.endswith(('h', 's')) else 's'}"
 
 
 def legible_lines(text: object) -> str:
-    """Return a text of several lines with each of them `legible`."""
+    """Return a text of several lines, each of them made `legible`."""
     words = str(text)
     return words if words.isprintable() else "\n".join(map(legible, words.split("\n")))
 
 
-# As JSON escapes them: C0 but for line ends and tabs, C1, bidirectional marks and overrides, separators of lines.
+# JSON escapes of C0 except line ends and tabs, of C1, bidirectional marks and overrides, and line separators.
 _OBEYED = re.compile(r"(\\\\)|\\u(?:00[01][0-9a-f]|007f|00[89][0-9a-f]|061c|200[ef]|202[89a-e]|206[6-9]|feff)|\\[bf]")
 
 
 def legible_json(text: str) -> str:
-    """Return JSON of ASCII characters, as `as_json` writes it, with U+FFFD for what a terminal or browser would obey.
+    """Return ASCII JSON of `as_json` with U+FFFD in place of characters that control a terminal or a browser.
 
-    Line ends and tabs stay as they are escaped: a text may have lines.
+    Escaped line ends and tabs are preserved, since a text may have several lines.
     """
-    # Most records have no escape at all, which is seen a hundred times sooner than the pattern goes through them.
+    # Most records have no escape at all; this test is a hundred times as fast as the pattern.
     return _OBEYED.sub(lambda match: match[1] or "\\ufffd", text) if "\\" in text else text
 
 
 def number(value: Any) -> float | None:
-    """Return a number, also where it is "inf", "-inf" or "nan"; None where there is none."""
+    """Return a number, converted from "inf", "-inf" or "nan" if necessary; None if the value is no number."""
     if isinstance(value, bool) or not isinstance(value, int | float | str):
         return None
     if isinstance(value, str) and value not in ("inf", "-inf", "nan"):
         return None
     try:
         return float(value)
-    except OverflowError:  # JSON's whole numbers have no end
+    except OverflowError:  # JSON's integers are unbounded
         return -math.inf if str(value).startswith("-") else math.inf
 
 
 def at_worst(value: float | str) -> float:
-    """Return an error that may be written as a string; NaN, than which nothing is worse, as inf."""
+    """Return an error, which may be a string, as a float; NaN, the worst error, becomes inf."""
     as_float = float(value)
     return math.inf if math.isnan(as_float) else as_float

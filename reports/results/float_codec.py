@@ -1,11 +1,12 @@
-"""Float images as text for a browser, bit for bit: predictions, zigzag differences, byte planes, deflate, base64.
+"""Lossless coding of float images as text for a browser: predictions, zigzag code, byte planes, deflate, base64.
 
-What is stored is the difference of bits to a prediction from what the reader has already, zigzag-coded, and where that
-is smaller its second difference along the rows: smooth images are near a parabola. Channel by channel, in byte planes
-from the highest byte down, deflated and in base64; `DecompressionStream` undoes the deflating and html/floats.js the
-rest. Each prediction is float32, computed by IEEE operations that Python and JavaScript round alike (html/floats.js is
-the same code for browsers), so that adding the stored difference gives back every bit. Where a prediction is not finite
-it is 0: a NaN made by arithmetic has no bits of its own that both would agree on.
+Each image is predicted from images that the reader has decoded already. The residual, the difference of the bits to the
+prediction, is stored in zigzag code, or its second difference along the rows if that is smaller: smooth images are
+nearly parabolic. It is stored per channel, in byte planes from the highest byte to the lowest, deflated and in base64;
+`DecompressionStream` inflates it, and html/floats.js decodes the rest. Each prediction is float32, computed by IEEE
+operations that Python and JavaScript round alike (html/floats.js is the same code for browsers), so that adding the
+residual restores every bit. Predictions that are not finite are replaced by 0, since the bits of a computed NaN differ
+between platforms.
 """
 
 import base64
@@ -22,16 +23,16 @@ from rayproof.cases.stages import Stage
 from rayproof.reports.results.files import as_json, legible_json
 
 Images = Mapping[Stage, np.ndarray]  # of one renderer, float32 (height, width, channels)
-Factors = dict[str, list[float]]  # by object, of each channel
+Factors = dict[str, list[float]]  # object -> factor of each channel
 
-# A stage that is an earlier one times a constant per object: M = albedo E, L = M / pi.
+# Stages that are an earlier stage times a constant per object: M = albedo E, L = M / pi.
 TIMES = {Stage.EXITANCE: Stage.IRRADIANCE, Stage.RADIANCE: Stage.EXITANCE}
 
-BY_LIGHTS = (Stage.POSITION, Stage.NORMAL, Stage.VISIBILITY)  # that E takes, beside the scene's lights
+BY_LIGHTS = (Stage.POSITION, Stage.NORMAL, Stage.VISIBILITY)  # the stages that, with the lights, determine E
 
 
 class EncodedImage(TypedDict, total=False):
-    """An image: how it is predicted, what that takes, and the residual; a prediction by itself has only the first."""
+    """An encoded image: the method of prediction, its parameters, and the residual (absent in a mere prediction)."""
 
     by: Required[str]  # "nothing", "base", "factors", "pinhole", "ray" or "lights"
     of: str  # the stage that is multiplied
@@ -55,11 +56,11 @@ def predictions(
     tables: dict[Stage, Factors] | None = None,
     lights: list[list[float]] | None = None,
 ) -> Iterator[tuple[EncodedImage, np.ndarray]]:
-    """Yield each way to foretell `own[stage]`: how, as plain JSON data, and the float32 prediction.
+    """Yield each possible prediction of `own[stage]`: its method, as plain JSON data, and the float32 prediction.
 
-    `own` holds the renderer's stages, `base` those of the renderer that all are compared with, if it is another one.
-    `eye` is the camera's (3), m; `rays` its `pinhole`, where the camera is known; `lights` are the scene's
-    `intensities`. `tables` keeps the factors that were found, for the other renderers of the same scene.
+    `own` contains the renderer's images, `base` the images of the base renderer, with which all are compared, or None
+    for the base renderer itself. `eye` (3) is the camera's position [m], `rays` its `pinhole`, or None, `lights` are
+    the scene's `intensities`. `tables` caches the computed factors for the other renderers of the same scene.
     """
     image = own[stage]
     yield {"by": "nothing"}, np.zeros_like(image)
@@ -74,13 +75,13 @@ def predictions(
     if stage is Stage.POSITION and {Stage.RAY, Stage.DISTANCE} <= set(own):
         yield {"by": "ray", "eye": list(eye)}, along(own[Stage.RAY], own[Stage.DISTANCE], eye)
     if stage is Stage.IRRADIANCE and base is None and lights:
-        shapes = [own[one].shape for one in BY_LIGHTS if one in own]
+        shapes = [own[input_stage].shape for input_stage in BY_LIGHTS if input_stage in own]
         if shapes == [image.shape, image.shape, (*image.shape[:2], len(lights))]:
             yield {"by": "lights", "lights": lights}, lit(own, lights)
 
 
 def predicted(how: EncodedImage, stage: Stage, own: Images, base: Images | None) -> np.ndarray | None:
-    """Return the prediction that `how` names, or None where it is 0 everywhere."""
+    """Return the prediction that `how` describes, or None if it is 0 everywhere."""
     if how["by"] == "base":
         assert base is not None
         return base[stage]
@@ -94,51 +95,53 @@ def predicted(how: EncodedImage, stage: Stage, own: Images, base: Images | None)
 
 
 def _factors(stage: Stage, source: Stage, own: Images, base: Images | None, tables: dict[Stage, Factors]) -> Factors:
-    """Return what the renderer that all are compared with found, which finds the same albedos; without it, the own."""
-    known = own if base is None else base
-    if any(one not in known or known[one].shape != own[one].shape for one in (stage, source, Stage.OBJECT)):
+    """Return the cached factors of the base renderer, which has the same albedos; if that is impossible, its own."""
+    images = own if base is None else base
+    if any(
+        needed not in images or images[needed].shape != own[needed].shape for needed in (stage, source, Stage.OBJECT)
+    ):
         return factors(own[stage], own[source], own[Stage.OBJECT])
     if stage not in tables:
-        tables[stage] = factors(known[stage], known[source], known[Stage.OBJECT])
+        tables[stage] = factors(images[stage], images[source], images[Stage.OBJECT])
     return tables[stage]
 
 
 def factors(image: np.ndarray, source: np.ndarray, objects: np.ndarray) -> Factors:
-    """Return the median of image / source of each object by channel, float32: the albedo, or 1 / pi."""
+    """Return the median of image / source per object and channel, rounded to float32: the albedo, or 1 / pi."""
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         ratio = np.ascontiguousarray((image.astype(np.float64) / source).reshape(-1, image.shape[-1]).T)
-    known, numbers = np.isfinite(ratio), objects[..., 0].ravel()
+    finite, numbers = np.isfinite(ratio), objects[..., 0].ravel()
     table: Factors = {}
     for index in np.unique(numbers):
         here = numbers == index
-        medians = _medians(ratio[:, here], known[:, here])
+        medians = _medians(ratio[:, here], finite[:, here])
         with np.errstate(over="ignore"):
             rounded = np.nan_to_num(medians.astype(np.float32), posinf=0.0, neginf=0.0)
         table[_key(index)] = [float(value) for value in rounded]
     return table
 
 
-def _medians(rows: np.ndarray, known: np.ndarray) -> np.ndarray:
-    """Return each row's median of what is `known` in it, 0 where nothing is."""
-    if known.any() and (known == known[0]).all():
-        return np.median(rows[:, known[0]], axis=1)
-    return np.asarray([np.median(row[there]) if there.any() else 0.0 for row, there in zip(rows, known, strict=True)])
+def _medians(rows: np.ndarray, valid: np.ndarray) -> np.ndarray:
+    """Return the median of each row's values where `valid` is true, 0 for rows without such values."""
+    if valid.any() and (valid == valid[0]).all():
+        return np.median(rows[:, valid[0]], axis=1)
+    return np.asarray([np.median(row[there]) if there.any() else 0.0 for row, there in zip(rows, valid, strict=True)])
 
 
 def times(source: np.ndarray, objects: np.ndarray, table: Mapping[str, list[float]]) -> np.ndarray:
-    """Return source times its object's factors, rounded to float32 once."""
+    """Return the source image times the factors of each pixel's object, rounded to float32 once."""
     numbers = objects[..., 0]
-    found = np.unique(numbers)
-    scales = np.array([table.get(_key(index), [0.0] * source.shape[-1]) for index in found])
+    indices = np.unique(numbers)
+    scales = np.array([table.get(_key(index), [0.0] * source.shape[-1]) for index in indices])
     with np.errstate(over="ignore", invalid="ignore"):
-        scale = scales[np.searchsorted(found, numbers)]
+        scale = scales[np.searchsorted(indices, numbers)]
         return _finite((source.astype(np.float64) * scale).astype(np.float32))
 
 
 def pinhole(camera: Any) -> list[list[float]] | None:
-    """Return the direction to the corner (0, 0) of an image and the steps to the next column and row.
+    """Return the direction to the corner (0, 0) of the image and the steps to the next column and row, (3, 3).
 
-    `camera` is a scene file's. None where it describes no view.
+    `camera` is the camera of a scene file. None if it describes no view.
     """
     try:
         eye, target, up = (np.array([float(v) for v in camera[name]]) for name in ("eye", "target", "up"))
@@ -150,12 +153,12 @@ def pinhole(camera: Any) -> list[list[float]] | None:
         step = 2 * np.tan(np.radians(fovy) / 2) / height
         across, down = step * right, -step * above
         corner = forward - width / 2 * across - height / 2 * down
-    found = np.stack([corner, across, down])
-    return found.tolist() if found.shape == (3, 3) and np.isfinite(found).all() else None
+    directions = np.stack([corner, across, down])
+    return directions.tolist() if directions.shape == (3, 3) and np.isfinite(directions).all() else None
 
 
 def through(rays: list[list[float]], height: int, width: int) -> np.ndarray:
-    """Return the unit directions through the pixel centres, in float64 rounded to float32 once; not to be changed."""
+    """Return the unit directions through the pixel centres, read-only, computed in float64, rounded once to float32."""
     return _through(tuple(map(tuple, rays)), height, width)
 
 
@@ -163,24 +166,27 @@ def through(rays: list[list[float]], height: int, width: int) -> np.ndarray:
 def _through(rays: tuple[tuple[float, ...], ...], height: int, width: int) -> np.ndarray:
     corner, across, down = np.asarray(rays, np.float64)
     x, y = np.meshgrid(np.arange(width) + 0.5, np.arange(height) + 0.5)
-    # Term by term and product by product: the order in which the browser will round.
+    # In this order of operations the browser rounds alike.
     d = [(corner[i] + x * across[i]) + y * down[i] for i in range(3)]
     with np.errstate(all="ignore"):
         length = np.sqrt((d[0] * d[0] + d[1] * d[1]) + d[2] * d[2])
-        directions = _finite(np.stack([one / length for one in d], axis=-1).astype(np.float32))
+        directions = _finite(np.stack([component / length for component in d], axis=-1).astype(np.float32))
     directions.setflags(write=False)
     return directions
 
 
 def along(ray: np.ndarray, distance: np.ndarray, eye: Any) -> np.ndarray:
-    """Return eye + t d, in float64 rounded to float32 once; 0 where the ray hits nothing."""
+    """Return eye + t d, computed in float64, rounded once to float32; 0 where the ray hits nothing."""
     with np.errstate(over="ignore", invalid="ignore"):
         point = np.asarray(eye, np.float64) + distance.astype(np.float64) * ray.astype(np.float64)
         return _finite(point.astype(np.float32))
 
 
 def intensities(scene: Any) -> list[list[float]] | None:
-    """Return each light's position [m] and intensity by channel [W/sr] of a scene file; None where it tells none."""
+    """Return each light's position [m] and intensity per channel [W/sr] (6 numbers) in a scene file.
+
+    None if the file has no valid lights or its lights do not follow the inverse square law.
+    """
     try:
         if scene.get("shading", "inverse_square") != "inverse_square":
             return None
@@ -194,7 +200,7 @@ def intensities(scene: Any) -> list[list[float]] | None:
 
 
 def lit(own: Images, lights: list[list[float]]) -> np.ndarray:
-    """Return the sum of I cos / d^2 over the lights that are seen, in float64 rounded to float32 once."""
+    """Return the sum of I cos / d^2 over the visible lights, computed in float64, rounded once to float32."""
     point, normal = (np.moveaxis(own[stage].astype(np.float64), -1, 0) for stage in BY_LIGHTS[:2])
     total = np.zeros((3, *point.shape[1:]))
     with np.errstate(all="ignore"):
@@ -213,17 +219,17 @@ def _finite(image: np.ndarray) -> np.ndarray:
 
 
 def _key(index: float) -> str:
-    """Return an object index as text: JavaScript's text of the same number, where it is one."""
+    """Return an object index as text, equal to JavaScript's text of the number; "other" if it is no integer."""
     return str(int(index)) if np.isfinite(index) and index == int(index) else "other"
 
 
 LEVEL = 6  # of zlib
 
-Draft = tuple[int, EncodedImage, np.ndarray]  # bytes that are left by estimate, how, and the residual of bits
+Draft = tuple[int, EncodedImage, np.ndarray]  # estimated size [bytes], method of prediction, residual
 
 
 def encode(image: np.ndarray, predictions: Iterable[tuple[EncodedImage, np.ndarray]]) -> EncodedImage:
-    """Return a float32 image (height, width, channels) as plain JSON data, by the prediction that leaves least.
+    """Return a float32 image (height, width, channels) as plain JSON data, by the prediction with the least residual.
 
     Raises:
         ValueError: the image is not float32, or a prediction has another shape or type.
@@ -236,7 +242,7 @@ def encode(image: np.ndarray, predictions: Iterable[tuple[EncodedImage, np.ndarr
 
 
 def _drafts(image: np.ndarray, predictions: Iterable[tuple[EncodedImage, np.ndarray]]) -> Iterator[Draft]:
-    """Yield how an image could be stored: estimated bytes, how, and what is left; the cheapest to find first."""
+    """Yield drafts of the encoded image: estimated size [bytes], method and residual; the cheapest to compute first."""
     bits = _bits(image)
     waiting: list[tuple[EncodedImage, np.ndarray]] = []
     for how, prediction in predictions:
@@ -246,18 +252,18 @@ def _drafts(image: np.ndarray, predictions: Iterable[tuple[EncodedImage, np.ndar
         if how["by"] == "nothing" and residual.any():
             waiting.append((how, residual))
         else:
-            # What is left of a good prediction is rounding, which has no curvature worth trying.
+            # The residual of a good prediction is rounding; its second difference is not smaller.
             yield _bytes_left(residual), {**how, "curved": False}, residual
     for how, residual in waiting:
         slope = _slope(residual)
-        # What repeats along the rows deflates to what its changes would.
+        # A residual that repeats along the rows deflates to about the size of its differences.
         yield min(_bytes_left(residual), 2 * _bytes_left(slope)), {**how, "curved": False}, residual
         bend = _slope(slope)
         yield _bytes_left(bend), {**how, "curved": True}, bend
 
 
 def _least(drafts: Iterable[Draft]) -> tuple[EncodedImage, np.ndarray]:
-    """Return how, and what is left, of the draft that takes least; where nothing is left at all no other is made."""
+    """Return method and residual of the smallest draft; a draft without residual ends the search."""
     made: list[Draft] = []
     for bytes_left, how, residual in drafts:
         if not bytes_left:
@@ -273,7 +279,7 @@ def decode(stored: EncodedImage, height: int, width: int, prediction: np.ndarray
     """Undo `encode`: return the float32 image (height, width, channels).
 
     Raises:
-        ValueError: the data is no such image.
+        ValueError: the data cannot be decoded to an image of this size.
 
     """
     try:
@@ -291,10 +297,10 @@ def decode(stored: EncodedImage, height: int, width: int, prediction: np.ndarray
 
 
 def inflated(data: str, size: int) -> bytes:
-    """Return the `size` bytes that `data` packs; never more is unpacked.
+    """Return the content of `data`, `size` bytes; no more is inflated.
 
     Raises:
-        ValueError: it packs more or less, or nothing that can be unpacked.
+        ValueError: the content has another size, or `data` cannot be decoded.
 
     """
     if not isinstance(data, str) or size <= 0:
@@ -310,17 +316,17 @@ def inflated(data: str, size: int) -> bytes:
 
 
 def pack(content: bytes) -> str:
-    """Return bytes deflated and in base64."""
+    """Deflate bytes and encode them in base64."""
     return base64.b64encode(zlib.compress(content, LEVEL)).decode("ascii")
 
 
 def pack_text(text: str) -> str:
-    """Return text deflated and in base64."""
+    """Deflate a text and encode it in base64."""
     return pack(text.encode("utf-8", errors="replace"))
 
 
 def pack_json(content: Any) -> str:
-    """Return data as JSON whose texts are only texts, deflated and in base64."""
+    """Return data as JSON without control characters in its texts, deflated and in base64."""
     return pack_text(legible_json(as_json(content)))
 
 
@@ -329,14 +335,14 @@ def _bits(image: np.ndarray) -> np.ndarray:
 
 
 def _slope(residual: np.ndarray) -> np.ndarray:
-    """Return the difference along each row, modulo 2^32; what lies left of the row is 0."""
+    """Return the differences along each row, modulo 2^32; the first is to 0."""
     slope = residual.copy()
     slope[:, 1:] -= residual[:, :-1]
     return slope
 
 
 def _bytes_left(residual: np.ndarray) -> int:
-    """Return how many bytes of the zigzag code are in use: an estimate of what deflating leaves."""
+    """Return the number of bytes that the zigzag code needs: an estimate of the deflated size."""
     signed = residual.view(np.int32)
     size = signed ^ (signed >> 31)  # half the zigzag code, rounded down
     used = np.count_nonzero(residual)
@@ -349,7 +355,7 @@ def _bytes_left(residual: np.ndarray) -> int:
 
 
 def _planes(residual: np.ndarray) -> bytes:
-    """Return the zigzag code of signed differences, small ones of either sign small, as byte planes by channel."""
+    """Return the zigzag code of signed differences (small for small differences of either sign), as byte planes."""
     signed = residual.view(np.int32)
     code = ((signed << 1) ^ (signed >> 31)).astype("<i4", copy=False)
     return code.view(np.uint8).reshape(-1, residual.shape[-1], 4).transpose(2, 1, 0)[::-1].tobytes()

@@ -1,9 +1,9 @@
-"""A case's images in the results folder: OpenEXR files, or one script where the case passed.
+"""A case's images in the results folder: OpenEXR files, or a script if the case passed.
 
-An EXR file is one multichannel float32 file for each render, its channels named by the specification (Academy Software
-Foundation, `OpenEXR.File`). A script has every bit of every float, stored against the renderer that the others should
-be close to. Browsers refuse fetch() on file://, so it is a call with JSON in it: the first line is the call, the second
-the JSON.
+There is one multichannel float32 EXR file per render, with the channel names of the specification (Academy Software
+Foundation, `OpenEXR.File`). A script contains every bit of every float, predicted from the images of a base renderer.
+Browsers refuse fetch() on file://, so the script is a function call with JSON as its argument: the first line is the
+call, the second line is the JSON.
 """
 
 import json
@@ -26,10 +26,10 @@ _VISIBILITY = re.compile(r"visibility\.\d+")
 def write_answers(path: Path, answers: StageImages, lights: int, *, comments: str = "", double: bool = False) -> Path:
     """Write the image stages of `answers`, rounded once to float32, and return `path`.
 
-    `comments` go into the header's attribute of that name, which image viewers show. With `double` each channel X has
-    another, X.low, beside it: what the rounding took, rounded to float32 itself; 0 where X is not finite.
+    `comments` are written to the header's attribute of that name, which image viewers show. With `double` each channel
+    X is accompanied by a channel X.low: the rounding error of X, rounded to float32; 0 where X is not finite.
 
-    `Stage.CAMERA` is no image and is left out, as is `visibility` where there is no light.
+    `Stage.CAMERA` is no image and is left out, as is `visibility` if there is no light.
 
     Raises:
         ValueError: a stage has the wrong number of channels, the stages differ in size, or there is no image.
@@ -40,7 +40,7 @@ def write_answers(path: Path, answers: StageImages, lights: int, *, comments: st
         image, names = np.asarray(answers[stage]), exr_channels(stage, lights=lights)
         if image.ndim != 3 or image.shape[-1] != len(names):
             raise ValueError(f"{stage} must have shape (height, width, {len(names)}), got {image.shape}")
-        # An answer that overflows float32 is written as an infinity, which every reader counts.
+        # A value that overflows float32 is written as an infinity, which is counted on reading.
         with np.errstate(over="ignore", invalid="ignore"):
             rounded = image.astype(np.float32)
             lost = np.where(np.isfinite(rounded), image - rounded, 0).astype(np.float32) if double else None
@@ -59,7 +59,7 @@ def write_answers(path: Path, answers: StageImages, lights: int, *, comments: st
 
 
 def write_arrays(path: Path, answers: StageImages, *, comments: str = "") -> Path:
-    """Write the image stages of `answers` as NumPy's archive of float64 arrays, by the stages' names; return `path`."""
+    """Write the image stages of `answers` to an NPZ file, as float64 arrays with the stages' names; return `path`."""
     arrays: dict[str, Any] = {
         stage.value: np.asarray(answers[stage], np.float64) for stage in IMAGE_STAGES if stage in answers
     }
@@ -72,7 +72,7 @@ def read_answers(path: Path) -> dict[Stage, np.ndarray]:
     """Return the image stages of an EXR that `write_answers` wrote, float32 (height, width, channels) each.
 
     Raises:
-        FileNotFoundError: there is no such file.
+        FileNotFoundError: the file does not exist.
         ValueError: the file is no OpenEXR image.
 
     """
@@ -92,19 +92,19 @@ def read_answers(path: Path) -> dict[Stage, np.ndarray]:
     return answers
 
 
-# The renderer against which the others are stored: the one they should all be close to.
+# The base renderer, from whose images the others are predicted, since all should be close to them.
 BASE = "analytic"
 
-Renders = dict[str, dict[Stage, np.ndarray]]  # by renderer: float32 (height, width, channels) of each stage
+Renders = dict[str, dict[Stage, np.ndarray]]  # renderer -> stage -> float32 (height, width, channels)
 
 
 def write_pixels(
     path: Path, name: str, renders: Mapping[str, Mapping[Stage, np.ndarray]], scene: Mapping[str, Any] | None
 ) -> Path:
-    """Write the script that hands `renders`, rounded to float32 once, to the page as `name`; return `path`.
+    """Write the script that passes `renders`, rounded once to float32, to the page under `name`; return `path`.
 
-    `scene` is what a scene file says of camera, lights and shading: rays, hit points and light are foretold from it;
-    without, the file is larger.
+    `scene` contains the camera, lights and shading of a scene file, from which rays, hit points and light are
+    predicted; if it is None, the file is larger.
     """
     with np.errstate(over="ignore"):
         images = {
@@ -137,44 +137,44 @@ def write_pixels(
 
 
 def read_pixels(path: Path, *, only: Collection[str | None] | None = None) -> Renders:
-    """Return what `write_pixels` wrote, of all renderers or only of some.
+    """Return the images in a script of `write_pixels`, of all renderers or of those in `only`.
 
     Raises:
-        OSError: there is no such file.
-        ValueError: it is no such script.
+        OSError: the file cannot be read.
+        ValueError: the file is no script of `write_pixels`.
 
     """
     try:
         stored = json.loads(path.read_text(encoding="utf-8").splitlines()[1])
         base, renderers = stored["base"], stored["renderers"]
         wanted = [name for name in renderers if only is None or name in only]
-        # What the others are foretold from comes first.
+        # The base renderer comes first, since the others are predicted from it.
         order = sorted({*wanted, base} & {*renderers}, key=lambda name: name != base)
         renders: Renders = {}
         for name in order:
             own = renders[name] = {}
-            # In the order of the stages, which is that of the predictions.
+            # In the order of the stages, since later stages are predicted from earlier ones.
             for stage in IMAGE_STAGES:
-                if (one := renderers[name].get(stage.value)) is not None:
-                    foretold = predicted(one, stage, own, renders.get(base))
-                    own[stage] = decode(one, one["height"], one["width"], foretold)
+                if (image := renderers[name].get(stage.value)) is not None:
+                    foretold = predicted(image, stage, own, renders.get(base))
+                    own[stage] = decode(image, image["height"], image["width"], foretold)
     except (IndexError, KeyError, TypeError, AttributeError, UnicodeDecodeError, ValueError) as error:
         raise ValueError(f"{path} holds no images: {error!r}") from error
     return {name: renders[name] for name in wanted}
 
 
 def script(name: str, content: Any) -> str:
-    """Return a script that hands `content` to the page under `name`, inert wherever it may be put."""
+    """Return a script that passes `content` to the page under `name`; it may be put into any script element."""
     return _handing_over(name, inert(content))
 
 
 def renamed(text: str, name: str) -> str:
-    """Return a script's text so that it hands over the same under another name."""
+    """Return a script's text that passes the same content under another name."""
     return _handing_over(name, handed_over(text))
 
 
 def handed_over(text: str) -> str:
-    """Return the JSON in a script's text; whoever wrote it, it ends no element."""
+    """Return the JSON in a script's text, escaped so that it cannot end a script element."""
     return text.split("\n")[1].replace("<", "\\u003c")
 
 
@@ -183,16 +183,16 @@ def _handing_over(name: str, content: str) -> str:
 
 
 def inert(content: Any) -> str:
-    """Return JSON on one line that can stand inside a script element whatever strings it holds."""
+    """Return content as JSON on one line, escaped so that none of its strings can end a script element."""
     return legible_json(as_json(content)).replace("<", "\\u003c")
 
 
 def kept_images(
     folder: Path, case: CaseRecord, *, only: Collection[str | None] | None = None
 ) -> tuple[Renders, list[str]]:
-    """Return a case's images by renderer, float32 (height, width, channels), a note for each unreadable.
+    """Return a case's images by renderer, float32 (height, width, channels), and a note for each unreadable file.
 
-    With `only`, no more than what those renderers answered is read.
+    With `only`, only these renderers' images are read.
     """
     renders: Renders = {}
     notes = []
@@ -214,7 +214,7 @@ def kept_images(
 
 
 def keeps_images(case: CaseRecord) -> bool:
-    """Return whether a run kept any image of a case, as its record says."""
+    """Return whether a case's record names any image."""
     return isinstance(case.get("pixels"), str) or any(render.get("image") for render in case.get("renders", []))
 
 

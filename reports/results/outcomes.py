@@ -1,4 +1,4 @@
-"""`Outcome`: the eight outcomes and their order, the ledger of counts, titles of the specification's items."""
+"""`Outcome`: the eight outcomes and their order, their counts in a run, titles of the specification's items."""
 
 from collections import Counter
 from collections.abc import Iterable
@@ -10,7 +10,7 @@ class Outcome(StrEnum):
 
     PASS = "pass"
     WARN = "warn"
-    UNDECIDED = "undecided"  # neither for nor against: too little could be judged, or a reference abstained
+    UNDECIDED = "undecided"  # too few pixels could be judged, or a reference abstained
     UNSUPPORTED = "unsupported"
     MISSING = "missing"
     REFERENCE_SUSPECT = "reference_suspect"
@@ -18,25 +18,25 @@ class Outcome(StrEnum):
     FAIL = "fail"
 
 
-MEASURED = frozenset({Outcome.PASS, Outcome.WARN, Outcome.FAIL, Outcome.REFERENCE_SUSPECT})  # something was compared
+MEASURED = frozenset({Outcome.PASS, Outcome.WARN, Outcome.FAIL, Outcome.REFERENCE_SUSPECT})  # outcomes of a comparison
 LEDGER = ("planned", *(outcome.value for outcome in Outcome))
 
 
 def worst(outcomes: Iterable[Outcome]) -> Outcome:
-    """Return the worst outcome; of nothing, MISSING, since nothing was measured.
+    """Return the worst outcome; MISSING if there are no outcomes, since nothing was measured.
 
-    What is undecided says nothing, so that the others decide; only where there are none it is undecided.
+    Undecided outcomes count only if there are no others.
     """
-    order, found = list(Outcome), list(outcomes)
-    decided = [outcome for outcome in found if outcome is not Outcome.UNDECIDED]
-    return max(decided or found, key=order.index, default=Outcome.MISSING)
+    order, results = list(Outcome), list(outcomes)
+    decided = [outcome for outcome in results if outcome is not Outcome.UNDECIDED]
+    return max(decided or results, key=order.index, default=Outcome.MISSING)
 
 
 def ledger(outcomes: Iterable[Outcome], *, planned: int) -> dict[str, int]:
-    """Count outcomes against the plan; they may be counted already, in a `Counter`.
+    """Return the number of each outcome, and the planned number; `outcomes` may be a `Counter`.
 
     Raises:
-        ValueError: the outcomes do not add up to what was planned; a check was lost or counted twice.
+        ValueError: the sum is not `planned`: a check was lost or counted twice.
 
     """
     counts = Counter(outcomes)
@@ -47,23 +47,26 @@ def ledger(outcomes: Iterable[Outcome], *, planned: int) -> dict[str, int]:
 
 
 def exit_code(outcomes: Iterable[Outcome]) -> int:
-    """Return 0 if all pass or warn, 1 if some fail, 3 if something could not be measured.
+    """Return 0 if all outcomes are PASS or WARN, 1 if there is a failure, 3 if something could not be measured.
 
-    What is undecided is neither a pass nor a failure; where nothing else is, nothing was measured.
+    UNDECIDED is neither a pass nor a failure; if there are no other outcomes, nothing was measured.
     """
-    found = set(outcomes)
-    if found & {Outcome.FAIL, Outcome.REFERENCE_SUSPECT}:
+    distinct = set(outcomes)
+    if distinct & {Outcome.FAIL, Outcome.REFERENCE_SUSPECT}:
         return 1
-    if found - {Outcome.PASS, Outcome.WARN, Outcome.UNDECIDED}:
+    if distinct - {Outcome.PASS, Outcome.WARN, Outcome.UNDECIDED}:
         return 3
-    return 0 if found & {Outcome.PASS, Outcome.WARN} else 3
+    return 0 if distinct & {Outcome.PASS, Outcome.WARN} else 3
 
 
 def concerning(outcomes: Iterable[Outcome], *, tracer: bool) -> list[Outcome]:
-    """Return the cases' outcomes that a run's verdict goes by: not those that a subject cannot do, if it can others."""
-    found = list(outcomes)
-    supported = [outcome for outcome in found if outcome is not Outcome.UNSUPPORTED]
-    return found if tracer or not any(outcome in (Outcome.PASS, Outcome.WARN) for outcome in supported) else supported
+    """Return the outcomes that decide a run's verdict.
+
+    For a subject other than the tracer, UNSUPPORTED is ignored if another case passes.
+    """
+    results = list(outcomes)
+    supported = [outcome for outcome in results if outcome is not Outcome.UNSUPPORTED]
+    return results if tracer or not any(outcome in (Outcome.PASS, Outcome.WARN) for outcome in supported) else supported
 
 
 TITLES: dict[str, str] = {

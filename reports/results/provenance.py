@@ -1,7 +1,7 @@
-"""`Origin`: version, commit, machine, seed and command of a result; its inputs are kept, and it is made again.
+"""`Origin`: version, commit, machine, seed and command of a result; its inputs are kept, to compute it again.
 
-A command that fills a folder keeps its inputs in FOLDER/origin/COMMAND, so that the folder alone is enough to compute
-the result again. Values of environment variables are never kept, since they may be secrets: `--env` names them.
+A command that fills a folder stores its inputs in FOLDER/origin/COMMAND, so that the result can be computed again from
+the folder. Values of environment variables are never stored, since they may be secrets; `--env` names the variables.
 """
 
 import hashlib
@@ -22,24 +22,24 @@ from rayproof import ROOT
 from rayproof.reports.program_name import arguments
 from rayproof.reports.results.files import as_json, write_text
 
-SECONDS = 10.0  # for a question to git
+SECONDS = 10.0  # time limit of a git command
 FOLDER, NAME = "origin", "origin.json"
-LARGEST = 2**26  # bytes of an input that is kept; of a larger one the digest is kept
+LARGEST = 2**26  # bytes of a stored input; of larger inputs only the digest is stored
 
 
 class Origin(TypedDict):
     """The origin of a result: the command, code, machine and inputs that made it."""
 
     rayproof: str  # version
-    commit: str  # of rayproof's own checkout; "" where it runs from none
-    clean: bool  # whether the checkout had no change beside its commit
+    commit: str  # of rayproof's own checkout; "" if there is none
+    clean: bool  # whether the checkout had no uncommitted changes
     processor: str
     seed: str
     command: list[str]  # words
 
 
 def origin(seed: object = "") -> Origin:
-    """Return what makes a result now."""
+    """Return the origin of results of this process."""
     commit = git("rev-parse", "HEAD", at=ROOT) if git("rev-parse", "--show-toplevel", at=ROOT) == str(ROOT) else ""
     return {
         "rayproof": version("rayproof"),
@@ -61,7 +61,7 @@ def caption(made: Origin) -> str:
 
 
 def without_values(words: Sequence[str]) -> list[str]:
-    """Return a command's words; of an environment variable that it gives, its name alone."""
+    """Return a command's words without the values of environment variables in `--env NAME=VALUE`."""
     kept = []
     for before, word in zip(["", *words], words, strict=False):
         head, equals, rest = word.partition("=")
@@ -74,7 +74,7 @@ def without_values(words: Sequence[str]) -> list[str]:
 
 
 def machine() -> str:
-    """Return what times may be compared within: the processor and how many of it there are."""
+    """Return architecture, processor and number of processors; times of the same machine can be compared."""
     return f"{platform.machine()} {_processor()} x{os.cpu_count()}"
 
 
@@ -87,7 +87,7 @@ def _processor() -> str:
 
 
 def git(*words: str, at: Path = Path()) -> str:
-    """Return what git answers about the checkout that holds `at`; "" where there is none."""
+    """Return the output of a git command in the checkout that contains `at`; "" if the command fails."""
     try:
         done = subprocess.run(
             ["git", "-C", str(at), *words],
@@ -98,17 +98,17 @@ def git(*words: str, at: Path = Path()) -> str:
     return done.stdout.strip() if done.returncode == 0 else ""
 
 
-# The inputs of a result, kept beside it.
+# The inputs of a result, stored with it.
 
 
 class KeptOrigin(Origin):
     """The content of origin.json."""
 
-    paths: dict[str, str]  # a path as the command names it -> what stands for it, below the folder of origin.json
-    files: dict[str, str]  # each file below that folder -> SHA-256
-    left_out: dict[str, str]  # likewise files too large to be kept
-    result: str  # SHA-256 of what must come out again; "" of a run
-    program: bool  # whether a program was under test, which is not kept
+    paths: dict[str, str]  # path in the command -> path of the copy, relative to the folder of origin.json
+    files: dict[str, str]  # path of a stored file, relative to this folder -> SHA-256
+    left_out: dict[str, str]  # files that are too large to be stored -> SHA-256
+    result: str  # SHA-256 of the reproducible content; "" for a run
+    program: bool  # whether a program was under test, which is not stored
 
 
 def keep(folder: Path, kind: str, seed: object = "") -> None:
@@ -130,7 +130,7 @@ def keep(folder: Path, kind: str, seed: object = "") -> None:
         "paths": paths,
         "files": digests[True],
         "left_out": digests[False],
-        # A run's records take a second to read: its digest is taken when it is asked for.
+        # Reading a run's records takes a second, so its digest is computed only on demand.
         "result": "" if kind == "run" else digest_of(essence(folder, kind)),
         "program": any(name in word for word in arguments() for name in ("exec:", "serve:", "python:")),
     }
@@ -138,7 +138,7 @@ def keep(folder: Path, kind: str, seed: object = "") -> None:
 
 
 def keep_whole(part: Path, out: Path) -> None:
-    """Copy the origin of a part of a run into the folder of the whole, whose command is the same without --shard."""
+    """Copy the origin of a shard into the folder of the whole run, whose command is the same without --shard."""
     place = out / FOLDER / "run"
     shutil.rmtree(place, ignore_errors=True)
     if "run" not in kinds(part):
@@ -156,7 +156,7 @@ def _digest(path: Path) -> str:
 
 
 def _named(words: Sequence[str]) -> Iterator[tuple[str, Path, dict[str, Path]]]:
-    """Yield each path that a command names, as it is written there, with the files that it stands for."""
+    """Yield each input path of a command: its text in the command, the path, and its files by relative name."""
     from rayproof.tracer.configuration import parts_of
     from rayproof.tracer.formulas import FORMULAS
     from rayproof.tracer.formulas.own_file import is_own, parsed, sources
@@ -165,7 +165,7 @@ def _named(words: Sequence[str]) -> Iterator[tuple[str, Path, dict[str, Path]]]:
     for before, word in zip(["", *words], words, strict=False):
         value = word.partition("=")[2] if word.startswith("--") else word
         if not {before, word.partition("=")[0]}.isdisjoint(("--subject", "--tls")):
-            continue  # neither the renderer under test nor a key is kept
+            continue  # neither the renderer under test nor a key is stored
         for part in filter(is_own, parts_of(value)):
             written = parsed(part.partition("=")[2])[0]
             if written not in named:
@@ -173,7 +173,7 @@ def _named(words: Sequence[str]) -> Iterator[tuple[str, Path, dict[str, Path]]]:
                 folder = Path(written).parent
                 try:
                     _, files = sources(FORMULAS.named(part))
-                except (ValueError, LookupError):  # it changed or went while it was computed with, which was an error
+                except (ValueError, LookupError):  # changed or removed during the run, which reported an error
                     files = {}
                 yield written, Path(written), {name: folder / name for name in files if (folder / name).is_file()}
         path = Path(value)
@@ -182,9 +182,9 @@ def _named(words: Sequence[str]) -> Iterator[tuple[str, Path, dict[str, Path]]]:
         if before in OUTPUTS or word.partition("=")[0] in OUTPUTS:
             continue
         named.add(value)
-        each = sorted(path.rglob("*.json")) if path.is_dir() else [path]
+        scenes = sorted(path.rglob("*.json")) if path.is_dir() else [path]
         top = path if path.is_dir() else path.parent
-        files = [file for one in each for file in (one, *_meshes(one)) if file.is_relative_to(top)]
+        files = [file for scene in scenes for file in (scene, *_meshes(scene)) if file.is_relative_to(top)]
         yield value, path, {file.relative_to(top).as_posix(): file for file in files}
 
 
@@ -199,7 +199,7 @@ def _meshes(scene: Path) -> list[Path]:
     return [scene.parent / name for name in names if isinstance(name, str) and (scene.parent / name).is_file()]
 
 
-# Computing it again. What a command writes elsewhere, and what it is gated by, is no part of the result.
+# Options of the command that are removed to compute a result again: other outputs, and options of gates.
 OUTPUTS = (
     "--out", "--json", "--figure", "--table", "--width", "--font-size", "--history", "--expect", "--against",
     "--least-coverage", "--keep",
@@ -208,10 +208,10 @@ SWITCHES = ("--resume", "--no-resume")
 
 
 def again(folder: Path, kind: str, out: Path) -> tuple[list[str], dict[str, str]]:
-    """Return the words of the command that computes a kept result again into `out`, and what stands for which path.
+    """Return the words of the command that computes a stored result again into `out`, and its paths: old -> stored.
 
     Raises:
-        OSError, ValueError: origin.json cannot be read, or an input is not what it was.
+        OSError, ValueError: origin.json cannot be read, or an input has changed.
 
     """
     record, place = load(folder, kind), folder / FOLDER / kind
@@ -220,7 +220,7 @@ def again(folder: Path, kind: str, out: Path) -> tuple[list[str], dict[str, str]
     for name, digest in record["files"].items():
         if _digest(place / name) != digest:
             raise ValueError(f"{place / name} is not what it was when the result was made")
-    # A folder of scenes ends in /, which a path drops.
+    # A folder of scenes ends in /, which `Path` removes.
     paths = {old: f"{place / new}{'/' * old.endswith('/')}" for old, new in record["paths"].items()}
     words: list[str] = []
     skip = False
@@ -235,7 +235,7 @@ def again(folder: Path, kind: str, out: Path) -> tuple[list[str], dict[str, str]
 
 
 def _moved(word: str, paths: Mapping[str, str]) -> str:
-    """Return a word with the path that it names, alone, after an equals sign, or before a function, replaced."""
+    """Return a word of a command with its path replaced: PATH, OPTION=PATH or SLOT=PATH:FUNCTION."""
     for old, new in paths.items():
         if word == old or word.endswith(f"={old}"):
             return word.removesuffix(old) + new
@@ -245,10 +245,10 @@ def _moved(word: str, paths: Mapping[str, str]) -> str:
 
 
 def load(folder: Path, kind: str) -> KeptOrigin:
-    """Return the origin that a folder keeps of one command's result.
+    """Return the stored origin of one command's result.
 
     Raises:
-        OSError, ValueError: it cannot be read.
+        OSError, ValueError: origin.json cannot be read.
 
     """
     file = folder / FOLDER / kind / NAME
@@ -263,23 +263,21 @@ def load(folder: Path, kind: str) -> KeptOrigin:
 
 
 def kinds(folder: Path) -> list[str]:
-    """Return the commands whose results a folder holds with their origin."""
+    """Return the commands whose results and origins are in a folder."""
     return sorted(file.parent.name for file in (folder / FOLDER).glob(f"*/{NAME}"))
 
 
 def command(record: Origin) -> str:
-    """Return the command for a shell."""
+    """Return the command, quoted for a shell."""
     return shlex.join(record["command"])
 
 
-# What must come out again: of each result a word and a number, and between which bounds the number may lie.
-
-
+# The reproducible content of a result: name -> text, number, and lower and upper bound of the number.
 Reproducible = dict[str, tuple[str, float | None, float | None, float | None]]
 
 
 def essence(folder: Path, kind: str) -> Reproducible:
-    """Return what must come out again of the result of a command; times are no part of it.
+    """Return the reproducible content of a command's result, which includes no times.
 
     Raises:
         OSError, ValueError, LookupError: the result cannot be read.
@@ -291,24 +289,24 @@ def essence(folder: Path, kind: str) -> Reproducible:
     return read[kind](folder)
 
 
-def renamed(found: Reproducible, paths: Mapping[str, str]) -> Reproducible:
-    """Return results that were made with files at other paths under the names that they have by the earlier paths."""
+def renamed(content: Reproducible, paths: Mapping[str, str]) -> Reproducible:
+    """Return the content with the stored copies' paths in its names replaced by the original paths."""
 
     def name(text: str) -> str:
         for old, new in paths.items():
             text = text.replace(str(PurePath(new)), str(PurePath(old)))
         return text
 
-    return {name(key): value for key, value in found.items()}
+    return {name(key): value for key, value in content.items()}
 
 
-def digest_of(found: Reproducible) -> str:
-    """Return the SHA-256 of what must come out again."""
-    return hashlib.sha256(as_json(dict(sorted(found.items()))).encode(errors="replace")).hexdigest()
+def digest_of(content: Reproducible) -> str:
+    """Return the SHA-256 of the reproducible content."""
+    return hashlib.sha256(as_json(dict(sorted(content.items()))).encode(errors="replace")).hexdigest()
 
 
 def differences(before: Reproducible, after: Reproducible) -> tuple[bool, list[str]]:
-    """Return whether two results are equal to the last bit, and in words what differs by more than its bounds."""
+    """Return whether two results are equal to the last bit, and a sentence for each difference beyond its bounds."""
     sentences = []
     for name in sorted({*before, *after}):
         old, new = before.get(name), after.get(name)
@@ -321,8 +319,8 @@ def differences(before: Reproducible, after: Reproducible) -> tuple[bool, list[s
     return digest_of(before) == digest_of(after), sentences
 
 
-def _within(one: tuple[str, float | None, float | None, float | None], value: float | None) -> bool:
-    _, old, low, high = one
+def _within(entry: tuple[str, float | None, float | None, float | None], value: float | None) -> bool:
+    _, old, low, high = entry
     if old is None or value is None or not (math.isfinite(old) and math.isfinite(value)):
         return old == value or (old is not None and value is not None and math.isnan(old) and math.isnan(value))
     return (old if low is None else low) <= value <= (old if high is None else high)
@@ -337,7 +335,7 @@ def _run(folder: Path) -> Reproducible:
         verdicts[case["name"]] = (case["verdict"], None, None, None)
         for check in case.get("checks", []):
             ratio = ratio_of(check)
-            # Within its limit an error may move, and beyond it too: the limit decides.
+            # An error may change as long as it stays on the same side of its limit.
             low, high = (0.0, 1.0) if ratio is not None and ratio <= 1 else (1.0, math.inf)
             name = f"{case['name']} {check.name}"
             verdicts[name] = (check.outcome, ratio, low, high)
@@ -347,8 +345,8 @@ def _run(folder: Path) -> Reproducible:
 def _compare(folder: Path) -> Reproducible:
     document = _json(folder / "comparison.json")
     gains: Reproducible = {}
-    for at, one in enumerate(document.get("comparisons", [document])):
-        for family in one["families"]:
+    for at, comparison in enumerate(document.get("comparisons", [document])):
+        for family in comparison["families"]:
             name = f"{document['sweep']['values'][at]} {family['family']}" if "sweep" in document else family["family"]
             low, high = family.get("digits_interval") or (None, None)
             gains[name] = (as_json(family.get("changed")), family["digits_gained"], low, high)
@@ -358,13 +356,13 @@ def _compare(folder: Path) -> Reproducible:
 
 
 def _stability(folder: Path) -> Reproducible:
-    found: Reproducible = {}
+    content: Reproducible = {}
     for ladder in _json(folder / "stability" / "ladders.json"):
         for climb in _json(folder / "stability" / f"{ladder}.json")["climbs"]:
             low, high = climb["slope_interval"] or (None, None)
             word = f"{climb['verdict']}, right up to {climb['breakpoint']}"
-            found[f"{ladder} {climb['formula']} {climb['precision']}"] = (word, climb["slope"], low, high)
-    return found
+            content[f"{ladder} {climb['formula']} {climb['precision']}"] = (word, climb["slope"], low, high)
+    return content
 
 
 def _tradeoff(folder: Path) -> Reproducible:
@@ -383,6 +381,6 @@ def _json(file: Path) -> Any:
 
 
 def run_again(words: Sequence[str]) -> int:
-    """Run a command in a process of its own and return its exit code."""
+    """Run a rayproof command in a new process and return its exit code."""
     start = "import sys; from rayproof.reports.cli import main; sys.exit(main())"
     return subprocess.run([sys.executable, "-c", start, *words], check=False, stdin=subprocess.DEVNULL).returncode

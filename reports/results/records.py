@@ -1,8 +1,8 @@
-"""Records of a run, one class a level: all that results.json holds; checking documents, and their JSON Schema.
+"""Records of a run, one class per level: the content of results.json; validation of documents, and their JSON Schema.
 
-They are dictionaries with declared keys, since JSON is what they are written to and read from. msgspec checks documents
-against them (`problem`) and derives the JSON Schema that `rayproof list schema results` prints. docs/results.md says
-what each key means. Keys that a class does not name are allowed, and kept.
+The records are dictionaries with declared keys, since they are written to JSON and read from it. msgspec validates
+documents against them (`problem`) and derives the JSON Schema that `rayproof list schema results` prints.
+docs/results.md explains each key. Keys that a class does not declare are allowed and preserved.
 """
 
 import re
@@ -28,7 +28,7 @@ from rayproof.reports.results.outcomes import Outcome
 
 MOST_SHARDS = 10_000
 
-# "pass" is a word of Python's, so that this one is written as a table.
+# "pass" is a keyword of Python, so that this type needs the functional syntax.
 LedgerRecord = TypedDict(
     "LedgerRecord",
     {
@@ -61,7 +61,7 @@ class ComparisonRowRecord(TypedDict, total=False):
 
 
 class ComparedRunRecord(TypedDict, total=False):
-    """The facts about each run in the report of two."""
+    """The facts about each run in the report of two runs."""
 
     name: str
     command: str | None
@@ -71,7 +71,7 @@ class ComparedRunRecord(TypedDict, total=False):
 
 
 class ComparisonRecord(TypedDict, total=False):
-    """A run beside an earlier one."""
+    """The comparison of a run with an earlier run."""
 
     base: ComparedRunRecord
     candidate: ComparedRunRecord
@@ -95,7 +95,7 @@ class ReferenceRecord(TypedDict, total=False):
 
 
 class CoverageRecord(TypedDict, total=False):
-    """How often an item of the specification was measured, and how near to the limit."""
+    """The number of measurements of an item of the specification, and the largest error over its limit."""
 
     cases: int
     failed: int
@@ -128,14 +128,14 @@ class WideLimitsRecord(TypedDict):
 
 
 class ExplainedRecord(TypedDict):
-    """How many cases something explains, of how many."""
+    """The number of cases that a cause explains, and the number of all cases."""
 
     cases: int
     of: int
 
 
 class AlternativeRecord(TypedDict, total=False):
-    """A mistake that has the same pixels in this run as the one that is named."""
+    """A mistake that produces the same pixels in this run as the reported mistake."""
 
     mistake: str
     sentence: str
@@ -163,14 +163,14 @@ CauseRecord = TypedDict(
 
 
 class AnsweredRecord(TypedDict, total=False):
-    """How many of the planned checks were answered, without those for which the protocol has no channel."""
+    """The numbers of answered and planned checks, without the checks for which the protocol has no channel."""
 
     checks: Count
     planned: Count
-    stages: list[str]  # of which some check was answered, in their order
+    stages: list[str]  # the stages with an answered check, in the order of the stages
     families: dict[str, tuple[Count, Count]]  # checks answered, and planned
-    left_out: list[str]  # of whom answers some cases of a kind and leaves out others, in sentences
-    cases: Count  # in which some stage was judged that the subject wrote
+    left_out: list[str]  # sentences about subjects that answer some cases of a kind and leave out others
+    cases: Count  # the number of cases with a judged stage that the subject wrote
     planned_cases: Count
 
 
@@ -182,12 +182,12 @@ class DeclaredRecord(TypedDict, total=False):
     world_normals: bool
 
 
-# What keeps a gate red, the most telling first.
+# The lists of a `GateRecord` that make the gate red, the most informative first.
 SHUTTING = ("regressions", "worse", "uncovered", "tighten", "stale", "expired")
 
 
 class GateRecord(TypedDict):
-    """A run held against what is known to fail, and against an earlier one."""
+    """The comparison of a run with the expected failures, and with an earlier run."""
 
     file: str
     sentence: str
@@ -200,18 +200,18 @@ class GateRecord(TypedDict):
     cases: list[str]
     worse: NotRequired[list[str]]
     uncovered: NotRequired[list[str]]
-    mended: NotRequired[list[str]]  # what failed in an earlier run, and passes
+    mended: NotRequired[list[str]]  # cases that failed in an earlier run, and pass now
 
 
 class RefusedRecord(TypedDict):
-    """A worker that refused work, or could not do it."""
+    """A worker that refused work, or failed to do it."""
 
     id: str
     why: str
 
 
 class EngineRecord(TypedDict):
-    """On what a run's cases were put to the test, where that was a cluster."""
+    """The cluster that computed a run's cases."""
 
     name: str
     version: str
@@ -219,25 +219,25 @@ class EngineRecord(TypedDict):
 
 
 class ShardRecord(TypedDict):
-    """Which part of a run this is, and by what it is known which parts belong together."""
+    """The number of a shard of a run, and the digests by which shards of one plan recognise each other."""
 
     number: Annotated[int, Meta(ge=1, le=MOST_SHARDS)]
     of: Annotated[int, Meta(ge=1, le=MOST_SHARDS)]
-    planned: Count  # cases of the whole
-    names: str  # a digest of the names of the part's own
-    configurations: list[str]  # of the whole
+    planned: Count  # cases of the whole run
+    names: str  # a digest of the names of the shard's cases
+    configurations: list[str]  # of the whole run
     code: str
     plan: str
     subject: str
     demands: str
-    out: str  # the folder, as it was called
+    out: str  # the folder, as the command named it
     require: list[str]
     diagnose: bool
-    keep_images: NotRequired[str]  # as the option has it
+    keep_images: NotRequired[str]  # the option's value
 
 
 class MergedRecord(TypedDict):
-    """A part that a run was put together from."""
+    """A shard that was merged into a run."""
 
     number: Count
     of: Count
@@ -245,7 +245,7 @@ class MergedRecord(TypedDict):
 
 
 class ReviewRecord(TypedDict, total=False):
-    """A limit to look at again."""
+    """A limit that should be reviewed."""
 
     check: str
     ratio: Number
@@ -253,7 +253,7 @@ class ReviewRecord(TypedDict, total=False):
 
 
 class ImagesKeptRecord(TypedDict):
-    """The numbers of cases whose images a run kept, of passing ones without, and of others with a preview only."""
+    """The numbers of cases with images, of passing cases without images, and of other cases with only a preview."""
 
     cases: Count
     left_out: Count
@@ -261,7 +261,7 @@ class ImagesKeptRecord(TypedDict):
 
 
 class FindingRecord(TypedDict, total=False):
-    """What was found out about a reference, and the checks of this run that it explained."""
+    """A finding about a reference, and the checks of this run that it explained."""
 
     name: str
     reference: str
@@ -277,7 +277,7 @@ class FindingRecord(TypedDict, total=False):
 
 
 class WorseRecord(TypedDict):
-    """What of a case is worse than its history: verdict, error, wrong pixels or time, and by how much."""
+    """A quantity of a case that is worse than in its history (verdict, error, wrong pixels or time), and the factor."""
 
     case: str
     what: str
@@ -286,7 +286,7 @@ class WorseRecord(TypedDict):
 
 
 class HistoryRecord(TypedDict):
-    """A run beside those before it; of each case the last points, as a report draws them."""
+    """A run in its history of earlier runs, with each case's last points, which the report draws."""
 
     file: str
     run: int
@@ -327,11 +327,11 @@ class RunFacts(TypedDict, total=False):
     growing: list[str]
     gate: GateRecord
     engine: EngineRecord
-    shard: ShardRecord  # of a part of a run
-    shards: list[MergedRecord]  # of a run that was put together
+    shard: ShardRecord  # only of a shard of a run
+    shards: list[MergedRecord]  # only of a run that was merged from shards
     diagnosis: list[CauseRecord]
-    comparison: ComparisonRecord  # of a run beside an earlier one
-    history: HistoryRecord  # put in when the run is published beside those before it
+    comparison: ComparisonRecord  # only of a run that is compared with an earlier run
+    history: HistoryRecord  # added if the run is published with its history
     coverage: Required[dict[str, Count]]
     coverage_detail: dict[str, CoverageRecord]
     images_kept: ImagesKeptRecord
@@ -347,12 +347,12 @@ class RunRecord(RunFacts, total=False):
 
 
 class WrittenRunRecord(RunFacts, total=False):
-    """A whole run as results.json holds it."""
+    """A whole run in the format of results.json."""
 
     cases: Required[list[WrittenCaseRecord]]
 
 
-# The kinds of values as msgspec names them, and in words.
+# Names of JSON types: msgspec's name -> words.
 _WORDS = {
     "object": "an object", "array": "a list", "str": "a text", "int": "a whole number", "float": "a number",
     "bool": "true or false", "null": "null",
@@ -361,12 +361,12 @@ LONGEST = 80  # characters of a bad value that are shown
 
 
 def problem(document: Any) -> str | None:
-    """Return in a sentence what keeps a document from being a results.json, with the field and its value, or None."""
+    """Return a sentence with the first invalid field of a results.json and its value, or None if it is valid."""
     return _problem(document, WrittenRunRecord)
 
 
 def problem_of_case(record: Any) -> str | None:
-    """Return in a sentence what keeps a record from being a `CaseRecord`, or None."""
+    """Return a sentence with the first invalid field of a `CaseRecord` and its value, or None if it is valid."""
     return _problem(record, CaseRecord)
 
 
@@ -374,8 +374,8 @@ def _problem(document: Any, kind: Any) -> str | None:
     try:
         msgspec.convert(document, kind)
     except msgspec.ValidationError as error:
-        said, _, place = str(error).partition(" - at `")
-        return _sentence(said, place.rstrip("`").removeprefix("$").removeprefix("."), document)
+        message, _, place = str(error).partition(" - at `")
+        return _sentence(message, place.rstrip("`").removeprefix("$").removeprefix("."), document)
     except UnicodeEncodeError:
         return "a text in the document is no Unicode"
     return None
@@ -399,12 +399,14 @@ def _sentence(message: str, place: str, document: Any) -> str:
     else:
         kinds = re.search(r"`([^`]*)`", message)
         wanted = " or ".join(_WORDS.get(kind, kind) for kind in (kinds[1].split(" | ") if kinds else ["otherwise"]))
-    got = "" if "[...]" in place else f", got {_shown(_at(document, place))}"  # msgspec tells no key of an object
+    got = (
+        "" if "[...]" in place else f", got {_shown(_at(document, place))}"
+    )  # msgspec's path lacks the keys of objects
     return f"{place or 'the document'} must be {wanted}{got}"
 
 
 def _at(document: Any, place: str) -> Any:
-    """Return the value at a place such as `cases[1].verdict`, as far as it can be told."""
+    """Return the value at a path such as `cases[1].verdict`, or at the longest part of the path that exists."""
     for step in re.findall(r"[^.\[\]]+", place):
         try:
             document = document[int(step) if isinstance(document, list | tuple) else step]
@@ -423,8 +425,8 @@ def _shown(value: Any) -> str:
 @cache
 def schema() -> dict[str, Any]:
     """Return the JSON Schema (2020-12) of results.json."""
-    found = plain(msgspec.json.schema(WrittenRunRecord))  # its tuples are lists
+    document = plain(msgspec.json.schema(WrittenRunRecord))  # its tuples are lists
     for name, fields in JUDGING.items():
-        for each in fields:
-            del found["$defs"][name]["properties"][each]
-    return found
+        for key in fields:
+            del document["$defs"][name]["properties"][key]
+    return document

@@ -1,7 +1,7 @@
-"""How many pixels of a case are wrong, by how much, and whose they are, in words.
+"""Sentences with the number of a case's wrong pixels, their mean error, and the renderer that is wrong.
 
-An error over its limit is infinite where the limit is 0, and says nothing about the size of a mistake where the limit
-is tiny. What people read are the numbers of wrong pixels and their mean error in the stage's unit.
+An error over its limit is infinite if the limit is 0, and no measure of the size of a mistake if the limit is tiny.
+Reports therefore show the number of wrong pixels and their mean error in the stage's unit.
 """
 
 import math
@@ -12,14 +12,14 @@ from rayproof.reports.results.case_records import CaseRecord, Check, Measurement
 from rayproof.reports.results.outcomes import Outcome
 
 DISPLAY_NAMES = {"radiance": "Radiance (rtrace)"}  # references whose name is also a word of the field
-COUNTED = (Stage.OBJECT, Stage.VISIBILITY)  # whose errors have no size: another object is seen, or another light
-MOST_TIMES = 1000.0  # a larger quotient of error and limit is a statement about the limit
+COUNTED = (Stage.OBJECT, Stage.VISIBILITY)  # stages whose errors have no size: another object, or another light
+MOST_TIMES = 1000.0  # larger quotients of error and limit are not shown: they measure how small the limit is
 _TIMES = re.compile(r" \((inf|nan|[-+.\de]+) times\)")
 _AGAINST = re.compile(rf"\b(against|and) ({'|'.join(DISPLAY_NAMES)})\b(?=[,:; ]|$)")
 
 
 def display_name(reference: str) -> str:
-    """Return the name of a reference as people read it: `Radiance (rtrace)` for `radiance`."""
+    """Return the name of a reference for display: `Radiance (rtrace)` for `radiance`."""
     return DISPLAY_NAMES.get(reference, reference)
 
 
@@ -30,7 +30,7 @@ def plain_reason(reason: object) -> str:
 
 
 def deciding_check(case: CaseRecord) -> Check | None:
-    """Return the check that decides the verdict: the one of the case's verdict and stage with the most wrong pixels."""
+    """Return the check with the most wrong pixels among the checks with the case's verdict and stage, or None."""
     checks = [
         check
         for check in case.get("checks", [])
@@ -40,9 +40,9 @@ def deciding_check(case: CaseRecord) -> Check | None:
 
 
 def wrong_pixels(case: CaseRecord) -> str:
-    """Return how many pixels of a case are wrong at its stage, and by how much; empty where none is.
+    """Return a sentence with the number of wrong pixels at a case's stage and their mean error; empty if none is wrong.
 
-    A brief of a case, as lists have it, contains the sentence already.
+    A case's entry in a list (its brief) contains the sentence already.
     """
     if "wrong_pixels" in case:
         return str(case["wrong_pixels"])
@@ -51,25 +51,31 @@ def wrong_pixels(case: CaseRecord) -> str:
 
 
 def wrong_of(check: Check) -> str:
-    """Return how many pixels of a check are wrong, and by how much in the stage's unit; empty where none is."""
+    """Return a sentence with the number of a check's wrong pixels and their mean error; empty if none is wrong.
+
+    The error is in the stage's unit.
+    """
     if not _wrong(check) or check.examined is None:
         return ""
     things = "entries" if check.stage is Stage.CAMERA else "pixels"
     parts = [f"{_wrong(check):,} of {check.examined.pixels:,} {things} wrong at {check.stage}"]
-    measured = [each for each in (check.end_to_end, check.continued) if each is not None]
+    measured = [measurement for measurement in (check.end_to_end, check.continued) if measurement is not None]
     if check.stage not in COUNTED and (error := _mean_error(measured, _wrong(check))):
         unit = FACTS[check.stage].unit
         parts.append(f"by {error:.3g}{'' if unit in ('', '1') else f' {unit}'}{' on average' * (_wrong(check) > 1)}")
-    strange = max((each.nan + (each.inf if check.stage is not Stage.DISTANCE else 0) for each in measured), default=0)
+    strange = max(
+        (measurement.nan + (measurement.inf if check.stage is not Stage.DISTANCE else 0) for measurement in measured),
+        default=0,
+    )
     if strange:
         parts.append(f"{strange:,} without a finite number")
     return ", ".join(parts)
 
 
 def stated_reason(case: CaseRecord) -> str:
-    """Return a case's reason as people read it; of one in which a reference is wrong, with whose pixels these are.
+    """Return a case's reason for display; if a reference is wrong, with the name of that reference.
 
-    A brief of a case, as lists have it, contains the sentence where it differs from the plain reason.
+    A case's entry in a list (its brief) contains the sentence if it differs from the plain reason.
     """
     if "stated" in case:
         return str(case["stated"])
@@ -84,8 +90,8 @@ def _wrong(check: Check) -> int:
 
 
 def _mean_error(measured: list[Measurement], wrong: int) -> float:
-    """Return the mean error of the wrong pixels, or the error of the only one; 0 where no number says it."""
-    means = [each.mean_wrong for each in measured]
+    """Return the mean error of the wrong pixels, or the error of the only wrong pixel; 0 if neither is finite."""
+    means = [measurement.mean_wrong for measurement in measured]
     if wrong == 1:
-        means += [each.worst_error or 0.0 for each in measured]
+        means += [measurement.worst_error or 0.0 for measurement in measured]
     return next((mean for mean in map(float, means) if mean > 0 and math.isfinite(mean)), 0.0)

@@ -1,6 +1,6 @@
-"""One call of a user's program in a folder of its own, within limits: how it ended, its last lines; calls kept.
+"""One call of a user's program in a folder of its own, within limits: its result and output; stored calls.
 
-A call that is kept can be looked at and made again: what the program was handed, its command, and what it printed.
+A stored call can be inspected and repeated: it contains the program's input, its command and its output.
 """
 
 import os
@@ -24,34 +24,34 @@ from rayproof.reports.subjects.image_files import FORMATS
 from rayproof.reports.subjects.protocol import JSON, NAME, hand_over, scene_name
 
 KEEPER = str(Path(__file__).with_name("keeper.py"))
-CANNOT = 77  # the exit code by which a program says that it cannot draw this scene, as test programs skip by it
-SHELLS_WORD = 128  # a shell ends with this plus the number of the signal that ended its program
-GLANCE = 0.2  # s between looks at what the program has written
-MOST_SAID = 64 * 2**10  # bytes kept of what it printed
-LONGEST_LINE = 200  # characters of its complaint that a verdict repeats
-LAST_LINES = 3  # of them, of a program that stays alive
+CANNOT = 77  # the exit code of a program that cannot draw the scene; Automake's test programs skip with it
+SHELLS_WORD = 128  # a shell's exit code is this plus the number of the signal that ended its program
+GLANCE = 0.2  # s between measurements of the program's output
+MOST_SAID = 64 * 2**10  # bytes of printed output that are kept, from its end
+LONGEST_LINE = 200  # characters of a line of standard error that a verdict contains
+LAST_LINES = 3  # lines of standard error in the verdict of a program that stays alive
 
 
 @dataclass(frozen=True, kw_only=True)
 class Ended:
-    """How a call ended: `problem` is a sentence, or None if it ended with 0 and kept within its limits."""
+    """The result of a call: `problem` is a sentence, or None if it ended with exit code 0 within its limits."""
 
     problem: str | None
-    refusal: str | None  # why it says it cannot, in its own words
-    said: str  # what it printed
-    complaint: str = ""  # what it printed on standard error, the end of it
-    stopped: bool = False  # its time was over
-    code: int | None = None  # its exit code, or less a signal's number
+    refusal: str | None  # the program's reason why it cannot draw the scene
+    said: str  # the end of standard output
+    complaint: str = ""  # the end of standard error
+    stopped: bool = False  # whether it exceeded its time and was stopped
+    code: int | None = None  # its exit code, or minus the number of the signal that ended it
     lost: bool = False  # of a program that stays alive: it died or exceeded a limit, and must be started again
-    astray: bool = False  # likewise: it answered out of turn
-    reported: bool = False  # the problem is what it says itself
+    astray: bool = False  # of a program that stays alive: its answer belongs to no request
+    reported: bool = False  # whether `problem` is the program's own message
     declared: Mapping[str, Any] | None = None  # its capabilities
-    prints: int = 0  # lines on standard output that are no answers
-    first_print: str = ""
+    prints: int = 0  # the number of lines on standard output that are no answers
+    first_print: str = ""  # the first of these lines
 
 
 class Overrun(str):
-    """The problem of a program whose time was over."""
+    """The problem of a program that exceeded its time."""
 
 
 def call(
@@ -63,21 +63,21 @@ def call(
     output: int,
     variables: Collection[str] = (),
 ) -> Ended:
-    """Run a program in `folder` and wait for its end, at most `seconds`; nothing that it started outlives the call.
+    """Run a program in `folder` and wait for its end, at most `seconds`; processes that it started are ended.
 
-    `memory` [bytes of address space] and `output` [bytes, of a file and of the folder] are limits as well. `variables`
-    of the environment are passed beyond the usual ones.
+    `memory` limits the address space [bytes], `output` the size of each file and of the folder [bytes]. `variables`
+    names environment variables that are passed besides the usual ones.
     """
     adopt_orphans()
     others = frozenset(process.pid for process in descendants(os.getpid()))
-    # Not in the folder, and no pipes: a program may delete the one, and stops where nobody reads the other.
-    with tempfile.TemporaryFile() as said, tempfile.TemporaryFile() as complaint:
+    # Neither files in the folder, which the program may delete, nor pipes, which block if they are not read.
+    with tempfile.TemporaryFile() as printed, tempfile.TemporaryFile() as complaint:
         process = subprocess.Popen(
             [sys.executable, "-I", "-S", KEEPER, str(os.getpid()), str(memory), str(output), *arguments],
             cwd=folder,
             env=environment(variables),
             stdin=subprocess.DEVNULL,
-            stdout=said,
+            stdout=printed,
             stderr=complaint,
             start_new_session=True,
         )
@@ -88,7 +88,7 @@ def call(
                 process.kill()
                 process.wait()
             left = end_below(os.getpid(), besides=others)
-        text, wrong, note = _tail(said), _tail(complaint), ""
+        text, wrong, note = _tail(printed), _tail(complaint), ""
         about = {"said": text, "complaint": wrong, "code": process.returncode, "stopped": isinstance(problem, Overrun)}
         if problem is None and process.returncode == CANNOT:
             return Ended(problem=None, refusal=_first_line(text) or "It says that it cannot.", **about)
@@ -104,7 +104,7 @@ def call(
 
 
 def withheld(variables: Collection[str]) -> str:
-    """Return a note on the variables that a program did not get, for the problem of a program that failed."""
+    """Return a note, for a program's failure, on the environment variables that were withheld from it."""
     count = len(os.environ) - len(environment(variables))
     return f" ({several(count, 'environment variable')} withheld; --env NAME passes one on)" if count else ""
 
@@ -124,7 +124,7 @@ def _watch(process: subprocess.Popen[bytes], folder: Path, seconds: float, outpu
 
 
 def size_below(folder: Path) -> int:
-    """Return how much the files below `folder` hold [bytes]; they may come and go meanwhile."""
+    """Return the total size of the files below `folder` [bytes]; files may appear and vanish meanwhile."""
     total = 0
     for where, _, names in os.walk(folder):
         for name in names:
@@ -136,7 +136,7 @@ def size_below(folder: Path) -> int:
 
 
 def how_it_ended(code: int, output: int) -> str:
-    """Return in words how a program ended that may write `output` bytes into a file."""
+    """Return a sentence on a program's exit code; `output` is its limit of a file's size [bytes]."""
     if code > SHELLS_WORD and code - SHELLS_WORD in set(signal.Signals):
         return f"it ended with exit code {code}, a shell's word for {signal.Signals(code - SHELLS_WORD).name}"
     if code >= 0:
@@ -150,7 +150,7 @@ def how_it_ended(code: int, output: int) -> str:
 
 
 def _tail(file: IO[bytes]) -> str:
-    """Return the end of what was printed."""
+    """Return the last `MOST_SAID` bytes of a file as text."""
     size = file.seek(0, os.SEEK_END)
     file.seek(max(0, size - MOST_SAID))
     return file.read().decode("utf-8", errors="replace")
@@ -161,24 +161,24 @@ def _first_line(text: str) -> str:
 
 
 def last_lines(text: str, most: int = LAST_LINES) -> str:
-    """Return the last lines that say something, in one."""
-    said = [line for line in _lines(text) if any(letter.isalnum() for letter in line)]
-    return " | ".join(said[-most:])
+    """Return the last lines with a letter or digit, joined to one line."""
+    lines = [line for line in _lines(text) if any(letter.isalnum() for letter in line)]
+    return " | ".join(lines[-most:])
 
 
 def _lines(text: str) -> list[str]:
-    """Return the lines that say something, fit to be shown in one."""
+    """Return the lines that are not blank, legible and shortened."""
     plain = (legible(line).strip() for line in text.splitlines())
     return [line[:LONGEST_LINE] for line in plain if line]
 
 
 TOLD = "call.txt"
 SCENE_WORD = re.compile(r"\{scene\.(\w+)\}")  # the path of a scene in another program's format
-LARGEST = 2**26  # bytes of an image that is kept
+LARGEST = 2**26  # bytes of a stored image
 
 
 def filled(command: Sequence[str], folder: Path, scene: Scene, *, samples: int, seed: int, spp: int) -> list[str]:
-    """Return the words of a call in a folder, its scene and image in it."""
+    """Return the words of a command with its placeholders filled in, for a scene and an image in `folder`."""
     camera = scene.camera
     names = {
         "{scene}": str(folder / NAME),
@@ -201,12 +201,12 @@ def filled(command: Sequence[str], folder: Path, scene: Scene, *, samples: int, 
 def keep_call(
     folder: Path, scene: Scene, line: str, ended: Ended, *, notes: Sequence[str], scene_format: str = JSON
 ) -> None:
-    """Write the scene and its meshes as they were handed over, and in call.txt the command and how it ended.
+    """Store a call: the scene and its meshes as the program got them, and call.txt with the command and its result.
 
-    `line` is the command as a shell takes it; `notes` say what of the scene was handed over as something else.
+    `line` is the command for a shell; `notes` are sentences about the differences of this scene to the case.
     """
     folder.mkdir(parents=True, exist_ok=True)
-    if (folder / TOLD).is_file():  # an earlier call's: nothing of it must pass for this one's
+    if (folder / TOLD).is_file():  # of an earlier call, whose files must be removed
         for name in ("scene.*", "scene-*.ply", "mesh-*.obj", "image.*"):
             for path in folder.glob(name):
                 path.unlink()
@@ -215,13 +215,13 @@ def keep_call(
 
 
 def keep_output(folder: Path, image: Path) -> None:
-    """Copy the image of a call into `folder`, if it is a file and not large."""
+    """Copy the image of a call into `folder`, if it is a regular file of at most `LARGEST` bytes."""
     if image.is_file() and not image.is_symlink() and image.stat().st_size <= LARGEST:
         shutil.copyfile(image, folder / image.name)
 
 
 def told(line: str, ended: Ended, notes: Sequence[str]) -> list[str]:
-    """Return a call in lines: the command `line`, to be run in its folder, how it ended, and what it printed."""
+    """Return the lines of call.txt: the command `line`, to be run in the call's folder, its result and output."""
     lines = [f"# {note}" for note in notes] + [
         "# In this folder:",
         legible(line),

@@ -1,4 +1,4 @@
-"""What a user names becomes the subject: a reference, `exec:` or `serve:` and a command, or a Python function."""
+"""Selection of the subject by the user's text: a reference, `exec:` or `serve:` and a command, or a Python function."""
 
 import hashlib
 import os
@@ -22,7 +22,7 @@ from rayproof.reports.subjects.protocol import JSON, Capabilities, capabilities_
 PREFIXES = tuple(f"{name}:" for name in (PROGRAM, SERVED, FUNCTION))
 KNOWN = "exec:COMMAND, serve:COMMAND or python:FILE.py:FUNCTION"
 OUTPUTS = ("{output}", *(f"{{output.{name}}}" for name in FORMATS if name != "exr"))
-# Programs that run the file in one of the words after them, which is the program's name.
+# Programs that run a file in one of their arguments; the subject gets the name of that file.
 INTERPRETERS = re.compile(r"(python[\d.]*|node|deno|bun|ruby|perl|java|julia|Rscript|lua\w*|sh|bash|dash|zsh|wine\d*)")
 LONGEST = 40  # characters of a name
 START = "import sys; sys.path[0] = sys.argv[1]; from rayproof.reports.api.function import serve; serve(*sys.argv[3:])"
@@ -38,14 +38,14 @@ def chosen(
     before_oracle: bool = True,
     declare: Path | None = None,
 ) -> Subject:
-    """Return the subject that `text` names; `ask` puts `--capabilities` to a program.
+    """Return the subject that `text` names; `ask` requests a program's capabilities.
 
-    `before_oracle` says that it will be judged by the oracle, which nobody can be before himself. The file `declare`
-    says of a program what it does not say itself.
+    `before_oracle`: the subject is judged by the oracle, so that it cannot be the oracle itself. The file `declare`
+    contains capabilities that a program does not declare itself.
 
     Raises:
-        LookupError: no reference is called so; the message lists what is known.
-        ValueError: it cannot be put under test, or a program's command or answer is not as the protocol asks.
+        LookupError: there is no reference of this name; the message lists the known names.
+        ValueError: the subject cannot be tested, or a program's command or answer is against the protocol.
         OSError: a program's file cannot be read.
 
     """
@@ -69,7 +69,7 @@ def chosen(
 
 
 def reason_missing(reference: str) -> str | None:
-    """Return why a reference cannot run here, in a sentence, or None."""
+    """Return a sentence with the reason why a reference cannot run on this machine, or None."""
     from rayproof.reference import REFERENCES
 
     missing = getattr(REFERENCES[reference], "missing", None)
@@ -99,7 +99,7 @@ def _program(
     subject = replace(subject, declare="" if declare is None else str(declare))
     word = _scene_word(text, command)
     try:
-        # A program that reads other programs' scenes was not written for rayproof.
+        # A program that only reads another program's scene format was not written for rayproof.
         foreign = word is not None and not any("{scene}" in part for part in command)
         capabilities = Capabilities() if foreign else ask(subject)
     except ValueError as error:
@@ -117,33 +117,38 @@ def _program(
 
 
 def _as_far_as_files_say(subject: Subject, word: str | None) -> Capabilities:
-    """Return a program's capabilities as far as the files that it reads and writes can say what they are about."""
+    """Return a program's capabilities, limited to those that its scene and image formats can represent."""
     able = subject.capabilities
     if word is not None:
         able = replace(able, scene_format=word)
     if able.says is not None:
         able = able.within(able.says)
     suffix = Path(subject.image_name).suffix.removeprefix(".")
-    if able.stages is None and suffix != "exr":  # other pictures have three channels
+    if able.stages is None and suffix != "exr":  # other image formats have three channels
         able = replace(able, stages=(Stage.RADIANCE,))
     return able
 
 
 def _scene_word(text: str, command: tuple[str, ...]) -> str | None:
-    """Return the format of `{scene.FORMAT}` in a command, or None; raise ValueError if there are several."""
+    """Return the format of `{scene.FORMAT}` in a command, or None.
+
+    Raises:
+        ValueError: there are several formats, or the format is unknown.
+
+    """
     formats = [suffix.removeprefix(".") for suffix in EXPORTERS]
     words = list(dict.fromkeys(match[1] for part in command for match in SCENE_WORD.finditer(part)))
     for word in words:
         if word not in (*formats, JSON):
-            known = ", ".join(f"{{scene.{name}}}" for name in formats)
-            raise ValueError(f"--subject {text}: {{scene.{word}}} is no format that is written; known: {known}")
+            placeholders = ", ".join(f"{{scene.{name}}}" for name in formats)
+            raise ValueError(f"--subject {text}: {{scene.{word}}} is no format that is written; known: {placeholders}")
     if len(words) > 1:
         raise ValueError(f"--subject {text}: a scene is handed over in one format, got {', '.join(words)}")
     return None if words in ([], [JSON]) else words[0]
 
 
 def _name(declared: str, command: tuple[str, ...]) -> str:
-    """Return the name of a program: the one that it declares, or that of its file; never a reference's."""
+    """Return a program's name: its declared name, or the name of its file; never the name of a reference."""
     from rayproof.reference import REFERENCES
 
     file = Path(command[0])
@@ -154,15 +159,20 @@ def _name(declared: str, command: tuple[str, ...]) -> str:
 
 
 def _command(text: str, rest: str, *, once: bool, writes: bool) -> tuple[str, ...]:
-    """Return the words of a command, with absolute paths; raise ValueError where it cannot be called."""
+    """Return the words of a command, with absolute paths.
+
+    Raises:
+        ValueError: the command cannot be called.
+
+    """
     try:
         words = shlex.split(rest)
     except ValueError as error:
         raise ValueError(f"--subject {text}: {error}") from None
     if not words:
         raise ValueError(f"--subject {text}: there is no command after {text[: len(text) - len(rest)]!r}")
-    found = shutil.which(words[0])
-    if found is None:
+    program = shutil.which(words[0])
+    if program is None:
         raise ValueError(f"--subject {text}: {words[0]!r} is no program that can be run")
     places = [output for word in words for output in OUTPUTS if output in word]
     if once and not places and not writes:
@@ -174,12 +184,17 @@ def _command(text: str, rest: str, *, once: bool, writes: bool) -> tuple[str, ..
         raise ValueError(
             f"--subject {text}: leave {places[0]} out; a program that stays alive gets paths in its requests"
         )
-    # Every call has a folder of its own: what is named relative to this one must be found from there.
-    return str(Path(found).absolute()), *map(_absolute, words[1:])
+    # Each call runs in a folder of its own, so that relative paths would not be found.
+    return str(Path(program).absolute()), *map(_absolute, words[1:])
 
 
 def _function(text: str, rest: str) -> tuple[str, ...]:
-    """Return the command by which a Python function stays alive; raise ValueError where there is no such file."""
+    """Return the command that serves a Python function.
+
+    Raises:
+        ValueError: the text does not name a function in an existing file.
+
+    """
     file, _, function = rest.rpartition(":")
     if not file.endswith(".py") or not function.isidentifier():
         raise ValueError(f"--subject {text}: a function is named as {FUNCTION}:FILE.py:FUNCTION")
@@ -189,9 +204,9 @@ def _function(text: str, rest: str) -> tuple[str, ...]:
 
 
 def identity(program: Subject) -> tuple[str, ...]:
-    """Return what a program's results depend on: its command, what it says that it can, and the files as they are here.
+    """Return everything that determines a program's results: its command, its capabilities, and digests of its files.
 
-    Of the environment's variables that it gets only a digest, since values may be secrets.
+    The values of its additional environment variables are included only as a digest, since they may be secrets.
     """
     settings = [f"{name}={os.environ.get(name)}" for name in program.variables]
     passed = hashlib.sha256(repr(settings).encode()).hexdigest()
@@ -203,7 +218,7 @@ def _absolute(word: str) -> str:
 
 
 def _lies(word: str) -> bool:
-    """Say whether a word is the path of something; one that is too long for a path, such as a script, is of nothing."""
+    """Return whether a word is an existing path; a word that is too long for a path, such as a script, is none."""
     try:
         return "{" not in word and Path(word).exists()
     except (OSError, ValueError):
@@ -211,7 +226,7 @@ def _lies(word: str) -> bool:
 
 
 def _digest(word: str) -> str:
-    """Return the digest of the file that a word names, so that a program built anew is asked anew."""
+    """Return the digest of the file that a word names, so that a rebuilt program is tested again; "" if none."""
     path = Path(word)
     if not _lies(word) or not path.is_file():
         return ""

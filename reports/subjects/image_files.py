@@ -1,4 +1,4 @@
-"""The image that a program wrote: OpenEXR, PFM, Radiance HDR and PNG, each with the steps of its numbers.
+"""Reading of the images that programs write: OpenEXR, PFM, Radiance HDR and PNG, with the resolution of their values.
 
 Sources: OpenEXR file layout (Academy Software Foundation); Debevec, "PFM Portable FloatMap Image Format", 2001; Ward,
 "Real Pixels", Graphics Gems II, 1991, and the Radiance reference for RGBE pictures; ISO/IEC 15948:2004 for PNG;
@@ -22,9 +22,9 @@ import numpy as np
 from rayproof.cases.scene import Scene
 from rayproof.cases.stages import FACTS, IMAGE_STAGES, Resolution, Stage, exr_channels
 
-Transfer = str | float  # "linear", "srgb", or the exponent of a power curve; "" where the file itself says
+Transfer = str | float  # "linear", "srgb", or the exponent of a power curve; "" if the file specifies it
 FORMATS = ("exr", "pfm", "hdr", "png")
-CLIPPED = frozenset({"png"})  # formats that end at 1
+CLIPPED = frozenset({"png"})  # formats whose largest value is 1
 LINEAR, SRGB = "linear", "srgb"
 PFM_MAGIC = b"PF"
 _HEADER = re.compile(rb"PF\s+(\d{1,9})\s+(\d{1,9})\s+([+-]?[0-9.eE+-]{1,20})(\s)")
@@ -33,31 +33,31 @@ HDR_MAGIC = b"#?"
 PNG_MAGIC = b"\x89PNG\r\n\x1a\n"
 MOST_CHANNELS = 256
 HALF = Resolution(relative=2.0**-11, absolute=2.0**-25, because="written as half: 11 bits, at least 2^-24 apart")
-# What a file of floats keeps of numbers that a program had as doubles.
+# The resolution of a file of float32 whose values a program computed as float64.
 FLOAT = Resolution(relative=2.0**-24, absolute=2.0**-150, because="written as float: each value rounded once")
 _VISIBILITY = re.compile(r"visibility\.\d+")
 
 
 @dataclass(frozen=True, kw_only=True)
 class Taken:
-    """The stages that an image holds, float64 (height, width, channels), and where they were written coarsely."""
+    """The stages in an image file, float64 (height, width, channels), and the resolution of coarse stages."""
 
     images: dict[Stage, np.ndarray]
     resolutions: dict[Stage, Resolution]
-    lacking: dict[Stage, str] = field(default_factory=dict)  # stages of which channels are missing, and which
+    lacking: dict[Stage, str] = field(default_factory=dict)  # stage with missing channels -> a sentence on them
 
 
 class UnfitError(ValueError):
-    """An image that can be read and must not be used."""
+    """An image that is readable but not valid for the scene."""
 
 
 def take_back(path: Path, scene: Scene, *, most: int, transfer: Transfer = "") -> Taken:
-    """Return what the image at `path` answers about `scene`; it may have `most` bytes.
+    """Read a program's image of `scene` at `path`, of at most `most` bytes.
 
-    `transfer` is the curve by which radiance was encoded; without one a PNG file says it itself, and others are linear.
+    `transfer` is the curve by which radiance was encoded; if it is "", a PNG file specifies it, and others are linear.
 
     Raises:
-        ValueError: there is none, or it cannot be used; one sentence says why.
+        ValueError: there is no image, or it is invalid; the message is a sentence with the reason.
 
     """
     try:
@@ -86,28 +86,28 @@ def take_back(path: Path, scene: Scene, *, most: int, transfer: Transfer = "") -
         image, steps = linear(codes, curve, step=0.5 / deepest)
         because = f"written in {deepest + 1} steps, {_curve_in_words(curve)}"
         return Taken(images={Stage.RADIANCE: image}, resolutions={Stage.RADIANCE: stepped(steps, because=because)})
-    known = "neither OpenEXR, PFM, Radiance HDR nor PNG"
-    raise ValueError(f"its image is {known}: it has {facts.st_size} bytes and begins {magic!r}")
+    formats = "neither OpenEXR, PFM, Radiance HDR nor PNG"
+    raise ValueError(f"its image is {formats}: it has {facts.st_size} bytes and begins {magic!r}")
 
 
 def stepped(steps: np.ndarray, *, because: str) -> Resolution:
-    """Return the resolution of values of which each has its own step; the largest one where only one number is used."""
+    """Return the resolution of values with a step each; its `absolute` is the largest step."""
     return Resolution(relative=0.0, absolute=float(steps.max(initial=0.0)), because=because, steps=steps)
 
 
 def linear(codes: np.ndarray, transfer: Transfer, *, step: float | np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the light of encoded values and how far `step` of the code moves it at most, both of the codes' shape."""
+    """Return the linear values of encoded values, and their largest change by `step` of the code; shapes of `codes`."""
     step = np.broadcast_to(np.asarray(step, dtype=np.float64), codes.shape)
     if transfer == LINEAR:
         return codes, step.copy()
     light = _light(codes, transfer)
-    # The curves are convex: the upper end of the step is the one that moves farther.
+    # The curves are convex, so that the upper end of the step has the larger change.
     with np.errstate(invalid="ignore"):
         return light, np.maximum(_light(codes + step, transfer) - light, light - _light(codes - step, transfer))
 
 
 def _light(codes: np.ndarray, transfer: Transfer) -> np.ndarray:
-    """Return the light of encoded values; negative ones are mirrored."""
+    """Return the linear values of encoded values; the curve is odd."""
     size, sign = np.abs(codes), np.sign(codes)
     if transfer == SRGB:
         return sign * np.where(size <= 0.04045, size / 12.92, ((size + 0.055) / 1.055) ** 2.4)
@@ -120,7 +120,7 @@ def _curve_in_words(transfer: Transfer) -> str:
 
 
 def _decoded(taken: Taken, transfer: Transfer) -> Taken:
-    """Return the image with the transfer curve of its radiance undone; a float is as fine as its last bit."""
+    """Return the image with linear radiance and its resolution, that of float32 unless the file's is coarser."""
     if transfer in ("", LINEAR) or Stage.RADIANCE not in taken.images:
         return taken
     codes = taken.images[Stage.RADIANCE]
@@ -132,10 +132,10 @@ def _decoded(taken: Taken, transfer: Transfer) -> Taken:
 
 
 def read_pfm(content: bytes, *, width: int, height: int) -> np.ndarray:
-    """Return the image (height, width, 3), row 0 at the top; the header's lines may end in CR LF.
+    """Return the image of a PFM file (height, width, 3), row 0 at the top; the header's lines may end in CR LF.
 
     Raises:
-        ValueError: it is no colour PFM of this size, or holds more or less than its header says.
+        ValueError: the file is no colour PFM of this size, or its data is too long or too short.
 
     """
     header = _HEADER.match(content)
@@ -156,24 +156,24 @@ def read_pfm(content: bytes, *, width: int, height: int) -> np.ndarray:
     if len(pixels) != width * height * 12:
         raise ValueError(f"it holds {len(pixels)} bytes of pixels, not {width * height * 12}")
     image = np.frombuffer(pixels, dtype="<f4" if scale < 0 else ">f4").reshape(height, width, 3)
-    with np.errstate(invalid="ignore"):  # a signalling NaN is a NaN like others
+    with np.errstate(invalid="ignore"):  # signalling NaN are treated as other NaN
         return image[::-1].astype(np.float64)
 
 
-# Radiance HDR: a text header, a line with the size, and scan lines of four bytes a pixel, each plain or run-length
+# Radiance HDR: a text header, a line with the size, and scan lines of four bytes per pixel, each plain or run-length
 # encoded. A pixel (r, g, b, e) is (r, g, b) 2^(e - 136), or black if e is 0.
 
 _PICTURE_SIZE = re.compile(rb"-Y (\d{1,6}) \+X (\d{1,6})\n")
-# Radiance cuts the mantissa off and reads its middle, other programs round it: a value of the code m lies within
-# [m - 0.5, m + 1), of which this is the middle, and half its width.
+# Radiance truncates the mantissa and reads the centre of its interval, other programs round it: a value with the code m
+# is in [m - 0.5, m + 1). These are the interval's centre, relative to m, and half its width.
 RGBE_MIDDLE, RGBE_STEP = 0.25, 0.75
 
 
 def read_hdr(content: bytes, *, width: int, height: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return a Radiance picture and how far each value may be off by its step, both (height, width, 3).
+    """Return a Radiance picture and the largest rounding error of each value, both (height, width, 3).
 
     Raises:
-        ValueError: it is no picture of this size in RGBE, or is cut short.
+        ValueError: the file is no picture of this size in RGBE, or is truncated.
 
     """
     head, _, rest = content.partition(b"\n\n")
@@ -199,7 +199,7 @@ def read_hdr(content: bytes, *, width: int, height: int) -> tuple[np.ndarray, np
 
 
 def _hdr_row(data: np.ndarray, place: int, row: np.ndarray) -> int:
-    """Fill `row` (width, 4) from the bytes at `place`, and return where the next row begins."""
+    """Fill `row` (width, 4) from the bytes at `place`, and return the place of the next row."""
     width = len(row)
     start = data[place : place + 4].tolist()
     if len(start) < 4:
@@ -209,7 +209,7 @@ def _hdr_row(data: np.ndarray, place: int, row: np.ndarray) -> int:
         if len(flat) < 4 * width:
             raise ValueError("it is cut short")
         row[:] = flat.reshape(width, 4)
-        # Three bytes of 1 are no colour that is normalised, but the mark of a run of the older encoding.
+        # Three bytes of 1 are no normalised colour: they mark a run of the older encoding.
         if bool((row[:, :3] == 1).all(axis=1).any()):
             raise ValueError("its rows are run-length encoded in the way of before 1991, which is not read")
         return place + 4 * width
@@ -232,17 +232,17 @@ def _hdr_row(data: np.ndarray, place: int, row: np.ndarray) -> int:
 
 # PNG: chunks of length, name, content and CRC; the pixels are filtered row by row and compressed together.
 
-_PNG_CHANNELS = {0: 1, 2: 3, 4: 2, 6: 4}  # by the colour type; 3 is a palette
+_PNG_CHANNELS = {0: 1, 2: 3, 4: 2, 6: 4}  # colour type -> channels; type 3 is a palette
 _PNG_TYPES = {0: "grey", 2: "RGB", 4: "grey with alpha", 6: "RGB with alpha"}
 
 
 def read_png(content: bytes, *, width: int, height: int) -> tuple[np.ndarray, int, Transfer]:
-    """Return the codes (height, width, 3) from 0 to 1, the largest code as written, and the file's own curve.
+    """Return the codes (height, width, 3) scaled to 0 to 1, the file's largest code, and the file's transfer curve.
 
-    Alpha is left out. The curve is sRGB unless a gAMA chunk, without an sRGB chunk, says another.
+    Alpha is ignored. The curve is sRGB unless there is a gAMA chunk and no sRGB chunk.
 
     Raises:
-        ValueError: it is no PNG of this size in 8 or 16 bits, or is cut short or broken.
+        ValueError: the file is no PNG of this size in 8 or 16 bits, or is truncated or damaged.
 
     """
     header, packed, gamma, standard = b"", [], 0, False
@@ -282,7 +282,7 @@ def read_png(content: bytes, *, width: int, height: int) -> tuple[np.ndarray, in
 
 
 def _chunks(content: bytes) -> Iterator[tuple[bytes, bytes]]:
-    """Yield the name and the content of each chunk of a PNG until its end."""
+    """Yield the name and the content of each chunk of a PNG file."""
     place = len(PNG_MAGIC)
     while place + 12 <= len(content):
         (length,) = struct.unpack_from(">I", content, place)
@@ -298,7 +298,7 @@ def _chunks(content: bytes) -> Iterator[tuple[bytes, bytes]]:
 
 
 def _unfiltered(rows: np.ndarray, size: int) -> np.ndarray:
-    """Return the bytes of rows whose first byte is their filter; `size` is how many bytes a pixel has."""
+    """Undo the filters of rows, which are in their first bytes; `size` is the number of bytes per pixel."""
     pixels = rows[:, 1:].copy()
     above = np.zeros(pixels.shape[1], dtype=np.uint8)
     for kind, row in zip(rows[:, 0].tolist(), pixels, strict=True):
@@ -315,7 +315,7 @@ def _unfiltered(rows: np.ndarray, size: int) -> np.ndarray:
 
 
 def _predicted(row: list[int], above: list[int], size: int, *, paeth: bool) -> list[int]:
-    """Return a row of which each byte was stored less a prediction from its left and its upper neighbours."""
+    """Return a row by adding to each byte its prediction from the left and the upper neighbours."""
     for place, stored in enumerate(row):
         left, corner = (row[place - size], above[place - size]) if place >= size else (0, 0)
         up = above[place]
@@ -329,10 +329,10 @@ def _predicted(row: list[int], above: list[int], size: int, *, paeth: bool) -> l
 
 
 def _exr(path: Path, *, width: int, height: int) -> dict[str, np.ndarray]:
-    """Return an OpenEXR image's channels in the display window; its header is looked at before a pixel is read.
+    """Return an OpenEXR image's channels in the display window; the header is validated before pixels are read.
 
-    What of the display window lies outside of the data window was not rendered: a ray that hits nothing, or NaN in a
-    channel that has no value for that.
+    Pixels of the display window outside of the data window were not rendered: they get the values of a miss, or NaN in
+    channels without such a value.
     """
     import OpenEXR
 
@@ -360,8 +360,8 @@ def _exr(path: Path, *, width: int, height: int) -> dict[str, np.ndarray]:
         raise
     except (RuntimeError, ValueError, KeyError, TypeError) as error:
         why = (str(error).splitlines() or [type(error).__name__])[0]
-        said = why.replace(f"{path.parent}{os.sep}", "").strip()
-        raise ValueError(f"its image is cut short or broken (OpenEXR says: {said})") from None
+        message = why.replace(f"{path.parent}{os.sep}", "").strip()
+        raise ValueError(f"its image is cut short or broken (OpenEXR says: {message})") from None
     column, row = (data[0][axis] - display[0][axis] for axis in (0, 1))
     if (column, row, *stored) == (0, 0, width, height):
         return channels
@@ -369,7 +369,7 @@ def _exr(path: Path, *, width: int, height: int) -> dict[str, np.ndarray]:
 
 
 def _placed(pixels: np.ndarray, column: int, row: int, size: tuple[int, int], missed: float) -> np.ndarray:
-    """Return an image of `size` (height, width) with `pixels` in it from (column, row) on, and `missed` elsewhere."""
+    """Return an image of `size` (height, width) with `pixels` at (column, row), and the value `missed` elsewhere."""
     # Unsigned integers have neither NaN nor -1.
     wide = pixels.dtype.kind in "ui" and not missed >= 0
     image = np.full(size, missed, dtype=np.float64 if wide else pixels.dtype)
@@ -381,14 +381,14 @@ def _placed(pixels: np.ndarray, column: int, row: int, size: tuple[int, int], mi
 
 
 def _missed(channel: str) -> float:
-    """Return the value of a channel where a ray hits nothing; NaN where it has a value there too."""
+    """Return the value of a channel where a ray hits nothing; NaN if the stage has no such value."""
     stage = next((stage for stage in IMAGE_STAGES if channel in FACTS[stage].channels), Stage.VISIBILITY)
     missed = FACTS[stage].miss
     return np.nan if missed is None else missed
 
 
 def _sorted(channels: dict[str, np.ndarray], *, lights: int) -> Taken:
-    """Return the stages among the channels; others than the specification's are left alone."""
+    """Return the stages among the channels; channels that the specification does not name are ignored."""
     images: dict[Stage, np.ndarray] = {}
     resolutions: dict[Stage, Resolution] = {}
     lacking: dict[Stage, str] = {}
@@ -403,7 +403,7 @@ def _sorted(channels: dict[str, np.ndarray], *, lights: int) -> Taken:
             lacking[stage] = f"its {stage} has the channels {', '.join(present)}, not {', '.join(names) or 'none'}"
             continue
         kinds = {channels[name].dtype for name in names}
-        with np.errstate(invalid="ignore"):  # a signalling NaN is a NaN like others
+        with np.errstate(invalid="ignore"):  # signalling NaN are treated as other NaN
             images[stage] = np.stack([channels[name].astype(np.float64) for name in names], axis=-1)
         if np.dtype(np.float16) in kinds:
             resolutions[stage] = HALF
@@ -416,8 +416,8 @@ def _sorted(channels: dict[str, np.ndarray], *, lights: int) -> Taken:
 
 @contextmanager
 def _silence() -> Iterator[None]:
-    """Keep what a library prints, by C or by Python, off the terminal; what it raises says enough."""
-    flush = ctypes.CDLL(None).fflush  # C keeps its lines until it is asked, and would print them later
+    """Suppress the output of a library in C and Python; its exceptions are sufficient."""
+    flush = ctypes.CDLL(None).fflush  # C buffers its output, and would print it later
     flush(None)
     kept = [(number, os.dup(number)) for number in (1, 2)]
     nowhere = os.open(os.devnull, os.O_WRONLY)

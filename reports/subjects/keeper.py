@@ -1,10 +1,10 @@
-"""A script that limits memory and output, then becomes the program; it stays as keeper and ends what is left.
+"""A script that limits memory and output, executes a program, and ends the program's processes if its caller dies.
 
     python -I -S keeper.py CALLER MEMORY OUTPUT PROGRAM ARGUMENT...
 
-A process of its own does this, since what Python runs between fork and exec may wait for another thread for ever. On
-Linux it stays as the program's keeper: it ends as the program does, and if its caller (a process number) is killed it
-ends the program with all that it started, be it in sessions of their own.
+It is a separate process, since Python code between fork and exec may wait for another thread forever. On Linux it
+remains as the program's keeper: it ends with the program's exit code or signal, and if its caller (a process number)
+is killed, it ends the program and all processes that the program started, also those in other sessions.
 """
 
 import contextlib
@@ -14,17 +14,17 @@ import signal
 import sys
 import time
 
-CANNOT_START = 126  # as shells say it
+CANNOT_START = 126  # the exit code of shells for this
 PDEATHSIG, SUBREAPER = 1, 36  # PR_SET_PDEATHSIG and PR_SET_CHILD_SUBREAPER, linux/prctl.h
-PARTING = 5.0  # s for what was killed to be gone
+PARTING = 5.0  # s, waiting for killed processes to end
 PAUSE = 0.005  # s
 
 
 def keep(caller: int) -> None:
-    """Return in a child that the program is to take the place of; end as that child does, or when the caller has."""
+    """Fork and return in the child, which executes the program; the parent ends with the child, or with the caller."""
     prctl = ctypes.CDLL(None).prctl
     signal.signal(signal.SIGTERM, lambda *_: _end_all())
-    prctl(SUBREAPER, 1, 0, 0, 0)  # whatever loses its parent becomes this process's child
+    prctl(SUBREAPER, 1, 0, 0, 0)  # orphaned descendants become children of this process
     prctl(PDEATHSIG, signal.SIGTERM, 0, 0, 0)
     if os.getppid() != caller:
         os._exit(CANNOT_START)
@@ -35,21 +35,21 @@ def keep(caller: int) -> None:
         if os.getppid() != keeper:
             os._exit(CANNOT_START)
         return
-    for descriptor in (0, 1):  # the program's: whoever reads its output must see that it is closed
+    for descriptor in (0, 1):  # so that the program's pipes close when it ends
         os.close(descriptor)
     ended, status = os.wait()
     while ended != child:
         ended, status = os.wait()
     if os.WIFSIGNALED(status):
         _limit_cores()
-        with contextlib.suppress(OSError):  # of those that cannot be set
+        with contextlib.suppress(OSError):  # signals that cannot be set
             signal.signal(os.WTERMSIG(status), signal.SIG_DFL)
         os.kill(os.getpid(), os.WTERMSIG(status))
     os._exit(os.waitstatus_to_exitcode(status) & 0xFF)
 
 
 def _end_all() -> None:
-    """Kill the children, then theirs, which have become this process's, until there are none; end."""
+    """Kill the children, and the orphans that become children of this process, until there are none; then exit."""
     deadline = time.monotonic() + PARTING
     with contextlib.suppress(ChildProcessError):
         while time.monotonic() < deadline:
@@ -63,14 +63,14 @@ def _end_all() -> None:
 
 
 def _children(parent: int) -> list[int]:
-    found = []
-    for name in os.listdir("/proc"):  # noqa: PTH208  pathlib takes as long to import as all else here
+    children = []
+    for name in os.listdir("/proc"):  # noqa: PTH208  importing pathlib takes as long as the rest of this script
         if name.isdigit():
             with contextlib.suppress(OSError), open(f"/proc/{name}/stat", "rb") as file:  # noqa: PTH123
-                # After the name in parentheses, which may hold anything: the state and the parent.
+                # The state and the parent follow the name in parentheses, which may contain any character.
                 if int(file.read().rpartition(b")")[2].split()[1]) == parent:
-                    found.append(int(name))
-    return found
+                    children.append(int(name))
+    return children
 
 
 def _limit_cores() -> None:
@@ -80,7 +80,7 @@ def _limit_cores() -> None:
 
 
 def main(caller: int, memory: int, output: int, command: list[str]) -> None:
-    """Set the limits [bytes of address space, bytes of a file] and become `command`."""
+    """Set the limits `memory` (address space) and `output` (of a file) [bytes], and execute `command`."""
     if sys.platform == "linux":
         keep(caller)
     if os.name == "posix":
@@ -90,7 +90,7 @@ def main(caller: int, memory: int, output: int, command: list[str]) -> None:
             _, hard = resource.getrlimit(kind)
             most = most if hard == resource.RLIM_INFINITY else min(most, hard)
             resource.setrlimit(kind, (most, most))
-    # Which rayproof's workers or Python ignore, and a program would inherit.
+    # rayproof's workers or Python ignore these signals, which the program would inherit.
     for name in ("SIGINT", "SIGPIPE", "SIGXFSZ"):
         if hasattr(signal, name):
             signal.signal(getattr(signal, name), signal.SIG_DFL)

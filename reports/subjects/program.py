@@ -1,4 +1,4 @@
-"""A user's program asked for a scene's images: its capabilities, its refusals and its failures as sentences."""
+"""Rendering with a user's program: its capabilities, its images, and sentences on its refusals and failures."""
 
 import json
 import os
@@ -37,34 +37,36 @@ from rayproof.reports.subjects.protocol import (
 from rayproof.reports.subjects.serving import Server
 
 CAMERA = "The camera stage is no image, so that no program is asked about it."
-ROOM = 64 * 2**20  # bytes that a program may write beside its image, for logs and the like
+ROOM = 64 * 2**20  # bytes that a program may write besides its image, such as logs
 GENEROUS = 16  # times the bytes of an image with every channel: other channels, other formats, drafts
 UNSAID = "It wrote no channel of it."
-SAMPLES = 16  # a pixel in each render of a program that draws random numbers
+SAMPLES = 16  # per pixel in each render of a program that draws random numbers
 ASKING = "--capabilities"
 
 
 class ProgramError(Exception):
-    """A program that gave nothing that could be judged; the message is one sentence."""
+    """A failure of a program, so that there is no image to judge; the message is a sentence."""
 
-    stopped = False  # its time was over
-    lost = False  # it stays alive, and died or exceeded a limit
+    stopped = False  # whether it exceeded its time
+    lost = False  # whether it is a program that stays alive, and died or exceeded a limit
 
 
-class Refused(Exception):  # noqa: N818  an answer, not a mishap
-    """A program that says it cannot draw a scene, in its own words."""
+class Refused(Exception):  # noqa: N818  an answer, not an error
+    """A program's statement that it cannot draw a scene; the message is its reason."""
 
 
 def ask_capabilities(subject: Subject, *, seconds: float, server: Server | None = None) -> Capabilities:
-    """Return what the program declares; nothing if it does not know the question. One that stays alive has a `server`.
+    """Return the program's declared capabilities; the default if it does not support the request.
+
+    `server` is required for a program that stays alive.
 
     Raises:
-        ValueError: its answer is not as the protocol asks, or a function cannot be loaded.
+        ValueError: the answer is against the protocol, or a function cannot be loaded.
 
     """
     if server is not None:
         ended = server.ask({"capabilities": True}, seconds=subject.seconds, output=ROOM)
-        unknown = ended.lost or ended.reported or ended.refusal is not None  # a program need not know the question
+        unknown = ended.lost or ended.reported or ended.refusal is not None  # programs need not support the request
         if ended.problem is not None and (subject.transport == FUNCTION or not unknown):
             raise ValueError(ended.problem)
         return Capabilities(protocol=STAYS) if ended.declared is None else capabilities_of(ended.declared, STAYS)
@@ -87,7 +89,7 @@ def _called(subject: Subject, arguments: list[str], place: "_Place", *, seconds:
 
 
 def allowance(scene: Scene) -> int:
-    """Return how many bytes a program may write in one call."""
+    """Return the limit of a program's output in one call [bytes]."""
     channels = sum(len(exr_channels(stage, lights=len(scene.lights))) for stage in IMAGE_STAGES)
     return ROOM + GENEROUS * channels * scene.camera.width * scene.camera.height * 4
 
@@ -100,16 +102,16 @@ def ask_program(
     keep: Path | None = None,
     server: Server | None = None,
 ) -> Answers:
-    """Return the program's answers to a scene, or the error that it ended in; never raises for what it does.
+    """Return the program's images of a scene, or its error; a program's failure raises no exception.
 
-    The call is kept in the folder `keep`, if there is one: its scene, command, output and image. A program that stays
-    alive has a `server`.
+    The call is stored in the folder `keep`, if there is one: its scene, command, output and image. `server` is required
+    for a program that stays alive.
     """
     asking = _Asking(subject=subject, server=server)
     able, stages = subject.capabilities, stages_of(scene)
     blank = Answers(
         name=subject.name,
-        precision="float32",  # never better than what the file holds, whatever it computes in
+        precision="float32",  # the precision of the file, even if the program computes in float64
         items=ITEMS_OF_OTHERS,
         shadow_epsilon=able.shadow_epsilon,
         ray_epsilon=able.ray_epsilon,
@@ -136,15 +138,15 @@ def ask_program(
     answers = {stage: image for stage, image in taken.images.items() if stage in stages}
     resolutions = dict(taken.resolutions)
     if able.chained:
-        # The oracle continues from what was written, the program went on from what it had before.
+        # The oracle continues from the rounded values in the file, the program continued from its own values.
         resolutions = dict.fromkeys(answers, FLOAT) | resolutions
-    found = replace(blank, answers=answers, unsupported=unsupported, resolutions=resolutions, mean=mean)
-    found = replace(found, pooled_error=pooled)
-    return replace(found, lacking=taken.lacking)
+    result = replace(blank, answers=answers, unsupported=unsupported, resolutions=resolutions, mean=mean)
+    result = replace(result, pooled_error=pooled)
+    return replace(result, lacking=taken.lacking)
 
 
 def _tolerances(able: Capabilities, scene: Scene) -> dict[str, Any]:
-    """Return the tolerances of the program whose format the scene has, unless the subject declares its own."""
+    """Return the tolerances of the program whose scene format is used, unless the subject declares its own."""
     says = able.says
     if says is None or not says.program or able.shadow_epsilon or able.ray_epsilon:
         return {}
@@ -155,18 +157,18 @@ def _tolerances(able: Capabilities, scene: Scene) -> dict[str, Any]:
 
 @dataclass(frozen=True, kw_only=True)
 class _Asking:
-    """A program that is asked about a case; one that stays alive has a `server`."""
+    """A program that renders a case; `server` is set for a program that stays alive."""
 
     subject: Subject
     server: Server | None
-    seed: int = 0  # of one of several renders
+    seed: int = 0  # of this render, for programs that draw random numbers
 
     def spp(self, samples: int) -> int:
-        """Return the samples per pixel that the program is told, if it averages over samples x samples points."""
+        """Return the number of samples per pixel in the request, for an average over samples x samples points."""
         return SAMPLES if self.subject.capabilities.random else samples**2
 
     def ended(self, place: "_Place", path: Path, scene: Scene, *, samples: int, output: int) -> Ended:
-        """Return how a call ended for the scene at `path`, whose image is to be in `place`."""
+        """Call the program for the scene at `path` and return the result; its image goes to the folder of `place`."""
         subject = self.subject
         if self.server is None:
             arguments = self._filled(place.folder, scene, samples)
@@ -175,7 +177,7 @@ class _Asking:
         return self.server.ask(request, seconds=subject.seconds, output=output)
 
     def line(self, scene: Scene, *, samples: int) -> str:
-        """Return what makes the call again, for a shell in a folder with the scene."""
+        """Return a shell command that repeats the call in a folder with the scene."""
         command = shlex.join(self._filled(Path(), scene, samples))
         if self.server is None:
             return command
@@ -193,11 +195,11 @@ class _Asking:
 
 
 def _averaged(asking: _Asking, scene: Scene, first: Taken) -> tuple[Taken, np.ndarray | None]:
-    """Return the mean of renders with different seeds, of which there is the `first`, and what noise does to it.
+    """Return the mean of renders with different seeds, including `first`, with its resolution; and its pooled error.
 
     Raises:
-        ProgramError: a render gave none that can be used.
-        Refused: it says that it cannot.
+        ProgramError: a render failed.
+        Refused: the program refused the scene.
 
     """
     able = asking.subject.capabilities
@@ -215,15 +217,15 @@ def _averaged(asking: _Asking, scene: Scene, first: Taken) -> tuple[Taken, np.nd
 
 
 def _image(asking: _Asking, scene: Scene, *, samples: int = 1, keep: Path | None = None) -> Taken:
-    """Return one image of the program, or the sum of its images of one light each, if it takes no more.
+    """Return the program's image, or, if it supports only one light, the sum of its images of each light.
 
     Raises:
-        ProgramError: it gave none that can be used.
-        Refused: it says that it cannot.
+        ProgramError: the program failed or its image is invalid.
+        Refused: the program refused the scene.
 
     """
     able = asking.subject.capabilities
-    if (why := able.refusal(scene)) is not None:  # of a finer image of the case, say
+    if (why := able.refusal(scene)) is not None:  # possible for a finer image of the case
         raise Refused(why)
     handed, power = able.handed(scene), _power(asking.subject, scene)
     if power:
@@ -238,16 +240,16 @@ def _image(asking: _Asking, scene: Scene, *, samples: int = 1, keep: Path | None
 
 
 def _rendered(asking: _Asking, scene: Scene, handed: Scene, samples: int, keep: Path | None) -> Taken:
-    """Return the program's image of `handed`, with the shapes of `scene`."""
+    """Return the program's image of the scene `handed`, with the object indices of `scene`."""
     able = asking.subject.capabilities
     with _Place(within=asking.server.folder if asking.server is not None else None) as place:
-        given = rebuilt(handed, able.stand_ins)
-        path = hand_over(given.scene, place.folder, able.scene_format)
+        rebuild = rebuilt(handed, able.stand_ins)
+        path = hand_over(rebuild.scene, place.folder, able.scene_format)
         most = allowance(scene)
-        ended = asking.ended(place, path, given.scene, samples=samples, output=most)
+        ended = asking.ended(place, path, rebuild.scene, samples=samples, output=most)
         if keep is not None:
-            line = asking.line(given.scene, samples=samples)
-            keep_call(keep, given.scene, line, ended, notes=able.told(scene), scene_format=able.scene_format)
+            line = asking.line(rebuild.scene, samples=samples)
+            keep_call(keep, rebuild.scene, line, ended, notes=able.told(scene), scene_format=able.scene_format)
         _conclude(ended, place, asking.subject)
         image = place.folder / asking.subject.image_name
         if keep is not None:
@@ -259,19 +261,19 @@ def _rendered(asking: _Asking, scene: Scene, handed: Scene, samples: int, keep: 
     wanted = IMAGE_STAGES if able.stages is None else able.stages
     missing = [stage for stage in able.stages or () if stage in stages_of(scene) and stage not in taken.images]
     return Taken(
-        images=given.named_as_asked({stage: image for stage, image in taken.images.items() if stage in wanted}),
+        images=rebuild.named_as_asked({stage: image for stage, image in taken.images.items() if stage in wanted}),
         resolutions=taken.resolutions,
         lacking=dict.fromkeys(missing, "it declares this stage and wrote no channel of it")
         | {stage: why for stage, why in taken.lacking.items() if stage in wanted},
     )
 
 
-# Sums over lights, and images of formats that end at 1: the lights are made brighter or darker by a power of two, which
-# rounds nothing, and so are the images.
+# Sums over lights, and images in formats whose largest value is 1: the lights are scaled by a power of two, and the
+# images are scaled back; both are exact.
 
 
 def notes_on(subject: Subject, scene: Scene) -> tuple[str, ...]:
-    """Return in sentences what of a scene is handed over as something else that has the same image."""
+    """Return sentences on the parts of a scene that are handed over in another form with the same image."""
     able = subject.capabilities
     power = _power(subject, scene) if able.refusal(scene) is None else 0
     what = f"Handed over with the flux of each light times 2^{power}, to the range of the picture; it is scaled back."
@@ -279,11 +281,11 @@ def notes_on(subject: Subject, scene: Scene) -> tuple[str, ...]:
 
 
 LIT = (Stage.IRRADIANCE, Stage.EXITANCE, Stage.RADIANCE)
-BRIGHTEST = 0.9  # of what a format holds that clips: a radiance that is too large by more is cut off, which is seen
+BRIGHTEST = 0.9  # the largest radiance after scaling, of a format that clips at 1; larger errors are clipped visibly
 
 
 def _power(subject: Subject, scene: Scene) -> int:
-    """Return the power of two by which the lights are multiplied, so that the image fits a format's short range."""
+    """Return the exponent of 2 by which the lights are scaled, so that the image fits the format's range."""
     says = subject.capabilities.says
     short = Path(subject.image_name).suffix.removeprefix(".") in CLIPPED or (says is not None and says.half)
     if not short or not scene.lights:
@@ -301,7 +303,7 @@ def _brightened(scene: Scene, power: int) -> Scene:
 
 
 def _dimmed(taken: Taken, power: int) -> Taken:
-    """Return an image under the lights of the case, of one whose lights were brighter by a power of two."""
+    """Scale an image back to the lights of the case; its lights were scaled by 2^power."""
     if not power:
         return taken
     images = {stage: np.ldexp(image, -power) if stage in LIT else image for stage, image in taken.images.items()}
@@ -317,7 +319,7 @@ def _scaled(coarse: Resolution, factor: float) -> Resolution:
 
 
 def _added(first: Taken, second: Taken) -> Taken:
-    """Return the image under the lights of two images of one scene; visibility has a channel for each light."""
+    """Return the sum of two images of a scene under different lights; visibility has a channel per light."""
     images = dict(first.images)
     for stage, image in second.images.items():
         if stage in images and stage in LIT:
@@ -336,12 +338,12 @@ def _added(first: Taken, second: Taken) -> Taken:
 
 
 def _conclude(ended: Ended, place: "_Place", subject: Subject) -> None:
-    """Raise what the call came to, if it came to no image."""
+    """Raise `Refused` or `ProgramError` if the call refused the scene, failed, or wrote outside of its folder."""
     if ended.refusal is not None:
         raise Refused(ended.refusal)
     if ended.problem is not None:
-        said = "the function fails:" if subject.transport == FUNCTION else "the program answers with an error:"
-        error = ProgramError(f"{said if ended.reported else 'the program gave no image:'} {ended.problem}")
+        prefix = "the function fails:" if subject.transport == FUNCTION else "the program answers with an error:"
+        error = ProgramError(f"{prefix if ended.reported else 'the program gave no image:'} {ended.problem}")
         error.stopped, error.lost = ended.stopped, ended.lost
         raise error
     if strays := place.strays():
@@ -349,7 +351,7 @@ def _conclude(ended: Ended, place: "_Place", subject: Subject) -> None:
 
 
 def _mean(asking: _Asking, scene: Scene, samples: int) -> np.ndarray:
-    """Return radiance box-filtered over samples x samples points a pixel: its own mean, or ours of a finer image."""
+    """Return radiance averaged over samples x samples points per pixel, by the program or from its finer image."""
     averages = asking.subject.averages
     taken = _image(asking, scene, samples=samples) if averages else _image(asking, finer(scene, samples))
     if Stage.RADIANCE not in taken.images:
@@ -358,9 +360,9 @@ def _mean(asking: _Asking, scene: Scene, samples: int) -> np.ndarray:
 
 
 class _Place:
-    """A folder for one call, with nothing beside it: what appears there was written outside of the folder.
+    """A folder for one call, in an empty parent folder: further entries in the parent are detected as stray files.
 
-    One that stays alive has it in the folder `within` which it works, and where it may write.
+    For a program that stays alive, the parent is its working folder `within`, in which it may write.
     """
 
     def __init__(self, *, within: Path | None = None) -> None:
@@ -368,12 +370,12 @@ class _Place:
 
     def __enter__(self) -> "_Place":
         self._above = Path(tempfile.mkdtemp(prefix="rayproof-")) if self._within is None else self._within
-        # Without the case's name, by which a program could answer.
+        # The name of the case is not in the path, since a program could recognise the case by it.
         self.folder = Path(tempfile.mkdtemp(prefix="call-", dir=self._above))
         return self
 
     def strays(self) -> list[str]:
-        """Return what lies beside the folder."""
+        """Return the names of other entries in the parent folder."""
         if self._within is not None:
             return []
         return sorted(name for name in os.listdir(self._above) if name != self.folder.name)  # noqa: PTH208

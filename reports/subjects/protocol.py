@@ -1,6 +1,6 @@
 """`Capabilities`, which a program declares, and the scene that is handed to it (JSON, OBJ); docs/protocol.md.
 
-The scene is JSON of the published schema, with meshes as OBJ files beside it.
+The scene is JSON of the published schema, with meshes as OBJ files in the same folder.
 """
 
 import json
@@ -30,17 +30,17 @@ from rayproof.reports.results.files import number
 from rayproof.reports.subjects.image_files import FORMATS, LINEAR, SRGB, Transfer
 
 ONCE, STAYS = 1, 2  # versions of the protocol: a program is called for each image, or stays alive
-OF_STAYS = ("samples", "format", "scene_format")  # keys of the second alone
-# What says the same in the command of a program that is called for each image.
+OF_STAYS = ("samples", "format", "scene_format")  # keys of version 2 only
+# Equivalents of these keys in the command of a program that is called for each image.
 INSTEAD = {
     "samples": "{samples}",
     "format": "{output.pfm}, {output.hdr} or {output.png}",
     "scene_format": "{scene.xml}",
 }
 OF_DECLARATION = ("writes", "transfer")  # keys that only the file of --declare may have
-JSON = "json"  # the scene format of this protocol itself
+JSON = "json"  # the scene format of the protocol
 ALWAYS = "always"
-ANYWHERE = 0.5  # px: the radius of samples that lie anywhere in their pixel
+ANYWHERE = 0.5  # px: the radius of samples that may be anywhere in their pixel
 EPSILONS = ("shadow", "ray")
 LEAST_RENDERS, MOST_RENDERS = 32, 4096
 LONGEST_NAME = 80
@@ -49,7 +49,7 @@ PIECES = {"mesh": "a mesh of triangles", "triangle": "single triangles"}
 
 @dataclass(frozen=True, kw_only=True)
 class Capabilities:
-    """What a program declares. Nothing declared means: every scene, and whatever stages it writes."""
+    """The capabilities that a program declares. By default it supports every scene, and the stages that it writes."""
 
     protocol: int = ONCE
     name: str = ""
@@ -60,34 +60,34 @@ class Capabilities:
     shading: tuple[str, ...] = SHADINGS
     clip: tuple[str, ...] = CLIPS
     two_sided: bool | Literal["always"] = True  # "always": it shades and sees both sides of every surface
-    affine: bool = True  # stretched, sheared and mirrored shapes
-    triangulated: bool = False  # wants cubes, squares and triangles as meshes
-    chained: bool = False  # each stage is made of the very numbers written for the stages before it, but for rounding
-    world_normals: bool = False  # takes faces' normals from corners that it rounds to float32 in world space
-    deterministic: bool = False  # the same scene gives the same image, to the last bit
-    samples: bool = False  # of one that stays alive: it averages n x n points itself
-    format: str = "exr"  # of one that stays alive: what it writes
-    scene_format: str = JSON  # in which it reads scenes, by the suffix of the file
+    affine: bool = True  # whether it supports stretched, sheared and mirrored shapes
+    triangulated: bool = False  # whether it gets cubes, squares and triangles as meshes
+    chained: bool = False  # whether each stage is computed from the values written for earlier stages, but for rounding
+    world_normals: bool = False  # whether it computes normals of faces from corners in world space, in float32
+    deterministic: bool = False  # whether the same scene gives the same image, to the last bit
+    samples: bool = False  # of a program that stays alive: whether it averages n x n points itself
+    format: str = "exr"  # of a program that stays alive: the format of its images
+    scene_format: str = JSON  # the format in which it reads scenes, by the suffix of the file
     lights: int | None = None  # 1: a case is rendered once for each light, and the images are added
     sample_offset: tuple[float, float, float] = (0.0, 0.0, 0.0)  # px: right and down from pixels' centres, and radius
-    random: int = 0  # of a program that draws random numbers: renders with different seeds whose mean is judged
-    writes: str = ""  # the file that it writes in its folder, if its command does not say where to
-    transfer: Transfer = ""  # the curve by which it encodes radiance; "" where its file says it, or it is linear
+    random: int = 0  # of a program that draws random numbers: number of renders, with different seeds, for the mean
+    writes: str = ""  # the name of the file that it writes in its folder, if its command has no output path
+    transfer: Transfer = ""  # the curve by which it encodes radiance; "" if the file specifies it, or it is linear
     shadow_epsilon: float = 0.0  # m
     ray_epsilon: float = 0.0  # m
 
     @property
     def title(self) -> str:
-        """Return program and version, as far as they are known."""
+        """Return the declared name and version of the program."""
         return f"{self.name} {self.version}".strip() or "a program that does not say its name"
 
     @property
     def within_pixel(self) -> bool:
-        """Return whether a sample may lie anywhere in its pixel."""
+        """Return whether a sample may be anywhere in its pixel."""
         return self.sample_offset[2] == ANYWHERE
 
     def refusal(self, scene: Scene) -> str | None:
-        """Return why the program cannot draw the scene, in a sentence, or None."""
+        """Return a sentence with the reason why the program cannot draw the scene, or None."""
         for index, shape in enumerate(scene.shapes):
             kind = NAMES[type(shape)]
             if kind not in self.shapes and kind not in self.stand_ins:
@@ -108,27 +108,27 @@ class Capabilities:
 
     @property
     def says(self) -> SceneFormat | None:
-        """Return what the format of its scenes can say; None for the protocol's own, which says everything."""
+        """Return the features of the scene format, or None for the protocol's own format, which supports everything."""
         return None if self.scene_format == JSON else EXPORTERS.about(f".{self.scene_format}")["says"]
 
     def _clip(self, scene: Scene) -> Clip | None:
-        """Return the clip mode under which the program gets the scene: its own, or one under which it is the same."""
+        """Return the scene's clip mode, or one that the program supports and that gives the same image; or None."""
         if scene.clip in self.clip:
             return scene.clip
         modes: list[Clip] = [mode for mode in CLIPS if mode in self.clip]
         return next((mode for mode in modes if is_untouched(scene, scene.clip) and is_untouched(scene, mode)), None)
 
     def _sides_matter_not(self, scene: Scene) -> bool:
-        """Return whether the stages that it writes are the same with the sides that its surfaces have."""
-        both = self.two_sided == ALWAYS
-        if all(shape.two_sided == both for shape in scene.shapes):
+        """Return whether the program's one-sided or two-sided surfaces give the same images of its stages."""
+        two_sided = self.two_sided == ALWAYS
+        if all(shape.two_sided == two_sided for shape in scene.shapes):
             return True
-        return is_alike_with_sides(scene, both, self.stages or IMAGE_STAGES)
+        return is_alike_with_sides(scene, two_sided, self.stages or IMAGE_STAGES)
 
     def handed(self, scene: Scene) -> Scene:
-        """Return a scene that is not refused under a clip mode and with sides that the program has.
+        """Return the scene for the program, which must not be refused, with a clip mode and sides that it supports.
 
-        Where its samples lie the program knows itself.
+        The sample offset is removed, since the program applies its own.
         """
         clip = self._clip(scene)
         scene = scene if clip in (None, scene.clip) else replace(scene, clip=clip)
@@ -136,17 +136,17 @@ class Capabilities:
         return scene if self.two_sided is True else with_sides(scene, two_sided=self.two_sided == ALWAYS)
 
     def asked(self, scene: Scene) -> Scene:
-        """Return the scene that the program is asked about and judged by.
+        """Return the scene that the program renders and by which it is judged.
 
-        It is under a model of light that the program has, with meshes for spheres and planes that it does not draw, and
-        seen through the points of the pixels at which it samples.
+        It has a model of light that the program supports, meshes for spheres and planes that it does not draw, and the
+        program's sample points in the pixels.
         """
         scene = self.under_its_light(scene)
-        found = _tessellation(self, scene)
-        return self.through_its_samples(scene if isinstance(found, str) else found)
+        with_meshes = _tessellation(self, scene)
+        return self.through_its_samples(scene if isinstance(with_meshes, str) else with_meshes)
 
     def through_its_samples(self, scene: Scene) -> Scene:
-        """Return the scene seen through the points of the pixels at which the program samples."""
+        """Return the scene with the program's sample points in the pixels."""
         right, down, _ = self.sample_offset
         if not right and not down:
             return scene
@@ -154,28 +154,28 @@ class Capabilities:
 
     @property
     def tessellated_kinds(self) -> tuple[str, ...]:
-        """Return which of spheres and planes are handed over as meshes, or planes as squares."""
+        """Return the kinds ("sphere", "plane") that are handed over as meshes, or as squares for planes."""
         flat = "mesh" in self.shapes or "triangle" in self.shapes
         able = {"sphere": flat, "plane": flat or "square" in self.shapes}
         return tuple(kind for kind, can in able.items() if can and kind not in self.shapes)
 
     @property
     def stand_ins(self) -> Mapping[str, str]:
-        """Return what it is handed, "mesh" or "triangle", for each type that it does not draw, or not as such."""
-        found = {}
+        """Return, for each kind that is handed over as triangles, its substitute: "mesh" or "triangle"."""
+        substitutes = {}
         for kind in FLAT:
             if "mesh" in self.shapes and kind != "mesh" and (self.triangulated or kind not in self.shapes):
-                found[kind] = "mesh"
+                substitutes[kind] = "mesh"
             elif "triangle" in self.shapes and kind not in self.shapes:
-                found[kind] = "triangle"
-        return found
+                substitutes[kind] = "triangle"
+        return substitutes
 
     def under_its_light(self, scene: Scene) -> Scene:
-        """Return the scene under a model of light that it has: its own, or else the one that the program has."""
+        """Return the scene with its model of light, or the program's first model if it does not support that."""
         return scene if scene.shading in self.shading else replace(scene, shading=self.shading[0])  # type: ignore[arg-type]
 
     def told(self, scene: Scene) -> tuple[str, ...]:
-        """Return in sentences what of a scene is handed over as something else that has the same image."""
+        """Return sentences on the parts of a scene that are handed over in another form with the same image."""
         kinds = [kind for kind in self.stand_ins if any(NAMES[type(shape)] == kind for shape in scene.shapes)]
         whole = "since the program asks for it" if self.triangulated else "since the program does not draw it"
         notes = [f"Each {kind} is handed over as {PIECES[self.stand_ins[kind]]}, {whole}." for kind in kinds]
@@ -192,50 +192,50 @@ class Capabilities:
         return tuple(notes)
 
     def not_equal(self, scene: Scene) -> tuple[str, ...]:
-        """Return in sentences which shapes the program is asked about as others, by which it is judged."""
-        asked = self.asked(scene)
+        """Return sentences on the shapes that are replaced by others, both for the program and for judging."""
+        scene_for_program = self.asked(scene)
         changed = [
             (NAMES[type(shape)], NAMES[type(instead)])
-            for shape, instead in zip(scene.shapes, asked.shapes, strict=True)
+            for shape, instead in zip(scene.shapes, scene_for_program.shapes, strict=True)
             if type(shape) is not type(instead)
         ]
-        each = {"sphere": "a mesh of flat triangles", "plane": "a square that ends beyond what is seen"}
+        substitutes = {"sphere": "a mesh of flat triangles", "plane": "a square that ends beyond what is seen"}
         return tuple(
-            f"Asked and judged with {each[kind]} for each {kind}, since the program draws none."
+            f"Asked and judged with {substitutes[kind]} for each {kind}, since the program draws none."
             for kind in dict.fromkeys(kind for kind, _ in changed)
         )
 
     def within(self, says: SceneFormat) -> "Capabilities":
-        """Return the capabilities as far as a format of scenes can say what they are about.
+        """Return the capabilities, limited to those that a scene format can represent.
 
         Raises:
-            ValueError: the format has a word for nothing that the program can do.
+            ValueError: the format can represent none of the program's shapes, models of light or clip modes.
 
         """
-        found: dict[str, Any] = {}
+        changes: dict[str, Any] = {}
         for name in ("shapes", "shading", "clip"):
-            mine = getattr(self, name)
-            # A program that does not clip ignores the planes that a file may have.
-            common = tuple(word for word in mine if word in getattr(says, name) or (name, word) == ("clip", "none"))
-            if name == "clip" and mine == CLIPS:
+            words = getattr(self, name)
+            # A program that does not clip ignores clipping planes in the file.
+            common = tuple(word for word in words if word in getattr(says, name) or (name, word) == ("clip", "none"))
+            if name == "clip" and words == CLIPS:
                 common = says.clip
             if not common:
-                raise ValueError(f"{says.title} has no word for the {name} {', '.join(mine)}, which is all it can")
-            found[name] = common
+                raise ValueError(f"{says.title} has no word for the {name} {', '.join(words)}, which is all it can")
+            changes[name] = common
         if self.two_sided is True:
-            found["two_sided"] = says.two_sided
+            changes["two_sided"] = says.two_sided
         if self.lights is None:
-            found["lights"] = says.lights
+            changes["lights"] = says.lights
         if says.world_normals:
-            found["world_normals"] = True
+            changes["world_normals"] = True
         if self.stages is None:
-            found["stages"] = (Stage.RADIANCE,)
-        return replace(self, **found)
+            changes["stages"] = (Stage.RADIANCE,)
+        return replace(self, **changes)
 
 
 @lru_cache(maxsize=512)
 def _tessellation(able: Capabilities, scene: Scene) -> Scene | str:
-    """Return the scene with meshes for spheres and planes that a program does not draw, or why there are none."""
+    """Return the scene with meshes for spheres and planes that a program does not draw, or why this is impossible."""
     try:
         return tessellated(scene, able.tessellated_kinds, squares="square" in able.shapes)
     except NoStandInError as why:
@@ -243,15 +243,15 @@ def _tessellation(able: Capabilities, scene: Scene) -> Scene | str:
 
 
 def _keeps_hands(matrix: Matrix) -> bool:
-    """Say whether a matrix does not mirror."""
+    """Return whether a matrix preserves handedness, that is, does not mirror."""
     return bool(np.linalg.det(np.asarray(matrix)[:3, :3]) > 0)
 
 
 def capabilities_from(text: str) -> Capabilities | None:
-    """Return what an answer declares, or None if it is no JSON object: a program need not know the question.
+    """Return the capabilities in a program's output, or None if it is no JSON object: programs need not declare any.
 
     Raises:
-        ValueError: it is an object, but not the one that the protocol asks for; one line names the key.
+        ValueError: the object is against the protocol; the message is one line that names the key.
 
     """
     try:
@@ -264,70 +264,72 @@ def capabilities_from(text: str) -> Capabilities | None:
 def capabilities_of(
     declared: Mapping[str, Any], protocol: int, base: Capabilities | None = None, *, by_user: bool = False
 ) -> Capabilities:
-    """Return what an object declares by a version of the protocol, in place of what `base` says.
+    """Return the capabilities in an object of this version of the protocol, with the values of `base` for missing keys.
 
-    `by_user` says that it is the file of --declare, which need not name the version and has two keys more.
+    `by_user`: the object is from the file of --declare, which may omit the version and may have two more keys.
 
     Raises:
-        ValueError: it is not the object that the protocol asks for; one line names the key.
+        ValueError: the object is against the protocol; the message is one line that names the key.
 
     """
-    known = {field.name for field in fields(Capabilities)} - {"shadow_epsilon", "ray_epsilon"} | {"epsilons"}
-    known -= set() if by_user else set(OF_DECLARATION)
+    allowed = {field.name for field in fields(Capabilities)} - {"shadow_epsilon", "ray_epsilon"} | {"epsilons"}
+    allowed -= set() if by_user else set(OF_DECLARATION)
     for name in OF_STAYS if protocol == ONCE else ():
         if name in declared:
             raise ValueError(f"{name!r} belongs to version {STAYS}, `serve:`; with `exec:` {INSTEAD[name]} says it")
-        known.discard(name)
-    if unknown := sorted(set(declared) - known):
-        raise ValueError(f"{unknown[0]!r} is not known; known: {', '.join(sorted(known))}")
+        allowed.discard(name)
+    if unknown := sorted(set(declared) - allowed):
+        raise ValueError(f"{unknown[0]!r} is not known; known: {', '.join(sorted(allowed))}")
     if declared.get("protocol", protocol if by_user else None) != protocol:
         raise ValueError(f"protocol must be {protocol}, got {declared.get('protocol')!r}")
-    found = Capabilities(protocol=protocol) if base is None else base
+    capabilities = Capabilities(protocol=protocol) if base is None else base
     for name, known_names in (("shapes", tuple(SHAPES)), ("shading", SHADINGS), ("clip", CLIPS)):
         if name in declared:
-            found = replace(found, **{name: _names(name, declared[name], known_names)})
+            capabilities = replace(capabilities, **{name: _names(name, declared[name], known_names)})
     if "stages" in declared:
-        found = replace(found, stages=tuple(map(Stage, _names("stages", declared["stages"], IMAGE_STAGES))))
+        capabilities = replace(
+            capabilities, stages=tuple(map(Stage, _names("stages", declared["stages"], IMAGE_STAGES)))
+        )
     formats = (JSON, *(suffix.removeprefix(".") for suffix in EXPORTERS))
     for name, known_names in (("precision", PRECISIONS), ("format", FORMATS), ("scene_format", formats)):
         if name in declared:
-            found = replace(found, **{name: _names(name, [declared[name]], known_names)[0]})
+            capabilities = replace(capabilities, **{name: _names(name, [declared[name]], known_names)[0]})
     for name in ("name", "version"):
         if name in declared:
-            found = replace(found, **{name: _text(name, declared[name])})
+            capabilities = replace(capabilities, **{name: _text(name, declared[name])})
     for name in ("two_sided", "affine", "triangulated", "chained", "world_normals", "deterministic", "samples"):
         if name in declared:
             word = name == "two_sided" and declared[name] == ALWAYS
             if not isinstance(declared[name], bool) and not word:
                 more = f', or "{ALWAYS}"' if name == "two_sided" else ""
                 raise ValueError(f"{name} must be true or false{more}, got {shown(declared[name])}")
-            found = replace(found, **{name: declared[name]})
+            capabilities = replace(capabilities, **{name: declared[name]})
     if "lights" in declared:
         if declared["lights"] not in (0, 1) or isinstance(declared["lights"], bool | float):
             raise ValueError(f"lights must be 1, for one in each render, or 0 for all, got {shown(declared['lights'])}")
-        found = replace(found, lights=declared["lights"])
+        capabilities = replace(capabilities, lights=declared["lights"])
     if "sample_offset" in declared:
-        found = replace(found, sample_offset=_sample_offset(declared["sample_offset"]))
+        capabilities = replace(capabilities, sample_offset=_sample_offset(declared["sample_offset"]))
     if "random" in declared:
-        found = replace(found, random=_renders(declared["random"]))
-        if found.random and "sample_offset" not in declared:
-            found = replace(found, sample_offset=(0.0, 0.0, ANYWHERE))
-        if found.random and found.stages not in (None, (Stage.RADIANCE,)):
+        capabilities = replace(capabilities, random=_renders(declared["random"]))
+        if capabilities.random and "sample_offset" not in declared:
+            capabilities = replace(capabilities, sample_offset=(0.0, 0.0, ANYWHERE))
+        if capabilities.random and capabilities.stages not in (None, (Stage.RADIANCE,)):
             raise ValueError("random: stages must be radiance alone, since no other stage has a mean over samples")
-        found = replace(found, stages=(Stage.RADIANCE,)) if found.random else found
+        capabilities = replace(capabilities, stages=(Stage.RADIANCE,)) if capabilities.random else capabilities
     if "writes" in declared:
-        found = replace(found, writes=_file_name(declared["writes"]))
+        capabilities = replace(capabilities, writes=_file_name(declared["writes"]))
     if "transfer" in declared:
-        found = replace(found, transfer=_transfer(declared["transfer"]))
-    return replace(found, **_epsilons(declared["epsilons"])) if "epsilons" in declared else found
+        capabilities = replace(capabilities, transfer=_transfer(declared["transfer"]))
+    return replace(capabilities, **_epsilons(declared["epsilons"])) if "epsilons" in declared else capabilities
 
 
 def declaration(path: Path) -> Mapping[str, Any]:
-    """Return the object in the file of --declare, whose keys `capabilities_of` looks at.
+    """Return the object in the file of --declare; `capabilities_of` validates its keys.
 
     Raises:
-        ValueError: it is no JSON object; the line names the file.
-        OSError: it cannot be read.
+        ValueError: the file is no JSON object; the message names the file.
+        OSError: the file cannot be read.
 
     """
     try:
@@ -339,15 +341,20 @@ def declaration(path: Path) -> Mapping[str, Any]:
     return declared
 
 
-def _file_name(given: Any) -> str:
-    """Return the name of a file that a program always writes."""
-    if not isinstance(given, str) or Path(given).name != given or not given.isprintable() or given in (".", ".."):
-        raise ValueError(f"writes must be the name of a file in the folder of the call, got {shown(given)}")
-    return given
+def _file_name(declared: Any) -> str:
+    """Return the validated name of the file that a program always writes."""
+    if (
+        not isinstance(declared, str)
+        or Path(declared).name != declared
+        or not declared.isprintable()
+        or declared in (".", "..")
+    ):
+        raise ValueError(f"writes must be the name of a file in the folder of the call, got {shown(declared)}")
+    return declared
 
 
 def _sample_offset(declared: Any) -> tuple[float, float, float]:
-    """Return [right, down, radius] [px] of the samples in their pixels."""
+    """Return the validated offset (right, down) and radius [px] of the samples in their pixels."""
     numbers = [None if isinstance(part, str) else number(part) for part in declared if isinstance(declared, list)]
     right, down, radius = numbers if len(numbers) == 3 else (None, None, None)
     if right is None or down is None or radius is None or max(abs(right), abs(down), radius) > 0.5 or not radius >= 0:
@@ -359,7 +366,7 @@ def _sample_offset(declared: Any) -> tuple[float, float, float]:
 
 
 def _renders(declared: Any) -> int:
-    """Return of how many renders the mean is judged, 0 for a program that draws no random numbers."""
+    """Return the number of renders whose mean is judged, 0 for a program that draws no random numbers."""
     if isinstance(declared, bool):
         return LEAST_RENDERS if declared else 0
     if not isinstance(declared, int) or not LEAST_RENDERS <= declared <= MOST_RENDERS:
@@ -370,53 +377,50 @@ def _renders(declared: Any) -> int:
     return declared
 
 
-def _transfer(given: Any) -> Transfer:
-    if given in (LINEAR, SRGB):
-        return str(given)
-    exponent = None if isinstance(given, str) else number(given)
+def _transfer(declared: Any) -> Transfer:
+    if declared in (LINEAR, SRGB):
+        return str(declared)
+    exponent = None if isinstance(declared, str) else number(declared)
     if exponent is None or not 0.1 <= exponent <= 10:
-        raise ValueError(f'transfer must be "{LINEAR}", "{SRGB}" or a gamma from 0.1 to 10, got {shown(given)}')
+        raise ValueError(f'transfer must be "{LINEAR}", "{SRGB}" or a gamma from 0.1 to 10, got {shown(declared)}')
     return float(exponent)
 
 
-def _names(name: str, given: Any, known: tuple[str, ...]) -> tuple[str, ...]:
-    if not isinstance(given, list) or not given or not all(isinstance(one, str) for one in given):
-        raise ValueError(f"{name} must be a list of names, got {given!r}")
-    for one in given:
-        if one not in known:
-            raise ValueError(f"{name}: {one!r} is not known; known: {', '.join(known)}")
-    return tuple(given)
+def _names(name: str, declared: Any, allowed: tuple[str, ...]) -> tuple[str, ...]:
+    if not isinstance(declared, list) or not declared or not all(isinstance(word, str) for word in declared):
+        raise ValueError(f"{name} must be a list of names, got {declared!r}")
+    for word in declared:
+        if word not in allowed:
+            raise ValueError(f"{name}: {word!r} is not known; known: {', '.join(allowed)}")
+    return tuple(declared)
 
 
-def _text(name: str, given: Any) -> str:
-    if not isinstance(given, str) or not given.isprintable() or len(given) > LONGEST_NAME:
-        raise ValueError(f"{name} must be at most {LONGEST_NAME} printable characters, got {str(given)[:40]!r}")
-    return given
+def _text(name: str, declared: Any) -> str:
+    if not isinstance(declared, str) or not declared.isprintable() or len(declared) > LONGEST_NAME:
+        raise ValueError(f"{name} must be at most {LONGEST_NAME} printable characters, got {str(declared)[:40]!r}")
+    return declared
 
 
-def _epsilons(given: Any) -> dict[str, float]:
-    if not isinstance(given, Mapping) or not set(given) <= set(EPSILONS):
-        raise ValueError(f"epsilons must be an object with {' and '.join(EPSILONS)}, got {given!r}")
-    for name, value in given.items():
-        length = None if isinstance(value, str) else number(value)  # JSON's whole numbers have no end
+def _epsilons(declared: Any) -> dict[str, float]:
+    if not isinstance(declared, Mapping) or not set(declared) <= set(EPSILONS):
+        raise ValueError(f"epsilons must be an object with {' and '.join(EPSILONS)}, got {declared!r}")
+    for name, value in declared.items():
+        length = None if isinstance(value, str) else number(value)  # JSON's integers are unbounded
         if length is None or not math.isfinite(length) or length < 0:
             raise ValueError(f"epsilons.{name} must be a length >= 0 m, got {shown(value)}")
-    return {f"{name}_epsilon": float(value) for name, value in given.items()}
+    return {f"{name}_epsilon": float(value) for name, value in declared.items()}
 
 
 NAME = "scene.json"
 
 
 def scene_name(scene_format: str) -> str:
-    """Return the name of the file in which a scene is handed over."""
+    """Return the file name of a scene in this format."""
     return f"scene.{scene_format}"
 
 
 def hand_over(scene: Scene, folder: Path, scene_format: str = JSON) -> Path:
-    """Write the scene into `folder` and return the path of its JSON, or of its file in another format.
-
-    The JSON is written in any case.
-    """
+    """Write the scene into `folder`, as JSON and in `scene_format`; return the path of the latter."""
     document = scene_to_json(scene)
     for index, (shape, members) in enumerate(zip(scene.shapes, document["shapes"], strict=True)):
         if isinstance(shape, Mesh):
@@ -432,7 +436,7 @@ def hand_over(scene: Scene, folder: Path, scene_format: str = JSON) -> Path:
 
 
 def _obj(mesh: Mesh) -> str:
-    # Shortest decimals that read back, as float64 or float32, to the very vertex.
+    # The shortest decimals that give the same number when read as float64 (or as float32, for vertices in float32).
     lines = ["v {!r} {!r} {!r}".format(*vertex) for vertex in mesh.vertices.astype(np.float64).tolist()]
     lines += ["f {} {} {}".format(*face) for face in (mesh.faces + 1).tolist()]
     return "\n".join(lines) + "\n"

@@ -1,9 +1,9 @@
-"""`Server`: a program that stays alive, asked line by line in JSON, within limits.
+"""`Server`: a program that stays alive and answers requests in JSON lines, within limits.
 
-Requests and answers are JSON objects, one a line, over standard input and output (docs/protocol.md, version 2). An
-answer is awaited before the next request is sent. The program and all that it starts may have so much memory, so many
-processes and so much output together. A program that dies, exceeds a limit or answers out of turn is started again for
-the next request.
+Requests and answers are JSON objects, one per line, over standard input and output (docs/protocol.md, version 2). The
+next request is sent after the answer to the last one. The memory, the number of processes and the output of the program
+and its descendants together are limited. A program that dies, exceeds a limit or sends an unexpected answer is started
+again for the next request.
 """
 
 import contextlib
@@ -40,38 +40,39 @@ from rayproof.reports.subjects.calls import (
     withheld,
 )
 
-LARGEST_FILE = 2**32  # bytes; what is written in all is looked at, and stopped long before
-LONGEST_ANSWER = 2**20  # bytes of a line that is kept; a longer one is no answer
+LARGEST_FILE = 2**32  # bytes of a file; the total output is measured and limited to much less
+LONGEST_ANSWER = 2**20  # bytes of a line; longer lines are cut, so that they are no answers
 MOST_PROCESSES = 256  # that a program may have at once
-PARTING = 2.0  # s for a program that has closed its output to be gone
-SCENES, MUCH = 100, 10**6  # over so many scenes a program may grow by this many bytes a scene
+PARTING = 2.0  # s, waiting for a program that has closed its output to end
+SCENES, MUCH = 100, 10**6  # over this number of scenes, a program may grow by this many bytes per scene
 ANSWERS = {"ok": bool, "unsupported": str, "error": str, "capabilities": dict}
 
 
 @dataclass(frozen=True, kw_only=True)
 class ServingCost:
-    """What a program that stays alive costs beside its answers."""
+    """Starting times and growth of memory of a program that stays alive."""
 
-    start: float  # s that it took to start since this was last asked; 0 if it ran
-    last_start: float  # s that its last start took
-    growth: float  # bytes of memory a scene, where its memory grows from scene to scene
+    start: float  # s, for starts since the last report; 0 if the program was running
+    last_start: float  # s, for the last start
+    growth: float  # bytes of memory per scene, if the memory grows from scene to scene; otherwise 0
 
 
 class Server:
-    """A program under test, which is started when it is first asked, and the folder in which it works."""
+    """A program under test, which is started by its first request, and the folder in which it works."""
 
     def __init__(self, subject: Subject) -> None:
         self.subject = subject
         self.folder = Path(tempfile.mkdtemp(prefix="rayproof-"))
-        self._start = self._last_start = 0.0  # s that the program took to start, since it was last told; the last time
+        self._start = self._last_start = 0.0  # s, for starts since the last report, and for the last start
         self._running: _Running | None = None
         self._sizes: deque[int] = deque(maxlen=SCENES + 1)  # bytes of memory after each of the last scenes
-        self._prints, self._first_print = 0, ""  # since they were last told
+        self._prints, self._first_print = 0, ""  # since the last report
 
     def ask(self, request: Mapping[str, Any], *, seconds: float, output: int) -> Ended:
-        """Send a request and return what came of it within `seconds`; `output` [bytes] is what may lie in the folder.
+        """Send a request and return its result, within `seconds`; `output` limits the size of the folder [bytes].
 
-        A program that is started for it is asked for its capabilities first, so that its start is no part of the time.
+        If the program must be started, its capabilities are requested first, so that its start is not counted in the
+        time of the request.
         """
         if self._running is None:
             begun = time.monotonic()
@@ -96,12 +97,12 @@ class Server:
         return ended
 
     def standing(self) -> ServingCost:
-        """Return how the program stands; its start is told once."""
+        """Return starting times and growth; the times of starts are returned only once."""
         start, self._start = self._start, 0.0
         return ServingCost(start=start, last_start=self._last_start, growth=self._growth())
 
     def notes(self) -> tuple[str, ...]:
-        """Return in a sentence what it printed since this was last asked."""
+        """Return a sentence on the lines that the program printed since the last report, if there are any."""
         count, first = self._prints, self._first_print
         self._prints, self._first_print = 0, ""
         return (
@@ -109,9 +110,9 @@ class Server:
         ) * (count > 0)
 
     def _growth(self) -> float:
-        """Return by how many bytes a scene its memory has grown over the last hundred; 0 where that is little.
+        """Return the growth of memory per scene over the last `SCENES` scenes [bytes]; 0 if it is at most `MUCH`.
 
-        Both halves must show it: what is loaded once, or kept for a larger image, grows in one of them alone.
+        Both halves must grow: data that is loaded once, or kept for a larger image, makes only one of them grow.
         """
         if len(self._sizes) <= SCENES:
             return 0.0
@@ -120,7 +121,7 @@ class Server:
         return (last - first) / SCENES if grown > MUCH else 0.0
 
     def stop(self) -> None:
-        """End the program with all that it started."""
+        """End the program and its descendants."""
         if self._running is not None:
             self._running.end()
             self._running = None
@@ -132,7 +133,7 @@ class Server:
 
 
 class _Running:
-    """A program that was started, and what it has written so far."""
+    """A running program and its output since the start."""
 
     def __init__(self, subject: Subject, folder: Path) -> None:
         adopt_orphans()
@@ -154,7 +155,7 @@ class _Running:
         assert self._process.stdout is not None
         self._input, self._output = self._process.stdin, self._process.stdout
         os.set_blocking(self._output.fileno(), False)
-        self._rest = b""  # of its output, after the last line's end
+        self._rest = b""  # output after the end of the last line
         self._number = -1  # of the last request
         self._written = 0  # bytes of standard output
         self._finalizer = weakref.finalize(
@@ -162,11 +163,11 @@ class _Running:
         )
 
     def ask(self, request: Mapping[str, Any], *, seconds: float, output: int) -> Ended:
-        """Send a request, wait for its answer and return what came of it."""
+        """Send a request, wait for its answer and return the result."""
         self._number += 1
         complained = os.fstat(self._complaint.fileno()).st_size
         lines: list[bytes] = []
-        with contextlib.suppress(BrokenPipeError):  # it has ended, which its output tells
+        with contextlib.suppress(BrokenPipeError):  # it has ended, which `_watch` detects
             self._input.write(json.dumps({"id": self._number, **request}).encode() + b"\n")
         problem, answers = self._watch(lines, seconds, output)
         prints = [line for line in lines if _answer(line) is None]
@@ -191,7 +192,10 @@ class _Running:
         return Ended(problem=problem, refusal=None, stopped=stopped, code=code, lost=True, **about)
 
     def _watch(self, lines: list[bytes], seconds: float, output: int) -> tuple[str | None, list[dict[str, Any]]]:
-        """Collect lines until one is an answer; return why none will come, or the answers, of which one is expected."""
+        """Append lines to `lines` until one is an answer.
+
+        Return the reason why there will be no answer, or None; and the answers, of which one is expected.
+        """
         poll = select.poll()
         poll.register(self._output.fileno(), select.POLLIN | select.POLLHUP)
         looked = time.monotonic()
@@ -218,7 +222,7 @@ class _Running:
             poll.poll(1000 * max(0.0, min(GLANCE, deadline - now)))
 
     def _read(self) -> tuple[list[bytes], bool]:
-        """Return the whole lines that have come, and whether the output has closed."""
+        """Return the complete lines of new output, and whether the output has been closed."""
         try:
             piece = self._output.read(2**16)
         except BlockingIOError:
@@ -231,7 +235,7 @@ class _Running:
         return [line for line in whole if line.strip()], not piece
 
     def _astray(self, answers: list[dict[str, Any]]) -> str | None:
-        """Return what is wrong with the number of an answer, or with another answer after it."""
+        """Return a sentence if the answer has a wrong number or a second answer follows, otherwise None."""
         number = answers[0]["id"]
         if type(number) is not int or number != self._number:
             again = " a second time" if type(number) is int and number == self._number - 1 else ""
@@ -242,26 +246,26 @@ class _Running:
         return None
 
     def _concluded(self, answer: Mapping[str, Any], **about: Any) -> Ended:
-        """Return what an answer says, or what is wrong with its type."""
+        """Return the result in an answer; its `problem` names an invalid answer."""
         keys = [key for key in ANSWERS if key in answer]
-        said = answer[keys[0]] if len(keys) == 1 else None
+        value = answer[keys[0]] if len(keys) == 1 else None
         if len(keys) != 1:
             problem = f"its answer must have one of {', '.join(ANSWERS)}, got {_short(answer)}"
-        elif type(said) is not ANSWERS[keys[0]] or said is False:
+        elif type(value) is not ANSWERS[keys[0]] or value is False:
             wanted = {bool: "true", str: "a text", dict: "an object"}[ANSWERS[keys[0]]]
-            problem = f"`{keys[0]}` of its answer must be {wanted}, got {_short(said)}"
+            problem = f"`{keys[0]}` of its answer must be {wanted}, got {_short(value)}"
         elif keys[0] == "unsupported":
-            refusal = legible(said).strip()[:LONGEST_LINE] or "It says that it cannot."
+            refusal = legible(value).strip()[:LONGEST_LINE] or "It says that it cannot."
             return Ended(problem=None, refusal=refusal, **about)
         elif keys[0] == "error":
-            reason = legible(said).strip()[:LONGEST_LINE] or "it does not say why"
+            reason = legible(value).strip()[:LONGEST_LINE] or "it does not say why"
             return Ended(problem=reason, refusal=None, reported=True, **about)
         else:
-            return Ended(problem=None, refusal=None, declared=said if keys[0] == "capabilities" else None, **about)
+            return Ended(problem=None, refusal=None, declared=value if keys[0] == "capabilities" else None, **about)
         return Ended(problem=problem, refusal=None, **about)
 
     def _exceeded(self, output: int) -> str | None:
-        """Return in words the limit that the program and what it started exceed together, or None."""
+        """Return a sentence on a limit that the program and its descendants exceed together, or None."""
         written = size_below(self._folder) + self._written + os.fstat(self._complaint.fileno()).st_size
         if written > output:
             return f"it wrote more than {output / 2**20:g} MiB and was stopped"
@@ -273,7 +277,7 @@ class _Running:
         return None
 
     def memory(self, below: list[psutil.Process] | None = None) -> int:
-        """Return how much of the machine's memory the program and its helpers have [bytes]."""
+        """Return the resident memory of the program and its descendants [bytes]."""
         total = 0
         for process in descendants(self._process.pid) if below is None else below:
             with contextlib.suppress(psutil.Error):
@@ -281,13 +285,13 @@ class _Running:
         return total
 
     def _complained(self, begin: int) -> str:
-        """Return the end of what it wrote to standard error since then."""
+        """Return the end of standard error since the byte `begin`."""
         end = os.fstat(self._complaint.fileno()).st_size
         begin = max(begin, end - MOST_SAID)
         return os.pread(self._complaint.fileno(), end - begin, begin).decode(errors="replace")
 
     def end(self) -> None:
-        """End the program, and what it started."""
+        """End the program and its descendants."""
         self._finalizer()
 
 
@@ -303,16 +307,16 @@ def _end(process: subprocess.Popen[bytes], others: frozenset[int], files: tuple[
 
 
 def _answer(line: bytes) -> dict[str, Any] | None:
-    """Return the JSON object with an `id` that a line is, or None for anything else."""
+    """Return a line as a JSON object with an `id`, or None if it is none."""
     if not line.lstrip().startswith(b"{"):
         return None
     try:
-        known = json.loads(line)
+        answer = json.loads(line)
     except (ValueError, RecursionError):
         return None
-    return known if isinstance(known, dict) and "id" in known else None
+    return answer if isinstance(answer, dict) and "id" in answer else None
 
 
 def _short(value: object) -> str:
-    """Return a value as JSON, fit for a sentence."""
+    """Return a value as short, legible JSON for a sentence."""
     return legible(json.dumps(value))[:80]

@@ -1,10 +1,10 @@
-// An adapter between rayproof and a renderer. It works as it stands, for spheres; put your renderer in its place.
+// An adapter between rayproof and a renderer, with a working renderer of spheres; replace it by your own renderer.
 //
 //     c++ -O2 -std=c++17 -o adapter @FILE@
 //     rayproof run --subject serve:./adapter --out report
 //
 // `serve:` starts it once for each worker; `--subject "exec:./adapter {scene} {output}"` calls it for each scene.
-// rayproof.hpp, written beside this file, reads the scene and writes the image.
+// rayproof.hpp, in the same folder, reads the scene and writes the image.
 #include <array>
 #include <iostream>
 
@@ -18,8 +18,8 @@ double dot(Vec a, Vec b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
 Vec cross(Vec a, Vec b) { return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]}; }
 Vec normalize(Vec a) { return add({}, 1 / std::sqrt(dot(a, a)), a); }
 
-// What this adapter can do. Whatever is left out here is reported as unsupported: no pass, and no failure.
-// Add "chained": true once each stage is made of the very numbers that you write for the stages before it.
+// The capabilities of this adapter. Cases that need others are reported as unsupported: neither passed nor failed.
+// Add "chained": true if each stage is computed from the numbers that you write for the earlier stages.
 std::string capabilities(int protocol) {
     return "{\"protocol\": " + std::to_string(protocol) +
            R"(, "name": "adapter", "version": "0", "precision": "float64",)"
@@ -89,7 +89,7 @@ void draw(const std::string& scene_path, const std::string& output) {
     image.write_exr(output);
 }
 
-// Answer requests, a JSON object a line, as long as they come.
+// Answer requests, one JSON object per line, until standard input ends.
 void serve() {
     for (std::string line; std::getline(std::cin, line);) {
         const Json request = rayproof::JsonReader(line).value();

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""An adapter between rayproof and a renderer. It works as it stands, for spheres; put your renderer in its place.
+"""An adapter between rayproof and a renderer, with a working renderer of spheres; replace it by your own renderer.
 
 rayproof run --subject "serve:python3 @FILE@" --out report
 
@@ -11,7 +11,7 @@ import math
 import struct
 import sys
 
-# What this adapter can do. Whatever is left out here is reported as unsupported: no pass, and no failure.
+# The capabilities of this adapter. Cases that need others are reported as unsupported: neither passed nor failed.
 CAPABILITIES = {
     "name": "adapter",
     "version": "0",
@@ -19,7 +19,7 @@ CAPABILITIES = {
     "stages": ["ray", "object", "distance", "position", "normal"],
     "shapes": ["sphere"],
     "affine": False,
-    # "chained": True  # once each stage is made of the very numbers that you write for the stages before it
+    # "chained": True  # add this if each stage is computed from the numbers that you write for the earlier stages
 }
 
 
@@ -47,7 +47,7 @@ def trace(scene, eye, direction, low, high):
 
 
 def render(scene):
-    """Return channels by name, each a list of rows from the top."""
+    """Return the channels by name, each a list of rows from top to bottom."""
     camera = scene["camera"]
     width, height, eye = camera["width"], camera["height"], camera["eye"]
     forward = unit([t - e for t, e in zip(camera["target"], eye)])
@@ -110,17 +110,17 @@ def write_exr(path, channels):
 
 
 def dot(a, b):
-    """Return the dot product of three numbers and three."""
+    """Return the dot product of two vectors."""
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 
 def cross(a, b):
-    """Return the cross product."""
+    """Return the cross product of two vectors."""
     return [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 
 
 def unit(a):
-    """Return the vector of length 1."""
+    """Return the unit vector with the direction of `a`."""
     size = math.sqrt(dot(a, a))
     return [component / size for component in a]
 
@@ -132,7 +132,7 @@ def draw(scene, output):
 
 
 def serve():
-    """Answer requests, a JSON object a line, as long as they come."""
+    """Answer requests, one JSON object per line, until standard input ends."""
     for line in sys.stdin:
         request = json.loads(line)
         answer = {"id": request["id"]}

@@ -14,7 +14,7 @@
 
 namespace rayproof {
 
-// JSON, as much of it as a scene needs.
+// A JSON value; only the parts of JSON that scenes use.
 struct Json {
     double number = 0;
     bool flag = false;
@@ -23,9 +23,9 @@ struct Json {
     std::map<std::string, Json> members;
 
     const Json& operator[](const std::string& name) const {
-        auto found = members.find(name);
-        if (found == members.end()) throw std::runtime_error("the scene has no " + name);
-        return found->second;
+        auto member = members.find(name);
+        if (member == members.end()) throw std::runtime_error("the scene has no " + name);
+        return member->second;
     }
     const Json& operator[](std::size_t index) const { return items.at(index); }
     bool has(const std::string& name) const { return members.count(name) > 0; }
@@ -41,32 +41,32 @@ public:
     explicit JsonReader(const std::string& text) : at(text.c_str()) {}
 
     Json value() {
-        Json found;
+        Json json;
         switch (next()) {
         case '{':
             for (++at; next() != '}'; next() == ',' ? ++at : at) {
                 std::string name = string();
                 expect(':');
-                found.members[name] = value();
+                json.members[name] = value();
             }
             ++at;
             break;
         case '[':
-            for (++at; next() != ']'; next() == ',' ? ++at : at) found.items.push_back(value());
+            for (++at; next() != ']'; next() == ',' ? ++at : at) json.items.push_back(value());
             ++at;
             break;
-        case '"': found.text = string(); break;
-        case 't': found.flag = true; at += 4; break;
+        case '"': json.text = string(); break;
+        case 't': json.flag = true; at += 4; break;
         case 'f': at += 5; break;
         case 'n': at += 4; break;
         default: {
             char* end;
-            found.number = std::strtod(at, &end);
+            json.number = std::strtod(at, &end);
             if (end == at) throw std::runtime_error("the scene is not JSON");
             at = end;
         }
         }
-        return found;
+        return json;
     }
 
 private:
@@ -81,23 +81,23 @@ private:
         if (next() != wanted) throw std::runtime_error(std::string("the scene is not JSON: no ") + wanted);
         ++at;
     }
-    std::string string() {  // names and paths: no escapes occur in them
+    std::string string() {  // names and paths, which contain no escapes
         expect('"');
-        std::string found;
-        while (next() != '"') found += *at++;
+        std::string text;
+        while (next() != '"') text += *at++;
         ++at;
-        return found;
+        return text;
     }
 };
 
-// A text as JSON has it.
+// A text as a JSON string.
 inline std::string quoted(const std::string& text) {
-    std::string found = "\"";
+    std::string json = "\"";
     for (char c : text) {
-        if (c == '"' || c == '\\') found += '\\';
-        found += static_cast<unsigned char>(c) < ' ' ? ' ' : c;
+        if (c == '"' || c == '\\') json += '\\';
+        json += static_cast<unsigned char>(c) < ' ' ? ' ' : c;
     }
-    return found + '"';
+    return json + '"';
 }
 
 inline std::string read_file(const std::string& path) {
@@ -108,7 +108,7 @@ inline std::string read_file(const std::string& path) {
 
 inline Json read_scene(const std::string& path) { return JsonReader(read_file(path)).value(); }
 
-// A mesh file beside the scene: OBJ with "v x y z" and "f a b c" lines.
+// A mesh file in the scene's folder: OBJ with "v x y z" and "f a b c" lines.
 struct Mesh {
     std::vector<std::vector<double>> vertices;
     std::vector<std::vector<int>> faces;
@@ -127,8 +127,8 @@ inline Mesh read_mesh(const std::string& scene_path, const std::string& file) {
     return mesh;
 }
 
-// Values are rounded to float here and nowhere before: a program that goes on from its doubles may declare "chained".
-// Channels by name, each width * height numbers with row 0 at the top; std::map keeps them sorted, as OpenEXR wants.
+// Values are rounded to float only here: a program that computes later stages from its doubles may declare "chained".
+// Channels by name, each width * height numbers with row 0 at the top; std::map sorts them, as OpenEXR requires.
 struct Image {
     int width, height;
     std::map<std::string, std::vector<float>> channels;
