@@ -182,7 +182,7 @@ class CaseWay:
         return record
 
     async def compare_again(self, record: CaseRecord, kept: Path) -> CaseRecord:
-        """Render with the subject again; add the difference from the first answers, in the file `kept`, to the record."""
+        """Render with the subject again; record the difference from the first answers, in the file `kept`."""
         case, name = self.planned.case, self.planned.configurations[0]
         again = second_answers(name, await self._submit_subject(name, again=True))
         first: Answers = pickle.loads(kept.read_bytes())
@@ -341,8 +341,7 @@ def finished(engine: Engine, cases: Iterable[PlannedCase]) -> Iterator[tuple[Pla
             yield under_way.pop(future), future.result()
 
 
-# Another case may start with fewer than AT_LEAST cases or fewer than PIXELS pixels in progress; see the docstring
-# above.
+# Another case may start if fewer than AT_LEAST cases or fewer than PIXELS pixels are in progress; see the top.
 AT_LEAST = 3
 PIXELS = 2**17
 
