@@ -114,7 +114,7 @@ _ORACLE = Analytic()
 
 @cache
 def check_judge(*, cached: bool) -> None:
-    """Run the judge's self-tests before the first case; raise BrokenJudgeError if one of them fails."""
+    """Run the judge's self-tests before the first case; raise BrokenJudgeError if any of them fails."""
     if cached:
         ask_once("judge", lambda: stand_guard(_ORACLE), usual_store())
     else:

@@ -121,7 +121,7 @@ def machine(packages: Sequence[str] = PACKAGES) -> tuple[str, ...]:
 
 @cache
 def processor() -> tuple[str, str, str]:
-    """Return the architecture, the model, and the features by which compilers choose instructions.
+    """Return the architecture, the model, and the features that decide which instructions compilers choose.
 
     A JIT compiles for the processor on which it runs, so that another processor may round differently. Model and
     features are read from Linux, like LLVM's own target; elsewhere Python's description of the processor is used.

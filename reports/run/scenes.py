@@ -229,7 +229,7 @@ class SceneStream(Sequence[Case]):
     def __init__(
         self, path: Path, subject: Subject = THE_TRACER, *, say: Callable[[str], None] = lambda _: None
     ) -> None:
-        """Read every scene once; `say` is called from time to time with the number of scenes that are read."""
+        """Read every scene once; `say` is called from time to time with the progress in words."""
         self._path = path
         spoken = time.monotonic()
         self._files: list[str] = []  # in a folder, relative to it
