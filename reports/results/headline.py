@@ -104,7 +104,7 @@ def subject_of(results: RunRecord) -> str:
 
 
 def with_its_name(results: RunRecord, text: object) -> str:
-    """Return a text with a program's own name if the text begins with the program's name in records."""
+    """Replace a program's name in records, at the beginning of a text, by the program's own name."""
     names = results.get("configurations") or []
     if len(names) != 1 or "name" not in results.get("declared", {}):
         return str(text)
@@ -299,19 +299,19 @@ def _checks(ledger: Mapping[str, int]) -> str:
 
 def no_say(results: RunRecord) -> list[str]:
     """Return sentences about references of the panel that abstained or were stopped, and about growing memory."""
-    silenced = [*map(legible, results.get("growing", []))]
+    sentences = [*map(legible, results.get("growing", []))]
     for name, names in _stopped(results).items():
         more = f" and {len(names) - 1} more" if len(names) > 1 else ""
-        silenced.append(f"a time limit stopped {display_name(name)} in {names[0]}{more}")
+        sentences.append(f"a time limit stopped {display_name(name)} in {names[0]}{more}")
     lost = _lost(results)
-    silenced += lost.values()
+    sentences += lost.values()
     for name, cases in _abstained(results).items():
         if name in lost:
             continue
         case, why = next(iter(cases.items()))
         more = f" and {len(cases) - 1} more" if len(cases) > 1 else ""
-        silenced.append(f"{display_name(name)} had no say in {case}{more}, where it was asked: {why}")
-    return silenced
+        sentences.append(f"{display_name(name)} had no say in {case}{more}, where it was asked: {why}")
+    return sentences
 
 
 def _lost(results: RunRecord) -> dict[str, str]:

@@ -374,7 +374,7 @@ class LocalCases:
 
     @property
     def busy(self) -> dict[str, float]:
-        """Return the kinds of the workers that have a task, and for how long [s] they have had it."""
+        """Return the kinds of the busy workers, each with the time [s] since its task began."""
         return self._pool.busy
 
     def submit(self, planned: PlannedCase) -> Future[CaseRecord]:

@@ -46,7 +46,7 @@ def plan_in_words(request: RunOptions, pool: Pool | None = None) -> list[str]:
     )
     largest = max(zip(planned, estimates, strict=True), key=lambda pair: pair[1].seconds)
     things = {"case": planned, "configuration": configurations_of(planned), "reference": chosen_panel.names}
-    counts = ", ".join(several(len(there), noun) for noun, there in things.items())
+    counts = ", ".join(several(len(entries), noun) for noun, entries in things.items())
     return [
         f"plan: {counts} ({', '.join(chosen_panel.names)}); {several(renders, 'render')}, {several(checks, 'check')}"
         + f", {images} of them of images" * subject.is_program,
@@ -60,8 +60,8 @@ def _about(planned: PlannedCase) -> str:
     scene, samples = planned.case.scene, planned.case.samples
     finer = f", {samples} x {samples} samples" if samples > 1 else ""
     counts = {"shape": len(scene.shapes), "triangle": triangles_of(scene), "light": len(scene.lights)}
-    there = ", ".join(several(count, noun) for noun, count in counts.items() if count)
-    return f"{planned.case.name}, {scene.camera.width} x {scene.camera.height} px{finer}, {there}"
+    contents = ", ".join(several(count, noun) for noun, count in counts.items() if count)
+    return f"{planned.case.name}, {scene.camera.width} x {scene.camera.height} px{finer}, {contents}"
 
 
 def _checks(planned: PlannedCase, references: tuple[str, ...], *, but: tuple[Stage, ...]) -> int:
@@ -95,13 +95,13 @@ def _estimated(
     at_once = 1 if max(cost.memory for cost in estimates) > LARGE else request.jobs
     together = at_once * worst + (worst - BEGINNING) + (references + 3) * PROCESS
     disk = sum(cost.disk for cost in estimates)
-    memory_there, disk_there = psutil.virtual_memory().total, shutil.disk_usage(_existing(request.out)).free
+    machine_memory, free_disk = psutil.virtual_memory().total, shutil.disk_usage(_existing(request.out)).free
     yield f"estimated time: {in_words(seconds)} on {request.jobs} processors, with nothing taken from the cache"
     memory = f"{worst / GB:.1f} GB in the largest process, {together / GB:.1f} GB in all"
-    lacking = NOT_ENOUGH if together > memory_there else ""
-    yield f"estimated memory: {memory}; this machine has {memory_there / GB:.1f} GB{lacking}"
-    lacking = NOT_ENOUGH if disk > disk_there else ""
-    yield f"estimated disk: at most {disk / GB:.2g} GB in {request.out}; {disk_there / GB:.1f} GB are free{lacking}"
+    lacking = NOT_ENOUGH if together > machine_memory else ""
+    yield f"estimated memory: {memory}; this machine has {machine_memory / GB:.1f} GB{lacking}"
+    lacking = NOT_ENOUGH if disk > free_disk else ""
+    yield f"estimated disk: at most {disk / GB:.2g} GB in {request.out}; {free_disk / GB:.1f} GB are free{lacking}"
     limit = request.timeout
     if request.patient:
         limit = max(

@@ -161,14 +161,16 @@ def _record(
 ) -> CaseRecord:
     """Return the case's record that docs/results.md describes."""
     subject = options.subject
-    name_of = {subject.renderer(c.name): c for c in answers.subjects}
-    errors = {name: c.error for name, c in name_of.items()} | {w.name: w.error for w in answers.references}
-    unable = [(name, c.unsupported) for name, c in name_of.items()] + [
-        (w.name, w.unsupported) for w in answers.references
+    name_of = {subject.renderer(configuration.name): configuration for configuration in answers.subjects}
+    errors = {name: configuration.error for name, configuration in name_of.items()} | {
+        reference.name: reference.error for reference in answers.references
+    }
+    unable = [(name, configuration.unsupported) for name, configuration in name_of.items()] + [
+        (reference.name, reference.unsupported) for reference in answers.references
     ]
     kept = {reference.name for reference in answers.references if reference.cached}
     notes = [(subject.name, note) for note in answers.notes] + [
-        (w.name, note) for w in answers.references for note in (*w.notes, *w.mishaps)
+        (reference.name, note) for reference in answers.references for note in (*reference.notes, *reference.mishaps)
     ]
     truth = {} if judged.base is None else judged.base.truth
     # Only for a user's scene: the suite's dark scenes are dark on purpose.
@@ -191,7 +193,7 @@ def _record(
         "lights": len(case.scene.lights),
         "camera_and_lights": camera_and_lights(case.scene),
         "shapes": [type(shape).__name__ for shape in case.scene.shapes],
-        "settings": {w.name: settings for w in answers.references if (settings := said(w))},
+        "settings": {reference.name: settings for reference in answers.references if (settings := said(reference))},
         "renders": [
             {
                 "renderer": name,
@@ -222,7 +224,7 @@ def _record(
     }
     if dark:
         record["dark"] = True
-    if not subject.is_tracer and subject.name not in REFERENCES:  # other limits are known
+    if not subject.is_tracer and subject.name not in REFERENCES:  # their limits are known
         record["kinds"] = kinds_of(case.scene, truth)
         record["refused"] = subject.capabilities.refusal(case.scene) is not None
     return record

@@ -1,4 +1,4 @@
-"""`RunOptions` of `rayproof run`, the `CaseOptions` that each case needs of them, and which images are kept.
+"""`RunOptions` of `rayproof run`, the `CaseOptions` of each case, and the choice of the images that are kept.
 
 A case that did not pass keeps every renderer's images. The images of a case that passed can be made again by the
 command in its record, so that a run of very many cases need not keep them.

@@ -22,15 +22,8 @@ from rayproof.reports.subjects import THE_TRACER, Subject
 from rayproof.reports.subjects.protocol import Capabilities
 
 GEOMETRY = IMAGE_STAGES[: IMAGE_STAGES.index(Stage.IRRADIANCE)]
-OF_SHAPES = {
-    "HIT-3",
-    "HIT-7",
-    "HIT-8",
-    "NRM-2",
-    "NRM-3",
-    "XF-1",
-    "XF-2",
-}  # not covered by triangles that replace a shape
+# Items that are not covered by triangles that replace a shape.
+OF_SHAPES = {"HIT-3", "HIT-7", "HIT-8", "NRM-2", "NRM-3", "XF-1", "XF-2"}
 DEFAULTS = ("float32", "float64")
 # The second formula of each item for which the specification has two. Variants of the literature are only used by
 # `rayproof stability`.
@@ -77,7 +70,7 @@ def alternatives() -> dict[str, frozenset[str]]:
 
 
 MOST_TWICE = 2**14  # most px of the image that is rendered twice: two usual images of the suite
-LOOKED_AT = 32  # cases at the plan's start, to choose it from
+LOOKED_AT = 32  # cases at the plan's start, among them the case that is rendered twice
 ASKED_AGAIN = 20  # cases that a program that stays alive renders again at the end
 
 

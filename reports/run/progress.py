@@ -39,7 +39,7 @@ DOING = {JUDGE: "judging", TRACER: "tracing", CACHE: "looking up what is kept"}
 
 
 def _bar(console: Console) -> "Progress":
-    """Return a bar for a terminal; a log has none, and does not wait until it is imported."""
+    """Return a bar for a terminal; its modules are imported here, since a log has no bar."""
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 
     columns = (TextColumn("{task.description}", markup=False), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
@@ -55,10 +55,8 @@ class CaseProgress:
         self._task = None if self._bar is None else self._bar.add_task("cases", total=total)
         self._total = total
         self._done = 0
-        self._told: tuple[float, frozenset[str]] = (
-            time.monotonic(),
-            frozenset(),
-        )  # time of the last line, and its workers
+        # Time of the last line, and the workers in it.
+        self._told: tuple[float, frozenset[str]] = (time.monotonic(), frozenset())
 
     def __enter__(self) -> "CaseProgress":
         if self._bar is not None:

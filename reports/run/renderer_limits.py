@@ -71,9 +71,9 @@ class SceneClimb:
     def following(self) -> int | None:
         """Return the index of the value to render next, or None if the limit is known.
 
-        Both ends are the first. Then the limit is bisected, and the remaining renders search for a value whose verdict
-        is out of order. If there is such a value, or the ladder is a control, all values are rendered. If the first
-        value has no answer, no other value is rendered.
+        Both ends are rendered first. Then the limit is bisected, and the remaining renders search for a value whose
+        verdict is out of order. If there is such a value, or the ladder is a control, all values are rendered. If the
+        first value has no answer, no other value is rendered.
         """
         last = len(self.ladder.values) - 1
         if 0 in self.rungs and self.rungs[0].outcome in UNANSWERED:
@@ -87,8 +87,7 @@ class SceneClimb:
             return None
         indices = sorted(self.rungs)
         gaps = [pair for pair in pairwise(indices) if pair[1] - pair[0] > 1]
-        # Bisect between a value that passes and the next value, which does not pass; without such a pair, the widest
-        # gap.
+        # Bisect between a value that passes and the next, which does not; without such a pair bisect the widest gap.
         low, high = max(
             gaps,
             key=lambda gap: (self.rungs[gap[0]].passes != self.rungs[gap[1]].passes, gap[1] - gap[0]),

@@ -94,8 +94,8 @@ def is_large(scene: Scene) -> bool:
 
 def deadline(case: Case, *, configurations: int, references: int) -> float:
     """Return the time limit [s] of one render of a case, or of its judgement, unless an option sets another."""
-    takes = estimate(case, configurations=configurations, references=references)
-    return max(USUAL_LIMIT, SLACK * takes.longest)
+    cost = estimate(case, configurations=configurations, references=references)
+    return max(USUAL_LIMIT, SLACK * cost.longest)
 
 
 def refuse_beyond_all(case: Case, name: str) -> None:
@@ -104,16 +104,16 @@ def refuse_beyond_all(case: Case, name: str) -> None:
     size = f"{name}: {camera.width} x {camera.height} px"
     if camera.width * camera.height > MOST_PIXELS:
         raise SceneError(f"{size} are more than the {MOST_PIXELS} that are judged; make the image smaller")
-    takes = estimate(case, configurations=2, references=5)
-    there = psutil.virtual_memory().total
-    if takes.memory > there:
+    cost = estimate(case, configurations=2, references=5)
+    available = psutil.virtual_memory().total
+    if cost.memory > available:
         raise SceneError(
-            f"{size} and its meshes take about {takes.memory / 1e9:.0f} GB of memory to judge, and this machine has "
-            f"{there / 1e9:.0f} GB; make the image smaller"
+            f"{size} and its meshes take about {cost.memory / 1e9:.0f} GB of memory to judge, and this machine has "
+            f"{available / 1e9:.0f} GB; make the image smaller"
         )
-    if takes.seconds > LONGEST:
+    if cost.seconds > LONGEST:
         raise SceneError(
-            f"{size} take about {takes.seconds / 86400:.0f} days of processor time, and at most "
+            f"{size} take about {cost.seconds / 86400:.0f} days of processor time, and at most "
             f"{LONGEST / 86400:.0f} are tried; make the image smaller"
         )
 
@@ -123,12 +123,12 @@ def refuse_too_large(scene: Scene, name: str) -> None:
 
     Half, since the estimate is rough: a scene that may fit is tried.
     """
-    camera, there = scene.camera, psutil.virtual_memory().total
-    takes = camera.width * camera.height * BYTES_AN_IMAGE + triangles_of(scene) * BYTES_A_TRIANGLE
-    if takes > 2 * there:
+    camera, available = scene.camera, psutil.virtual_memory().total
+    needed = camera.width * camera.height * BYTES_AN_IMAGE + triangles_of(scene) * BYTES_A_TRIANGLE
+    if needed > 2 * available:
         raise SceneError(
-            f"{name}: {camera.width} x {camera.height} px and its meshes take about {takes / 1e9:.0f} GB of memory, "
-            f"and this machine has {there / 1e9:.0f} GB; make the image smaller"
+            f"{name}: {camera.width} x {camera.height} px and its meshes take about {needed / 1e9:.0f} GB of memory, "
+            f"and this machine has {available / 1e9:.0f} GB; make the image smaller"
         )
 
 
@@ -178,12 +178,12 @@ def cases_of_files(paths: Sequence[Path]) -> tuple[Case, ...]:
 
     """
     cases: list[Case] = []
-    taken: set[str] = set()
+    names: set[str] = set()
     for path in {path.resolve(): path for path in paths}.values():
         # A stem of only dots would name this folder or its parent.
         stem = legible(path.stem.strip(".") or "scene")
-        name = next(name for name in (stem, *(f"{stem}-{n}" for n in range(2, len(paths) + 2))) if name not in taken)
-        taken.add(name)
+        name = next(name for name in (stem, *(f"{stem}-{n}" for n in range(2, len(paths) + 2))) if name not in names)
+        names.add(name)
         cases.append(case_of_file(path, name=name))
     return tuple(cases)
 
@@ -231,28 +231,28 @@ class SceneStream(Sequence[Case]):
     ) -> None:
         """Read every scene once; `say` is called from time to time with the progress in words."""
         self._path = path
-        spoken = time.monotonic()
+        last_message = time.monotonic()
         self._files: list[str] = []  # in a folder, relative to it
         self._starts, self._lengths, self._sums = array("Q"), array("Q"), array("L")
         self._names: list[str] = []
         self.covers: dict[tuple[str, ...], int] = {}  # covered items: the number of the first scene with them
-        taken: dict[str, int] = {}
+        numbers: dict[str, int] = {}
         for number, data in enumerate(self._folder() if path.is_dir() else self._lines()):
             case = self._case(data, number)
             try:
                 refuse_beyond_all(case, "")
             except SceneError as error:
                 raise SceneError(f"{self._where(number)}{error}") from None
-            if case.name in taken:
-                first = self._where(taken[case.name])
+            if case.name in numbers:
+                first = self._where(numbers[case.name])
                 raise SceneError(f"{self._where(number)}: {case.name} is the name of {first} too")
             self.covers.setdefault(case.covers, number)
-            taken[case.name] = number
+            numbers[case.name] = number
             self._sums.append(zlib.crc32(data))
             self._names.append(case.name)
-            if time.monotonic() - spoken > NOW_AND_THEN:
+            if time.monotonic() - last_message > NOW_AND_THEN:
                 say(f"{number + 1} scenes of {legible(str(path))} are read{self._share(number)}")
-                spoken = time.monotonic()
+                last_message = time.monotonic()
         if not self._names:
             raise SceneError(f"{path}: there are no scenes in it")
 

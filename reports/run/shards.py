@@ -1,6 +1,6 @@
 """A plan in parts for several machines, and the parts' folders merged into one run.
 
-A case's part is a digest of its name, so that a case that is added or left out moves no other.
+A digest of a case's name determines its part, so that a case that is added or removed moves no other case.
 """
 
 import hashlib

@@ -62,10 +62,8 @@ class Totals:
         self.factors = PooledFactors()
         self.dark: list[str] = []  # the first scenes without a lit pixel
         self._changing: list[str] = []  # sentences about cases whose two renders differ
-        self._growth: tuple[int, str] = (
-            0,
-            "",
-        )  # the subject's largest growth in bytes of memory per scene, and the case
+        # The largest growth of the subject's memory [bytes per scene], and its case.
+        self._growth: tuple[int, str] = (0, "")
         self._examined = self._passing = Examined(pixels=0)
         self._coverage = _nothing_covered()
         self._limits = LimitUse()
@@ -149,7 +147,7 @@ class Totals:
 
     @property
     def coverage(self) -> dict[str, CoverageRecord]:
-        """Return for each specification item the number of cases that measured it, of failures, and the worst check.
+        """Return per specification item the numbers of cases that measured it and that failed, and the worst check.
 
         A case only counts if it declares that it covers the item, a configuration ran whose formulas cover it, and a
         check at a stage of the item measured something.
@@ -228,8 +226,8 @@ class Answered:
         for stage in IMAGE_STAGES:
             groups = [
                 (kinds, stage.value in lacking, count)
-                for (kinds, refused, there, lacking), count in self._cases.items()
-                if not refused and stage.value in there | lacking
+                for (kinds, refused, answered, lacking), count in self._cases.items()
+                if not refused and stage.value in answered | lacking
             ]
             drawn = {kind for kinds, lacks, _ in groups for kind in kinds if not lacks}
             everywhere = [sum(count for _, lacks, count in groups if lacks or every) for every in (False, True)]
@@ -268,9 +266,8 @@ class LimitUse:
     """The share of the limit that the checks of each kind use, to find slack and tight limits."""
 
     def __init__(self) -> None:
-        self._groups: dict[
-            tuple[str, str, str], tuple[int, int, float, str]
-        ] = {}  # place, count, highest ratio, its name
+        # Place of the group, count, highest ratio, name of its check.
+        self._groups: dict[tuple[str, str, str], tuple[int, int, float, str]] = {}
         self._tight: list[tuple[float, int, int, str]] = []  # -ratio, place of the group, count then, name
 
     def add(self, record: CaseRecord) -> None:

@@ -59,7 +59,7 @@ class Memory:
 
 
 def version(reference: str) -> str:
-    """Return a reference's version, or a unique text if it has none; its worker then reports the reason."""
+    """Return a reference's version, or a unique text if that fails; its worker then reports the reason."""
     from rayproof.reference import REFERENCES
 
     try:

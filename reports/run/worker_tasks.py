@@ -217,7 +217,7 @@ def cached_answers(name: str, reference: Reference, scene: Scene, *, samples: in
 
 
 def unable(reference: Reference, scene: Scene, stage: Stage) -> str | None:
-    """Return why a reference cannot answer a stage of a scene, or None."""
+    """Return the reason why a reference cannot answer a stage of a scene, or None."""
     if any(scene.camera.sample_offset) and not getattr(reference, "takes_sample_offset", False):
         return "Its rays pass through the pixels' centres."
     return reference.unsupported(scene, stage)

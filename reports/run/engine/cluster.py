@@ -92,10 +92,9 @@ def _local(number: int, security: Any) -> Iterator[str]:
     from distributed.utils import LoopRunner
 
     folder, runner = tempfile.gettempdir(), LoopRunner()
-    atexit.unregister(
-        close_clusters
-    )  # it warns of a cluster that is stopped during its start; the workers are daemonic
-    ensure_running()  # here: a thread that starts multiprocessing's tracker enables Ctrl-C again
+    # It warns of a cluster that is stopped during its start; the workers are daemonic.
+    atexit.unregister(close_clusters)
+    ensure_running()  # here: a thread that starts multiprocessing's tracker unblocks Ctrl-C
     with deaf():  # the workers inherit it from the runner's thread: only this process handles Ctrl-C
         runner.start()
     settings = {"worker-ttl": f"{LIFETIME}s", "allowed-failures": 1, "http.routes": ()}

@@ -111,17 +111,16 @@ class Dispatch:
 
     def _look(self) -> None:
         """Update the set of workers; set `gone` if there was none for `WAIT` seconds."""
-        passed, there = time.monotonic() - self._looked, frozenset[str]()
+        passed, connected = time.monotonic() - self._looked, frozenset[str]()
         self._looked += passed
-        with suppress(
-            OSError, RuntimeError, AttributeError
-        ):  # a scheduler that hangs or is gone counts as without workers
-            there = frozenset(self._client.sync(self._client.scheduler.ncores, callback_timeout=LATE))
-        self._allowed = there - self._refused.keys()
+        # A scheduler that hangs or has gone counts as a scheduler without workers.
+        with suppress(OSError, RuntimeError, AttributeError):
+            connected = frozenset(self._client.sync(self._client.scheduler.ncores, callback_timeout=LATE))
+        self._allowed = connected - self._refused.keys()
         self._alone = 0.0 if self._allowed else self._alone + min(passed, 2 * LATE)  # bounded: Ctrl-Z lengthens it
         for key, sent in [*self._sent.items()]:
             # Queue a batch again if all of its permitted workers are gone: Dask would wait for them.
-            if sent.workers and sent.workers.isdisjoint(there) and sent.future.status == "pending":
+            if sent.workers and sent.workers.isdisjoint(connected) and sent.future.status == "pending":
                 self._client.cancel([self._sent.pop(key).future], force=True)
                 self._waiting.extendleft(sent.cases)
         first = next((f": {worker}: {why}" for worker, why in self._refused.items()), "")
