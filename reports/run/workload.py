@@ -222,7 +222,7 @@ class FirstCalls:
 
     def __init__(self, subject: Subject, planned: int) -> None:
         self._name = subject.name
-        self._asked = subject.is_program and planned > FIRST  # a plan of fewer cases is not stopped
+        self._asked = subject.is_program and planned > FIRST  # in a plan of at most FIRST cases all calls are made
         self._said: list[str] = []
         self._lost = 0  # in a row
         self.hopeless: str | None = None  # the reason why no further call is made

@@ -110,7 +110,7 @@ class Dispatch:
         return {"name": "dask.distributed", "version": version("distributed"), "refused": refused}
 
     def _look(self) -> None:
-        """Update the set of workers; set `gone` if there was none for `WAIT` seconds."""
+        """Update the set of workers; set `gone` if no more work can be done, such as without workers for `WAIT` s."""
         passed, connected = time.monotonic() - self._looked, frozenset[str]()
         self._looked += passed
         # A scheduler that hangs or has gone counts as a scheduler without workers.
