@@ -1,4 +1,4 @@
-"""Sentences about a run: the headline, shouts before it, what was left out, causes, blame."""
+"""Sentences about a run: the headline, warnings before it, left-out stages, causes, blame."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -12,13 +12,13 @@ from rayproof.reports.results.outcomes import TITLES, Outcome
 from rayproof.reports.results.records import GateRecord, RunRecord, WorseRecord
 from rayproof.reports.results.wrong_pixels import display_name
 
-AS_WELL = ". The same pixels"  # how a cause's sentence goes on with what fits as well
-EXPLAINS = ": this explains"  # how it goes on with the number of cases
-THE_USUAL = "tracer"  # the subject that goes without saying
+AS_WELL = ". The same pixels"  # continues a cause's sentence with other mistakes that fit
+EXPLAINS = ": this explains"  # continues it with the number of cases
+THE_USUAL = "tracer"  # the subject that is not named
 
 
 def shouts(results: RunRecord) -> list[str]:
-    """Return what no reader may overlook: planted faults, a run cut short, a ledger that does not add up."""
+    """Return the warnings before the headline: planted faults, an unfinished run, counts that do not add up."""
     warnings = []
     if results.get("faults"):
         names = ", ".join(map(legible, results["faults"]))
@@ -36,40 +36,40 @@ def shouts(results: RunRecord) -> list[str]:
 
 
 def standing(results: RunRecord) -> str:
-    """Return in two words at most how the run stands: before its gate, where one is set, or else its verdict."""
+    """Return the result of the run's gate, if it has one, or else its verdict, in two words at most."""
     if "gate" in results:
         return f"gate {'red' if results['gate']['red'] else 'green'}"
     return str(results.get("verdict", Outcome.MISSING.value))
 
 
 def last_line(results: RunRecord) -> str:
-    """Return how a run stands, what its cases come to where a gate is set, and how much was answered if not all.
+    """Return the result of a run, with the verdict of its cases if it has a gate, and its coverage if not complete.
 
-    Where few cases were answered that comes first.
+    A coverage that is too low comes first.
     """
     cases = [f"cases: {results['verdict']}"] if "gate" in results and "verdict" in results else []
     return "; ".join([*few_answers(results), standing(results), *cases, *answered_in_words(results)])
 
 
 def headline(results: RunRecord) -> str:
-    """Return in one sentence how the run stands: before its gate, where one is set, and by its cases.
+    """Return a sentence with the result of the run: of its gate, if it has one, and of its cases.
 
-    That few cases were answered comes first. What is new is next, with its causes, then what is accepted, then what is
-    mended.
+    A coverage that is too low comes first, then new failures with their causes, then accepted failures, then mended
+    ones.
     """
     few = "".join(f"{sentence[:1].upper()}{sentence[1:]}. " for sentence in few_answers(results))
     if "gate" not in results:
         return f"{few}{_of_cases(results)}."
     gate = results["gate"]
     parts, wrong = gate_counts(gate), _by_cause(results)
-    # The causes are those of what is new, which comes first.
-    said = ", ".join([f"{parts[0]} ({wrong})", *parts[1:]] if wrong and parts else parts) or "nothing fails"
+    # The causes belong to the new failures, which come first.
+    findings = ", ".join([f"{parts[0]} ({wrong})", *parts[1:]] if wrong and parts else parts) or "nothing fails"
     file = f"The gate {legible(gate['file'])}" if gate.get("file") else "The gate"
-    return f"{few}{file} is {'red' if gate['red'] else 'green'}: {said}; {_totals(results)}."
+    return f"{few}{file} is {'red' if gate['red'] else 'green'}: {findings}; {_totals(results)}."
 
 
 def gate_counts(gate: GateRecord) -> list[str]:
-    """Return the counts of what a gate found, each with its words: first what is new, then accepted, then mended."""
+    """Return the counts of a gate's findings, each in words: new failures, then accepted, then mended ones."""
     uncovered = [*gate.get("uncovered", ())]
     counts = {
         "new": len(_new_in(gate)),
@@ -89,22 +89,22 @@ def _new_in(gate: GateRecord) -> set[str]:
 
 
 def accepted_cases(gate: GateRecord) -> set[str]:
-    """Return the names of the failing cases in which nothing is new."""
+    """Return the names of the failing cases without a new failure."""
     return {*gate["cases"]} - _new_in(gate)
 
 
 def mended_in(gate: GateRecord | None) -> list[str]:
-    """Return in sentences what failed before, or is accepted, and fails less or not at all."""
+    """Return sentences about failures of an earlier run, or accepted ones, that are now smaller or gone."""
     return [] if gate is None else [*gate["tighten"], *gate.get("mended", ())]
 
 
 def subject_of(results: RunRecord) -> str:
-    """Return the name of the renderer under test: the one that a program declares, or else what the user wrote."""
+    """Return the subject's name: the name that a program declares, or else the user's name for it."""
     return legible(results.get("declared", {}).get("name") or results.get("subject", THE_USUAL))
 
 
 def with_its_name(results: RunRecord, text: object) -> str:
-    """Return a text that begins with what a program is called in records with the program's own name instead."""
+    """Replace a program's name in records, at the beginning of a text, by the program's own name."""
     names = results.get("configurations") or []
     if len(names) != 1 or "name" not in results.get("declared", {}):
         return str(text)
@@ -112,17 +112,17 @@ def with_its_name(results: RunRecord, text: object) -> str:
     return f"{subject_of(results)} against {rest}" if mark and not left else str(text)
 
 
-FEWEST = 3  # stages that are named as those that are answered; of more those are that are not
+FEWEST = 3  # most answered stages that are named; if there are more, the other stages are named
 
 
 def share_answered(results: RunRecord) -> float:
-    """Return which share of the planned checks was answered; 1 where a record does not say."""
+    """Return the share of the planned checks that were answered; 1 if the record lacks it."""
     answered = results.get("answered") or {}
     return answered.get("checks", 0) / answered["planned"] if answered.get("planned") else 1.0
 
 
 def answered_in_words(results: RunRecord) -> list[str]:
-    """Return how many of the planned checks were answered, with the stages, where not all were; else nothing."""
+    """Return a phrase with the number of answered checks and the stages, or nothing if all checks were answered."""
     answered = results.get("answered") or {}
     if not share_answered(results) < 1:
         return []
@@ -131,17 +131,17 @@ def answered_in_words(results: RunRecord) -> list[str]:
     which = f"{', '.join(stages)} only" if len(stages) <= FEWEST else f"without {', '.join(lacking)}"
     words = f" ({which})" if lacking and stages else ""
     planned = answered.get("planned", 0)
-    images = " of images" * (planned < results["checks"]["planned"])  # without those of the camera, which has none
+    images = " of images" * (planned < results["checks"]["planned"])  # without the camera's checks, which have none
     return [f"{answered.get('checks')} of {planned} checks{images} answered{words}"]
 
 
 def left_out_in_words(results: RunRecord) -> list[str]:
-    """Return in sentences which kinds of cases the subject answers in part, and what it leaves out of them."""
+    """Return sentences about the stages that the subject leaves out in some cases of a kind."""
     return [f"{subject_of(results)} {legible(part)}" for part in (results.get("answered") or {}).get("left_out", ())]
 
 
 def says_little(results: RunRecord) -> bool:
-    """Return whether a pass would say less than it seems to: parts of cases are left out, or few cases answered."""
+    """Return whether a pass would prove little: stages of cases are left out, or few cases were answered."""
     return bool(left_out_in_words(results) or few_answers(results))
 
 
@@ -149,7 +149,7 @@ LEAST_COVERAGE = 50.0  # % of the cases
 
 
 def few_answers(results: RunRecord) -> list[str]:
-    """Return in a sentence that nothing failed but too few of the cases were answered; nothing where that is not so.
+    """Return a sentence if nothing failed but too few of the cases were answered, or else nothing.
 
     A case is answered if some stage that the subject writes was judged in it.
     """
@@ -161,13 +161,13 @@ def few_answers(results: RunRecord) -> list[str]:
 
 
 def remarks(results: RunRecord) -> list[str]:
-    """Return in sentences what a reader of the headline must know beside it, each about something of its own."""
+    """Return the sentences that must accompany the headline, each on a subject of its own."""
     sentences = [*map(legible, of_the_whole(results)), *no_say(results), *left_out_in_words(results)]
     return [f"{sentence[:1].upper()}{sentence[1:]}." for sentence in sentences]
 
 
 def _of_cases(results: RunRecord) -> str:
-    """Return the verdicts of the cases with who was under test if not the tracer, and what is wrong."""
+    """Return the numbers of cases by verdict, with the subject if it is not the tracer, and the causes of failures."""
     summary = results["summary"]
     if not any(summary[outcome.value] for outcome in Outcome):
         return "Nothing was measured"
@@ -200,7 +200,7 @@ MOST_GROUPS = 3  # that a headline names
 
 
 def _by_cause(results: RunRecord) -> str:
-    """Return what is wrong in the cases that are new failures, the cause of the most cases first."""
+    """Return the causes of the new failures, the cause of the most cases first."""
     groups = [group for group in failure_groups(results) if not group.accepted and group.what]
     parts = [f"{group.short} in {several(group.count, 'case')}" for group in groups[:MOST_GROUPS]]
     left = len(groups) - MOST_GROUPS
@@ -209,13 +209,13 @@ def _by_cause(results: RunRecord) -> str:
 
 @dataclass(kw_only=True)
 class FailureGroup:
-    """The cases that fail for one cause, or for what is blamed in them where no cause is known."""
+    """The cases that fail for the same cause or, if no cause is known, with the same blamed stage and items."""
 
-    what: str  # the sentence of the cause, or the stage and the items with their names; empty where nothing is blamed
+    what: str  # the sentence of the cause, or the stage and the items with their names; empty if nothing is blamed
     short: str  # the same for a headline
     verdict: str
     accepted: bool  # by the gate's file, or because they failed in the run before
-    worst: CaseRecord  # as lists have it
+    worst: CaseRecord  # in its short form for lists
     names: list[str]  # of the first cases, the worst first
     count: int = 0
 
@@ -226,7 +226,7 @@ NAMED = 8  # cases of a group
 def failure_groups(results: RunRecord) -> list[FailureGroup]:
     """Return the groups of the cases that fail: the new ones first, of each kind the largest first.
 
-    Groups of a size are in the order of the light path, since what goes wrong first is most likely what is wrong.
+    Groups of the same size are in the order of the light path, since the first wrong stage is most likely the cause.
     """
     accepted = accepted_cases(results["gate"]) if "gate" in results else set[str]()
     groups: dict[tuple[bool, str], FailureGroup] = {}
@@ -254,39 +254,39 @@ def failure_groups(results: RunRecord) -> list[FailureGroup]:
 
 
 def _short(cause: str) -> str:
-    """Return the part of a cause's sentences that says what is wrong, as a part of a longer sentence."""
+    """Return the part of a cause's sentences that describes the mistake, as a part of a longer sentence."""
     sentence = cause.split(EXPLAINS)[0].split(AS_WELL)[0].rstrip(".")
     return f"{sentence[:1].lower()}{sentence[1:]}" if sentence.startswith("The ") else sentence
 
 
 def of_the_whole(results: RunRecord) -> list[str]:
-    """Return in sentences what fails a run beside its cases: factors that all share, images that change."""
+    """Return sentences about failures of the whole run: factors that all cases share, images that change."""
     return [*results.get("wrong_factors", []), *results.get("changing", [])]
 
 
 def causes(results: RunRecord) -> list[str]:
-    """Return the sentences of the mistakes that explain a run's failures, or the one that none does."""
-    told = results.get("diagnosis")
-    entries = told if isinstance(told, list | tuple) else []
-    return [legible(one["sentence"]) for one in entries if isinstance(one, Mapping) and one.get("sentence")]
+    """Return the sentences of the mistakes that explain a run's failures, or the sentence that no mistake does."""
+    diagnosis = results.get("diagnosis")
+    entries = diagnosis if isinstance(diagnosis, list | tuple) else []
+    return [legible(entry["sentence"]) for entry in entries if isinstance(entry, Mapping) and entry.get("sentence")]
 
 
 def cause_of(results: RunRecord, case: CaseRecord) -> str:
     """Return the sentences of the mistakes that explain a case's failure, or an empty string."""
-    told = results.get("diagnosis")
-    entries = told if isinstance(told, list | tuple) else []
+    diagnosis = results.get("diagnosis")
+    entries = diagnosis if isinstance(diagnosis, list | tuple) else []
     return " ".join(
-        legible(one["sentence"])
-        for one in entries
-        if isinstance(one, Mapping)
-        and one.get("sentence")
-        and isinstance(one.get("cases"), list | tuple)
-        and case.get("name") in one["cases"]
+        legible(entry["sentence"])
+        for entry in entries
+        if isinstance(entry, Mapping)
+        and entry.get("sentence")
+        and isinstance(entry.get("cases"), list | tuple)
+        and case.get("name") in entry["cases"]
     )
 
 
 def _checks(ledger: Mapping[str, int]) -> str:
-    """Return how many checks passed, of how many where they are not all."""
+    """Return the number of checks that passed, with the other outcomes if there are any."""
     left = ", ".join(
         f"{ledger[outcome.value]} {outcome.value.replace('_', ' ')}"
         for outcome in Outcome
@@ -298,20 +298,20 @@ def _checks(ledger: Mapping[str, int]) -> str:
 
 
 def no_say(results: RunRecord) -> list[str]:
-    """Return in sentences which references of the announced panel answered nothing in some cases, and what grows."""
-    silenced = [*map(legible, results.get("growing", []))]
+    """Return sentences about references of the panel that abstained or were stopped, and about growing memory."""
+    sentences = [*map(legible, results.get("growing", []))]
     for name, names in _stopped(results).items():
         more = f" and {len(names) - 1} more" if len(names) > 1 else ""
-        silenced.append(f"a time limit stopped {display_name(name)} in {names[0]}{more}")
+        sentences.append(f"a time limit stopped {display_name(name)} in {names[0]}{more}")
     lost = _lost(results)
-    silenced += lost.values()
+    sentences += lost.values()
     for name, cases in _abstained(results).items():
         if name in lost:
             continue
         case, why = next(iter(cases.items()))
         more = f" and {len(cases) - 1} more" if len(cases) > 1 else ""
-        silenced.append(f"{display_name(name)} had no say in {case}{more}, where it was asked: {why}")
-    return silenced
+        sentences.append(f"{display_name(name)} had no say in {case}{more}, where it was asked: {why}")
+    return sentences
 
 
 def _lost(results: RunRecord) -> dict[str, str]:
@@ -327,27 +327,27 @@ def _lost(results: RunRecord) -> dict[str, str]:
 
 
 def _abstained(results: RunRecord) -> dict[str, dict[str, str]]:
-    """Return reference to case to why, of a record as far as it can be read, but for those that were stopped."""
-    told, stopped = results.get("abstained"), _stopped(results)
-    if not isinstance(told, Mapping):
+    """Return reference -> case -> reason of the abstentions, without stopped renders and unreadable entries."""
+    abstained, stopped = results.get("abstained"), _stopped(results)
+    if not isinstance(abstained, Mapping):
         return {}
-    found = {
+    reasons = {
         str(name): {case: why for case, why in cases.items() if case not in stopped.get(str(name), [])}
-        for name, cases in told.items()
+        for name, cases in abstained.items()
         if isinstance(cases, Mapping)
     }
-    return {name: cases for name, cases in found.items() if cases}
+    return {name: cases for name, cases in reasons.items() if cases}
 
 
 def _stopped(results: RunRecord) -> dict[str, list[str]]:
-    """Return who was stopped by a time limit to the cases, of a record as far as it can be read."""
-    told = results.get("stopped")
-    if not isinstance(told, Mapping):
+    """Return renderer -> cases that a time limit stopped, without unreadable entries."""
+    stopped = results.get("stopped")
+    if not isinstance(stopped, Mapping):
         return {}
-    return {str(name): list(map(str, cases)) for name, cases in told.items() if isinstance(cases, list | tuple)}
+    return {str(name): list(map(str, cases)) for name, cases in stopped.items() if isinstance(cases, list | tuple)}
 
 
-# What became of a pixel, as results.json names it, and what a reader is told of so many.
+# The results of a pixel, by their names in results.json, and in words for a reader.
 KINDS = {
     "strict": "strictly",
     "wide": "by a limit over 1 % of the value",
@@ -359,7 +359,7 @@ KINDS = {
 
 
 def examined_line(results: RunRecord) -> str | None:
-    """Return what became of all pixels of all checks in one sentence; None where a run's record does not say."""
+    """Return a sentence with the pixel counts of all checks; None if the run's record lacks them."""
     ledger = results.get("examined")
     if (
         not isinstance(ledger, Mapping)
@@ -375,7 +375,7 @@ def examined_line(results: RunRecord) -> str | None:
 BAD = frozenset({Outcome.FAIL, Outcome.REFERENCE_SUSPECT, Outcome.ERROR, Outcome.MISSING})
 
 
-FEW = 4  # items that are told by name
+FEW = 4  # items that are listed by name
 
 
 def blame(case: CaseRecord) -> str:
@@ -385,8 +385,8 @@ def blame(case: CaseRecord) -> str:
 
 def blame_in_words(case: CaseRecord) -> str:
     """Return the blamed stage of a case, and the items that may be to blame with their names; or an empty string."""
-    told = case.get("blamed_items")
-    items = [str(item) for item in told if item] if isinstance(told, list | tuple) else []
+    blamed = case.get("blamed_items")
+    items = [str(item) for item in blamed if item] if isinstance(blamed, list | tuple) else []
     items = items or [str(item) for item in (case.get("item"),) if item]
     words = [f"{legible(item)} ({TITLES[item]})" if item in TITLES else legible(item) for item in items]
     named = " or ".join(words) if len(words) <= FEW else f"one of {len(words)} items"
@@ -395,17 +395,17 @@ def blame_in_words(case: CaseRecord) -> str:
 
 def blamed_items(case: CaseRecord) -> str:
     """Return the specification ids that may be to blame for a case, in words, or an empty string."""
-    told = case.get("blamed_items")
-    items = [legible(item) for item in told if item] if isinstance(told, list | tuple) else []
+    blamed = case.get("blamed_items")
+    items = [legible(item) for item in blamed if item] if isinstance(blamed, list | tuple) else []
     if len(items) <= 1:
         return items[0] if items else legible(case.get("item") or "")
     return f"{', '.join(items[:-1])} or {items[-1]}" if len(items) <= FEW else f"one of {len(items)} items"
 
 
 def excluded(case: CaseRecord) -> str:
-    """Return which items a case's evidence excludes, and by which checks, in words, or an empty string."""
-    told = case.get("excluded")
-    pairs = told.items() if isinstance(told, Mapping) else ()
+    """Return in words the items that a case's evidence excludes, each with its check, or an empty string."""
+    exclusions = case.get("excluded")
+    pairs = exclusions.items() if isinstance(exclusions, Mapping) else ()
     return ", ".join(f"{legible(item)} (by {legible(check)})" for item, check in pairs)
 
 
@@ -423,9 +423,9 @@ def worst_first(cases: Sequence[CaseRecord]) -> Sequence[CaseRecord]:
 
 
 def worse_by_cause(results: RunRecord) -> list[str]:
-    """Return what is worse than the run's history, one sentence for each cause, or else for what is blamed.
+    """Return sentences about results that are worse than the history, one per cause or else per blamed items.
 
-    Each begins with the worst of its cases, and says how many others there are.
+    Each begins with the worst of its cases, and contains the number of the others.
     """
     groups: dict[str, list[WorseRecord]] = {}
     for entry in results["history"]["worse"] if "history" in results else ():

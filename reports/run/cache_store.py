@@ -33,7 +33,7 @@ MAGIC = b"rayproof entry 3\n"
 DIGEST = hashlib.sha256().digest_size
 START = len(MAGIC) + DIGEST
 COUNT = 8  # bytes of the JSON part's length
-GLANCE = 4096  # numbers of an array that are looked at before all are
+GLANCE = 4096  # numbers at the start of an array that are tested before the whole array
 
 
 class About(TypedDict, total=False):
@@ -41,7 +41,7 @@ class About(TypedDict, total=False):
 
     key: str
     kind: str  # "render", "judgement" or "guard"
-    reference: str  # or whatever else it is of
+    reference: str  # name of the reference, case or self-test
     version: str
     settings: dict[str, str]
     stages: list[str]
@@ -64,7 +64,7 @@ class DamagedEntryError(ValueError):
 
 
 def encode(about: About, arrays: Mapping[str, np.ndarray], *, question: str) -> bytes:
-    """Return an entry with its checksum; float64 arrays that float32 holds to the last bit are written so."""
+    """Return an entry with its checksum; float64 arrays that float32 represents exactly are stored as float32."""
     written = {name: _narrowed(np.ascontiguousarray(array)) for name, array in arrays.items()}
     table = [
         [name, array.dtype.str, arrays[name].dtype.str, list(np.shape(arrays[name]))] for name, array in written.items()
@@ -108,7 +108,7 @@ def _check(data: bytes, question: str) -> None:
 
 
 def _checksum(parts: Iterable[Any], question: str) -> bytes:
-    """Return the SHA-256 of a question and of an answer's bytes: an entry under another's name is damaged, too."""
+    """Return the SHA-256 of a key and an entry's bytes, so that a renamed entry counts as damaged."""
     name = question.encode()
     checksum = hashlib.sha256(len(name).to_bytes(COUNT, "little") + name)
     for part in parts:
@@ -117,7 +117,7 @@ def _checksum(parts: Iterable[Any], question: str) -> bytes:
 
 
 def _header(data: bytes) -> tuple[Header, int]:
-    """Return the JSON part and where the arrays begin."""
+    """Return the JSON part and the offset [bytes] of the arrays."""
     begin = START + COUNT
     end = begin + int.from_bytes(data[START:begin], "little")
     try:
@@ -130,7 +130,7 @@ def _header(data: bytes) -> tuple[Header, int]:
 
 
 def _narrowed(array: np.ndarray) -> np.ndarray:
-    # Of nearly all arrays that float32 cannot represent, it cannot represent one of the first numbers.
+    # Test the first numbers first: nearly every array that float32 cannot represent has such a number there.
     if array.dtype != np.float64 or not _holds(_narrow(array.ravel()[:GLANCE]), array.ravel()[:GLANCE]):
         return array
     narrow = _narrow(array)
@@ -148,7 +148,7 @@ def _holds(narrow: np.ndarray, array: np.ndarray) -> bool:
 
 
 def _bytes(array: np.ndarray) -> np.ndarray:
-    """Return an array's bytes where they lie."""
+    """Return a view of a contiguous array's bytes."""
     return array.reshape(-1).view(np.uint8)
 
 
@@ -158,7 +158,7 @@ MOST = 2.0**33  # GiB
 
 
 def usual_limit() -> int:
-    """Return how large the store may become [bytes]: RAYPROOF_CACHE_LIMIT [GiB], or the usual limit.
+    """Return the limit of the store's size [bytes]: RAYPROOF_CACHE_LIMIT [GiB] if it is set, or the usual limit.
 
     Raises:
         ValueError: the variable's value is no positive number of GiB.
@@ -177,11 +177,11 @@ def usual_limit() -> int:
 
 
 VARIABLE = "RAYPROOF_CACHE"  # the environment variable that names another folder
-LEAVE = 0.9  # of the limit, after the least recently used entries went
+LEAVE = 0.9  # share of the limit that is in use after an eviction
 UNSEEN = 1 / 64  # share of the limit: bytes that a process may write before it counts the store again
 SUFFIX, DRAFT = ".entry", ".draft"
 HEAD = 2**16  # bytes of an entry that a listing reads
-RUNS, LEFT_OUT = "runs", "left_out"  # files: when the last two runs began [s]; bytes of entries without room
+RUNS, LEFT_OUT = "runs", "left_out"  # files: starts of the last two runs [s]; bytes that were not stored
 FORGOTTEN = 3600.0  # s; an older draft belongs to a process that was killed
 
 Entry = tuple[About, dict[str, np.ndarray]]  # description and arrays
@@ -268,7 +268,12 @@ class Store:
         return decode(data, question=key)
 
     def put(self, key: str, description: About, arrays: Mapping[str, np.ndarray]) -> None:
-        """Write an entry, and let others go or leave it out if that is too much; raise OSError if it cannot."""
+        """Write an entry, after an eviction if necessary, or count its bytes if there is no room.
+
+        Raises:
+            OSError: the entry cannot be written.
+
+        """
         if self.unused is not None:
             return
         data = encode({**description, "key": key}, arrays, question=key)
@@ -279,7 +284,7 @@ class Store:
             self._note_left_out(len(data))
 
     def _has_room(self, more: int) -> bool:
-        """Return whether so many more bytes fit, after the eviction of other entries if necessary."""
+        """Return whether `more` bytes fit, after the eviction of other entries if necessary."""
         if more > self._limit or self._full:
             return False
         if self._size is None or self._written > UNSEEN * self._limit:
@@ -302,7 +307,7 @@ class Store:
             draft.replace(self.folder / RUNS)
 
     def _begun(self) -> list[float]:
-        """Return when the last two runs began [s since the epoch]; 0 where there was none."""
+        """Return the start times of the last two runs [s since the epoch], 0 for a run that does not exist."""
         try:
             begun = json.loads((self.folder / RUNS).read_text(encoding="utf-8"))
             return [float(begun[0]), float(begun[1])]
@@ -315,7 +320,7 @@ class Store:
 
     @property
     def left_out(self) -> int:
-        """Return how many bytes of entries found no room since the last run began, in all processes."""
+        """Return the bytes that no process could store for lack of room since the last run began."""
         try:
             return sum(int(line) for line in (self.folder / LEFT_OUT).read_text(encoding="utf-8").split())
         except (OSError, ValueError):
@@ -323,7 +328,7 @@ class Store:
 
     @property
     def limit(self) -> int:
-        """Return how large the store may become [bytes]."""
+        """Return the limit of the store's size [bytes]."""
         return self._limit
 
     @staticmethod
@@ -350,14 +355,14 @@ class Store:
                 self._decoded(path.stem, path.read_bytes())
                 good += 1
             except FileNotFoundError:
-                continue  # another process let it go meanwhile
+                continue  # another process removed it meanwhile
             except DamagedEntryError as wrong:
                 path.unlink(missing_ok=True)
                 bad.append((path, str(wrong)))
         return good, bad
 
     def clear(self) -> tuple[int, int]:
-        """Remove every entry; return how many there were and their bytes."""
+        """Remove every entry; return their number and their size [bytes]."""
         count = size = 0
         for path, length, _ in list(self._files()):
             path.unlink(missing_ok=True)
@@ -387,7 +392,7 @@ class Store:
         return sorted(self._files(), key=lambda file: (file[2], file[0]))
 
     def _evict(self, more: int) -> None:
-        """Remove the least recently used entries until there is room for more, but none that a late run used."""
+        """Remove the least recently used entries until `more` bytes fit, but none that the last two runs used."""
         files = self._by_use()
         left = sum(size for _, size, _ in files)
         before, now = self._begun()

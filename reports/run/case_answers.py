@@ -11,12 +11,12 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, kw_only=True)
 class Render:
-    """The answers of a renderer to a case, and what else its worker reports of it."""
+    """A renderer's answers to a case, and the versions, notes and times that its worker reports."""
 
     answers: Answers
-    versions: dict[str, str]  # of the programs that computed it, by name; none where it failed
+    versions: dict[str, str]  # of the programs that computed the answers, by name; empty after a failure
     notes: tuple[str, ...] = ()  # of a subject, on its answers
-    launches: tuple[float, int] | None = None  # of the tracer: median time [s] of a launch, and how many there were
+    launches: tuple[float, int] | None = None  # of the tracer: median time [s] and number of the launches
     standing: "ServingCost | None" = None  # of a program that stays alive
 
 
@@ -25,7 +25,7 @@ class CaseAnswers:
     """All answers to a case, which the judge gets: the subject's by each configuration, and the references'."""
 
     subjects: tuple[Answers, ...]
-    again: tuple[Answers, ...] = ()  # the subject's second answers, where one of them differs
+    again: tuple[Answers, ...] = ()  # the subject's second answers, if any of them differs from the first
     references: tuple[Answers, ...] = ()
     versions: dict[str, str] = field(default_factory=dict)
     notes: tuple[str, ...] = ()  # of the subject, on its answers

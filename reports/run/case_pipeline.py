@@ -1,8 +1,8 @@
-"""The way of a case: rendered by subject and references, judged, recorded; and the cases that are on it at once.
+"""The pipeline of a case: rendered by subject and references, judged, recorded; and the cases in progress at once.
 
-A few are on their way at once: so many that a stretch of cases that keep the subject busy leaves enough to ask and to
-judge for the other processors, so few pixels that their answers, up to 2 KB a pixel, are small in memory. Where a
-processor is idle, because all cases wait for a slow or sleeping renderer, as many again are started.
+Several cases are in progress at once: enough that the other processors have references to render and cases to judge
+while a series of cases keeps the subject busy, and few enough pixels that their answers, up to 2 KB per pixel, need
+little memory. If a processor is idle because all cases wait for a slow or sleeping renderer, as many again are started.
 """
 
 import pickle
@@ -42,12 +42,12 @@ from rayproof.reports.run.worker_tasks import (
     render_tracer,
 )
 
-LAUNCHES = 3  # of a kernel, the median of which is its time
+LAUNCHES = 3  # of a kernel; its time is their median
 
 
 @dataclass(kw_only=True)
 class CaseWay:
-    """The way of one case: `record` renders, judges and returns its record, whose files are in `folder`."""
+    """One case in progress: `record` renders and judges it and returns its record; its files are in `folder`."""
 
     planned: PlannedCase
     options: CaseOptions
@@ -55,8 +55,8 @@ class CaseWay:
     folder: Path
     memory: Memory | None  # of earlier verdicts
     seconds: dict[str, float] = field(default_factory=dict)  # of each render, by renderer as the report names it
-    launches: dict[str, tuple[float, int]] = field(default_factory=dict)  # of the tracer: median time [s], how many
-    growth: float = 0.0  # bytes of memory a scene, of a program that stays alive
+    launches: dict[str, tuple[float, int]] = field(default_factory=dict)  # of the tracer: median time [s], number
+    growth: float = 0.0  # bytes of memory per scene, of a program that stays alive
     lost: list[str] = field(default_factory=list)  # the program that stays alive, if it died or exceeded a limit
     repeated: list[RepeatedRecord] = field(default_factory=list)  # of a case that is rendered twice
     first: Answers | None = None  # of a program that stays alive, which renders the case again when all are finished
@@ -96,16 +96,21 @@ class CaseWay:
         )
 
     def earlier_verdict(self, answers: CaseAnswers) -> tuple[str | None, CaseRecord | None]:
-        """Return the key of the verdict on the subject's answers, and the record that was kept under it, if any.
+        """Return the key of the verdict on the subject's answers, and the record that is stored under it, if any.
 
-        There is no key without a cache, for an error, and where the subject's answers vary: how far is judged afresh.
+        There is no key without a cache, after an error, or if the subject's answers vary: their difference is judged
+        in every run.
         """
-        if self.memory is None or self._varied or any(each.error is not None for each in answers.subjects):
+        if (
+            self.memory is None
+            or self._varied
+            or any(configuration.error is not None for configuration in answers.subjects)
+        ):
             return None, None
         key = self.memory.key(self.planned.case, answers.subjects, answers.notes)
         record = self.memory.recall(key, self.folder)
         if record is not None:
-            # Only what this run did itself is this run's.
+            # Times, versions and cache flags describe this run.
             record["judge_seconds"] = 0.0
             record["remembered"] = True
             record["versions"] |= answers.versions
@@ -114,13 +119,13 @@ class CaseWay:
         return key, record
 
     async def render_references(self, answers: CaseAnswers) -> CaseAnswers:
-        """Add the answers of the panel, from the cache as far as it has them."""
-        # While the references render: a second judge then finds the sentinels judged.
+        """Add the answers of the panel, from the cache where it has them."""
+        # Run the judge's self-tests while the references render; a second judge then finds the result.
         self.pool.prepare(JUDGE, partial(check_judge, cached=self.options.cached))
         case, cached, damaged = self.planned.case, dict[str, Render](), dict[str, str]()
         if self.options.cached:
             reply = await self._submit(CACHE, partial(cached_references, case, self.options))
-            if reply.error is None:  # a cache that broke has nothing
+            if reply.error is None:  # a cache that failed counts as empty
                 cached, damaged = reply.value
         rendering = {
             name: self._submit(
@@ -153,7 +158,7 @@ class CaseWay:
         if reply.error is not None:
             about = {"folder": self.folder, "subject": options.subject}
             record = unjudged(case, answers.subjects, answers.references, reply, **about)
-        # Where nobody could judge how far answers vary, those that are declared to vary say nothing.
+        # After a failed judgement, a difference between answers that are declared to vary proves nothing.
         unknown = [] if self._varied and options.subject.varies else self.repeated
         self.repeated = record.pop("repeated", unknown)
         record["judge_seconds"] = round(reply.seconds, 4)
@@ -177,13 +182,13 @@ class CaseWay:
         return record
 
     async def compare_again(self, record: CaseRecord, kept: Path) -> CaseRecord:
-        """Render with the subject once more; add to the record how the answers differ from those in the file `kept`."""
+        """Render with the subject again; record the difference from the first answers, in the file `kept`."""
         case, name = self.planned.case, self.planned.configurations[0]
         again = second_answers(name, await self._submit_subject(name, again=True))
         first: Answers = pickle.loads(kept.read_bytes())
         kept.unlink()
         comparison = repeated(case.name, first, again, None, varies=False)
-        if comparison["verdict"] == Outcome.FAIL and again.error is None:  # by how much they differ
+        if comparison["verdict"] == Outcome.FAIL and again.error is None:  # measure the difference
             varies = self.options.subject.varies
             reply = await self._submit(JUDGE, partial(compare_repeated, case, first, again, varies=varies))
             comparison = comparison if reply.error is not None else reply.value
@@ -195,11 +200,11 @@ class CaseWay:
     @property
     def _varied(self) -> bool:
         """Return whether the subject's second answers differ from its first ones."""
-        return any(each["verdict"] == Outcome.FAIL for each in self.repeated)
+        return any(comparison["verdict"] == Outcome.FAIL for comparison in self.repeated)
 
     @cached_property
     def _limit(self) -> float | None:
-        """Return how long each task of the case may take [s], or None where the user set a limit."""
+        """Return the time limit [s] of each task of the case, or None if the user has set a limit."""
         if not self.options.patient:
             return None
         about = {"configurations": len(self.planned.configurations), "references": len(self.options.references)}
@@ -218,7 +223,7 @@ class CaseWay:
         return self.pool.submit(kind, task, first=first, seconds=limit, large=self._is_large)
 
     def _submit_subject(self, configuration: str, *, again: bool = False) -> Future[Reply]:
-        """Submit a render of the subject; `again` says that it is a second one, which is not timed."""
+        """Submit a render of the subject; `again` marks a second render, which is not timed."""
         case, subject, limit = self.planned.case, self.options.subject, self._limit
         if subject.is_tracer:
             # The suite's further configurations are launched once: to repeat all took 5 % of the suite's time.
@@ -228,13 +233,13 @@ class CaseWay:
             return self._submit(kind_of(subject), task, first=True)
         if limit is not None:
             subject = replace(subject, seconds=max(subject.seconds, limit))
-            # A program's own limit ends it, with a reason; it may start, and be called twice.
+            # A program is stopped by its own limit, with a reason; the task may contain its start and two calls.
             limit = 4 * limit if subject.is_program else limit
         task = partial(render_subject, case.scene, case.samples, subject)
         return self._submit(kind_of(subject), task, first=True, seconds=limit)
 
     def _render(self, name: str, reply: Reply) -> Render:
-        """Return the render of a configuration or reference, and note its time; that of a failed one has an error."""
+        """Return the render of a configuration or reference, with an error if it failed, and note its time."""
         subject = self.options.subject
         is_subject = name in self.planned.configurations
         renderer = subject.renderer(name) if is_subject else name
@@ -266,58 +271,60 @@ def second_answers(name: str, reply: Reply) -> Answers:
 
 
 def flawless(record: CaseRecord, references: tuple[Answers, ...]) -> bool:
-    """Say whether nothing happened to a case that would not happen again."""
-    return record["verdict"] != Outcome.ERROR and not any(one.error or one.mishaps for one in references)
+    """Return whether a case had no error and no mishap, which might not occur in another run."""
+    return record["verdict"] != Outcome.ERROR and not any(
+        reference.error or reference.mishaps for reference in references
+    )
 
 
 class Engine(Protocol):
-    """Whatever renders and judges cases: the pool of this machine (`LocalCases`), or a Dask cluster (`Dispatch`)."""
+    """The processes that render and judge: this machine's pool (`LocalCases`) or a Dask cluster (`Dispatch`)."""
 
     @property
     def gone(self) -> str | None:
-        """Return why no more work can be done, None while it can."""
+        """Return the reason why no more work can be done, or None."""
         ...
 
     @property
     def has_room(self) -> bool:
-        """Say whether another case may be submitted."""
+        """Return whether another case may be submitted."""
         ...
 
     @property
     def doing(self) -> Collection[str]:
-        """Return the names of the cases on their way, as far as they are known."""
+        """Return the names of the cases in progress, if the engine knows them."""
         ...
 
     @property
     def busy(self) -> Mapping[str, float]:
-        """Return what works, and for how long [s] it has worked."""
+        """Return the busy workers, each with the time [s] since its task began."""
         ...
 
     def submit(self, planned: PlannedCase) -> Future[CaseRecord]:
-        """Send a case on its way, and return the future of its record."""
+        """Submit a case, and return the future of its record."""
         ...
 
     def submit_again(self) -> dict[Future[CaseRecord], PlannedCase]:
-        """Submit the finished cases about which the subject is to be asked again, and return their futures."""
+        """Submit the finished cases that the subject is to render again, and return their futures."""
         ...
 
     def step(self) -> None:
-        """Wait a little for something to happen, and take it up."""
+        """Wait shortly for a result, and process it."""
         ...
 
     def close(self) -> None:
-        """End whatever is under way."""
+        """Stop the work in progress."""
         ...
 
     def record(self) -> EngineRecord | None:
-        """Return what the results say of the engine; None for this machine."""
+        """Return the engine's part of results.json, or None for this machine."""
         ...
 
 
 def finished(engine: Engine, cases: Iterable[PlannedCase]) -> Iterator[tuple[PlannedCase, CaseRecord] | None]:
     """Yield each case with its record when it is finished, and None before each step of the engine.
 
-    Cases about which the subject is asked again come once more in the end. It ends early if the engine is gone.
+    Cases that the subject renders again are yielded a second time, at the end. It ends early if the engine is gone.
     """
     unread, under_way = iter(cases), dict[Future[CaseRecord], PlannedCase]()
     following = next(unread, None)
@@ -334,17 +341,15 @@ def finished(engine: Engine, cases: Iterable[PlannedCase]) -> Iterator[tuple[Pla
             yield under_way.pop(future), future.result()
 
 
-# Cases on their way at once: so many that a stretch of cases that take the one under test long leaves enough to ask and
-# to judge for the other processors, so few pixels that what they were answered, up to 2 KB each, is small in memory.
-# Where a processor has nothing to do, because all of them wait for who is slow or sleeps, as many again.
+# Another case may start if fewer than AT_LEAST cases or fewer than PIXELS pixels are in progress; see the top.
 AT_LEAST = 3
 PIXELS = 2**17
 
 
 class LocalCases:
-    """Cases on their way through the workers of this machine's pool; their files are written to `folder`.
+    """The cases in progress in this machine's pool; their files are written to `folder`.
 
-    Of a program that stays alive some are asked again at the end.
+    A program that stays alive renders some cases again at the end.
     """
 
     gone = None  # this machine stays
@@ -354,26 +359,26 @@ class LocalCases:
         self._memory = None if store is None else Memory(store, options)
         self._coroutines = Coroutines()
         self._pixels: dict[str, int] = {}  # by name
-        self._again: list[tuple[CaseWay, CaseRecord, Path]] = []  # to be asked again, with the file of the answers
+        self._again: list[tuple[CaseWay, CaseRecord, Path]] = []  # for a second render, with the file of the answers
 
     @property
     def has_room(self) -> bool:
-        """Say whether another case may start."""
+        """Return whether another case may start."""
         pixels = self._pixels.values()
         return has_room(pixels) or (has_room(pixels, waiting=True) and self._pool.spare() > 0)
 
     @property
     def doing(self) -> list[str]:
-        """Return the names of the cases."""
+        """Return the names of the cases in progress."""
         return list(self._pixels)
 
     @property
     def busy(self) -> dict[str, float]:
-        """Return the kinds of the workers that have a task, and for how long [s] they have had it."""
+        """Return the kinds of the busy workers, each with the time [s] since its task began."""
         return self._pool.busy
 
     def submit(self, planned: PlannedCase) -> Future[CaseRecord]:
-        """Send a case on its way, and return the future of its record."""
+        """Submit a case, and return the future of its record."""
         self._pixels[planned.case.name] = _pixels(planned.case)
         return self._coroutines.start(self._finish(planned))
 
@@ -382,16 +387,16 @@ class LocalCases:
         record = await way.record()
         del self._pixels[planned.case.name]
         if way.first is not None and way.first.error is None:
-            with tempfile.NamedTemporaryFile(delete=False) as kept:  # until it was asked again; too large to hold
+            with tempfile.NamedTemporaryFile(delete=False) as kept:  # for the second render; too large to hold
                 pickle.dump(way.first, kept)
             self._again.append((way, record, Path(kept.name)))
         way.first = None
         return record
 
     def submit_again(self) -> dict[Future[CaseRecord], PlannedCase]:
-        """Ask about the cases that are kept for it once more, in another order."""
+        """Submit the stored cases for their second render, in reverse order."""
         again, self._again = self._again, []
-        return {self._coroutines.start(self._finish_again(*each)): each[0].planned for each in reversed(again)}
+        return {self._coroutines.start(self._finish_again(*entry)): entry[0].planned for entry in reversed(again)}
 
     async def _finish_again(self, way: CaseWay, record: CaseRecord, kept: Path) -> CaseRecord:
         self._pixels[way.planned.case.name] = 0
@@ -400,7 +405,7 @@ class LocalCases:
         return record
 
     def step(self) -> None:
-        """Wait a little for something to happen, and take it up."""
+        """Wait shortly for a result, and process it."""
         self._pool.start()
         if self._memory is not None:
             self._memory.prepare()
@@ -412,15 +417,15 @@ class LocalCases:
         self._pool.close()
 
     def record(self) -> None:
-        """Return nothing: results say of no engine where this machine did the work."""
+        """Return None: results.json has no engine if this machine did the work."""
 
 
 def has_room(pixels: Collection[int], *, waiting: bool = False) -> bool:
-    """Say whether another case may start beside those under way, which have so many pixels each, or all wait."""
+    """Return whether another case may start, from the pixels of each case in progress; `waiting`: all of them wait."""
     times = 2 if waiting else 1
     return len(pixels) < times * AT_LEAST or sum(pixels) < times * PIXELS
 
 
 def _pixels(case: Case) -> int:
-    """Return how many pixels a case's largest image has, samples included."""
+    """Return the number of pixels of a case's largest image, times the samples per pixel."""
     return case.scene.camera.width * case.scene.camera.height * case.samples**2

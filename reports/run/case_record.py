@@ -1,4 +1,4 @@
-"""Parts of a case's record: its scene, the command to reproduce it, what renderers said; a case whose judge died.
+"""Parts of a case's record: the scene, the command to reproduce it, settings; the record after a failed judgement.
 
 `unjudged` is the record of a case whose judge died or raised: every planned check of it is an error.
 """
@@ -38,9 +38,9 @@ def write_scene(folder: Path, case: Case) -> str:
 
 
 def reproduce(folder: Path, planned: PlannedCase, subject: Subject = THE_TRACER) -> str:
-    """Return the command that runs the case alone, by the same subject and configurations if not the suite's own.
+    """Return the command that runs only this case, with the same subject and configurations.
 
-    A user's scene has no name that would find it, only a file.
+    Configurations are left out if they are the suite's own. A user's scene is named by its file.
     """
     case, configurations = planned.case, planned.configurations
     if not subject.is_tracer:
@@ -54,26 +54,26 @@ def reproduce(folder: Path, planned: PlannedCase, subject: Subject = THE_TRACER)
     return f"{called()} run {shlex.quote(str(folder / 'scenes' / f'{place_of(case.name)}.json'))}{chosen}"
 
 
-# What of a scene a program can declare that it does not draw; see `reports.subjects.protocol`.
+# Prefix of the kinds of cases that a program can declare not to draw; see `reports.subjects.protocol`.
 DECLARABLE = "declarable: "
 
 
 def kinds_of(scene: Scene, truth: StageImages) -> list[str]:
-    """Return what kind of case a scene makes, in words; those that a program can declare not to draw are marked."""
-    found = [f"{DECLARABLE}with a {NAMES[kind]}" for kind in dict.fromkeys(map(type, scene.shapes))]
-    found += [f"{DECLARABLE}with a two-sided surface"] if any(shape.two_sided for shape in scene.shapes) else []
+    """Return the kinds of a case, in words; kinds that a program can declare not to draw have a prefix."""
+    kinds = [f"{DECLARABLE}with a {NAMES[kind]}" for kind in dict.fromkeys(map(type, scene.shapes))]
+    kinds += [f"{DECLARABLE}with a two-sided surface"] if any(shape.two_sided for shape in scene.shapes) else []
     if not all(is_similarity(shape.to_world) for shape in scene.shapes):
-        found.append(f"{DECLARABLE}with a stretched or sheared shape")
-    found += [f"{DECLARABLE}with {scene.shading} light", f"{DECLARABLE}clipped by {scene.clip}"]
+        kinds.append(f"{DECLARABLE}with a stretched or sheared shape")
+    kinds += [f"{DECLARABLE}with {scene.shading} light", f"{DECLARABLE}clipped by {scene.clip}"]
     if len(scene.lights) > 1:
-        found.append("with several lights")
+        kinds.append("with several lights")
     if {Stage.POSITION, Stage.NORMAL, Stage.VISIBILITY} <= {*truth}:
         for number, light in enumerate(scene.lights):
             towards = np.asarray(light.position) - truth[Stage.POSITION]
             faces = np.einsum("...c,...c", towards, truth[Stage.NORMAL]) > 0
             if (faces & (truth[Stage.VISIBILITY][..., number] == 0)).any():
-                return ["with a blocked light", *found]
-    return found
+                return ["with a blocked light", *kinds]
+    return kinds
 
 
 def unjudged(
@@ -85,7 +85,7 @@ def unjudged(
     folder: Path,
     subject: Subject,
 ) -> CaseRecord:
-    """Return the record, as docs/results.md describes it; `reply` is what came of judging."""
+    """Return the record that docs/results.md describes; `reply` is the judge's, with its error."""
     why = f"judging failed: {reply.error}"
     checks = [
         Check(
@@ -103,8 +103,8 @@ def unjudged(
         for stage in stages_of(case.scene)
         if reference.answers_at(stage)
     ]
-    renders = [(subject.renderer(one.name), one.name, one.error, False) for one in subjects]
-    renders += [(one.name, None, one.error, one.cached) for one in references]
+    renders = [(subject.renderer(renderer.name), renderer.name, renderer.error, False) for renderer in subjects]
+    renders += [(renderer.name, None, renderer.error, renderer.cached) for renderer in references]
     return {
         "name": case.name,
         "family": case.family,
@@ -130,8 +130,9 @@ def unjudged(
         ],
         "ran": {},
         "unsupported": [],
-        "abstained": {one.name: one.error for one in references if one.error is not None},
-        "stopped": [one.name for one in (*subjects, *references) if one.stopped] + ["the judge"] * reply.stopped,
+        "abstained": {renderer.name: renderer.error for renderer in references if renderer.error is not None},
+        "stopped": [renderer.name for renderer in (*subjects, *references) if renderer.stopped]
+        + ["the judge"] * reply.stopped,
         "notes": [],
         "checks": checks,
         "expectations": [],
@@ -142,21 +143,21 @@ def unjudged(
 
 
 def said(reference: Answers) -> dict[str, str]:
-    """Return name to value with its unit; only what is set or not zero."""
-    told = dict(reference.settings)
+    """Return a reference's settings and tolerances, name to value with unit, without zero tolerances."""
+    settings = dict(reference.settings)
     if reference.ray_epsilon:
-        told["ray epsilon"] = f"{reference.ray_epsilon:.3g} m"
+        settings["ray epsilon"] = f"{reference.ray_epsilon:.3g} m"
     if reference.light_epsilon:
-        told["light epsilon"] = f"{reference.light_epsilon:.3g} of a shadow ray's length"
+        settings["light epsilon"] = f"{reference.light_epsilon:.3g} of a shadow ray's length"
     if reference.edge_epsilon:
-        told["edge epsilon"] = f"{reference.edge_epsilon:.3g} m"
+        settings["edge epsilon"] = f"{reference.edge_epsilon:.3g} m"
     if reference.tie_epsilon:
-        told["tie epsilon"] = f"{reference.tie_epsilon:.3g} m"
+        settings["tie epsilon"] = f"{reference.tie_epsilon:.3g} m"
     shadow = np.asarray(reference.shadow_epsilon, dtype=np.float64)
-    known = shadow[np.isfinite(shadow)]
-    if known.size and known.max() > 0:
-        low, high = float(known.min()), float(known.max())
-        told["shadow epsilon"] = f"{high:.3g} m" if low == high else f"{low:.3g} to {high:.3g} m"
+    finite = shadow[np.isfinite(shadow)]
+    if finite.size and finite.max() > 0:
+        low, high = float(finite.min()), float(finite.max())
+        settings["shadow epsilon"] = f"{high:.3g} m" if low == high else f"{low:.3g} to {high:.3g} m"
     for stage, resolution in reference.resolutions.items():
-        told[f"resolution of {stage}"] = resolution.because
-    return told
+        settings[f"resolution of {stage}"] = resolution.because
+    return settings

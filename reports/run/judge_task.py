@@ -34,11 +34,11 @@ from rayproof.reports.subjects import TRACER, Subject
 def keep_images(
     case: Case, options: CaseOptions, answers: CaseAnswers, folder: Path, outcome: Outcome
 ) -> tuple[dict[str, str], str | None]:
-    """Write renderers' stages; return renderer -> EXR file, and the one file of all where there are no EXR files.
+    """Write the renderers' images; return renderer -> EXR file, or the path of one file with all images.
 
-    Of a case that passed the first configuration and the oracle are enough to look at, in one file; the independent
-    references where the oracle has no answer. Of a case that the run does not keep, none. Of any other every renderer
-    may be the one to look at, and where it did not merely warn with whatever reads EXR.
+    A case that passed has one file with the images of the first configuration and of the oracle, or of the independent
+    references if the oracle has no answer. A warning has one file with the images of all renderers, any other case
+    their EXR files. Nothing is written for a case whose images the run does not keep.
     """
     if not options.images.keeps(case.name, outcome):
         return {}, None
@@ -50,8 +50,10 @@ def keep_images(
         for reference in answers.references
         if everyone or (reference.name == ORACLE if oracle else reference.independent)
     ]
-    renderers = [(options.subject.renderer(one.name), well_shaped(scene, one).answers) for one in subjects]
-    renderers += [(one.name, well_shaped(scene, one).answers) for one in references]
+    renderers = [
+        (options.subject.renderer(renderer.name), well_shaped(scene, renderer).answers) for renderer in subjects
+    ]
+    renderers += [(renderer.name, well_shaped(scene, renderer).answers) for renderer in references]
     renders = {
         name: images
         for name, all_images in renderers
@@ -62,17 +64,17 @@ def keep_images(
     if not renders:
         return {}, None
     path = Path("images", f"{place_of(case.name)}.js")
-    known = {"camera": asdict(scene.camera), "lights": [*map(asdict, scene.lights)], "shading": scene.shading}
-    write_pixels(folder / path, path.as_posix(), renders, known)
+    scene_facts = {"camera": asdict(scene.camera), "lights": [*map(asdict, scene.lights)], "shading": scene.shading}
+    write_pixels(folder / path, path.as_posix(), renders, scene_facts)
     return {}, path.as_posix()
 
 
 def masks(answers: CaseAnswers, judged: Judged) -> MasksRecord | None:
-    """Return which pixels of the first configuration nearby problems explain, as plain JSON data.
+    """Return the mask of the first configuration's pixels that nearby problems explain, as plain JSON data.
 
-    None where the oracle had no answer.
+    None if the oracle has no answer.
     """
-    subject = next((one for one in answers.subjects if one.error is None), None)
+    subject = next((configuration for configuration in answers.subjects if configuration.error is None), None)
     if subject is None or subject.name not in judged.against:
         return None
     mask = judged.against[subject.name].mask
@@ -97,7 +99,7 @@ def _write_files(case: Case, subject: Subject, folder: Path, renders: Mapping[st
 
 
 def _comments(renderer: str, subject: Subject) -> str:
-    """Return what an image's header must say of who made it: a wrong formula shouts here too."""
+    """Return the renderer's name for an image's header, after a warning if it uses wrong formulas."""
     if not subject.is_tracer or not renderer.startswith(f"{TRACER}-"):
         return renderer
     from rayproof.tracer.configuration import Configuration  # and with it Dr.Jit, which no other judgement needs
@@ -112,7 +114,7 @@ _ORACLE = Analytic()
 
 @cache
 def check_judge(*, cached: bool) -> None:
-    """Judge the sentinels before the first case; raise BrokenJudgeError if the judge gets one wrong."""
+    """Run the judge's self-tests before the first case; raise BrokenJudgeError if any of them fails."""
     if cached:
         ask_once("judge", lambda: stand_guard(_ORACLE), usual_store())
     else:
@@ -143,33 +145,35 @@ def judge(case: Case, options: CaseOptions, answers: CaseAnswers, folder: Path) 
     scene = write_scene(folder, case)
     images, pixels = keep_images(case, options, answers, folder, judged.outcome)
     record = _record(case, options, answers, judged, scene, images)
-    marked = masks(answers, judged) if images or pixels is not None else None  # they lie over images
+    marked = masks(answers, judged) if images or pixels is not None else None  # drawn over images
     record.update({"adjudication": panel, "pixels": pixels, "masks": marked})
     if answers.again:
         about = {"base": judged.base, "varies": options.subject.varies}
         pairs = zip(answers.subjects, answers.again, strict=True)
         record["repeated"] = [repeated(case.name, first, again, **about) for first, again in pairs]
-        for each in record["repeated"]:
-            add_note(record, each, options.subject.name)
+        for comparison in record["repeated"]:
+            add_note(record, comparison, options.subject.name)
     return record
 
 
 def _record(
     case: Case, options: CaseOptions, answers: CaseAnswers, judged: Judged, scene: str, images: dict[str, str]
 ) -> CaseRecord:
-    """Return the case's record, as docs/results.md describes it."""
+    """Return the case's record that docs/results.md describes."""
     subject = options.subject
-    name_of = {subject.renderer(c.name): c for c in answers.subjects}
-    errors = {name: c.error for name, c in name_of.items()} | {w.name: w.error for w in answers.references}
-    unable = [(name, c.unsupported) for name, c in name_of.items()] + [
-        (w.name, w.unsupported) for w in answers.references
+    name_of = {subject.renderer(configuration.name): configuration for configuration in answers.subjects}
+    errors = {name: configuration.error for name, configuration in name_of.items()} | {
+        reference.name: reference.error for reference in answers.references
+    }
+    unable = [(name, configuration.unsupported) for name, configuration in name_of.items()] + [
+        (reference.name, reference.unsupported) for reference in answers.references
     ]
     kept = {reference.name for reference in answers.references if reference.cached}
     notes = [(subject.name, note) for note in answers.notes] + [
-        (w.name, note) for w in answers.references for note in (*w.notes, *w.mishaps)
+        (reference.name, note) for reference in answers.references for note in (*reference.notes, *reference.mishaps)
     ]
     truth = {} if judged.base is None else judged.base.truth
-    # Of a user's scene: those of the suite are dark on purpose.
+    # Only for a user's scene: the suite's dark scenes are dark on purpose.
     dark = case.family == FAMILY and Stage.RADIANCE in truth and not (truth[Stage.RADIANCE] > 0).any()
     notes += [(ORACLE, DARK)] if dark else []
     record: CaseRecord = {
@@ -189,7 +193,7 @@ def _record(
         "lights": len(case.scene.lights),
         "camera_and_lights": camera_and_lights(case.scene),
         "shapes": [type(shape).__name__ for shape in case.scene.shapes],
-        "settings": {w.name: told for w in answers.references if (told := said(w))},
+        "settings": {reference.name: settings for reference in answers.references if (settings := said(reference))},
         "renders": [
             {
                 "renderer": name,
@@ -200,7 +204,11 @@ def _record(
             }
             for name, error in errors.items()
         ],
-        "ran": {each.name: sorted(each.items) for each in answers.subjects if each.answers},
+        "ran": {
+            configuration.name: sorted(configuration.items)
+            for configuration in answers.subjects
+            if configuration.answers
+        },
         "unsupported": [
             {"reference": name, "stage": stage.value, "why": why}
             for name, stages in unable
@@ -209,14 +217,14 @@ def _record(
         "abstained": {
             reference.name: reference.error for reference in answers.references if reference.error is not None
         },
-        "stopped": [one.name for one in (*answers.subjects, *answers.references) if one.stopped],
+        "stopped": [renderer.name for renderer in (*answers.subjects, *answers.references) if renderer.stopped],
         "notes": [{"reference": name, "note": note} for name, note in notes],
         "checks": [check.recorded() for check in judged.checks],
         "expectations": judged.expectations,
     }
     if dark:
         record["dark"] = True
-    if not subject.is_tracer and subject.name not in REFERENCES:  # whose limits are known
+    if not subject.is_tracer and subject.name not in REFERENCES:  # their limits are known
         record["kinds"] = kinds_of(case.scene, truth)
         record["refused"] = subject.capabilities.refusal(case.scene) is not None
     return record

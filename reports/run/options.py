@@ -1,7 +1,7 @@
-"""`RunOptions` of `rayproof run`, the `CaseOptions` that each case needs of them, and which images are kept.
+"""`RunOptions` of `rayproof run`, the `CaseOptions` of each case, and the choice of the images that are kept.
 
-A case that did not pass keeps every renderer's images. Of a case that passed they are there to look at, and the command
-in its record makes them again, so that a run of very many cases need not keep them.
+A case that did not pass keeps every renderer's images. The images of a case that passed can be made again by the
+command in its record, so that a run of very many cases need not keep them.
 """
 
 import hashlib
@@ -19,22 +19,22 @@ if TYPE_CHECKING:
     from rayproof.reports.history.gating import Demanded
     from rayproof.reports.run.scenes import SceneStream
 
-MANY = 2000  # cases of a run; of a longer one that passed, a sample is kept unless somebody asks for more
+MANY = 2000  # cases; by default a longer run only keeps the images of a sample of the cases that passed
 USUAL_SAMPLE = 0.01
 FAILED, ALL = "failed", "all"
 
 
 @dataclass(frozen=True)
 class KeptImages:
-    """What is kept of cases that passed: the images of a `share` of them, from 0 to 1; all renderers', if `full`."""
+    """The images that are kept of cases that passed: a `share` of them, from 0 to 1, or all renderers' if `full`."""
 
     share: float = 1.0
     full: bool = False  # as EXR files of every renderer, of every case whatever its verdict
 
     def keeps(self, case: str, outcome: Outcome) -> bool:
-        """Say whether the images of a case of this name and verdict are kept; by a digest of the name it is sampled.
+        """Return whether the images of a case of this name and verdict are kept; a digest of the name decides.
 
-        Which cases are in the sample depends on no other case, on no order, and on no machine.
+        The sample does not depend on other cases, on the order of the cases or on the machine.
         """
         if self.full or outcome is not Outcome.PASS or self.share >= 1:
             return True
@@ -42,7 +42,7 @@ class KeptImages:
         return drawn < self.share * 2**64
 
     def __str__(self) -> str:
-        """Return it as --keep-images takes it."""
+        """Return the value of --keep-images."""
         if self.full:
             return ALL
         return f"sample:{100 * self.share:g}%" if self.share else FAILED
@@ -52,7 +52,7 @@ EVERY_CASE = KeptImages()
 
 
 def images_to_keep(text: str | None, *, cases: int) -> KeptImages:
-    """Return what `failed`, `sample:1%` or `all` means; without a text, what is usual for so many cases.
+    """Parse `failed`, `sample:1%` or `all`; without a text, return the default for this number of cases.
 
     Raises:
         ValueError: the text is none of these, or the share is not above 0 and at most 100 %.
@@ -62,10 +62,10 @@ def images_to_keep(text: str | None, *, cases: int) -> KeptImages:
         return KeptImages(USUAL_SAMPLE) if cases > MANY else EVERY_CASE
     if text in (FAILED, ALL):
         return KeptImages(0.0) if text == FAILED else KeptImages(full=True)
-    found = re.fullmatch(r"sample:([0-9]{1,3}(?:\.[0-9]{1,9})?)%", text)
-    if found is None or not 0 < float(found[1]) <= 100:
+    match = re.fullmatch(r"sample:([0-9]{1,3}(?:\.[0-9]{1,9})?)%", text)
+    if match is None or not 0 < float(match[1]) <= 100:
         raise ValueError(f"--keep-images is failed, all, or a share such as sample:1% (to 100 %), got {text}")
-    return KeptImages(float(found[1]) / 100)
+    return KeptImages(float(match[1]) / 100)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -80,22 +80,22 @@ class RunOptions:
     timeout: float  # s, for one render or one judgement
     worker_memory: float = float("inf")  # bytes of a worker process
     configurations: tuple[str, ...]
-    json: Path | None  # where to copy results.json
-    subject: Subject = THE_TRACER  # who is under test
+    json: Path | None  # path of a copy of results.json
+    subject: Subject = THE_TRACER  # the renderer under test
     cached: bool = True  # take references' renders from the cache
-    history: Path | None = None  # where to keep what was found, for `rayproof report history`
-    demanded: "Demanded | None" = None  # what is known to fail
+    history: Path | None = None  # the database of `rayproof report history`
+    demanded: "Demanded | None" = None  # the expected failures
     least_coverage: float | None = None  # %, of the cases that must be answered; None: half, without a gate
-    diagnose: bool = True  # say which known mistake explains the failures
-    shard: tuple[int, int] | None = None  # the number of a part of the plan, and of how many
-    images: KeptImages = EVERY_CASE  # of which cases they are kept
+    diagnose: bool = True  # search for a known mistake that explains the failures
+    shard: tuple[int, int] | None = None  # the number of a part of the plan, and the number of parts
+    images: KeptImages = EVERY_CASE  # the cases whose images are kept
     patient: bool = False  # a case whose size is estimated to take longer than `timeout` has longer
-    scenes: "SceneStream | None" = None  # instead of selectors: scenes without number
+    scenes: "SceneStream | None" = None  # a stream of scenes, instead of selectors
 
 
 @dataclass(frozen=True, kw_only=True)
 class Source:
-    """A user's own file with what it imports from beside it: the path that he wrote, and the contents by name."""
+    """A user's own file and the files that it imports from its folder: the path as written, and contents by name."""
 
     path: str
     files: Mapping[str, bytes]
@@ -108,12 +108,12 @@ class CaseOptions:
     subject: Subject = THE_TRACER
     references: tuple[str, ...]  # the panel, in its order
     require: tuple[str, ...] = ()  # references that must answer
-    images: KeptImages = EVERY_CASE  # of which cases they are kept
+    images: KeptImages = EVERY_CASE  # the cases whose images are kept
     own: tuple[str, ...] = ()  # the user's own formulas in use, each with the SHA-256 of its file
     cached: bool = False  # references' answers and verdicts may be taken from the cache
     patient: bool = False  # a case whose size is estimated to take longer than the pool's limit has longer
-    sources: tuple[Source, ...] = ()  # the user's own formulas, for machines that have not got them
-    copies: tuple[tuple[str, str], ...] = ()  # there: the path of each, and where it lies
+    sources: tuple[Source, ...] = ()  # the user's own formulas, for machines without these files
+    copies: tuple[tuple[str, str], ...] = ()  # on such a machine: the path of each, and the path of its copy
 
     @property
     def of_records(self) -> dict[str, Any]:
@@ -148,5 +148,5 @@ def _own(configurations: tuple[str, ...]) -> tuple[str, ...]:
         return ()
     from rayproof.tracer.configuration import Configuration
 
-    found = {place: digest for name in configurations for place, digest in Configuration.parse(name).own.items()}
-    return tuple(f"{place} {digest}" for place, digest in sorted(found.items()))
+    digests = {place: digest for name in configurations for place, digest in Configuration.parse(name).own.items()}
+    return tuple(f"{place} {digest}" for place, digest in sorted(digests.items()))

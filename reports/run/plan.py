@@ -1,4 +1,4 @@
-"""The plan: which configurations are asked about which cases, the references that judge, keys for `--resume`.
+"""The plan: the configurations of each case, the references that judge, and keys for `--resume`.
 
 The default suite runs the default configuration in float32 and in float64 on every case, and every alternative
 formula, in float32, on the cases that cover its specification item.
@@ -22,9 +22,11 @@ from rayproof.reports.subjects import THE_TRACER, Subject
 from rayproof.reports.subjects.protocol import Capabilities
 
 GEOMETRY = IMAGE_STAGES[: IMAGE_STAGES.index(Stage.IRRADIANCE)]
-OF_SHAPES = {"HIT-3", "HIT-7", "HIT-8", "NRM-2", "NRM-3", "XF-1", "XF-2"}  # which triangles in their place do not cover
+# Items that are not covered by triangles that replace a shape.
+OF_SHAPES = {"HIT-3", "HIT-7", "HIT-8", "NRM-2", "NRM-3", "XF-1", "XF-2"}
 DEFAULTS = ("float32", "float64")
-# The specification's second way where it has two. Literature's further variants are for `rayproof stability`.
+# The second formula of each item for which the specification has two. Variants of the literature are only used by
+# `rayproof stability`.
 ALTERNATIVES = (
     "ray/inverse_matrices",
     "triangle/moeller_trumbore",
@@ -37,11 +39,11 @@ ALTERNATIVES = (
 
 @dataclass(frozen=True, kw_only=True)
 class PlannedCase:
-    """A case, and the configurations that it is put to."""
+    """A case and the configurations that render it."""
 
     case: Case
     configurations: tuple[str, ...]
-    twice: bool = False  # it is rendered once more, and must give the same image
+    twice: bool = False  # it is rendered twice, and both images must be the same
 
 
 @lru_cache(maxsize=1)
@@ -57,46 +59,50 @@ def alternatives() -> dict[str, frozenset[str]]:
     from rayproof.tracer.formulas import FORMULAS
 
     usual = Configuration(precision="float32").items
-    found = {}
+    covered = {}
     for name in ALTERNATIVES:
         formula = FORMULAS[name]
         items = frozenset(formula.covers) - usual
         if not items:
             raise ValueError(f"{name} is no alternative: the default formulas cover {', '.join(formula.covers)} too")
-        found[Configuration(precision="float32", formulas={formula.slot: formula.variant}).name] = items
-    return found
+        covered[Configuration(precision="float32", formulas={formula.slot: formula.variant}).name] = items
+    return covered
 
 
-MOST_TWICE = 2**14  # px of the image that is rendered twice: two of the suite's usual ones
-LOOKED_AT = 32  # cases of a plan among which it is sought, so that it is an early one
-ASKED_AGAIN = 20  # cases of a program that stays alive, once all are answered
+MOST_TWICE = 2**14  # most px of the image that is rendered twice: two usual images of the suite
+LOOKED_AT = 32  # cases at the plan's start, among them the case that is rendered twice
+ASKED_AGAIN = 20  # cases that a program that stays alive renders again at the end
 
 
 def with_some_twice(planned: Sequence[PlannedCase], subject: Subject = THE_TRACER) -> Sequence[PlannedCase]:
-    """Return a plan of which one early case, small and lit, is rendered twice, among those that the subject can draw.
+    """Return the plan with an early case, small and lit, that the subject can draw and that is rendered twice.
 
-    Of a program the smallest early case where none is small. Of a program that stays alive, which may carry something
-    from one scene to the next, as many as `ASKED_AGAIN` all over the plan.
+    If no early case is small, a program gets the smallest one. A program that stays alive may keep state from one scene
+    to the next: it gets `ASKED_AGAIN` such cases, spread over the plan.
     """
     places: Sequence[int] = range(len(planned))
     drawn: Callable[[int], bool] = lambda place: True  # noqa: E731
-    if subject.is_program and not isinstance(planned, PlannedScenes):  # a stream is not read for it
-        # Whether a scene is refused may need images of the oracle: no more are looked at than are needed.
+    if subject.is_program and not isinstance(planned, PlannedScenes):  # a stream is not read for this
+        # Only test the scenes that are needed: the test for a refusal may need images of the oracle.
         able = subject.capabilities
         drawn = cache(lambda place: able.refusal(planned[place].case.scene) is None)
     if subject.stays:
         return _with_twice(planned, _spread(len(planned), drawn))
     places = [*islice(filter(drawn, places), LOOKED_AT)]
     firsts = [(place, planned[place]) for place in places[:LOOKED_AT]]
-    small = [(place, one) for place, one in firsts if one.case.samples == 1 and _pixels(one) <= MOST_TWICE]
-    lit = [(place, one) for place, one in small if one.case.scene.lights]
+    small = [
+        (place, planned_case)
+        for place, planned_case in firsts
+        if planned_case.case.samples == 1 and _pixels(planned_case) <= MOST_TWICE
+    ]
+    lit = [(place, planned_case) for place, planned_case in small if planned_case.case.scene.lights]
     if not small and subject.is_program:
         small = sorted(firsts, key=lambda entry: _pixels(entry[1]) * entry[1].case.samples ** 2)[:1]
     return _with_twice(planned, {place for place, _ in (lit or small)[:1]})
 
 
 def _spread(cases: int, drawn: Callable[[int], bool]) -> list[int]:
-    """Return `ASKED_AGAIN` places of a plan that are drawn, spread over it; all that are drawn if they are fewer."""
+    """Return `ASKED_AGAIN` places of cases that can be drawn, spread over the plan; all of them if they are fewer."""
     count = min(ASKED_AGAIN, cases)
     starts = [(2 * number + 1) * cases // (2 * count) for number in range(count)]
     pieces = [range(first, after) for first, after in pairwise([*starts, cases])]
@@ -106,7 +112,7 @@ def _spread(cases: int, drawn: Callable[[int], bool]) -> list[int]:
 
 
 def _with_twice(planned: Sequence[PlannedCase], places: Collection[int]) -> Sequence[PlannedCase]:
-    """Return a plan of which the cases in some places are rendered twice."""
+    """Return the plan with the cases at these places rendered twice."""
     if isinstance(planned, PlannedScenes):
         planned.twice = frozenset(places)
         return planned
@@ -123,7 +129,7 @@ class PlannedScenes(Sequence[PlannedCase]):
     def __init__(self, cases: SceneStream, planned: Callable[[Case], PlannedCase]) -> None:
         self._cases, self._planned = cases, planned
         self.twice: frozenset[int] = frozenset()  # the places of the scenes that are rendered twice
-        # Of all: which are asked depends on what a scene covers.
+        # Of all scenes: a scene's configurations depend on the items that it covers.
         firsts = cases.covers.values()
         self.configurations = frozenset(name for number in firsts for name in planned(cases[number]).configurations)
 
@@ -137,14 +143,18 @@ class PlannedScenes(Sequence[PlannedCase]):
     def __getitem__(self, index: int | slice) -> PlannedCase | Sequence[PlannedCase]:
         if isinstance(index, slice):
             return [self[number] for number in range(len(self))[index]]
-        found = self._planned(self._cases[index])
-        return replace(found, twice=range(len(self))[index] in self.twice)
+        planned_case = self._planned(self._cases[index])
+        return replace(planned_case, twice=range(len(self))[index] in self.twice)
 
 
 def configurations_of(planned: Sequence[PlannedCase]) -> frozenset[str]:
-    """Return all configurations that cases are put to; a sequence that knows them is not read for it."""
-    known = getattr(planned, "configurations", None)
-    return frozenset(name for one in planned for name in one.configurations) if known is None else known
+    """Return the configurations of all cases; a sequence that stores them is not read for this."""
+    stored = getattr(planned, "configurations", None)
+    return (
+        frozenset(name for planned_case in planned for name in planned_case.configurations)
+        if stored is None
+        else stored
+    )
 
 
 def plan(
@@ -154,8 +164,8 @@ def plan(
 ) -> tuple[PlannedCase, ...]:
     """Return every case with its configurations; `configurations`, if any, replace the default suite's.
 
-    Another subject than the tracer has no configurations, only its name; what it declares not to have is
-    asked as far as it can be (`within_reach`).
+    A subject other than the tracer has no configurations, only its name; its cases are adapted to the capabilities that
+    it declares (`within_reach`).
 
     Raises:
         LookupError, ValueError: a configuration names something unknown.
@@ -180,10 +190,10 @@ def plan(
 
 
 def within_reach(case: Case, able: Capabilities) -> Case:
-    """Return the case under a model of light that the program has, and with what its shapes cover as it is handed them.
+    """Return the case in a form that the program can draw: its model of light, its samples and its shapes.
 
-    Where it has not the case's own light, everything but light is the same question, and light is an extra one: what it
-    covers and its closed forms are those of the other model.
+    The covered items follow from that form. If the program has not the case's own model of light, the geometry is
+    unchanged, and the covered items and the closed forms are adapted to the other model.
     """
     case = _with_meshes(case, able)
     if any(able.sample_offset) or able.random:  # closed forms are about the pixels' centres
@@ -199,22 +209,22 @@ def within_reach(case: Case, able: Capabilities) -> Case:
     if scene is case.scene:
         return case
     light = {"RAD-1", "RAD-2", "RAD-3", "RAD-4"}
-    told = f"Asked under {scene.shading} light, since the program has no {case.scene.shading} one."
+    note = f"Asked under {scene.shading} light, since the program has no {case.scene.shading} one."
     items = {item for item in case.covers if item not in light} | (light & {*covering(scene)})
     return replace(
         case,
         scene=scene,
         covers=tuple(item for item in ITEMS if item in items),
-        stresses=f"{case.stresses} {told}",
-        expectations=tuple(one for one in case.expectations if _about_shadows(one)),
+        stresses=f"{case.stresses} {note}",
+        expectations=tuple(expectation for expectation in case.expectations if _about_shadows(expectation)),
     )
 
 
 def _with_meshes(case: Case, able: Capabilities) -> Case:
-    """Return the case about the meshes, or squares, that a program gets for spheres and planes that it does not draw.
+    """Return the case with the meshes, or squares, that replace spheres and planes for a program that lacks these.
 
-    They are other surfaces: the case does not count for the items of those shapes, nor hold by closed forms about them.
-    How many of its pixels must be decidable was found out for the original.
+    They are different surfaces: the items of the original shapes are not covered, and their closed forms do not apply.
+    Nor does the least number of decidable pixels, which was determined for the original scene.
     """
     notes = able.not_equal(case.scene)
     if not notes:
@@ -232,14 +242,14 @@ def _with_meshes(case: Case, able: Capabilities) -> Case:
     )
 
 
-def _about_shadows(one: Expectation) -> bool:
-    """Say whether a closed form holds under either model of light."""
-    return isinstance(one, ShadowOutline) or getattr(one, "stage", None) in GEOMETRY
+def _about_shadows(expectation: Expectation) -> bool:
+    """Return whether a closed form holds under either model of light."""
+    return isinstance(expectation, ShadowOutline) or getattr(expectation, "stage", None) in GEOMETRY
 
 
 @dataclass(frozen=True, kw_only=True)
 class RecordKey(Key):
-    """A finished case's record: which case, put to whom, before whom, and by which options."""
+    """The key of a finished case's record: the case, its configurations and the options, with subject and panel."""
 
     case: Case
     configurations: tuple[str, ...]
@@ -248,7 +258,7 @@ class RecordKey(Key):
 
 
 def record_key(planned: PlannedCase, options: CaseOptions) -> RecordKey:
-    """Return all that a finished case depends on: under it `--resume` takes its record up again."""
+    """Return the key of all data that a finished case depends on; `--resume` finds its record by it."""
     return RecordKey(
         case=planned.case,
         configurations=planned.configurations,
@@ -261,7 +271,7 @@ def record_key(planned: PlannedCase, options: CaseOptions) -> RecordKey:
 
 @dataclass(frozen=True, kw_only=True)
 class Panel:
-    """The references of a run, the oracle first, and the reasons of those that may not judge its subject."""
+    """The references of a run, the oracle first, and the reasons why other references may not judge its subject."""
 
     names: tuple[str, ...]
     absent: dict[str, str] = field(default_factory=dict)
@@ -294,5 +304,5 @@ def panel(require: Sequence[str], subject: Subject = THE_TRACER) -> Panel:
         else:
             absent[name] = why
     for name in require:
-        REFERENCES[name]  # an unknown one is explained here
+        REFERENCES[name]  # raises LookupError for an unknown name
     return Panel(names=tuple(sorted(names, key=lambda name: (name != ORACLE, name))), absent=absent)

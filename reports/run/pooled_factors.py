@@ -1,10 +1,10 @@
 """Factors that a whole run shares (pi, 4, every flux): pooled over cases, found below one case's limits.
 
-Each case's word is the middle one of its groups' factors. Of a correct renderer it is off by constants, which all cases
-may share and `allowance` bounds, and by roundings of the case's own camera, lights and shapes. Cases that share a
-camera and lights share roundings too, so that they have one word together; of words of different cameras or lights the
-sign is as likely one as the other, and the sign test of `reports/judge/forward/common_factors.py` is asked of them
-in turn.
+Each case contributes the median of its groups' factors. For a correct renderer it deviates by constants, which all
+cases may share and `allowance` bounds, and by roundings of the case's own camera, lights and shapes. Cases with the
+same camera and lights share roundings too, so that they have one vote together. For votes of different cameras or
+lights both signs of the deviation are equally likely, and the sign test of `reports/judge/forward/common_factors.py` is
+applied to them.
 """
 
 import hashlib
@@ -23,63 +23,64 @@ from rayproof.reports.results.records import CommonFactorRecord, WideLimitsRecor
 
 
 def camera_and_lights(scene: Scene) -> str:
-    """Return a digest of where a scene is seen and lit from: cases that share it share the roundings of both."""
+    """Return a digest of the positions of camera and lights: cases that share it share the roundings of both."""
     places = (scene.camera.eye, scene.camera.target, *(light.position for light in scene.lights))
     return hashlib.blake2b(repr(places).encode(), digest_size=6).hexdigest()
 
 
 class PooledFactors:
-    """What cases say of the factors that the whole run shares: two numbers a configuration and stage."""
+    """The votes of all cases on the factors that the whole run shares: two numbers per configuration and stage."""
 
     def __init__(self) -> None:
-        self._voices: dict[str, int] = {}  # who shares a camera and lights, by number
+        self._voices: dict[str, int] = {}  # numbers of the votes, by the digest of camera and lights
         self._words: dict[tuple[str, str], tuple[array[int], array[float], array[float]]] = {}
-        # Of who shares a camera and lights the case with the most pixels: others may show the same ones.
+        # Per camera and lights only the case with the most pixels: other cases may show the same pixels.
         self._wide: dict[tuple[str, str], dict[str, Leaning]] = {}
 
     def add(self, record: CaseRecord) -> None:
-        """Take up another case."""
+        """Add the record of a case."""
         for check in record["checks"]:
-            bias, told = check.bias, record.get("camera_and_lights", record["name"])
+            bias, digest = check.bias, record.get("camera_and_lights", record["name"])
             if bias is not None and (wide := bias.wide) is not None:
                 cases = self._wide.setdefault((check.configuration, check.stage), {})
-                cases[told] = max(cases.get(told, wide), wide, key=lambda one: one.pixels)
+                cases[digest] = max(cases.get(digest, wide), wide, key=lambda leaning: leaning.pixels)
             if bias is not None and bias.common is not None:
-                voice = self._voices.setdefault(told, len(self._voices))
+                vote = self._voices.setdefault(digest, len(self._voices))
                 key = check.configuration, check.stage
-                words = self._words.setdefault(key, (array("l"), array("d"), array("d")))
-                words[0].append(voice)
-                words[1].append(at_worst(bias.common))
-                words[2].append(at_worst(bias.allowance))
+                votes = self._words.setdefault(key, (array("l"), array("d"), array("d")))
+                votes[0].append(vote)
+                votes[1].append(at_worst(bias.common))
+                votes[2].append(at_worst(bias.allowance))
 
     @property
     def pooled(self) -> list[CommonFactorRecord]:
-        """Return for each configuration and stage of light what all cases' factors have in common."""
+        """Return the common factor of all cases for each configuration and stage of light."""
         order = list(Stage)
-        found = []
-        for (configuration, stage), words in sorted(
+        factors = []
+        for (configuration, stage), votes in sorted(
             self._words.items(), key=lambda entry: (entry[0][0], order.index(Stage(entry[0][1])))
         ):
-            voices: dict[int, list[tuple[float, float]]] = {}
-            for voice, off, allowed in zip(*words, strict=True):
-                voices.setdefault(voice, []).append((off, allowed))
-            found.append(_pooled(configuration, stage, voices))
-        return found
+            groups: dict[int, list[tuple[float, float]]] = {}
+            for vote, off, allowed in zip(*votes, strict=True):
+                groups.setdefault(vote, []).append((off, allowed))
+            factors.append(_pooled(configuration, stage, groups))
+        return factors
 
     @property
     def wide(self) -> list[WideLimitsRecord]:
-        """Return for each configuration and stage of light which way its pixels with wide limits are off together.
+        """Return the common sign of the errors of pixels with wide limits, for each configuration and stage of light.
 
-        Of a correct renderer each is off to a chosen side by more than pixels share with probability 1/2 at most.
+        For a correct renderer an error exceeds the part that pixels can share, to a chosen side, with a probability of
+        at most 1/2.
         """
-        found: list[WideLimitsRecord] = []
+        leanings: list[WideLimitsRecord] = []
         for (configuration, stage), cases in sorted(
             self._wide.items(), key=lambda entry: (entry[0][0], list(Stage).index(Stage(entry[0][1])))
         ):
             pixels, above, below = map(sum, zip(*map(astuple, cases.values()), strict=True))
             verdict = Outcome.PASS if max(above, below) <= (1 - least_share(pixels)) * pixels else Outcome.FAIL
             verdict = Outcome.UNDECIDED if pixels < LEAST_DISTINCT else verdict
-            found.append(
+            leanings.append(
                 {
                     "configuration": configuration,
                     "stage": stage,
@@ -89,32 +90,32 @@ class PooledFactors:
                     "verdict": verdict.value,
                 }
             )
-        return found
+        return leanings
 
 
 def common_factors(records: Iterable[CaseRecord]) -> list[CommonFactorRecord]:
-    """Return for each configuration and stage of light what all cases' factors have in common, as plain JSON data."""
+    """Return the common factor of all cases for each configuration and stage of light, as plain JSON data."""
     factors = PooledFactors()
     for record in records:
         factors.add(record)
     return factors.pooled
 
 
-def _pooled(configuration: str, stage: str, voices: Mapping[int, Sequence[tuple[float, float]]]) -> CommonFactorRecord:
-    """Return one configuration's factor at one stage; too few voices decide nothing."""
-    said = [(median(off for off, _ in each), max(allowed for _, allowed in each)) for each in voices.values()]
-    off = float(f"{median(value for value, _ in said):.4g}")
+def _pooled(configuration: str, stage: str, groups: Mapping[int, Sequence[tuple[float, float]]]) -> CommonFactorRecord:
+    """Return one configuration's factor at one stage; with too few votes it is undecided."""
+    votes = [(median(off for off, _ in group), max(allowed for _, allowed in group)) for group in groups.values()]
+    off = float(f"{median(value for value, _ in votes):.4g}")
     sign = 1 if off >= 0 else -1
     sees, verdict = None, Outcome.UNDECIDED
-    if len(said) >= LEAST_DISTINCT:
-        beyond = sorted(sign * value - allowed for value, allowed in said)
-        sees = float(f"{abs(off) - beyond[int(len(said) * least_share(len(said)))]:.4g}")
+    if len(votes) >= LEAST_DISTINCT:
+        beyond = sorted(sign * value - allowed for value, allowed in votes)
+        sees = float(f"{abs(off) - beyond[int(len(votes) * least_share(len(votes)))]:.4g}")
         verdict = Outcome.PASS if abs(off) <= sees else Outcome.FAIL
     return {
         "configuration": configuration,
         "stage": stage,
-        "cases": sum(len(each) for each in voices.values()),
-        "voices": len(said),
+        "cases": sum(len(group) for group in groups.values()),
+        "voices": len(votes),
         "off": off,
         "sees": sees,
         "verdict": verdict.value,
@@ -122,9 +123,9 @@ def _pooled(configuration: str, stage: str, voices: Mapping[int, Sequence[tuple[
 
 
 def wrong(pooled: Sequence[CommonFactorRecord], wide: Sequence[WideLimitsRecord]) -> list[str]:
-    """Return in sentences which configurations multiply all of a run by a wrong factor, from their first stage on.
+    """Return a sentence for each configuration that has a wrong factor in the whole run, at its first such stage.
 
-    A factor of the pixels with wide limits alone is told where there is no other.
+    A sentence on the pixels with wide limits is only returned if the configuration has no other one.
     """
     first: dict[str, str] = {}
     for entry in pooled:

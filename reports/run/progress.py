@@ -32,14 +32,14 @@ COLOURS = {
 }
 
 
-# s without a word before a log says what is being done: where that has changed, and where it has not
+# s without a line before a log reports the work in progress: if the work has changed, and if it has not
 SOON, NOW_AND_THEN = 5.0, 20.0
 NAME = 20  # columns of a terminal that a case's name gets at least
 DOING = {JUDGE: "judging", TRACER: "tracing", CACHE: "looking up what is kept"}
 
 
 def _bar(console: Console) -> "Progress":
-    """Return a bar for a terminal; a log has none, and does not wait until it is imported."""
+    """Return a bar for a terminal; its modules are imported here, since a log has no bar."""
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 
     columns = (TextColumn("{task.description}", markup=False), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
@@ -47,7 +47,7 @@ def _bar(console: Console) -> "Progress":
 
 
 class CaseProgress:
-    """Tell how far a run has come."""
+    """Print the progress of a run."""
 
     def __init__(self, console: Console, *, total: int) -> None:
         self._console = console
@@ -55,7 +55,8 @@ class CaseProgress:
         self._task = None if self._bar is None else self._bar.add_task("cases", total=total)
         self._total = total
         self._done = 0
-        self._told: tuple[float, frozenset[str]] = (time.monotonic(), frozenset())  # when last, and what
+        # Time of the last line, and the workers in it.
+        self._told: tuple[float, frozenset[str]] = (time.monotonic(), frozenset())
 
     def __enter__(self) -> "CaseProgress":
         if self._bar is not None:
@@ -67,9 +68,9 @@ class CaseProgress:
             self._bar.stop()
 
     def working(self, cases: Collection[str], busy: Mapping[str, float]) -> None:
-        """Tell what is being done of which cases, and for how long [s]; called about once a second.
+        """Print the cases in progress and the busy workers with their times [s]; called about once a second.
 
-        A log has a line of it where it changes, and now and then, once a case has taken some time.
+        A log gets a line if the workers change, and from time to time while a case takes long.
         """
         doing = ", ".join(f"{_in_words(kind)} {seconds:.0f} s" for kind, seconds in busy.items() if seconds >= 1)
         if not doing:
@@ -84,7 +85,7 @@ class CaseProgress:
             self._console.print(f"[{self._done}/{self._total}] {text}", soft_wrap=True, highlight=False)
 
     def finished(self, record: CaseRecord, *, again: bool) -> None:
-        """Tell of one more finished case; `again` says that it was taken up from an earlier run."""
+        """Print a finished case; `again`: its record was resumed from an earlier run."""
         self._done += 1
         self._told = time.monotonic(), self._told[1]
         outcome = Outcome(record["verdict"])
@@ -99,22 +100,22 @@ class CaseProgress:
 
 
 def _in_words(kind: str) -> str:
-    """Return what a kind of worker does."""
+    """Return the activity of a kind of worker in words."""
     return DOING.get(kind) or kind.removeprefix("reference:").removeprefix("subject:")
 
 
 def worst_first(records: Sequence[CaseRecord], *, most: int = 12) -> Table:
-    """Return a table of the worst cases, by verdict and then by how much of a limit they used."""
+    """Return a table of the worst cases, by verdict and then by their largest error over its limit."""
     order = list(Outcome)
 
     def badness(record: CaseRecord) -> tuple[int, float]:
-        found = highest(record)
-        return order.index(Outcome(record["verdict"])), found[0] if found else 0.0
+        worst = highest(record)
+        return order.index(Outcome(record["verdict"])), worst[0] if worst else 0.0
 
     total = len(records)
     records = records.worst_first()[:most] if isinstance(records, Cases) else records
     table = Table(title=f"Worst {min(most, total)} of {several(total, 'case')}", title_justify="left")
-    # A narrow terminal breaks names and items into lines: one that is cut short names no case.
+    # A narrow terminal breaks names and items into lines: a name that is cut short names no case.
     for column in ("case", "verdict", "stage", "item", "wrong pixels", "worst error / limit"):
         table.add_column(column, overflow="fold", min_width=NAME if column == "case" else None)
     for record in sorted(records, key=badness, reverse=True)[:most]:
@@ -133,6 +134,6 @@ def worst_first(records: Sequence[CaseRecord], *, most: int = 12) -> Table:
 
 
 def highest(record: CaseRecord) -> tuple[float, str] | None:
-    """Return a case's largest error over limit and the check where it was met; None where nothing was measured."""
+    """Return a case's largest error over limit and the name of its check; None if nothing was measured."""
     ratios = [(at_worst(ratio), check.name) for check in record["checks"] if (ratio := ratio_of(check)) is not None]
     return max(ratios, default=None)

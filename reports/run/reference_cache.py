@@ -1,8 +1,8 @@
-"""References' earlier answers by content: keys (scene, renderer, version, settings, code), recalling and keeping.
+"""The cache of references' answers: keys (scene, renderer, version, settings, code), reading and writing.
 
-Only references are here: what the renderer under test answers always comes from itself. A key is everything that an
-answer depends on, as a dataclass with a field for each: a change of any field is another question. Another kind of
-answer needs a `Key` of its own. Every read is checked, which takes about as long as a SHA-256 over the entry.
+Only references have cached answers; the renderer under test always renders. A key is a dataclass with a field for
+everything that an answer depends on: a change of any field makes another key. Another kind of answer needs a `Key` of
+its own. Every read is checked, which takes about as long as a SHA-256 over the entry.
 """
 
 import hashlib
@@ -26,7 +26,7 @@ from rayproof.cases.scene import Mesh, Scene
 from rayproof.cases.stages import Reference, Stage, StageImages
 from rayproof.reports.run.cache_store import About, DamagedEntryError, Entry, Store, usual_store
 
-# Whose numbers are in an answer or a verdict.
+# Packages that compute numbers of an answer or a verdict.
 PACKAGES = (
     "drjit",
     "mitsuba",
@@ -38,22 +38,22 @@ PACKAGES = (
     "scipy",
     "trimesh",
 )
-# In /proc/cpuinfo: what makes the processor's model, and which of its features compute. The rest, such as those against
-# leaks, depends on the kernel.
+# In /proc/cpuinfo: the parts of the processor's model, and its features for computation. The other features, such as
+# protections against leaks, depend on the kernel.
 _MODEL = ("vendor_id", "cpu family", "model", "CPU implementer", "CPU architecture", "CPU variant", "CPU part")
 _COMPUTES = re.compile(r"(sse|ssse|avx|fma|f16c|bmi|amx|abm|popcnt|movbe|adx|gfni|vaes|fp|asimd|sve|sme|bf16|i8mm)")
 
 
 @dataclass(frozen=True, kw_only=True)
 class Key:
-    """All that one kind of kept answer depends on, field by field: a change of any is another question."""
+    """Everything that one kind of cached answer depends on, field by field: a change of any makes another key."""
 
     code: str
     machine: tuple[str, ...]
 
     @property
     def digest(self) -> str:
-        """Return the name under which the answer is kept."""
+        """Return the name under which the answer is stored."""
         return digest(exact(self))
 
 
@@ -67,7 +67,7 @@ def digest(content: Any) -> str:
 
 def exact(value: Any) -> Any:
     """Return data as JSON data: dataclasses with the name of their type, arrays and meshes by their digests."""
-    if type(value) in PLAIN:  # most of what a scene is made of
+    if type(value) in PLAIN:  # most parts of a scene
         return value
     if isinstance(value, Mesh):
         return ["Mesh", value.digest, value.file]
@@ -96,8 +96,8 @@ def sources(*, tracer: bool) -> list[Path]:
 def code(*, tracer: bool = False) -> str:
     """Return rayproof's version and the SHA-256 of its sources: whatever changes there may change an answer.
 
-    Without `tracer` its sources are left out: no reference can import them, and a verdict is only taken up again for
-    answers of the tracer that are equal to the last bit.
+    Without `tracer` the tracer's sources are left out: no reference can import them, and a verdict is only reused if
+    the tracer's answers are bit-identical.
     """
     content = hashlib.sha256()
     for file in sources(tracer=tracer):
@@ -113,7 +113,7 @@ def _installed(package: str) -> str:
 
 @cache
 def machine(packages: Sequence[str] = PACKAGES) -> tuple[str, ...]:
-    """Return what beside code and data decides an answer's last bits: packages, interpreter, processor, compiler."""
+    """Return the facts of this machine that decide an answer's last bits: packages, Python, processor, compiler."""
     installed = [_installed(package) for package in packages]
     chosen = [os.environ.get(name, "") for name in ("DRJIT_LIBLLVM_PATH", "RAYPROOF_BACKEND")]
     return (*installed, platform.python_version(), *processor(), *chosen)
@@ -121,42 +121,42 @@ def machine(packages: Sequence[str] = PACKAGES) -> tuple[str, ...]:
 
 @cache
 def processor() -> tuple[str, str, str]:
-    """Return the architecture, the model, and the features by which compilers choose instructions.
+    """Return the architecture, the model, and the features that decide which instructions compilers choose.
 
-    A JIT compiles for the processor that it finds, so that another one may round another way. Its model and its
-    features are those that Linux tells, of which LLVM makes its target; elsewhere what Python knows must do.
+    A JIT compiles for the processor on which it runs, so that another processor may round differently. Model and
+    features are read from Linux, like LLVM's own target; elsewhere Python's description of the processor is used.
     """
     try:
         text = Path("/proc/cpuinfo").read_text(encoding="utf-8", errors="replace")
     except OSError:
         return platform.machine(), platform.processor(), ""
-    told: dict[str, str] = {}
+    values: dict[str, str] = {}
     for line in text.split("\n\n")[0].splitlines():
         name, _, value = line.partition(":")
-        told[name.strip()] = value.strip()
-    model = " ".join(told[name] for name in _MODEL if name in told)
-    features = (told.get("flags") or told.get("Features") or "").split()
-    return platform.machine(), model, " ".join(sorted(one for one in features if _COMPUTES.match(one)))
+        values[name.strip()] = value.strip()
+    model = " ".join(values[name] for name in _MODEL if name in values)
+    features = (values.get("flags") or values.get("Features") or "").split()
+    return platform.machine(), model, " ".join(sorted(feature for feature in features if _COMPUTES.match(feature)))
 
 
-# Reading is checking too: about as fast as a processor sums a SHA-256, and a file must be opened.
+# Reading includes the check, which is about as fast as a SHA-256, and opening a file.
 READING = 2e8  # bytes/s
 OPENING = 2e-3  # s
 
 
 @dataclass(frozen=True, kw_only=True)
 class Rendered:
-    """A reference's images, and where they come from."""
+    """A reference's images, and whether they are cached."""
 
     answers: StageImages
     mean: np.ndarray | None  # radiance over a case's samples
     cached: bool
-    notes: tuple[str, ...] = ()  # what went wrong with the cache, in sentences
+    notes: tuple[str, ...] = ()  # problems with the cache, in sentences
 
 
 @dataclass(frozen=True, kw_only=True)
 class RenderKey(Key):
-    """A reference's images of a scene."""
+    """The key of a reference's images of a scene."""
 
     kind: str  # "render"
     name: str
@@ -164,12 +164,12 @@ class RenderKey(Key):
     scene: Scene
     settings: Mapping[str, str]
     stages: tuple[Stage, ...]
-    samples: int  # over so many a side of a pixel a mean is taken
+    samples: int  # per side of a pixel, for the mean
 
 
 @dataclass(frozen=True, kw_only=True)
 class ReferenceQuestion:
-    """What a reference is asked: the stages of a scene, and over how many samples a pixel's mean is taken."""
+    """A request to a reference: the stages of a scene, and the samples per side of a pixel for the mean."""
 
     name: str
     reference: Reference
@@ -179,7 +179,7 @@ class ReferenceQuestion:
 
     @cached_property
     def key(self) -> RenderKey:
-        """Return all that an answer depends on."""
+        """Return the key of the answer."""
         settings = getattr(self.reference, "settings", None)
         return RenderKey(
             kind="render",
@@ -195,10 +195,10 @@ class ReferenceQuestion:
 
 
 def recalled(question: ReferenceQuestion, store: Store | None = None) -> Rendered | None:
-    """Return what was answered to the same question before, or None.
+    """Return the cached answer to a request, or None.
 
     Raises:
-        DamagedEntryError: the entry is not what was written; it is gone.
+        DamagedEntryError: the entry differs from the written one; it has been removed.
 
     """
     return (store or usual_store()).read(question.key.digest, _rendered)
@@ -215,17 +215,17 @@ def cached(
     store: Store | None = None,
     always: bool = False,
 ) -> Rendered:
-    """Return what `render` returned for the same question before, or now.
+    """Return the cached answer to a request, or the answer of `render`, which is then stored.
 
-    An entry that is not what was written is removed, rendered anew and told of. A cache that cannot be written costs
-    a note and nothing else. What costs less to render than to read is not kept, unless `always`.
+    A damaged entry is removed, rendered again and reported in a note. A cache that cannot be written only adds a note.
+    An answer that takes less time to render than to read is not stored, unless `always`.
     """
     store = store or usual_store()
     notes: tuple[str, ...] = ()
     try:
-        found = recalled(question, store)
-        if found is not None:
-            return found
+        stored = recalled(question, store)
+        if stored is not None:
+            return stored
     except DamagedEntryError as wrong:
         notes = (damage(wrong),)
     start = time.perf_counter()
@@ -237,7 +237,7 @@ def cached(
 
 
 def damage(wrong: DamagedEntryError) -> str:
-    """Return what a case's notes say of a kept render that was damaged."""
+    """Return a case's note about a cached render that was damaged."""
     return f"A kept render was damaged ({wrong}) and was rendered anew."
 
 
@@ -253,7 +253,7 @@ def _keep(store: Store, key: RenderKey, about: About, arrays: dict[str, np.ndarr
 
 
 def _seen(key: RenderKey, seconds: float) -> About:
-    """Return what a listing tells of an entry."""
+    """Return the description of an entry, for listings."""
     scene = key.scene
     return {
         "kind": key.kind,
@@ -271,13 +271,13 @@ def _seen(key: RenderKey, seconds: float) -> About:
 
 def _arrays(answers: StageImages) -> dict[str, np.ndarray]:
     """Return answers as named arrays; the camera stage is a dictionary of them."""
-    found: dict[str, np.ndarray] = {}
+    arrays: dict[str, np.ndarray] = {}
     for stage, image in answers.items():
         if stage is Stage.CAMERA:
-            found |= {f"{stage.value}.{part}": np.asarray(array) for part, array in image.items()}
+            arrays |= {f"{stage.value}.{part}": np.asarray(array) for part, array in image.items()}
         else:
-            found[stage.value] = np.asarray(image)
-    return found
+            arrays[stage.value] = np.asarray(image)
+    return arrays
 
 
 def _answers(arrays: dict[str, np.ndarray]) -> StageImages:

@@ -1,7 +1,7 @@
-"""How far a whole renderer carries: the last rung of each scene ladder that it passes.
+"""The limits of a whole renderer: the last value of each scene ladder that it passes.
 
-Every rung is rendered and judged as a case of a run, in worker processes, by the closed forms and by certified numbers.
-No other renderer judges, since at such scenes each of them has limits of its own.
+Every value is rendered and judged as a case of a run, in worker processes, by the closed forms and by certified
+numbers. No other renderer judges, since each of them has limits of its own at such scenes.
 """
 
 import tempfile
@@ -27,14 +27,14 @@ from rayproof.reports.studies.stability.limit_records import LimitRecord, RungVe
 from rayproof.reports.subjects import THE_TRACER, TRACER, Subject
 
 JUDGES = (ORACLE, "certified")
-MOST_RENDERS = 6  # of a ladder that is not climbed whole
+MOST_RENDERS = 6  # of a ladder, unless all of its values are rendered
 PASSED = (Outcome.PASS, Outcome.WARN)
 UNANSWERED = (Outcome.ERROR, Outcome.MISSING, Outcome.UNSUPPORTED)
 
 
 @dataclass(frozen=True, kw_only=True)
 class Column:
-    """A renderer whose limits are measured: a subject, and of the tracer a configuration."""
+    """A renderer whose limits are measured: a subject, with a configuration if it is the tracer."""
 
     subject: Subject
     configuration: str
@@ -47,7 +47,7 @@ class Column:
 
 @dataclass(frozen=True, kw_only=True)
 class SceneRung:
-    """The result of one rung."""
+    """The result at one value of a ladder."""
 
     outcome: Outcome
     stage: str = ""
@@ -56,24 +56,24 @@ class SceneRung:
 
     @property
     def passes(self) -> bool:
-        """Say whether the renderer carries so far."""
+        """Return whether the renderer passes at this value."""
         return self.outcome in PASSED
 
 
 @dataclass(kw_only=True)
 class SceneClimb:
-    """The rungs of a ladder that a renderer was asked about, and which is the next."""
+    """The results of one renderer at the values of a ladder, by the value's index, and the choice of the next value."""
 
     ladder: SceneLadder
     rungs: dict[int, SceneRung] = field(default_factory=dict)
-    answered: frozenset[str] = frozenset()  # the stages that the first rung has an answer for
+    answered: frozenset[str] = frozenset()  # the stages that have an answer at the first value
 
     def following(self) -> int | None:
-        """Return the rung to render next, or None if the limit is known.
+        """Return the index of the value to render next, or None if the limit is known.
 
-        Both ends come first. Between them it is bisected; the renders that are left look for a rung whose verdict is
-        out of order. If there is one, or the ladder is a control, all rungs are rendered. If the first has no answer,
-        no other is rendered.
+        Both ends are rendered first. Then the limit is bisected, and the remaining renders search for a value whose
+        verdict is out of order. If there is such a value, or the ladder is a control, all values are rendered. If the
+        first value has no answer, no other value is rendered.
         """
         last = len(self.ladder.values) - 1
         if 0 in self.rungs and self.rungs[0].outcome in UNANSWERED:
@@ -85,9 +85,9 @@ class SceneClimb:
                 return end
         if len(self.rungs) >= MOST_RENDERS:
             return None
-        known = sorted(self.rungs)
-        gaps = [pair for pair in pairwise(known) if pair[1] - pair[0] > 1]
-        # Where a passing rung is next to one that does not pass lies the limit; else the widest gap is looked into.
+        indices = sorted(self.rungs)
+        gaps = [pair for pair in pairwise(indices) if pair[1] - pair[0] > 1]
+        # Bisect between a value that passes and the next, which does not; without such a pair bisect the widest gap.
         low, high = max(
             gaps,
             key=lambda gap: (self.rungs[gap[0]].passes != self.rungs[gap[1]].passes, gap[1] - gap[0]),
@@ -97,29 +97,29 @@ class SceneClimb:
 
     @property
     def whole(self) -> bool:
-        """Say whether all rungs are to be climbed."""
+        """Return whether all values are to be rendered."""
         return self.ladder.control or not self.monotone
 
     @property
     def monotone(self) -> bool:
-        """Say whether no rung passes beyond one that does not."""
+        """Return whether no value passes beyond a value that does not."""
         passes = [self.rungs[rung].passes for rung in sorted(self.rungs)]
         return passes == sorted(passes, reverse=True)
 
     def take(self, rung: int, record: CaseRecord, *, ran: bool) -> None:
-        """Take up what became of a rung; one with fewer stages answered than the first rung is not carried.
+        """Store the result at a value; it does not pass with fewer answered stages than at the first value.
 
-        `ran` says that the items that the renderer's formulas cover are known.
+        `ran`: the items that the renderer's formulas cover are known.
         """
         outcome = Outcome(record["verdict"])
-        checks = [one for one in record.get("checks", []) if one.reference == ORACLE]
-        lacking = {one.stage: one.reason for one in checks if one.outcome == Outcome.UNSUPPORTED}
+        checks = [check for check in record.get("checks", []) if check.reference == ORACLE]
+        lacking = {check.stage: check.reason for check in checks if check.outcome == Outcome.UNSUPPORTED}
         if rung == 0:
-            self.answered = frozenset(one.stage for one in checks) - lacking.keys()
+            self.answered = frozenset(check.stage for check in checks) - lacking.keys()
         reason, stage = str(record.get("reason") or ""), str(record.get("stage") or "")
         broken = any(render.get("error") for render in record.get("renders", []))
         if outcome is Outcome.REFERENCE_SUSPECT or (outcome is Outcome.ERROR and not broken):
-            outcome = Outcome.UNDECIDED  # the judges differ, or have nothing that they can hold the renderer to
+            outcome = Outcome.UNDECIDED  # the judges differ, or cannot judge the renderer
         lost = [name for name in lacking if name in self.answered]
         if outcome in PASSED and lost:
             outcome, stage, reason = Outcome.UNSUPPORTED, lost[0], str(lacking[lost[0]])
@@ -128,27 +128,27 @@ class SceneClimb:
         self.rungs[rung] = SceneRung(outcome=outcome, stage=stage, items=items, reason=reason)
 
     def limit(self, renderer: str) -> LimitRecord:
-        """Return what was found, as it is written."""
-        values, known = self.ladder.values, sorted(self.rungs)
-        broken = next((rung for rung in known if not self.rungs[rung].passes), None)
-        reached = [rung for rung in known if broken is None or rung < broken]
-        found = SceneRung(outcome=Outcome.PASS) if broken is None else self.rungs[broken]
+        """Return the record of the limit."""
+        values, indices = self.ladder.values, sorted(self.rungs)
+        broken = next((rung for rung in indices if not self.rungs[rung].passes), None)
+        reached = [rung for rung in indices if broken is None or rung < broken]
+        result = SceneRung(outcome=Outcome.PASS) if broken is None else self.rungs[broken]
         return LimitRecord(
             renderer=renderer,
             ladder=self.ladder.name,
             limit=values[reached[-1]] if reached else None,
             breaks_at=None if broken is None else values[broken],
-            verdict=found.outcome.value,
-            stage=found.stage,
-            items=list(found.items),
-            reason=found.reason,
+            verdict=result.outcome.value,
+            stage=result.stage,
+            items=list(result.items),
+            reason=result.reason,
             monotone=self.monotone,
-            rungs=[RungVerdict(value=values[rung], verdict=self.rungs[rung].outcome.value) for rung in known],
+            rungs=[RungVerdict(value=values[rung], verdict=self.rungs[rung].outcome.value) for rung in indices],
         )
 
 
 def scale(ladder: SceneLadder) -> ScaleRecord:
-    """Return what a reader needs to know of a ladder."""
+    """Return the record of a ladder: its quantity, unit and values."""
     return ScaleRecord(
         ladder=ladder.name,
         quantity=ladder.quantity,
@@ -162,25 +162,27 @@ def ladders_named(patterns: Sequence[str]) -> list[SceneLadder]:
     """Return the ladders that fit a pattern, all without any.
 
     Raises:
-        LookupError: a pattern fits none; the message lists what is known.
+        LookupError: a pattern fits none; the message lists the known names.
 
     """
     for pattern in patterns:
         if not any(fnmatchcase(ladder.name, pattern) for ladder in SCENE_LADDERS):
-            known = ", ".join(ladder.name for ladder in SCENE_LADDERS)
-            raise LookupError(f"no ladder of scenes is called {pattern!r}; known: {known}")
-    return [one for one in SCENE_LADDERS if not patterns or any(fnmatchcase(one.name, name) for name in patterns)]
+            names = ", ".join(ladder.name for ladder in SCENE_LADDERS)
+            raise LookupError(f"no ladder of scenes is called {pattern!r}; known: {names}")
+    return [
+        ladder for ladder in SCENE_LADDERS if not patterns or any(fnmatchcase(ladder.name, name) for name in patterns)
+    ]
 
 
 def columns(subject: Subject, *, alone: bool) -> list[Column]:
-    """Return whose limits are measured, the subject first; unless it is `alone`, the tracer and the references too."""
-    found = [Column(subject=subject, configuration=DEFAULTS[0] if subject.is_tracer else subject.name)]
+    """Return the renderers to measure: the subject, followed by the tracer and the references if they are wanted."""
+    renderers = [Column(subject=subject, configuration=DEFAULTS[0] if subject.is_tracer else subject.name)]
     if alone:
-        return found
-    found += [Column(subject=THE_TRACER, configuration=name) for name in DEFAULTS]
+        return renderers
+    renderers += [Column(subject=THE_TRACER, configuration=name) for name in DEFAULTS]
     names = [name for name in panel((), subject).names if name != ORACLE]
-    found += [Column(subject=Subject(name=name, title=name), configuration=name) for name in names]
-    return list({column.title: column for column in found}.values())
+    renderers += [Column(subject=Subject(name=name, title=name), configuration=name) for name in names]
+    return list({column.title: column for column in renderers}.values())
 
 
 def measure(
@@ -211,7 +213,7 @@ def _climb(
     folder: Path,
     finished: Callable[[SceneClimb], None],
 ) -> None:
-    """Climb ladders side by side, each one rung at a time."""
+    """Render several ladders at once, each one value at a time."""
     subject = column.subject
     judges = tuple(
         name for name in panel(("certified",) if subject.name != "certified" else (), subject).names if name in JUDGES

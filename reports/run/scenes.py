@@ -1,8 +1,8 @@
 """Scene files and streams of scenes as cases; estimates of a case's time and memory.
 
-Of a stream only each scene's name and place stay in memory, so that a run of a hundred thousand scenes takes little
-more than one of a thousand. All are read once before anything starts, so that a wrong scene is reported then.
-The constants of time and memory are measured: docs/using.md, "What a case takes", has the machine and the errors.
+Of a stream only the scenes' names and positions stay in memory, so that a run of a hundred thousand scenes needs little
+more than a run of a thousand. All scenes are read once before anything starts, so that a wrong scene is reported then.
+The constants of time and memory are measured: docs/using.md has the machine and the errors.
 """
 
 import hashlib
@@ -26,22 +26,22 @@ from rayproof.cases.scene_json import LARGEST, load_scene, scene_from_bytes
 from rayproof.reports.results.files import legible
 from rayproof.reports.subjects import THE_TRACER, Subject
 
-# Seconds of one processor. A renderer's are those of the slowest; the judge's are for one configuration.
+# Seconds of one processor: of the slowest renderer, and of the judge for one configuration.
 RENDER_A_PIXEL, JUDGE_A_PIXEL = 17e-6, 30e-6
 RENDER_A_PIXEL_AND_LIGHT, JUDGE_A_PIXEL_AND_LIGHT = 35e-6, 16e-6  # more, for each light
 RENDER_A_TRIANGLE, JUDGE_A_TRIANGLE = 25e-6, 40e-6
-USUAL_SHARE = 0.5  # of the slowest renderer's time: what one of the panel takes on average
-# Bytes of one process beside what it takes to begin with: the judge's, which are the most.
+USUAL_SHARE = 0.5  # of the slowest renderer's time: the average of the panel
+# Bytes of the judge's process, which is the largest: at its start, and per pixel, light and triangle.
 BEGINNING = 300e6
 BYTES_A_PIXEL, BYTES_A_PIXEL_AND_LIGHT, BYTES_A_TRIANGLE = 5000, 400, 700
-BYTES_AN_IMAGE = 330  # a pixel, of the tracer's image alone
-# Bytes of the results folder a pixel and renderer: of a case that passed an eighth.
+BYTES_AN_IMAGE = 330  # per pixel, if only the tracer renders
+# Bytes of the results folder per pixel and renderer; an eighth of them for a case that passed.
 KEPT_A_PIXEL, KEPT_A_PIXEL_AND_LIGHT = 90, 4
 
 MOST_PIXELS = 2**22  # of an image that is judged
 USUAL_LIMIT = 120.0  # s, for one render or one judgement
-SLACK = 10.0  # times what is estimated: this machine may be slower, and others busy on it
-LARGE = 2**30  # bytes of a process, from which on one of them runs at a time
+SLACK = 10.0  # times the estimate: this machine may be slower or busy
+LARGE = 2**30  # bytes of a process; larger ones run one at a time
 LONGEST = 7 * 86400.0  # s of one processor that a run may be estimated to take
 
 
@@ -49,22 +49,22 @@ LONGEST = 7 * 86400.0  # s of one processor that a run may be estimated to take
 class Estimate:
     """The cost of a case."""
 
-    seconds: float  # of one processor, for all that is done
+    seconds: float  # of one processor, for all renders and the judgement
     longest: float  # s, of the longest render or judgement
     memory: float  # bytes of the largest process
     disk: float  # bytes of the results folder, at most
 
 
 def triangles_of(scene: Scene) -> int:
-    """Return how many triangles a scene's meshes have."""
+    """Return the number of triangles of a scene's meshes."""
     return sum(len(shape.faces) for shape in scene.shapes if isinstance(shape, Mesh))
 
 
 def estimate(case: Case, *, configurations: int, references: int) -> Estimate:
-    """Return what it takes to put so many configurations of a subject to a case before so many references."""
+    """Estimate a case's cost for this number of the subject's configurations and this number of references."""
     scene, camera = case.scene, case.scene.camera
     pixels, lights, triangles = camera.width * camera.height, len(scene.lights), triangles_of(scene)
-    lit = pixels * max(0, lights - 1)  # the first light is in what a pixel takes
+    lit = pixels * max(0, lights - 1)  # the cost per pixel includes the first light
     finer = case.samples**2 if case.samples > 1 else 0
     render = RENDER_A_PIXEL * pixels * (1 + finer) + RENDER_A_PIXEL_AND_LIGHT * lit + RENDER_A_TRIANGLE * triangles
     judge = configurations * (JUDGE_A_PIXEL * pixels + JUDGE_A_PIXEL_AND_LIGHT * lit + JUDGE_A_TRIANGLE * triangles)
@@ -78,7 +78,7 @@ def estimate(case: Case, *, configurations: int, references: int) -> Estimate:
 
 
 def memory_of(scene: Scene) -> float:
-    """Return about how much memory [bytes] the largest process takes for what is drawn of a scene at once."""
+    """Estimate the memory [bytes] of the largest process for a scene."""
     pixels = scene.camera.width * scene.camera.height
     return BEGINNING + pixels * _bytes_a_pixel(scene) + triangles_of(scene) * BYTES_A_TRIANGLE
 
@@ -88,14 +88,14 @@ def _bytes_a_pixel(scene: Scene) -> float:
 
 
 def is_large(scene: Scene) -> bool:
-    """Say whether a scene's renders and judgement are to run one at a time."""
+    """Return whether a scene's renders and judgement are to run one at a time."""
     return memory_of(scene) > LARGE
 
 
 def deadline(case: Case, *, configurations: int, references: int) -> float:
-    """Return the time [s] that one render of a case, or its judgement, may take unless an option says otherwise."""
-    takes = estimate(case, configurations=configurations, references=references)
-    return max(USUAL_LIMIT, SLACK * takes.longest)
+    """Return the time limit [s] of one render of a case, or of its judgement, unless an option sets another."""
+    cost = estimate(case, configurations=configurations, references=references)
+    return max(USUAL_LIMIT, SLACK * cost.longest)
 
 
 def refuse_beyond_all(case: Case, name: str) -> None:
@@ -104,35 +104,35 @@ def refuse_beyond_all(case: Case, name: str) -> None:
     size = f"{name}: {camera.width} x {camera.height} px"
     if camera.width * camera.height > MOST_PIXELS:
         raise SceneError(f"{size} are more than the {MOST_PIXELS} that are judged; make the image smaller")
-    takes = estimate(case, configurations=2, references=5)
-    there = psutil.virtual_memory().total
-    if takes.memory > there:
+    cost = estimate(case, configurations=2, references=5)
+    available = psutil.virtual_memory().total
+    if cost.memory > available:
         raise SceneError(
-            f"{size} and its meshes take about {takes.memory / 1e9:.0f} GB of memory to judge, and this machine has "
-            f"{there / 1e9:.0f} GB; make the image smaller"
+            f"{size} and its meshes take about {cost.memory / 1e9:.0f} GB of memory to judge, and this machine has "
+            f"{available / 1e9:.0f} GB; make the image smaller"
         )
-    if takes.seconds > LONGEST:
+    if cost.seconds > LONGEST:
         raise SceneError(
-            f"{size} take about {takes.seconds / 86400:.0f} days of processor time, and at most "
+            f"{size} take about {cost.seconds / 86400:.0f} days of processor time, and at most "
             f"{LONGEST / 86400:.0f} are tried; make the image smaller"
         )
 
 
 def refuse_too_large(scene: Scene, name: str) -> None:
-    """Raise SceneError if this machine has not half of the memory that the tracer's image of a scene takes, at least.
+    """Raise SceneError if this machine has less than half of the estimated memory for the tracer's image of a scene.
 
-    Half, since the estimate is rough: a scene that might do is tried.
+    Half, since the estimate is rough: a scene that may fit is tried.
     """
-    camera, there = scene.camera, psutil.virtual_memory().total
-    takes = camera.width * camera.height * BYTES_AN_IMAGE + triangles_of(scene) * BYTES_A_TRIANGLE
-    if takes > 2 * there:
+    camera, available = scene.camera, psutil.virtual_memory().total
+    needed = camera.width * camera.height * BYTES_AN_IMAGE + triangles_of(scene) * BYTES_A_TRIANGLE
+    if needed > 2 * available:
         raise SceneError(
-            f"{name}: {camera.width} x {camera.height} px and its meshes take about {takes / 1e9:.0f} GB of memory, "
-            f"and this machine has {there / 1e9:.0f} GB; make the image smaller"
+            f"{name}: {camera.width} x {camera.height} px and its meshes take about {needed / 1e9:.0f} GB of memory, "
+            f"and this machine has {available / 1e9:.0f} GB; make the image smaller"
         )
 
 
-# Largest share of pixels that nearby problems may explain in a user's scene, whose view nobody chose for it.
+# Largest share of pixels that nearby problems may explain in a user's scene, whose view was not chosen for this.
 MOST_EXPLAINED = 0.5
 
 
@@ -141,10 +141,10 @@ SCENES = "scenes"  # the folder of scene files in a results folder
 
 
 def scene_path(name: str) -> Path:
-    """Return the path of a scene file; one of a results folder is found from within that folder as well.
+    """Return the path of a scene file; a file of a results folder is also found from inside that folder.
 
-    A report shows a command such as `rayproof run report/scenes/file/mine.json`, which is right where the run was
-    started. In the folder of the report it is the same scene.
+    A report shows a command such as `rayproof run report/scenes/file/mine.json`, with a path relative to the folder in
+    which the run was started. Inside the report's folder the command names the same scene.
     """
     path = Path(name)
     if SCENES in path.parts and not path.exists():
@@ -156,10 +156,10 @@ def scene_path(name: str) -> Path:
 
 
 def place_of(name: str) -> str:
-    """Return where a case's files lie below `scenes` and `images` of a results folder: under its name.
+    """Return the path of a case's files below `scenes` and `images` of a results folder: the case's name.
 
-    Of scene files there may be any number, so that they are spread over 256 folders by a digest: of a hundred thousand
-    none has more than some 500 entries.
+    There may be any number of scene files, so that they are spread over 256 folders by a digest: with a hundred
+    thousand files no folder has more than some 500 entries.
     """
     family, _, rest = name.partition("/")
     if family != FAMILY:
@@ -169,33 +169,33 @@ def place_of(name: str) -> str:
 
 
 def cases_of_files(paths: Sequence[Path]) -> tuple[Case, ...]:
-    """Return a case for each scene file, named by its stem; a file named twice is asked once.
+    """Return a case for each scene file, named by its stem; a file that is given twice makes one case.
 
-    Results are filed by name: files of one stem in several folders are told apart by a number.
+    Results are stored by name: files of several folders with the same stem get different numbers.
 
     Raises:
         SceneError, OSError: a file cannot be read.
 
     """
     cases: list[Case] = []
-    taken: set[str] = set()
+    names: set[str] = set()
     for path in {path.resolve(): path for path in paths}.values():
-        # A stem of dots alone would name a folder, this one or the one above.
+        # A stem of only dots would name this folder or its parent.
         stem = legible(path.stem.strip(".") or "scene")
-        name = next(name for name in (stem, *(f"{stem}-{n}" for n in range(2, len(paths) + 2))) if name not in taken)
-        taken.add(name)
+        name = next(name for name in (stem, *(f"{stem}-{n}" for n in range(2, len(paths) + 2))) if name not in names)
+        names.add(name)
         cases.append(case_of_file(path, name=name))
     return tuple(cases)
 
 
 def case_of_file(path: Path, *, name: str | None = None) -> Case:
-    """Return the case that asks about a scene file; raise SceneError or OSError if it cannot be read."""
+    """Return the case of a scene file; raise SceneError or OSError if it cannot be read."""
     words = f"The scene that {legible(path.name)} describes."
     return case_of_scene(load_scene(path), name=f"{FAMILY}/{name or legible(path.stem)}", stresses=words)
 
 
 def case_of_scene(scene: Scene, *, name: str, stresses: str) -> Case:
-    """Return the case for a scene that nobody tuned."""
+    """Return the case of a user's scene, which is not tuned."""
     return Case(
         name=name,
         scene=scene,
@@ -208,20 +208,20 @@ def case_of_scene(scene: Scene, *, name: str, stresses: str) -> Case:
 
 
 LINES = ".jsonl"
-A_FOLDER = 1000  # scenes without a name of their own that are named into one folder of the results
+A_FOLDER = 1000  # scenes without a name in one folder of the results
 LONGEST_NAME = 200  # characters
-NOW_AND_THEN = 5.0  # s between words about how many scenes are read
+NOW_AND_THEN = 5.0  # s between messages about the number of scenes that are read
 _NAME = re.compile(r"(?!\.+(/|$))[\w+=,@ -][\w.+=,@ -]*(/(?!\.+(/|$))[\w+=,@ .-]+)*", re.ASCII)
 
 
 class SceneStream(Sequence[Case]):
     """The cases of a folder's scene files, in the order of their names, or of a file's lines.
 
-    A line is a scene as in a scene file, with a `name` beside it, or is named by its number. In a folder a scene is
-    named by its path.
+    A line has the content of a scene file and an optional `name`; without it the scene is named by its number. In a
+    folder a scene is named by its path.
 
     Raises:
-        SceneError: one is no scene, or two have one name; the file and the line are named.
+        SceneError: a scene is wrong, or two have the same name; the message has the file and the line.
         OSError: nothing can be read there.
 
     """
@@ -229,30 +229,30 @@ class SceneStream(Sequence[Case]):
     def __init__(
         self, path: Path, subject: Subject = THE_TRACER, *, say: Callable[[str], None] = lambda _: None
     ) -> None:
-        """Read every scene once; `say` is told now and then how many are read."""
+        """Read every scene once; `say` is called from time to time with the progress in words."""
         self._path = path
-        spoken = time.monotonic()
+        last_message = time.monotonic()
         self._files: list[str] = []  # in a folder, relative to it
         self._starts, self._lengths, self._sums = array("Q"), array("Q"), array("L")
         self._names: list[str] = []
-        self.covers: dict[tuple[str, ...], int] = {}  # what scenes cover: the number of the first one that does
-        taken: dict[str, int] = {}
+        self.covers: dict[tuple[str, ...], int] = {}  # covered items: the number of the first scene with them
+        numbers: dict[str, int] = {}
         for number, data in enumerate(self._folder() if path.is_dir() else self._lines()):
             case = self._case(data, number)
             try:
                 refuse_beyond_all(case, "")
             except SceneError as error:
                 raise SceneError(f"{self._where(number)}{error}") from None
-            if case.name in taken:
-                first = self._where(taken[case.name])
+            if case.name in numbers:
+                first = self._where(numbers[case.name])
                 raise SceneError(f"{self._where(number)}: {case.name} is the name of {first} too")
             self.covers.setdefault(case.covers, number)
-            taken[case.name] = number
+            numbers[case.name] = number
             self._sums.append(zlib.crc32(data))
             self._names.append(case.name)
-            if time.monotonic() - spoken > NOW_AND_THEN:
+            if time.monotonic() - last_message > NOW_AND_THEN:
                 say(f"{number + 1} scenes of {legible(str(path))} are read{self._share(number)}")
-                spoken = time.monotonic()
+                last_message = time.monotonic()
         if not self._names:
             raise SceneError(f"{path}: there are no scenes in it")
 
@@ -273,7 +273,7 @@ class SceneStream(Sequence[Case]):
         return self._case(data, number)
 
     def _share(self, number: int) -> str:
-        """Return which share of all scenes is read with one of them, in words."""
+        """Return in words the share of all scenes that is read after the scene of this number."""
         read, every = number + 1, len(self._files)
         if not self._files:
             read, every = self._starts[number] + self._lengths[number], self._path.stat().st_size
@@ -339,8 +339,8 @@ class SceneStream(Sequence[Case]):
         return case_of_scene(scene, name=f"{FAMILY}/{name}", stresses=f"The scene {name} of {self._path.name}.")
 
 
-def _after(said: str) -> str:
-    return said if said.startswith(":") else f": {said}"
+def _after(message: str) -> str:
+    return message if message.startswith(":") else f": {message}"
 
 
 def _blocks(file: Any, length: int) -> Iterator[bytes]:

@@ -1,6 +1,6 @@
 """A plan in parts for several machines, and the parts' folders merged into one run.
 
-A case's part is a digest of its name, so that a case that is added or left out moves no other.
+A digest of a case's name determines its part, so that a case that is added or removed moves no other case.
 """
 
 import hashlib
@@ -32,40 +32,40 @@ ALIKE = ("code", "plan", "subject", "demands", "of")
 
 
 def shard_of(text: str) -> tuple[int, int]:
-    """Return the number of a part and how many there are, of a text such as 3/8.
+    """Return the number of a part and the number of parts from a text such as 3/8.
 
     Raises:
         ValueError: it is no such text, or there is no such part.
 
     """
-    found = re.fullmatch("([0-9]{1,9})/([0-9]{1,9})", text)
-    if found is None or not 1 <= int(found[1]) <= int(found[2]) <= MOST_SHARDS:
+    match = re.fullmatch("([0-9]{1,9})/([0-9]{1,9})", text)
+    if match is None or not 1 <= int(match[1]) <= int(match[2]) <= MOST_SHARDS:
         raise ValueError(f"--shard is a part's number and of how many, such as 3/8 (at most {MOST_SHARDS}), got {text}")
-    return int(found[1]), int(found[2])
+    return int(match[1]), int(match[2])
 
 
 def number_of(name: str, parts: int) -> int:
-    """Return which of so many parts, from 1, has the case of a name."""
+    """Return the number, from 1 to `parts`, of the part that contains the case of this name."""
     return int.from_bytes(hashlib.sha256(name.encode(errors="replace")).digest()[:8], "big") % parts + 1
 
 
 def part(planned: Sequence[PlannedCase], shard: tuple[int, int]) -> tuple[PlannedCase, ...]:
     """Return the cases of one part, in the order of the plan."""
-    return tuple(one for one in planned if number_of(one.case.name, shard[1]) == shard[0])
+    return tuple(planned_case for planned_case in planned if number_of(planned_case.case.name, shard[1]) == shard[0])
 
 
 def told(request: RunOptions, planned: Sequence[PlannedCase], references: tuple[str, ...]) -> ShardRecord:
-    """Return what a part's results say of the whole: by which parts that belong together are known."""
+    """Return a part's record, with the digests by which parts of the same plan recognise each other."""
     assert request.shard is not None
     options = case_options(request, references).of_records
     return {
         "number": request.shard[0],
         "of": request.shard[1],
         "planned": len(planned),
-        "names": digest([one.case.name for one in part(planned, request.shard)]),
-        "configurations": sorted({name for one in planned for name in one.configurations}),
+        "names": digest([planned_case.case.name for planned_case in part(planned, request.shard)]),
+        "configurations": sorted({name for planned_case in planned for name in planned_case.configurations}),
         "code": code(tracer=True),
-        "plan": digest([[exact(one.case), one.configurations] for one in planned]),
+        "plan": digest([[exact(planned_case.case), planned_case.configurations] for planned_case in planned]),
         "subject": digest(options["subject"]),
         "demands": digest(exact(options)),
         "out": str(request.out),
@@ -85,14 +85,14 @@ class Shard:
 
 
 def load_shards(folders: Sequence[Path]) -> list[Shard]:
-    """Return the parts of a plan that lie in these folders, in the order of their numbers.
+    """Return the parts of a plan from these folders, in the order of their numbers.
 
     Raises:
-        ResultsError: a folder holds no part's results, the parts are not of one plan, or one of them is there twice; a
-            record cannot be read or counted, or was not planned for its part.
+        ResultsError: a folder has no results of a part, the parts are not from the same plan, or a part is there twice;
+            a record cannot be read or counted, or was not planned for its part.
 
     """
-    found: list[Shard] = []
+    shards: list[Shard] = []
     for folder in folders:
         document = load_results(folder)
         about = document.get("shard")
@@ -102,25 +102,27 @@ def load_shards(folders: Sequence[Path]) -> list[Shard]:
             raise ResultsError(f"{folder} holds part {about['number']} of {about['of']}")
         if not (folder / NAME).is_file():
             raise ResultsError(f"{folder / NAME}: no such file")
-        found.append(Shard(folder=folder, document=document, about=about))
-    first = found[0]
-    for other in found[1:]:
+        shards.append(Shard(folder=folder, document=document, about=about))
+    first = shards[0]
+    for following in shards[1:]:
         for key in ALIKE:
-            if other.about[key] != first.about[key]:
+            if following.about[key] != first.about[key]:
                 what = "number of parts" if key == "of" else key
-                raise ResultsError(f"{first.folder} and {other.folder} do not belong together: their {what} differs")
-    found.sort(key=lambda one: one.about["number"])
-    for one, other in pairwise(found):
-        if one.about["number"] == other.about["number"]:
-            name = f"{one.about['number']}/{one.about['of']}"
-            raise ResultsError(f"{one.folder} and {other.folder} are both part {name}")
-    for shard in found:
+                raise ResultsError(
+                    f"{first.folder} and {following.folder} do not belong together: their {what} differs"
+                )
+    shards.sort(key=lambda shard: shard.about["number"])
+    for previous, following in pairwise(shards):
+        if previous.about["number"] == following.about["number"]:
+            name = f"{previous.about['number']}/{previous.about['of']}"
+            raise ResultsError(f"{previous.folder} and {following.folder} are both part {name}")
+    for shard in shards:
         _vet(shard)
-    return found
+    return shards
 
 
 def _vet(shard: Shard) -> None:
-    """Read a part's records once before anything is cleared or written for them; raise ResultsError as above."""
+    """Read all records of a part before any file is changed; raise ResultsError as `load_shards` does."""
     table, names = shard.folder / NAME, list[str]()
     try:
         for place, _, record in CaseTable(table).entries():
@@ -134,9 +136,9 @@ def _vet(shard: Shard) -> None:
 
 
 def merge(shards: Sequence[Shard], out: Path, *, tracer: bool) -> tuple[RunRecord, totals.Totals]:
-    """Fill `out` with the cases and files of the parts; return the run's document and what its records come to.
+    """Fill `out` with the cases and files of the parts; return the run's document and its totals.
 
-    The cases of parts that are not there are missing, and the run is not finished.
+    The cases of absent parts are missing, and the run is not finished.
 
     Raises:
         OSError: a file cannot be read or written.
@@ -151,18 +153,18 @@ def merge(shards: Sequence[Shard], out: Path, *, tracer: bool) -> tuple[RunRecor
                 table.keep(key, _moved(record, shard, out), place=place)
         _copy_files(shard.folder, out)
     cases: Cases = table.cases()
-    found = totals.of(cases)
+    run_totals = totals.of(cases)
     document: Any = {key: value for key, value in first.document.items() if key not in ("shard", "cases", "gate")}
     document.pop("diagnosis", None)
     document.pop("history", None)
     references = document.get("references") or {}
     document["references"] = {
-        name: {**about, "version": found.versions.get(name, "not asked")} for name, about in references.items()
+        name: {**about, "version": run_totals.versions.get(name, "not asked")} for name, about in references.items()
     }
-    others = {name: text for name, text in found.versions.items() if name not in references}
-    pictures = next((one for shard in shards if (one := _pictures(shard)) != "drawn"), "drawn")
+    others = {name: text for name, text in run_totals.versions.items() if name not in references}
+    pictures = next((state for shard in shards if (state := _pictures(shard)) != "drawn"), "drawn")
     document["environment"] = {**document.get("environment", {}), **others, "pictures": pictures}
-    document |= come_to(found, planned=first.about["planned"], tracer=tracer)
+    document |= come_to(run_totals, planned=first.about["planned"], tracer=tracer)
     document["command"] = shlex.join(["rayproof", *sys.argv[1:]])
     document["started"] = min(str(shard.document.get("started")) for shard in shards)
     document["seconds"] = max(float(shard.document.get("seconds") or 0) for shard in shards)
@@ -173,11 +175,11 @@ def merge(shards: Sequence[Shard], out: Path, *, tracer: bool) -> tuple[RunRecor
         for shard in shards
     ]
     document["cases"] = cases
-    return document, found
+    return document, run_totals
 
 
 def _unplanned(name: str, place: int, about: ShardRecord) -> str | None:
-    """Return in words why a case of this name and place was not planned for a part, or None."""
+    """Return the reason why a case of this name and place was not planned for a part, or None."""
     number = number_of(name, about["of"])
     if number != about["number"]:
         return f"it belongs to part {number}/{about['of']}, and this is part {about['number']}"
@@ -200,7 +202,7 @@ def _moved(record: CaseRecord, shard: Shard, out: Path) -> CaseRecord:
 
 
 def _copy_files(folder: Path, out: Path) -> None:
-    """Copy what a part kept of its cases; links, and what lies elsewhere, are left out."""
+    """Copy the files of a part's cases, except links and files outside its folder."""
     for name in FILES:
         for path in (folder / name).rglob("*"):
             place = path.relative_to(folder)

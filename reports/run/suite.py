@@ -67,20 +67,20 @@ if TYPE_CHECKING:
     from rayproof.reports.run.engine.dispatch import Dispatch
 
 FAILED, NOT_MEASURED, INTERRUPTED = 1, 3, 130
-LOADING = 30.0  # s that a process that draws may take until it has loaded what it needs, on a busy machine
-MOST_OF_A_GATE = 10  # lines of a kind in the terminal
-EXAMINED = 500  # cases that failed, and as many that passed, among which a long run's causes are sought
-MOST_LOOKED_AT = 10_000  # of the best cases, to find those whose images were kept
-SMALL = "small"  # where in a run's folder `rayproof shrink` is told to put its scenes
-LOG_WIDTH = 140  # columns of a log file: a table is not squeezed into a terminal that is not there
+LOADING = 30.0  # s for a process that draws to load its modules, on a busy machine
+MOST_OF_A_GATE = 10  # lines per kind in the terminal
+EXAMINED = 500  # cases that failed, and as many that passed, to search for the causes of a long run
+MOST_LOOKED_AT = 10_000  # of the best cases, to find cases with stored images
+SMALL = "small"  # the folder, in a run's folder, for the scenes of `rayproof shrink`
+LOG_WIDTH = 140  # columns of a log file, which has no terminal's width
 
 
 @dataclass(frozen=True, kw_only=True)
 class RunPlan:
-    """The cases of a run, and who judges them."""
+    """The cases of a run, and the references that judge them."""
 
     request: RunOptions
-    cases: Sequence[PlannedCase]  # of a shard, its part of the whole
+    cases: Sequence[PlannedCase]  # for a shard, its part of the whole
     whole: Sequence[PlannedCase]
     panel: Panel
     shard: ShardRecord | None
@@ -90,7 +90,7 @@ class RunPlan:
 def run(request: RunOptions, workers: "Pool | Dispatch | None" = None) -> int:
     """Run the request; return the exit code: 0 passed, 1 failed, 3 not all could be measured, 130 interrupted.
 
-    `workers` are a pool that has the tracer's worker, if it was started early, or those of a cluster.
+    `workers`: a pool with the tracer's worker, if it was started early, or a cluster.
 
     Raises:
         LookupError, ValueError, OSError: the request itself is wrong; nothing was run.
@@ -100,7 +100,7 @@ def run(request: RunOptions, workers: "Pool | Dispatch | None" = None) -> int:
     console = terminal(width=LOG_WIDTH)
     request, store = with_cache(request, console)
     if isinstance(workers, Pool) and not (store is not None and passed("judge", store)):
-        # Its sentinels take seconds, and there is little else to do until the first cases are rendered.
+        # The judge's self-tests take seconds, and there is little other work until the first cases are rendered.
         workers.prepare(JUDGE, partial(check_judge, cached=request.cached))
         workers.start()
     planned = plan_run(request)
@@ -108,13 +108,13 @@ def run(request: RunOptions, workers: "Pool | Dispatch | None" = None) -> int:
     start, started = time.perf_counter(), datetime.now(UTC)
     engine = engine_of(planned, workers, store)
     execution = execute(request, planned.cases, planned.panel.names, console, engine)
-    results, found = summarise(planned, execution, engine, started)
+    results, run_totals = summarise(planned, execution, engine, started)
     publish(request, results, execution, start, console)
-    return end(planned, execution, results, found, store, console)
+    return end(planned, execution, results, run_totals, store, console)
 
 
 def with_cache(request: RunOptions, console: Console) -> tuple[RunOptions, Store | None]:
-    """Return the request and the cache of its run; where that cannot be used, a request without cache."""
+    """Return the request and its run's cache; if the cache cannot be used, a request without cache and None."""
     if not request.cached:
         return request, None
     store = usual_store()
@@ -127,26 +127,26 @@ def with_cache(request: RunOptions, console: Console) -> tuple[RunOptions, Store
 
 
 def plan_run(request: RunOptions) -> RunPlan:
-    """Return the cases of a request, of a shard its part of them, and the panel.
+    """Return the plan of a request: its cases, or its shard's part of them, and the panel.
 
     Raises:
         LookupError, ValueError, OSError: the request itself is wrong.
 
     """
     whole = cases = planned_cases(request)
-    heard = panel(request.require, request.subject)
+    chosen_panel = panel(request.require, request.subject)
     shard = None
     if request.shard is not None:
         from rayproof.reports.run.shards import part, told
 
-        shard = told(request, whole, heard.names)
+        shard = told(request, whole, chosen_panel.names)
         cases = part(whole, request.shard)
     faults = _faults(cases) if request.subject.is_tracer else []
-    return RunPlan(request=request, cases=cases, whole=whole, panel=heard, shard=shard, faults=faults)
+    return RunPlan(request=request, cases=cases, whole=whole, panel=chosen_panel, shard=shard, faults=faults)
 
 
 def begin(planned: RunPlan, console: Console) -> None:
-    """Make the results folder, without an earlier run's files, and print what will be run."""
+    """Create the results folder, remove an earlier run's files from it, and print the plan."""
     request, subject = planned.request, planned.request.subject
     request.out.mkdir(parents=True, exist_ok=True)
     if not request.resume:
@@ -174,24 +174,24 @@ def engine_of(planned: RunPlan, workers: "Pool | Dispatch | None", store: Store 
 def summarise(
     planned: RunPlan, execution: Execution, engine: Engine, started: datetime
 ) -> tuple[RunRecord, totals.Totals]:
-    """Return the results of a run, and their totals, before any cause is sought in them."""
+    """Return the results of a run, and their totals, before the search for causes."""
     records = execution.records
-    found = totals.of(records)
+    run_totals = totals.of(records)
     subject = planned.request.subject
-    results = results_document(planned.cases, records, found, planned.panel, planned.faults, started, subject)
+    results = results_document(planned.cases, records, run_totals, planned.panel, planned.faults, started, subject)
     results["finished"] = not execution.interrupted and execution.stopped is None
     if (about := engine.record()) is not None:
         results["engine"] = about
     if planned.shard is not None:
-        records.table.put_places((one.case.name, place) for place, one in enumerate(planned.whole))
+        records.table.put_places((planned_case.case.name, place) for place, planned_case in enumerate(planned.whole))
         results["shard"] = planned.shard
         results["configurations"] = planned.shard["configurations"]
-    return results, found
+    return results, run_totals
 
 
 def publish(request: RunOptions, results: RunRecord, execution: Execution, start: float, console: Console) -> None:
-    """Draw the scenes, seek causes, and write every published form; `start` is when the run began (`perf_counter`)."""
-    save_early(request.out, results)  # before anybody waits for a picture
+    """Draw the scenes, search for causes, and write every published form; `start`: the run's start (`perf_counter`)."""
+    save_early(request.out, results)  # before the wait for pictures
     records = execution.records
     with console.status("drawing"):
         _, why = draw_stills(request.out, records, drawn_usually(records), seconds=max(LOADING, request.timeout))
@@ -205,15 +205,15 @@ def end(
     planned: RunPlan,
     execution: Execution,
     results: RunRecord,
-    found: totals.Totals,
+    run_totals: totals.Totals,
     store: Store | None,
     console: Console,
 ) -> int:
-    """Print what a reader should know beside the verdict, and return the exit code."""
+    """Print the warnings that accompany the verdict, and return the exit code."""
     request = planned.request
-    if found.dark:
-        more = f" (and of {len(found.dark) - 1} others)" if len(found.dark) > 1 else ""
-        console.print(legible(f"{found.dark[0]}{more}: {DARK}"), style="yellow", soft_wrap=True, markup=False)
+    if run_totals.dark:
+        more = f" (and of {len(run_totals.dark) - 1} others)" if len(run_totals.dark) > 1 else ""
+        console.print(legible(f"{run_totals.dark[0]}{more}: {DARK}"), style="yellow", soft_wrap=True, markup=False)
     if store is not None and (left_out := store.left_out):
         full = f"the cache is full, at {store.limit / 2**30:.3g} GiB: {left_out / 2**30:.3g} GiB found no room"
         console.print(f"{full}; RAYPROOF_CACHE_LIMIT gives it more", soft_wrap=True)
@@ -224,28 +224,28 @@ def end(
         done = f"interrupted after {len(execution.records)} of {len(planned.cases)} cases"
         console.print(f"{done}; go on with --resume", style="yellow")
         return INTERRUPTED
-    return code_of(request, results, found, console, tracer=request.subject.is_tracer)
+    return code_of(request, results, run_totals, console, tracer=request.subject.is_tracer)
 
 
 def find_out(request: RunOptions, results: RunRecord, console: Console, *, tracer: bool, whole: bool) -> None:
-    """Write into the records of a run what may be to blame; of a `whole` run, the causes."""
+    """Add the items that may be to blame to the records of a run, and the causes to a `whole` run."""
     _blame(results, tracer=tracer)
     if request.diagnose and whole and results["summary"][Outcome.FAIL.value]:
-        save_early(request.out, results)  # before anybody waits for a cause
+        save_early(request.out, results)  # before the wait for causes
         _diagnose(request, results, console)
 
 
 def conclude(request: RunOptions, results: RunRecord, why: str | None, console: Console) -> None:
-    """Hold a run against what is demanded, keep it in its history, publish it; `why` says why pictures are left out."""
+    """Compare a run with its gate, add it to its history, publish it; `why`: the reason for missing pictures."""
     demanded = request.demanded
     results["least_coverage"] = least_coverage(request)
     if demanded is not None:
         from rayproof.reports.history.gating import held
 
-        # Before the run is in its history: it may be held against what that held so far.
+        # Before the run is added to its history, since the gate may compare it with that history.
         results["gate"] = held(results, demanded).record()
     worse = _remember(request, results, console)
-    # Of a part of a run later, when all parts are together and a cause was sought in all images.
+    # For a part of a run this is done later, when all parts are merged and all images were searched for causes.
     if results["finished"] and "shard" not in results and not request.images.full:
         from rayproof.reports.publish.page.previews import leave_previews
 
@@ -257,11 +257,13 @@ def conclude(request: RunOptions, results: RunRecord, why: str | None, console: 
         console.print(legible(f"worse than its history: {sentence}"), style="yellow", soft_wrap=True, markup=False)
 
 
-def code_of(request: RunOptions, results: RunRecord, found: totals.Totals, console: Console, *, tracer: bool) -> int:
-    """Return the exit code of a run that came to its end."""
+def code_of(
+    request: RunOptions, results: RunRecord, run_totals: totals.Totals, console: Console, *, tracer: bool
+) -> int:
+    """Return the exit code of a run that was neither stopped nor interrupted."""
     demanded = request.demanded
-    missing = results["summary"]["planned"] - found.cases.total()
-    code = exit_code([*concerning(found.cases.elements(), tracer=tracer), *[Outcome.MISSING] * (missing > 0)])
+    missing = results["summary"]["planned"] - run_totals.cases.total()
+    code = exit_code([*concerning(run_totals.cases.elements(), tracer=tracer), *[Outcome.MISSING] * (missing > 0)])
     if demanded is not None:
         if demanded.lets_through:
             code = FAILED if results["gate"]["red"] else 0
@@ -278,7 +280,7 @@ def least_coverage(request: RunOptions) -> float:
 
 
 def _remember(request: RunOptions, results: RunRecord, console: Console) -> list[str]:
-    """Keep the run in its history, if it has one, and return what became worse; a failure costs no result."""
+    """Add the run to its history, if it has one; return sentences about worse results. An error is only noted."""
     if request.history is None:
         return []
     from rayproof.reports.history.database import HistoryError, keep
@@ -293,7 +295,7 @@ def _remember(request: RunOptions, results: RunRecord, console: Console) -> list
 
 
 def _blame(results: RunRecord, *, tracer: bool) -> None:
-    """Write into each failing case's record which items its stages leave to blame."""
+    """Add to each failing case's record the items that its stages leave to blame."""
     if not results["summary"][Outcome.FAIL.value]:
         return
     from rayproof.reports.diagnosis.blaming import by_stages, put
@@ -308,28 +310,28 @@ def _blame(results: RunRecord, *, tracer: bool) -> None:
 
 
 def _keep(results: RunRecord, case: CaseRecord) -> None:
-    """Keep what was found out about a failing case."""
-    told = {key: case[key] for key in ("blamed_items", "excluded", "item", "cause") if key in case}
-    amend(results["cases"], case, **told)
+    """Store the blamed items and the causes of a failing case."""
+    findings = {key: case[key] for key in ("blamed_items", "excluded", "item", "cause") if key in case}
+    amend(results["cases"], case, **findings)
 
 
 def _diagnose(request: RunOptions, results: RunRecord, console: Console) -> None:
     """Add the causes of the failures to the results, and to the reasons of the cases that they explain.
 
-    What goes wrong in looking for a cause costs no result.
+    An error in the search is only noted.
     """
     from rayproof.reports.diagnosis.diagnosing import diagnose
 
-    asked = examined_for_causes(results["cases"])
+    searched = examined_for_causes(results["cases"])
     try:
-        whole = cast(RunRecord, {**results, "cases": asked})
+        whole = cast(RunRecord, {**results, "cases": searched})
         causes = diagnose(request.out, whole, accepted=_accepted(request, results))
     except (ArithmeticError, LookupError, RuntimeError, TypeError, ValueError) as error:
         results["environment"]["diagnosis"] = f"not made: {type(error).__name__}: {error}"
         console.print(f"no cause was looked for: {error}", style="yellow", soft_wrap=True)
         return
     results["diagnosis"] = causes
-    for record in asked:
+    for record in searched:
         named_in = [str(cause["mistake"]) for cause in causes if record["name"] in cause["cases"]]
         if named_in:
             record["cause"] = [*record.get("cause", []), *named_in]
@@ -347,9 +349,9 @@ def _accepted(request: RunOptions, results: RunRecord) -> frozenset[str]:
 
 
 def examined_for_causes(cases: Sequence[CaseRecord]) -> list[CaseRecord]:
-    """Return the cases that are searched for causes: all, or of a long run the worst and as many of the best.
+    """Return the cases that are searched for causes: all, or for a long run the worst and as many of the best.
 
-    Those that passed and whose images were not kept say nothing, and are left out.
+    Cases that passed and whose images were not kept are left out.
     """
 
     def tells(case: CaseRecord) -> bool:
@@ -364,7 +366,7 @@ def examined_for_causes(cases: Sequence[CaseRecord]) -> list[CaseRecord]:
 
 
 def planned_cases(request: RunOptions) -> Sequence[PlannedCase]:
-    """Return the cases of a request, each with its configurations; scenes without number are read when they are needed.
+    """Return the cases of a request, each with its configurations; a stream's scenes are read when they are needed.
 
     Raises:
         LookupError, ValueError, OSError: the request itself is wrong.
@@ -395,7 +397,7 @@ def cases_of(selectors: tuple[str, ...]) -> tuple[Case, ...]:
 
 
 def replaced(folder: Path) -> str | None:
-    """Return in a sentence which run of a folder another one takes the place of, or None where there is none."""
+    """Return a sentence about the run in a folder that is about to be replaced, or None if there is none."""
     if not (folder / JOURNAL).is_file():
         return None
     try:
@@ -407,11 +409,10 @@ def replaced(folder: Path) -> str | None:
 
 
 def clear(folder: Path) -> None:
-    """Remove what an earlier run left in its own folder, so that no image outlives the run that made it.
+    """Remove an earlier run's files from its folder, so that no image outlives the run that made it.
 
-    Stills say what they were drawn from, and those that are of no use are removed when others are drawn.
-
-    Only where there is a run's journal: what is not ours is left alone.
+    Stills record their source, and outdated stills are removed when others are drawn. Nothing is removed from a folder
+    without a run's journal, since its files may be the user's.
     """
     if (folder / JOURNAL).is_file():
         for name in ("images", "scenes", "data", "previews"):
@@ -423,11 +424,11 @@ def _faults(planned: Sequence[PlannedCase]) -> list[str]:
     from rayproof.tracer.configuration import Configuration
 
     used = [Configuration.parse(name) for name in configurations_of(planned)]
-    return sorted({wrong for one in used for wrong in (*one.faults, *one.controls)})
+    return sorted({wrong for configuration in used for wrong in (*configuration.faults, *configuration.controls)})
 
 
 def _shrinking(request: RunOptions, results: RunRecord) -> str | None:
-    """Return the command that shrinks the worst case that fails, into the folder that its page looks at."""
+    """Return the command that shrinks the worst failing case, with the output folder that its page reads."""
     if not results["summary"][Outcome.FAIL.value]:
         return None
     worst = next((case for case in worst_cases_first(results["cases"]) if case["verdict"] == Outcome.FAIL), None)
@@ -442,9 +443,9 @@ def _shrinking(request: RunOptions, results: RunRecord) -> str | None:
 
 
 def _publish(request: RunOptions, results: RunRecord, why: str | None, console: Console) -> None:
-    """Write results.json and every published form; print the worst cases and where the report is.
+    """Write results.json and every published form; print the worst cases and the path of the report.
 
-    `why` says why pictures were left out.
+    `why`: the reason for missing pictures.
     """
     from rayproof.reports.publish import publish_all
 
@@ -476,19 +477,19 @@ def _publish(request: RunOptions, results: RunRecord, why: str | None, console: 
     if left_out := results["images_kept"]["left_out"]:
         console.print(f"images of {several(left_out, 'passing case')} are not kept; see --keep-images", soft_wrap=True)
     if previews := results["images_kept"].get("previews"):
-        told = f"of {several(previews, 'case')} that did not pass only previews are kept"
-        console.print(f"{told}; --keep-images all keeps all images", soft_wrap=True)
+        summary = f"of {several(previews, 'case')} that did not pass only previews are kept"
+        console.print(f"{summary}; --keep-images all keeps all images", soft_wrap=True)
     before = sum(bool(case.get("remembered")) for case in briefs(results["cases"]))
     if before:
         console.print(f"verdicts reused, since the images are bit-identical to earlier ones: {before}", soft_wrap=True)
     if "gate" in results:
-        told = results["gate"]
+        summary = results["gate"]
         for key in SHUTTING:
-            for sentence in told[key][:MOST_OF_A_GATE]:
+            for sentence in summary[key][:MOST_OF_A_GATE]:
                 console.print(legible(f"{key}: {sentence}"), style="bold red", soft_wrap=True, markup=False)
-            if len(told[key]) > MOST_OF_A_GATE:
-                console.print(f"and {len(told[key]) - MOST_OF_A_GATE} more {key}, in results.json", soft_wrap=True)
-        console.print(legible(told["sentence"]), soft_wrap=True, markup=False)
+            if len(summary[key]) > MOST_OF_A_GATE:
+                console.print(f"and {len(summary[key]) - MOST_OF_A_GATE} more {key}, in results.json", soft_wrap=True)
+        console.print(legible(summary["sentence"]), soft_wrap=True, markup=False)
     for sentence in left_out_in_words(results):
         console.print(f"{sentence}, and answers others", style="yellow", soft_wrap=True, markup=False)
     console.print(f"{last_line(results)}: {request.out / 'index.html'}", soft_wrap=True, markup=False)

@@ -49,20 +49,21 @@ STAGE_ITEMS: dict[str, tuple[str, ...]] = {
 
 
 class Totals:
-    """What the records of a run come to together, taken up one at a time: none of them is kept."""
+    """The totals of a run's records, which are added one at a time and not stored."""
 
     def __init__(self) -> None:
         self.cases: Counter[Outcome] = Counter()
         self.checks: Counter[Outcome] = Counter()
         self.planned_checks = 0
-        self.abstained: dict[str, dict[str, str]] = {}  # reference -> case in which it had no say -> why
-        self.stopped: dict[str, list[str]] = {}  # renderer, or the judge -> cases in which its time was over
+        self.abstained: dict[str, dict[str, str]] = {}  # reference -> case -> reason of the abstention
+        self.stopped: dict[str, list[str]] = {}  # renderer, or the judge -> cases that exceeded its time limit
         self.versions: dict[str, str] = {}
-        self.with_images = self.without_images = 0  # cases; of those without, the run kept none since they passed
+        self.with_images = self.without_images = 0  # cases; without images: passed and not kept
         self.factors = PooledFactors()
-        self.dark: list[str] = []  # the first scenes of which no pixel is lit
-        self._changing: list[str] = []  # what was rendered twice and is not the same, in sentences
-        self._growth: tuple[int, str] = (0, "")  # bytes of memory a scene by which the subject grew most, and the case
+        self.dark: list[str] = []  # the first scenes without a lit pixel
+        self._changing: list[str] = []  # sentences about cases whose two renders differ
+        # The largest growth of the subject's memory [bytes per scene], and its case.
+        self._growth: tuple[int, str] = (0, "")
         self._examined = self._passing = Examined(pixels=0)
         self._coverage = _nothing_covered()
         self._limits = LimitUse()
@@ -70,7 +71,7 @@ class Totals:
         self._met: dict[str, list[str]] = {}
 
     def add(self, record: CaseRecord) -> None:
-        """Take up another case."""
+        """Add the record of a case."""
         self.cases[Outcome(record["verdict"])] += 1
         self.planned_checks += record["planned"]
         self.versions |= record.get("versions", {})
@@ -85,7 +86,9 @@ class Totals:
         if len(self.dark) < LISTED and record.get("dark"):
             self.dark.append(record["name"])
         self.factors.add(record)
-        self._changing += [one["sentence"] for one in record.get("repeated", []) if one["verdict"] == Outcome.FAIL]
+        self._changing += [
+            comparison["sentence"] for comparison in record.get("repeated", []) if comparison["verdict"] == Outcome.FAIL
+        ]
         self._growth = max(self._growth, (record.get("growth", 0), record["name"]))
         self._limits.add(record)
         self._answered.add(record)
@@ -96,11 +99,11 @@ class Totals:
                 self._examined += check.examined
                 if check.outcome is Outcome.PASS:
                     self._passing += check.examined
-            if (finding := check.finding) and len(met := self._met.setdefault(finding, [])) < LISTED:
-                met.append(_name(record, check))
+            if (finding := check.finding) and len(explained := self._met.setdefault(finding, [])) < LISTED:
+                explained.append(_name(record, check))
 
     def case_ledger(self, *, planned: int) -> LedgerRecord:
-        """Return the ledger of cases; raise ValueError if it does not add up to the plan.
+        """Return the counts of cases by verdict; raise ValueError if they do not add up to the plan.
 
         Cases that an interrupted run did not reach were planned and are missing.
         """
@@ -108,52 +111,52 @@ class Totals:
         return cast(LedgerRecord, ledger(self.cases + missing, planned=planned))
 
     def check_ledger(self) -> LedgerRecord:
-        """Return the ledger of checks; raise ValueError if it does not add up to what the cases planned."""
+        """Return the counts of checks by outcome; raise ValueError if they do not add up to the planned checks."""
         return cast(LedgerRecord, ledger(self.checks, planned=self.planned_checks))
 
     @property
     def changing(self) -> list[str]:
-        """Return in sentences what was rendered twice and is not the same: the first, and how many others there are."""
+        """Return a sentence about the first case whose two renders differ, and a sentence with the number of others."""
         more = len(self._changing) - 1
         others = "another case that was" if more == 1 else f"{more} more cases that were"
         return self._changing[:1] + [f"so it is with {others} asked again"] * (more > 0)
 
     @property
     def growing(self) -> list[str]:
-        """Return in a sentence that the subject's memory grows, if it does."""
+        """Return a sentence about the growth of the subject's memory, if it grows."""
         growth, case = self._growth
         return [f"at {case} the program's memory grew by {growth / 1e6:.1f} MB a scene over 100 scenes"] * (growth > 0)
 
     def verdict(self, *, planned: int, tracer: bool = True) -> Outcome:
         """Return the run's verdict: its worst case's; a case that was not reached is missing.
 
-        Of another subject than the tracer those cases count that it supports.
+        For a subject other than the tracer only the cases count that it supports.
         """
         outcomes = concerning(self.cases.elements(), tracer=tracer)
         return worst(outcomes + [Outcome.MISSING] * (planned > self.cases.total()))
 
     @property
     def examined(self) -> dict[str, int]:
-        """Return what the checks of all cases examined, pixel by pixel."""
+        """Return the pixel counts of the checks of all cases."""
         return self._examined.counts
 
     @property
     def examined_passing(self) -> dict[str, int]:
-        """Return the same of the checks that passed."""
+        """Return the pixel counts of the checks that passed."""
         return self._passing.counts
 
     @property
     def coverage(self) -> dict[str, CoverageRecord]:
-        """Return for each specification item how many cases measured it, how many failed, and how near to the limit.
+        """Return per specification item the numbers of cases that measured it and that failed, and the worst check.
 
-        A case counts only if it says that it covers the item, a configuration ran whose formulas cover it, and a check
-        at one of the item's stages measured something.
+        A case only counts if it declares that it covers the item, a configuration ran whose formulas cover it, and a
+        check at a stage of the item measured something.
         """
         return self._coverage
 
     @property
     def answered(self) -> AnsweredRecord:
-        """Return how many of the planned checks the subject answered, and what it leaves out."""
+        """Return the number of planned checks that the subject answered, and the stages that it leaves out."""
         return self._answered.record()
 
     @property
@@ -165,44 +168,44 @@ class Totals:
     def findings(self) -> list[FindingRecord]:
         """Return the checked-in findings about references, each with the checks of this run that it explained.
 
-        Of more than `LISTED` checks the first ones.
+        Of more than `LISTED` checks only the first are listed.
         """
         return [{**entry.as_json(), "met": self._met.get(entry.name, [])} for entry in known_findings()]
 
 
-NEITHER = frozenset({Outcome.UNSUPPORTED, Outcome.MISSING, Outcome.ERROR})  # of a check that was not answered
+NEITHER = frozenset({Outcome.UNSUPPORTED, Outcome.MISSING, Outcome.ERROR})  # outcomes of a check without an answer
 
 
 class Answered:
-    """How much of what was asked the subject answered, and what it leaves out though it can answer its like."""
+    """The share of the checks that the subject answered, and the stages that it leaves out in some cases of a kind."""
 
     def __init__(self) -> None:
         self._families: dict[str, tuple[int, int]] = {}  # checks answered, and planned
         self._answered = self._planned = 0  # cases
-        # Kinds of a case, whether it is refused, the stages that are answered and those that are not: how many cases.
+        # (Kinds of a case, whether it is refused, stages with an answer, stages without an answer) -> number of cases.
         self._cases: Counter[tuple[tuple[str, ...], bool, frozenset[str], frozenset[str]]] = Counter()
 
     def add(self, record: CaseRecord) -> None:
-        """Take up another case. A stage is answered if a check of it measured something, or none of them lacks it."""
+        """Add the record of a case; a stage is answered if any check of it measured something or all have an answer."""
         outcomes: dict[tuple[str, str], list[Outcome]] = {}
         for check in record["checks"]:
             outcomes.setdefault((check.configuration, check.stage), []).append(check.outcome)
-        there: dict[bool, set[str]] = {True: set(), False: set()}
+        stages: dict[bool, set[str]] = {True: set(), False: set()}
         done, planned = self._families.get(record["family"], (0, 0))
-        for (_, stage), found in outcomes.items():
-            if stage == Stage.CAMERA and {*found} <= {Outcome.UNSUPPORTED, Outcome.UNDECIDED}:
+        for (_, stage), stage_outcomes in outcomes.items():
+            if stage == Stage.CAMERA and {*stage_outcomes} <= {Outcome.UNSUPPORTED, Outcome.UNDECIDED}:
                 continue  # the protocol has no channel for it
-            answered = not MEASURED.isdisjoint(found) or NEITHER.isdisjoint(found)
-            there[answered].add(stage)
-            done, planned = done + answered * len(found), planned + len(found)
+            answered = not MEASURED.isdisjoint(stage_outcomes) or NEITHER.isdisjoint(stage_outcomes)
+            stages[answered].add(stage)
+            done, planned = done + answered * len(stage_outcomes), planned + len(stage_outcomes)
         self._families[record["family"]] = done, planned
-        self._answered, self._planned = self._answered + bool(there[True]), self._planned + 1
+        self._answered, self._planned = self._answered + bool(stages[True]), self._planned + 1
         kinds = (*record.get("kinds", ()), f"of the family {record['family']}")
         refused = bool(record.get("refused")) or "kinds" not in record
-        self._cases[kinds, refused, frozenset(there[True]), frozenset(there[False])] += 1
+        self._cases[kinds, refused, frozenset(stages[True]), frozenset(stages[False])] += 1
 
     def record(self) -> AnsweredRecord:
-        """Return it as results.json has it."""
+        """Return the entry of results.json."""
         answered = {stage for _, _, stages, _ in self._cases for stage in stages}
         return {
             "checks": sum(done for done, _ in self._families.values()),
@@ -215,16 +218,16 @@ class Answered:
         }
 
     def _left_out(self) -> list[str]:
-        """Return which stages are left out in some cases of a kind, in sentences.
+        """Return sentences about the stages that are left out in some cases of a kind.
 
-        Where all cases with a shape, say, are left out the program just does not draw it.
+        If a stage is left out in all cases with a certain shape, the program just does not draw that shape.
         """
         sentences: dict[tuple[int, int, str], list[str]] = {}
         for stage in IMAGE_STAGES:
             groups = [
                 (kinds, stage.value in lacking, count)
-                for (kinds, refused, there, lacking), count in self._cases.items()
-                if not refused and stage.value in there | lacking
+                for (kinds, refused, answered, lacking), count in self._cases.items()
+                if not refused and stage.value in answered | lacking
             ]
             drawn = {kind for kinds, lacks, _ in groups for kind in kinds if not lacks}
             everywhere = [sum(count for _, lacks, count in groups if lacks or every) for every in (False, True)]
@@ -242,28 +245,33 @@ class Answered:
                     sum(count for kinds, lacks, count in groups if kind in kinds and (lacks or every))
                     for every in (False, True)
                 )
-                # How well the kind describes what is left out: its share of that, times how much of it is left out.
-                best = max(best, (without / lost * without / cases, without, cases, kind), key=lambda each: each[0])
+                # How well the kind describes the cases without the stage: its share of them, times their share of it.
+                best = max(
+                    best,
+                    (without / lost * without / cases, without, cases, kind),
+                    key=lambda description: description[0],
+                )
             where = best[1:] if best[3] else (everywhere[0], everywhere[1], "")
             sentences.setdefault(where, []).append(stage.value)
-        found, given = [], {stage for _, _, stages, _ in self._cases for stage in stages} - {Stage.CAMERA}
+        descriptions, all_stages = [], {stage for _, _, stages, _ in self._cases for stage in stages} - {Stage.CAMERA}
         for (without, cases, kind), stages in sentences.items():
             many = f"{without} of the {cases}" if without < cases else f"all {cases}"
             what = ", ".join(stages[:-1]) + f" and {stages[-1]}" if len(stages) > 1 else stages[0]
-            what = "answers nothing" if {*stages} == given else f"leaves out {what}"
-            found.append(f"{what} in {many} cases {kind.removeprefix(DECLARABLE)}".rstrip())
-        return found
+            what = "answers nothing" if {*stages} == all_stages else f"leaves out {what}"
+            descriptions.append(f"{what} in {many} cases {kind.removeprefix(DECLARABLE)}".rstrip())
+        return descriptions
 
 
 class LimitUse:
-    """How much of their limits the checks of each kind use: what is needed to say which are slack or tight."""
+    """The share of the limit that the checks of each kind use, to find slack and tight limits."""
 
     def __init__(self) -> None:
-        self._groups: dict[tuple[str, str, str], tuple[int, int, float, str]] = {}  # place, count, highest, whose it is
-        self._tight: list[tuple[float, int, int, str]] = []  # less their ratio, place of the group, count then, name
+        # Place of the group, count, highest ratio, name of its check.
+        self._groups: dict[tuple[str, str, str], tuple[int, int, float, str]] = {}
+        self._tight: list[tuple[float, int, int, str]] = []  # -ratio, place of the group, count then, name
 
     def add(self, record: CaseRecord) -> None:
-        """Take up another case."""
+        """Add the record of a case."""
         for check in record["checks"]:
             # Integers are equal or not: their limit is 0 and cannot be slack.
             if check.stage in (Stage.OBJECT, Stage.VISIBILITY) or check.outcome not in MEASURED:
@@ -279,7 +287,7 @@ class LimitUse:
 
     @property
     def review(self) -> list[ReviewRecord]:
-        """Return them, the highest first; at most the `LISTED` highest."""
+        """Return the limits to review, the highest ratio first; at most the `LISTED` highest."""
         slack = [(highest, count, name) for _, count, highest, name in self._groups.values() if highest < LOW]
         listed = [
             ReviewRecord(check=name, ratio=-ratio, why=f"above {HIGH}") for ratio, _, _, name in sorted(self._tight)
@@ -292,7 +300,7 @@ class LimitUse:
 
 
 def of(records: Iterable[CaseRecord]) -> Totals:
-    """Return what some records come to, each looked at once."""
+    """Return the totals of records; each record is read once."""
     totals = Totals()
     for record in records:
         totals.add(record)
@@ -305,18 +313,18 @@ def _nothing_covered() -> dict[str, CoverageRecord]:
     }
 
 
-def _cover(found: dict[str, CoverageRecord], record: CaseRecord) -> None:
-    """Add to each specification item what a case measured of it."""
+def _cover(coverage: dict[str, CoverageRecord], record: CaseRecord) -> None:
+    """Add a case's measurements to the coverage of its specification items."""
     compared = [check for check in record["checks"] if check.outcome in MEASURED]
-    # Many items are measured by the same checks: what these come to is worked out once.
-    known: dict[tuple[tuple[str, ...], frozenset[str], bool], tuple[bool, set[str], Check] | None] = {}
+    # Many items are measured by the same checks, whose result is computed once.
+    results: dict[tuple[tuple[str, ...], frozenset[str], bool], tuple[bool, set[str], Check] | None] = {}
     for item in record["covers"]:
         stages = STAGE_ITEMS.get(item) or STAGE_ITEMS[item.split("-")[0]]
         ran = frozenset(configuration for configuration, items in record["ran"].items() if item in items)
         shows_in_misses = item.split("-")[0] in ("CAM", "HIT")
         which = stages, ran, shows_in_misses
-        if which not in known:
-            known[which] = _together(
+        if which not in results:
+            results[which] = _together(
                 [
                     check
                     for check in compared
@@ -325,11 +333,11 @@ def _cover(found: dict[str, CoverageRecord], record: CaseRecord) -> None:
                     and (shows_in_misses or _hits_something(check))
                 ]
             )
-        told = known[which]
-        if told is None:
+        result = results[which]
+        if result is None:
             continue
-        failed, references, worst_check = told
-        entry = found[item]
+        failed, references, worst_check = result
+        entry = coverage[item]
         entry["cases"] += 1
         entry["failed"] += failed
         entry["references"] = sorted({*entry["references"], *references})
@@ -339,7 +347,7 @@ def _cover(found: dict[str, CoverageRecord], record: CaseRecord) -> None:
 
 
 def _together(checks: list[Check]) -> tuple[bool, set[str], Check] | None:
-    """Return whether one of the checks fails, their references, and the one nearest to its limit; None of none."""
+    """Return whether any check fails, the references, and the check nearest to its limit; None without checks."""
     if not checks:
         return None
     failed = any(check.outcome is Outcome.FAIL for check in checks)
@@ -347,9 +355,9 @@ def _together(checks: list[Check]) -> tuple[bool, set[str], Check] | None:
 
 
 def _hits_something(check: Check) -> bool:
-    """Say whether a check met a surface at all: where nothing is hit nothing is turned, lit or seen.
+    """Return whether a check measured a surface at all; without a hit no normal and no light is measured.
 
-    A miss tells of hit tests and cameras as much as a hit does.
+    For hit tests and cameras a miss is a measurement as well as a hit.
     """
     measured = check.end_to_end
     return measured is None or measured.interior > 0
@@ -362,16 +370,16 @@ def _name(record: CaseRecord, check: Check) -> str:
 def results_document(
     planned: Sequence[PlannedCase],
     records: Sequence[CaseRecord],
-    found: Totals,
-    heard: Panel,
+    totals: Totals,
+    chosen_panel: Panel,
     faults: list[str],
     started: datetime,
     subject: Subject,
 ) -> RunRecord:
-    """Return a run's document, as docs/results.md describes it; `found` is what its records come to."""
+    """Return a run's document, as docs/results.md describes it, from its records and their totals."""
     from rayproof.reference import REFERENCES
 
-    versions = found.versions
+    versions = totals.versions
     environment = {"python": sys.version.split()[0], "machine": platform.machine(), "system": platform.platform()}
     return {
         "schema": SCHEMA,
@@ -380,7 +388,7 @@ def results_document(
         "started": started.isoformat(timespec="seconds"),
         "subject": subject.title,
         "faults": faults,
-        "environment": environment | {name: text for name, text in versions.items() if name not in heard.names},
+        "environment": environment | {name: text for name, text in versions.items() if name not in chosen_panel.names},
         "configurations": sorted(configurations_of(planned)),
         "references": {
             name: {
@@ -388,10 +396,10 @@ def results_document(
                 "precision": REFERENCES[name].precision,
                 "independent": bool(REFERENCES.about(name).get("independent", False)),
             }
-            for name in heard.names
+            for name in chosen_panel.names
         },
-        "absent": heard.absent,
-        **come_to(found, planned=len(planned), tracer=subject.is_tracer),
+        "absent": chosen_panel.absent,
+        **come_to(totals, planned=len(planned), tracer=subject.is_tracer),
         "declared": _declared(subject),
         "cases": cast("list[CaseRecord]", records),
     }
@@ -407,37 +415,37 @@ def _declared(subject: Subject) -> DeclaredRecord:
     return declared
 
 
-def come_to(found: Totals, *, planned: int, tracer: bool) -> RunRecord:
-    """Return what of a run's document its records come to: verdict, ledgers, coverage and what to look at."""
-    detail = found.coverage
-    pooled, wide = found.factors.pooled, found.factors.wide
+def come_to(totals: Totals, *, planned: int, tracer: bool) -> RunRecord:
+    """Return the part of a run's document that follows from its totals: verdict, counts, coverage, limits to review."""
+    detail = totals.coverage
+    pooled, wide = totals.factors.pooled, totals.factors.wide
     shared = wrong(pooled, wide)
-    of_cases = found.verdict(planned=planned, tracer=tracer)
-    told: Any = {
-        "verdict": worst([of_cases, *(Outcome.FAIL for _ in (*shared, *found.changing))]).value,
-        "abstained": found.abstained,
-        "stopped": found.stopped,
-        "summary": found.case_ledger(planned=planned),
-        "checks": found.check_ledger(),
-        "answered": found.answered,
-        "examined": found.examined,
-        "examined_passing": found.examined_passing,
+    of_cases = totals.verdict(planned=planned, tracer=tracer)
+    part: Any = {
+        "verdict": worst([of_cases, *(Outcome.FAIL for _ in (*shared, *totals.changing))]).value,
+        "abstained": totals.abstained,
+        "stopped": totals.stopped,
+        "summary": totals.case_ledger(planned=planned),
+        "checks": totals.check_ledger(),
+        "answered": totals.answered,
+        "examined": totals.examined,
+        "examined_passing": totals.examined_passing,
         "common_factors": pooled,
         "wide_limits": wide,
         "wrong_factors": shared,
-        "changing": found.changing,
-        "growing": found.growing,
+        "changing": totals.changing,
+        "growing": totals.growing,
         "coverage": {item: entry["cases"] for item, entry in detail.items()},
         "coverage_detail": detail,
-        "images_kept": {"cases": found.with_images, "left_out": found.without_images},
-        "review": found.review,
-        "findings": found.findings,
+        "images_kept": {"cases": totals.with_images, "left_out": totals.without_images},
+        "review": totals.review,
+        "findings": totals.findings,
     }
-    return told
+    return part
 
 
 def uncountable(record: CaseRecord) -> str | None:
-    """Return in a line what keeps a record that somebody else wrote from being counted with a run's, or None."""
+    """Return a line with the reason why a record from elsewhere cannot be counted with a run's records, or None."""
     try:
         come_to(of((record,)), planned=1, tracer=True)
     except (ArithmeticError, AttributeError, LookupError, TypeError, ValueError) as error:

@@ -1,6 +1,6 @@
 """The tracer's task: render a scene by one configuration, with shadow epsilons and seconds of the kernels.
 
-Beside the answers stands what they cost: the seconds that the kernels of one launch ran, the median of some launches.
+The cost of the answers is added: the seconds that the kernels of one launch ran, as the median of several launches.
 """
 
 from contextlib import nullcontext
@@ -29,26 +29,26 @@ from rayproof.tracer.shapes.primitives import traced
 def shadow_epsilons(scene: Scene, answers: StageImages, configuration: Configuration) -> np.ndarray:
     """Return the configuration's shadow epsilon [m], (height, width).
 
-    It goes by the coordinates at hand, by how far the face hit reaches beyond them, and by how that magnifies rounding:
-    a sliver's own face counts, not the worst face of its mesh.
+    It depends on the coordinates of eye and hit, on the extent of the hit face beyond them, and on the face's
+    amplification of rounding. Only the hit face counts, not the worst face of its mesh.
     """
     coordinates = np.maximum(np.abs(answers[Stage.POSITION]).max(axis=-1), np.abs(scene.camera.eye).max())
     spreads, eye = np.ones(coordinates.shape), float(np.linalg.norm(scene.camera.eye))
     objects, faces = answers[Stage.OBJECT][..., 0], answers[Stage.OBJECT][..., 1].astype(int)
     for index, shape in enumerate(scene.shapes):
-        seen = objects == index
-        spreads[seen] = traced(shape).spreads()[faces[seen]]
-        whole = (eye + answers[Stage.DISTANCE][seen][:, 0] + traced(shape).reaches()[faces[seen]]) / WIDEST
-        coordinates[seen] = np.maximum(coordinates[seen], whole)
+        visible = objects == index
+        spreads[visible] = traced(shape).spreads()[faces[visible]]
+        whole = (eye + answers[Stage.DISTANCE][visible][:, 0] + traced(shape).reaches()[faces[visible]]) / WIDEST
+        coordinates[visible] = np.maximum(coordinates[visible], whole)
     return shadow_epsilon(configuration, scale=coordinates, spread=spreads)
 
 
-LONG = 0.1  # s, which no repetition begins after: what takes so long is known well enough by one launch
-SMALL = 2**16  # px of an image that one thread renders no later than several, with half of their processor time
+LONG = 0.1  # s; no repetition begins later, since one launch measures such a time well enough
+SMALL = 2**16  # px; one thread renders such an image as soon as several do, with half of their processor time
 
 
 def prepare() -> None:
-    """Load what any scene needs: the backend and the formulas of the default configuration."""
+    """Load the backend and the formulas of the default configuration, which every scene needs."""
     versions()
     for formula in Configuration().chosen:
         formula.load()
@@ -57,7 +57,7 @@ def prepare() -> None:
 def use_own_formulas(configuration: str, *, own: tuple[str, ...], copies: tuple[tuple[str, str], ...]) -> None:
     """Load the user's own formulas of a configuration from their copies on this machine, if there are any.
 
-    `own` has each formula with the SHA-256 of its file when the run began; `copies` has paths and where they lie here.
+    `own` has each formula with the SHA-256 of its file when the run began; `copies` has each path with its copy's path.
 
     Raises:
         RuntimeError: a file has changed since.
@@ -70,7 +70,7 @@ def use_own_formulas(configuration: str, *, own: tuple[str, ...], copies: tuple[
 
 
 def trace(scene: Scene, configuration: str, *, samples: int = 1, launches: int = 1) -> Render:
-    """Render a scene with the tracer; `launches` is how often its kernels run, of which the median time is returned."""
+    """Render a scene with the tracer; the kernels are launched `launches` times, and the median time is returned."""
     chosen = Configuration.parse(configuration)
     answers, seconds = _images(scene, chosen)
     times = [seconds]
@@ -103,8 +103,8 @@ def _images(scene: Scene, configuration: Configuration) -> tuple[StageImages, fl
         dr.set_flag(dr.JitFlag.KernelHistory, False)
 
 
-def _unchanged(configuration: Configuration, known: tuple[str, ...]) -> None:
-    """Raise RuntimeError if a user's file is not what it was when the run began; answers are kept under that."""
+def _unchanged(configuration: Configuration, expected: tuple[str, ...]) -> None:
+    """Raise RuntimeError if a user's file has changed since the run began; answers are stored under its digest."""
     for place, digest in configuration.own.items():
-        if f"{place} {digest}" not in known:
+        if f"{place} {digest}" not in expected:
             raise RuntimeError(f"{place} has changed since the run began")

@@ -1,7 +1,7 @@
-"""Earlier verdicts used again where scene, code, references and answers are bit-identical.
+"""Earlier verdicts, reused if scene, code, references and answers are bit-identical.
 
-The renderer under test renders again. Only if its answers are equal to the last byte is its earlier record used again.
-What failed to render or to be judged is never kept: the machine may have been at fault.
+The renderer under test always renders. Its earlier record is only reused if its answers are bit-identical. A case with
+a failed render or judgement is never stored: the machine may have been at fault.
 """
 
 import json
@@ -27,39 +27,39 @@ from rayproof.reports.run.reference_cache import Key, code, machine
 
 
 class Memory:
-    """The verdicts that were reached before, for one subject and one panel."""
+    """The verdicts of earlier runs, for one subject and one panel."""
 
     def __init__(self, store: Store, options: CaseOptions) -> None:
         self._store, self._options = store, options
 
     @cached_property
     def _versions(self) -> Mapping[str, str]:
-        """Return the version of every reference that would be asked."""
+        """Return the version of every reference of the panel."""
         return {name: version(name) for name in self._options.references}
 
     def prepare(self) -> None:
-        """Ask the references for their versions, once: while the first renders are on their way it costs nothing."""
+        """Determine the references' versions, once: during the first renders this costs no time."""
         _ = self._versions
 
     def key(self, case: Case, subjects: Sequence[Answers], notes: Sequence[str]) -> str:
-        """Return the question that a case is, given what the subject answered and said of it."""
+        """Return the key of the verdict on the subject's answers and notes."""
         return judgement_key(case, subjects, self._versions, self._options, notes).digest
 
     def recall(self, key: str, folder: Path) -> CaseRecord | None:
-        """Return the record found before, its files written into the results folder, or None."""
-        found = recall(self._store, key)
-        if found is None:
+        """Return the stored record, and write its files into the results folder; None if there is none."""
+        judgement = recall(self._store, key)
+        if judgement is None:
             return None
-        found.write(folder)
-        return found.record
+        judgement.write(folder)
+        return judgement.record
 
     def keep(self, key: str, folder: Path, record: CaseRecord) -> None:
-        """Keep a record with its files."""
+        """Store a record with its files."""
         keep(self._store, key, folder, record)
 
 
 def version(reference: str) -> str:
-    """Return a reference's version; one that cannot tell it is never the same twice, and its worker says why."""
+    """Return a reference's version, or a unique text if that fails; its worker then reports the reason."""
     from rayproof.reference import REFERENCES
 
     try:
@@ -68,8 +68,8 @@ def version(reference: str) -> str:
         return f"not told, {uuid.uuid4()}"
 
 
-RECORD = "record"  # the array that holds it; files are named by their paths, which have a slash
-PLACES = ("images", "scenes")  # where a record's files lie in a results folder
+RECORD = "record"  # the array with the record; the arrays of files are named by their paths, which have a slash
+PLACES = ("images", "scenes")  # folders of a record's files in a results folder
 LEVEL = 1  # of zlib: a record is read back as often as it is written
 
 
@@ -90,19 +90,19 @@ class StoredJudgement:
 
 @dataclass(frozen=True, kw_only=True)
 class JudgementKey(Key):
-    """A verdict: of whose answers, on which case, before which references, and what the run demanded."""
+    """The key of a verdict: the case, the subject's answers, the references' versions and the run's options."""
 
     case: Case
     subjects: tuple[Answers, ...]
     versions: Mapping[str, str]  # the references', by name
     options: Mapping[str, Any]  # `CaseOptions.of_records`
-    notes: tuple[str, ...]  # what the subject says of its answers
+    notes: tuple[str, ...]  # of the subject, on its answers
 
 
 def judgement_key(
     case: Case, subjects: Sequence[Answers], versions: Mapping[str, str], options: CaseOptions, notes: Sequence[str]
 ) -> JudgementKey:
-    """Return all that a verdict depends on, the code among it."""
+    """Return the key of everything that a verdict depends on, with the code and the machine."""
     return JudgementKey(
         case=case,
         subjects=tuple(subjects),
@@ -115,9 +115,9 @@ def judgement_key(
 
 
 def recall(store: Store, key: str) -> StoredJudgement | None:
-    """Return what was found before, or None; an entry that is damaged is gone, and the case is judged again.
+    """Return the stored judgement, or None; a damaged entry is removed, and the case is judged again.
 
-    So it is where an entry names a file elsewhere than a record's files lie: it is not one that was kept here.
+    An entry that names a file outside a record's folders counts as damaged, since it was not written here.
     """
     try:
         return store.read(key, _judgement)
@@ -135,7 +135,7 @@ def _judgement(entry: Entry) -> StoredJudgement:
 
 
 def keep(store: Store, key: str, folder: Path, record: CaseRecord) -> None:
-    """Keep a record with its files; a store that cannot be written keeps nothing, and nothing depends on it."""
+    """Store a record with its files; if the store cannot be written, nothing is stored and no error is raised."""
     names = [record["scene"], record.get("pixels"), *(render.get("image") for render in record["renders"])]
     arrays = {RECORD: _packed(as_json(compact_case(record)).encode())}
     try:
@@ -149,7 +149,7 @@ def keep(store: Store, key: str, folder: Path, record: CaseRecord) -> None:
 
 
 def _belongs(name: str) -> bool:
-    """Say whether a path in a results folder is one of a record's files, and leads nowhere else."""
+    """Return whether a path in a results folder is in a folder of a record's files and does not leave it."""
     parts = PurePosixPath(name).parts
     return len(parts) > 1 and parts[0] in PLACES and ".." not in parts
 
@@ -159,7 +159,7 @@ def _packed(data: bytes) -> np.ndarray:
 
 
 def _about(record: CaseRecord) -> About:
-    """Return what a listing tells of an entry."""
+    """Return the description of an entry, for listings."""
     return {
         "kind": "judgement",
         "reference": record["name"],
@@ -173,28 +173,31 @@ def _about(record: CaseRecord) -> About:
 
 @dataclass(frozen=True, kw_only=True)
 class GuardKey(Key):
-    """That a guard passed."""
+    """The key of a passed self-test."""
 
     name: str
 
 
 def ask_once(name: str, guard: Callable[[], object], store: Store) -> None:
-    """Ask a guard that never passed this code, or not here; raise what it raises. Only that it passed is kept."""
+    """Run a self-test, unless it passed with this code on this machine before; only a pass is stored.
+
+    An error of the self-test is raised.
+    """
     if passed(name, store):
         return
     guard()
     try:
         store.put(_key(name), {"kind": "guard", "reference": name}, {})
     except OSError:
-        return  # it is asked again next time
+        return  # it runs again next time
 
 
 def passed(name: str, store: Store) -> bool:
-    """Say whether a guard passed this code here before."""
+    """Return whether a self-test passed with this code on this machine before."""
     try:
         return store.get(_key(name)) is not None
     except DamagedEntryError:
-        return False  # it is gone, and the guard is asked
+        return False  # it has been removed, and the self-test runs
 
 
 def _key(name: str) -> str:

@@ -1,6 +1,6 @@
-"""What workers do with a case: the tracer, references, cached answers, a program, the judge.
+"""The tasks of workers on a case: the tracer, references, cached answers, a program, the judge.
 
-A task is a call of one of these functions, and gets the case and the run's options. Each kind of worker has a name.
+A task is a call of a function of this module, with the case and the run's options. Each kind of worker has a name.
 """
 
 import atexit
@@ -30,7 +30,7 @@ from rayproof.tracer.kernel.compiler import choose_packaged_llvm
 if TYPE_CHECKING:
     from rayproof.reports.subjects.serving import Server
 
-# Kinds of workers. That of a program is how it is called, that of a reference begins with REFERENCE.
+# Kinds of workers. A program's kind is its transport, a reference's kind begins with REFERENCE.
 JUDGE = "judge"
 CACHE = "cache"
 UNDER_TEST = "subject:"  # and the name of a reference that is under test
@@ -43,7 +43,7 @@ def kind_of(subject: Subject) -> str:
 
 
 def prepare(kind: str) -> None:
-    """Import what tasks of a kind of worker need."""
+    """Import the modules that the tasks of a kind of worker need."""
     choose_packaged_llvm()
     if kind == TRACER:
         from rayproof.reports.run import tracer_task
@@ -58,7 +58,7 @@ def prepare(kind: str) -> None:
 
 
 def handler(kind: str) -> Callable[[Callable[[], Any]], Any]:
-    """Return the function that does the tasks of a worker, each a call; their imports are made here, once."""
+    """Return the function that runs a worker's tasks, which are calls; their modules are imported here, once."""
     prepare(kind)
     return lambda task: task()
 
@@ -80,7 +80,7 @@ def render_subject(scene: Scene, samples: int, subject: Subject, keep: Path | No
 
 
 def render_reference(name: str, scene: Scene, samples: int = 1, *, cached: bool = False) -> Render:
-    """Render a scene with a reference; what it rendered before is taken from the cache if `cached`."""
+    """Render a scene with a reference; its earlier answers are taken from the cache if `cached`."""
     from rayproof.reference import REFERENCES
 
     independent = bool(REFERENCES.about(name).get("independent", False))
@@ -90,9 +90,9 @@ def render_reference(name: str, scene: Scene, samples: int = 1, *, cached: bool 
 
 
 def cached_references(case: Case, options: CaseOptions) -> tuple[dict[str, Render], dict[str, str]]:
-    """Return what the cache holds of the references' answers to a case, and a sentence for each damaged entry.
+    """Return the references' cached answers to a case, and a sentence for each damaged entry.
 
-    One worker does this for all references, none of which need start for it.
+    One worker does this for all references, so that their own workers need not start.
     """
     from rayproof.reference import REFERENCES
 
@@ -120,7 +120,7 @@ def judge(case: Case, options: CaseOptions, answers: CaseAnswers, folder: Path) 
 
 
 def check_judge(*, cached: bool) -> None:
-    """Judge the sentinels, unless the judge passed before; that it passed is kept in the cache if `cached`."""
+    """Run the judge's self-tests, unless they passed before; a pass is stored in the cache if `cached`."""
     from rayproof.reports.run.judge_task import check_judge
 
     check_judge(cached=cached)
@@ -134,7 +134,7 @@ def compare_repeated(case: Case, first: Answers, again: Answers, *, varies: bool
 
 
 def ask_capabilities(subject: Subject, *, seconds: float) -> Capabilities | str:
-    """Return what a program declares, or the sentence that says what is wrong with its reply."""
+    """Return the capabilities that a program declares, or a sentence about the error in its reply."""
     from rayproof.reports.subjects import program
 
     server = _server(subject)
@@ -159,7 +159,7 @@ _SERVERS: list["Server"] = []  # of this process: one at most
 
 
 def _server(subject: Subject) -> "Server | None":
-    """Return the server of a program that stays alive, started once in this process; None of any other."""
+    """Return the server of a program that stays alive, started once in this process; None for other subjects."""
     from rayproof.reports.subjects.serving import Server
 
     if not subject.stays:
@@ -187,7 +187,7 @@ def _render_program(scene: Scene, samples: int, subject: Subject, keep: Path | N
 
 
 def _as_subject(answers: Answers) -> Answers:
-    """Return a reference's answers as those of the renderer under test."""
+    """Return a reference's answers as a subject's answers."""
     return replace(answers, items=ITEMS_OF_OTHERS, independent=False, chained=False, cached=False, mishaps=())
 
 
@@ -200,24 +200,24 @@ def ask_reference(
     if missing is not None and (why := missing()) is not None:
         about = {"name": name, "precision": reference.precision, "independent": independent}
         return Answers(**about, unsupported=unsupported, error=why)
-    found = _rendered(question, cached=cached)
-    return _witness(question, found, unsupported, independent=independent)
+    rendered = _rendered(question, cached=cached)
+    return _witness(question, rendered, unsupported, independent=independent)
 
 
 def cached_answers(name: str, reference: Reference, scene: Scene, *, samples: int, independent: bool) -> Answers | None:
-    """Return what `ask_reference` would if the cache has all of it, else None.
+    """Return the result of `ask_reference` if the cache has all of it, else None.
 
     Raises:
-        DamagedEntryError: it was kept, and is not what was written.
+        DamagedEntryError: the cached entry differs from the written one.
 
     """
     question, unsupported = _question(name, reference, scene, samples)
-    found = reference_cache.recalled(question) if question.stages else Rendered(answers={}, mean=None, cached=False)
-    return None if found is None else _witness(question, found, unsupported, independent=independent)
+    rendered = reference_cache.recalled(question) if question.stages else Rendered(answers={}, mean=None, cached=False)
+    return None if rendered is None else _witness(question, rendered, unsupported, independent=independent)
 
 
 def unable(reference: Reference, scene: Scene, stage: Stage) -> str | None:
-    """Return why a reference cannot answer a stage of a scene, or None."""
+    """Return the reason why a reference cannot answer a stage of a scene, or None."""
     if any(scene.camera.sample_offset) and not getattr(reference, "takes_sample_offset", False):
         return "Its rays pass through the pixels' centres."
     return reference.unsupported(scene, stage)
@@ -226,18 +226,18 @@ def unable(reference: Reference, scene: Scene, stage: Stage) -> str | None:
 def _question(
     name: str, reference: Reference, scene: Scene, samples: int
 ) -> tuple[ReferenceQuestion, dict[Stage, str]]:
-    """Return what the reference is asked, and why it is not asked about the other stages."""
+    """Return the request to a reference, and the reasons why it does not contain the other stages."""
     stages = stages_of(scene)
     unsupported = {stage: why for stage in stages if (why := unable(reference, scene, stage)) is not None}
-    asked = tuple(stage for stage in stages if stage not in unsupported)
-    question = ReferenceQuestion(name=name, reference=reference, scene=scene, stages=asked, samples=samples)
+    supported = tuple(stage for stage in stages if stage not in unsupported)
+    question = ReferenceQuestion(name=name, reference=reference, scene=scene, stages=supported, samples=samples)
     return question, unsupported
 
 
 def _witness(
-    question: ReferenceQuestion, found: Rendered, unsupported: dict[Stage, str], *, independent: bool
+    question: ReferenceQuestion, rendered: Rendered, unsupported: dict[Stage, str], *, independent: bool
 ) -> Answers:
-    reference, scene, answers = question.reference, question.scene, found.answers
+    reference, scene, answers = question.reference, question.scene, rendered.answers
     notes, settings = _ability(reference, "notes"), _ability(reference, "settings")
     resolution = _ability(reference, "resolution")
     coarse = {stage: resolution(scene, stage) for stage in question.stages} if resolution is not None else {}
@@ -250,11 +250,11 @@ def _witness(
         answers={stage: answers[stage] for stage in question.stages if stage in answers},
         unsupported=unsupported,
         notes=tuple(notes(scene)) if notes is not None else (),
-        mishaps=found.notes,
-        mean=found.mean,
-        cached=found.cached,
+        mishaps=rendered.notes,
+        mean=rendered.mean,
+        cached=rendered.cached,
         settings=dict(settings(scene)) if settings is not None else {},
-        resolutions={stage: one for stage, one in coarse.items() if one is not None},
+        resolutions={stage: value for stage, value in coarse.items() if value is not None},
         ray_epsilon=float(getattr(reference, "ray_epsilon", 0.0)),
         light_epsilon=float(getattr(reference, "light_epsilon", 0.0)),
         edge_epsilon=float(beyond(scene)) if (beyond := _ability(reference, "edge_epsilon")) is not None else 0.0,
@@ -266,10 +266,10 @@ def _rendered(question: ReferenceQuestion, *, cached: bool) -> Rendered:
     """Return the reference's images, from the cache if `cached`."""
 
     def render() -> tuple[StageImages, np.ndarray | None]:
-        reference, scene, asked = question.reference, question.scene, question.stages
-        answers: StageImages = reference.render(scene, asked) if asked else {}
+        reference, scene, stages = question.reference, question.scene, question.stages
+        answers: StageImages = reference.render(scene, stages) if stages else {}
         mean = None
-        if question.samples > 1 and Stage.RADIANCE in asked:
+        if question.samples > 1 and Stage.RADIANCE in stages:
             mean = reference.render(scene, (Stage.RADIANCE,), samples=question.samples)[Stage.RADIANCE]
         return answers, mean
 
@@ -290,5 +290,5 @@ def _shadow_epsilon(reference: Reference, scene: Scene, answers: StageImages) ->
 
 
 def _ability(reference: Reference, name: str) -> Any:
-    """Return one of the methods that a reference may have (reference/__init__.py lists them), or None."""
+    """Return an optional method of a reference (reference/__init__.py lists them), or None."""
     return getattr(reference, name, None)

@@ -1,6 +1,6 @@
 """The pool of a run: kinds of workers, how many of each, their deadlines, the tracer's early start.
 
-The tracer's worker is started first, since its imports take as long as those of all others.
+The tracer's worker is started first, since its imports take as long as all others together.
 """
 
 from collections.abc import Callable, Iterator
@@ -27,7 +27,7 @@ from rayproof.reports.subjects.protocol import Capabilities
 
 
 def serve_run(kind: str, connection: Channel) -> None:
-    """Answer a run's tasks of one kind in a worker; what they need is imported there, and nowhere else."""
+    """Run the tasks of one kind in a worker; their modules are only imported there."""
     serve(kind, connection, handler)
 
 
@@ -35,7 +35,7 @@ def serve_run(kind: str, connection: Channel) -> None:
 def early_workers(name: str, *, jobs: int, timeout: float) -> Iterator[Pool]:
     """Start the tracer's worker while the request is still being read; all workers end with the block.
 
-    Of a program that stays alive, none; the request's questions start it.
+    A program that stays alive is not started early, but by its first request.
     """
     if name == TRACER:
         # Judging is the longest part and shares nothing: it may take every processor.
@@ -50,14 +50,14 @@ def early_workers(name: str, *, jobs: int, timeout: float) -> Iterator[Pool]:
         pool.close()
 
 
-# A program of the user's may sleep. What one computes that stays alive is not seen until it ends.
+# A user's program may sleep. The processor time of a program that stays alive is not known until it ends.
 MAY_SLEEP = (PROGRAM,)
-RELIEF = 10.0  # s that a reference may take for one case before another of it renders the others
-PATIENCE = 120.0  # s for references and the judge, where --timeout speaks of another program's renders
+RELIEF = 10.0  # s of a reference for one case, after which a second worker renders its other cases
+PATIENCE = 120.0  # s for references and the judge, if --timeout is for the renders of another program
 
 
 def workers(subject: Subject, *, jobs: int, timeout: float, folder: Path | None = None) -> Pool:
-    """Return a pool, none of whose workers has started; they have their temporary files in `folder`, if it is given."""
+    """Return a pool without started workers; their temporary files are in `folder`, if it is given."""
     copies = {JUDGE: jobs, PROGRAM: jobs, SERVED: jobs, FUNCTION: jobs}
     if subject.is_tracer:
         return Pool(jobs=jobs, timeout=timeout, copies=copies, folder=folder, target=serve_run)
@@ -67,8 +67,8 @@ def workers(subject: Subject, *, jobs: int, timeout: float, folder: Path | None 
         timeout=max(PATIENCE, timeout),
         copies=copies,
         may_sleep=MAY_SLEEP,
-        # A program's own limit ends it, with a reason; it may be called twice for a case, and its image is to be read.
-        # One that stays alive starts before that.
+        # A program is stopped by its own limit, with a reason. It may be called twice for a case, and its image is
+        # read. A program that stays alive is started before that.
         timeouts={
             f"{UNDER_TEST}{subject.name}": timeout,
             PROGRAM: 2 * subject.seconds + PATIENCE,
@@ -78,16 +78,16 @@ def workers(subject: Subject, *, jobs: int, timeout: float, folder: Path | None 
     )
 
 
-LONGEST = 30.0  # s; a program that starts more slowly need not be asked
+LONGEST = 30.0  # s; a program must start within it
 
 
 def ask(subject: Subject, pool: Pool | None = None) -> Capabilities:
-    """Return what the program declares; nothing if it does not know the question.
+    """Return the capabilities that a program declares, or empty ones if it does not support the request.
 
-    One that stays alive stays so in a `pool`.
+    A program that stays alive does so in `pool`, if it is given.
 
     Raises:
-        ValueError: its answer is not as the protocol asks.
+        ValueError: its answer violates the protocol.
 
     """
     seconds = subject.seconds if subject.stays else min(LONGEST, subject.seconds)
@@ -106,13 +106,13 @@ def answered(
     told: Callable[[float, float], None] | None = None,
     pool: Pool | None = None,
 ) -> Answers:
-    """Return what a subject that is not the tracer answers to a scene; a program's call is kept in a folder, if given.
+    """Return the answers to a scene of a subject other than the tracer; a program's call is kept in `keep`, if given.
 
-    `told` gets how long it took [s]: the start of a program that stays alive, and the answer. One that was started in a
-    `pool` is asked there.
+    The callback gets two times [s]: of the start of a program that stays alive, and of the answer. A program that was
+    started in `pool` is called there.
 
     Raises:
-        ValueError: its worker crashed or ran out of time; what a program comes to is the subject's error.
+        ValueError: the worker crashed or ran out of time; a program's own failure is an error of its answers.
 
     """
     task = partial(render_subject, scene, 1, subject, keep)
@@ -129,10 +129,10 @@ def answered(
 
 
 def _reply(kind: str, task: partial[Any], *, timeout: float, pool: Pool | None = None) -> Reply:
-    asked = pool or Pool(jobs=1, timeout=timeout, target=serve_run)
+    reply_pool = pool or Pool(jobs=1, timeout=timeout, target=serve_run)
     try:
-        asked.prepare(kind)  # its imports are no part of the reply's time
-        return asked.reply(kind, task)
+        reply_pool.prepare(kind)  # its imports are no part of the reply's time
+        return reply_pool.reply(kind, task)
     finally:
         if pool is None:
-            asked.close()
+            reply_pool.close()

@@ -26,7 +26,7 @@ from rayproof.reports.subjects import Subject
 
 
 class Journal:
-    """Keep finished cases in DIR/results.sqlite, and give back those whose key still holds."""
+    """The finished cases in DIR/results.sqlite, with access by key."""
 
     def __init__(self, folder: Path, *, resume: bool) -> None:
         self._folder = folder
@@ -43,7 +43,7 @@ class Journal:
         """Return the record of a case that was finished under exactly this key, or None.
 
         An error, or a reference that abstained, may have been the machine's or the time limit's fault, so that such a
-        case is done again. So is a case whose images are gone, since a cause is sought in them.
+        case is done again. So is a case whose images are gone, since they are searched for causes.
         """
         try:
             record = self._table.finished(key)
@@ -59,13 +59,13 @@ class Journal:
         self._table.keep(key, record)
 
     def together(self) -> AbstractContextManager[None]:
-        """Keep what is appended in the body all at once: as sure as one by one, and quicker."""
+        """Commit the records that are appended in the body all at once: as safe as one by one, and faster."""
         return self._table.writing()
 
     def cases(self, keys: Iterable[str]) -> Cases:
-        """Return the cases under these keys as those of the run, in this order; of keys that are missing there is none.
+        """Return the cases under these keys as the cases of the run, in this order; missing keys are skipped.
 
-        They are read from the file, which stays open as long as they are there.
+        The cases are read from the file, which stays open as long as they exist.
         """
         self._handed_over = True
         return self._table.arrange(keys)
@@ -79,10 +79,10 @@ class Journal:
 
 
 def _mend(path: Path) -> None:
-    """Write a damaged file anew with what can still be read of it."""
+    """Write a damaged file again with the records that can still be read."""
     if not path.is_file():
         return
-    waiting = Path(f"{path}-journal")  # which must not meet the new file
+    waiting = Path(f"{path}-journal")  # it must not be applied to the new file
     try:
         table = CaseTable(path)
     except DamagedTableError:
@@ -117,7 +117,7 @@ _CHANGING = re.compile(r"\S*rayproof-\S*|\d+")  # a call's own folder, and numbe
 
 @dataclass(frozen=True)
 class Recording:
-    """How a case is recorded when it is finished, or found finished: its key, journal and progress."""
+    """The recording of cases that are finished or resumed: their keys, journal and progress."""
 
     request: RunOptions
     keys: Mapping[str, str]  # by the cases' names
@@ -126,47 +126,47 @@ class Recording:
     calls: "FirstCalls"
     done: set[str] = field(default_factory=set)  # names
 
-    def finished(self, one: PlannedCase, record: CaseRecord) -> None:
+    def finished(self, planned_case: PlannedCase, record: CaseRecord) -> None:
         """Record a case that was just rendered and judged."""
-        key = self.keys[one.case.name]
-        self.done.add(one.case.name)
+        key = self.keys[planned_case.case.name]
+        self.done.add(planned_case.case.name)
         record["key"] = key
-        record["reproduce"] = self._reproduce(one)
+        record["reproduce"] = self._reproduce(planned_case)
         self.journal.append(key, record)
         self.progress.finished(record, again=False)
-        if self.request.subject.capabilities.refusal(one.case.scene) is None:
+        if self.request.subject.capabilities.refusal(planned_case.case.scene) is None:
             self.calls.finished(record)
 
-    def amended(self, one: PlannedCase, record: CaseRecord) -> None:
-        """Record what came of asking about a finished case again."""
-        self.journal.append(self.keys[one.case.name], record)
+    def amended(self, planned_case: PlannedCase, record: CaseRecord) -> None:
+        """Record the result of a finished case's second render."""
+        self.journal.append(self.keys[planned_case.case.name], record)
         self.calls.asked_again(record)
 
-    def taken_up(self, one: PlannedCase) -> bool:
-        """Take up what the journal knows of a case; say whether it does."""
-        key = self.keys[one.case.name]
-        known = self.journal.finished(key)
-        if known is None:
+    def taken_up(self, planned_case: PlannedCase) -> bool:
+        """Resume a case from the journal; return whether the journal contains it."""
+        key = self.keys[planned_case.case.name]
+        record = self.journal.finished(key)
+        if record is None:
             return False
-        self.done.add(one.case.name)
-        again = self._reproduce(one)
-        if known.get("reproduce") != again:  # a folder that was moved
-            known["reproduce"] = again
-            self.journal.append(key, known)
-        self.progress.finished(known, again=True)
+        self.done.add(planned_case.case.name)
+        again = self._reproduce(planned_case)
+        if record.get("reproduce") != again:  # a folder that was moved
+            record["reproduce"] = again
+            self.journal.append(key, record)
+        self.progress.finished(record, again=True)
         return True
 
-    def _reproduce(self, one: PlannedCase) -> str:
-        return reproduce(self.request.out, one, self.request.subject)
+    def _reproduce(self, planned_case: PlannedCase) -> str:
+        return reproduce(self.request.out, planned_case, self.request.subject)
 
 
 @dataclass(frozen=True, kw_only=True)
 class Execution:
-    """The records of a run's cases, in the plan's order, and why there are no more of them."""
+    """The records of a run's cases, in the plan's order, and the reason if they are not complete."""
 
     records: Cases
     interrupted: bool  # by the user
-    stopped: str | None  # in words why the rest was not done
+    stopped: str | None  # the reason, in words, why the rest was not done
 
 
 def execute(
@@ -176,12 +176,12 @@ def execute(
     console: Console,
     engine: Engine,
 ) -> Execution:
-    """Have the cases rendered and judged, and keep each record when it is finished.
+    """Render and judge the cases, and store each record when it is finished.
 
-    Where the first calls of a program under test all fail alike, the rest is not made. The engine is closed.
+    If the first calls of a program under test all fail alike, no further call is made. The engine is closed.
     """
     options = case_options(request, references)
-    keys = {one.case.name: record_key(one, options).digest for one in planned}
+    keys = {planned_case.case.name: record_key(planned_case, options).digest for planned_case in planned}
     interrupted, calls = False, FirstCalls(request.subject, len(planned))
     with (
         Journal(request.out, resume=request.resume) as journal,
@@ -189,14 +189,16 @@ def execute(
     ):
         recording = Recording(request, keys, journal, progress, calls)
         try:
-            todo = array("Q", (number for number, one in enumerate(planned) if not recording.taken_up(one)))
-            for each in finished(engine, (planned[number] for number in todo)):
-                if each is None:
+            todo = array(
+                "Q", (number for number, planned_case in enumerate(planned) if not recording.taken_up(planned_case))
+            )
+            for result in finished(engine, (planned[number] for number in todo)):
+                if result is None:
                     progress.working(engine.doing, engine.busy)
-                elif each[0].case.name in recording.done:
-                    recording.amended(*each)
+                elif result[0].case.name in recording.done:
+                    recording.amended(*result)
                 else:
-                    recording.finished(*each)
+                    recording.finished(*result)
                 if calls.hopeless is not None:
                     break
         except KeyboardInterrupt:
@@ -213,20 +215,20 @@ def execute(
 
 
 class FirstCalls:
-    """The first calls of a program: whether they all failed, in the same words. Of one that stays alive every call.
+    """The first calls of a program, and whether they all failed with the same error; any other subject has no calls.
 
-    Any other subject has none.
+    For a program that stays alive its losses are counted in all calls.
     """
 
     def __init__(self, subject: Subject, planned: int) -> None:
         self._name = subject.name
-        self._asked = subject.is_program and planned > FIRST  # of so few cases all are made
+        self._asked = subject.is_program and planned > FIRST  # in a plan of at most FIRST cases all calls are made
         self._said: list[str] = []
         self._lost = 0  # in a row
-        self.hopeless: str | None = None  # why no call is made any more
+        self.hopeless: str | None = None  # the reason why no further call is made
 
     def finished(self, record: CaseRecord) -> None:
-        """Take up what became of another case."""
+        """Add the result of a case."""
         self.asked_again(record)
         if not self._asked:
             return
@@ -237,12 +239,14 @@ class FirstCalls:
             self.hopeless = self.hopeless or f"the first {FIRST} calls fail alike: {error}"
 
     def asked_again(self, record: CaseRecord) -> None:
-        """Take up whether a program that stays alive was lost."""
+        """Count how often a program that stays alive was lost in a row."""
         self._lost = self._lost + 1 if record.get("lost") else 0
         if self._lost >= MOST_LOST:
-            why = self._error(record) or next((one["sentence"] for one in record.get("repeated", [])), "")
+            why = self._error(record) or next((comparison["sentence"] for comparison in record.get("repeated", [])), "")
             self.hopeless = f"the program died or exceeded a limit {MOST_LOST} times in a row, without an answer: {why}"
 
     def _error(self, record: CaseRecord) -> str | None:
         renders = record["renders"]
-        return next((str(one["error"]) for one in renders if one["renderer"] == self._name and one["error"]), None)
+        return next(
+            (str(render["error"]) for render in renders if render["renderer"] == self._name and render["error"]), None
+        )

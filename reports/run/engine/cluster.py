@@ -1,7 +1,8 @@
 """The connection to a Dask scheduler by mutual TLS, or a cluster on this machine.
 
-Dask pickles, so that everybody who reaches a scheduler owns each of its workers and each connected run. Therefore both
-ends show a certificate of one authority, also on one machine, whose other users reach its loopback too.
+Dask unpickles its messages, so that every client of a scheduler can execute code on all of its workers and in all
+connected runs. Therefore both ends present a certificate of the same authority, also for a cluster on this machine,
+since its other users can reach the loopback address.
 """
 
 import atexit
@@ -25,27 +26,27 @@ LIFETIME = 60.0  # s without a heartbeat after which a worker of a cluster on th
 
 @dataclass(frozen=True, kw_only=True)
 class ClusterAddress:
-    """Where a run's scheduler is."""
+    """The address of a run's scheduler."""
 
     address: str  # "local:N", or "tls://HOST:PORT"
     tls: Path | None = None  # the folder with FILES
 
     @property
     def local(self) -> int:
-        """Return how many workers a cluster on this machine has, or 0 for one elsewhere."""
+        """Return the number of workers of a cluster on this machine, or 0 for a scheduler elsewhere."""
         return int(self.address.removeprefix(LOCAL)) if self.address.startswith(LOCAL) else 0
 
 
 def checked(place: ClusterAddress) -> ClusterAddress:
-    """Return the place; raise ValueError for an address or a folder that cannot be meant."""
+    """Return the address if it is valid; raise ValueError for a wrong address or folder of certificates."""
     address, number = place.address, place.address.removeprefix(LOCAL)
     if address.startswith(LOCAL):
         if not number.isascii() or not number.isdigit() or not 1 <= int(number) <= MOST_LOCAL or place.tls is not None:
             raise ValueError(f"--scheduler {address}: local:N starts N workers, 1 to {MOST_LOCAL}, and takes no --tls")
         return place
     if not address.startswith("tls://") or ":" not in address.removeprefix("tls://"):
-        known = "an address is tls://HOST:PORT, or local:N for N workers here"
-        raise ValueError(f"--scheduler {address}: {known}; in plain text anybody who reaches it owns every worker")
+        expected = "an address is tls://HOST:PORT, or local:N for N workers here"
+        raise ValueError(f"--scheduler {address}: {expected}; in plain text anybody who reaches it owns every worker")
     if place.tls is None:
         raise ValueError(f"--scheduler {address}: --tls names the folder with {', '.join(FILES)}")
     if missing := [name for name in FILES if not (place.tls / name).is_file()]:
@@ -55,10 +56,10 @@ def checked(place: ClusterAddress) -> ClusterAddress:
 
 @contextlib.contextmanager
 def reached(place: ClusterAddress) -> Iterator[Any]:
-    """Yield a client of a scheduler that has a worker; raise ValueError, in one line, where there is none."""
+    """Yield a client of a scheduler that has a worker; raise ValueError, with one line of text, if there is none."""
     import distributed
 
-    for name in [*logging.root.manager.loggerDict]:  # their words would stand between the run's lines
+    for name in [*logging.root.manager.loggerDict]:  # their messages would appear between the run's lines
         if name.partition(".")[0] in ("distributed", "tornado", "asyncio"):
             logging.getLogger(name).setLevel(logging.CRITICAL + 1)
     with contextlib.ExitStack() as stack:
@@ -77,7 +78,7 @@ def reached(place: ClusterAddress) -> Iterator[Any]:
             client.wait_for_workers(1, timeout=WAIT)
         except (OSError, ValueError, RuntimeError) as error:
             needs = f"; all ends need valid certificates of the authority in {place.tls}" if place.tls else ""
-            why = str(error.__cause__ or "") or error  # a timeout has no words of its own
+            why = str(error.__cause__ or "") or error  # a timeout has no message
             raise ValueError(f"--scheduler {place.address}: {why}{needs}") from None
         yield client
 
@@ -91,17 +92,18 @@ def _local(number: int, security: Any) -> Iterator[str]:
     from distributed.utils import LoopRunner
 
     folder, runner = tempfile.gettempdir(), LoopRunner()
-    atexit.unregister(close_clusters)  # it complains of one that is stopped while it starts; its workers are daemonic
-    ensure_running()  # here: a thread that starts multiprocessing's tracker hears Ctrl-C again
-    with deaf():  # and so are the workers, which are started from the runner's thread: Ctrl-C is for this process
+    # It warns of a cluster that is stopped during its start; the workers are daemonic.
+    atexit.unregister(close_clusters)
+    ensure_running()  # here: a thread that starts multiprocessing's tracker unblocks Ctrl-C
+    with deaf():  # the workers inherit it from the runner's thread: only this process handles Ctrl-C
         runner.start()
     settings = {"worker-ttl": f"{LIFETIME}s", "allowed-failures": 1, "http.routes": ()}
     settings = {f"distributed.scheduler.{name}": value for name, value in settings.items()}
-    settings["distributed.worker.http.routes"] = ()  # as above: pages on its state, which are served in plain text
+    settings["distributed.worker.http.routes"] = ()  # as above: no status pages, which would be served in plain text
     size: dict[str, Any] = {"n_workers": number, "threads_per_worker": 1, "memory_limit": 0}
-    # Without an address the scheduler would listen for its pages on all addresses, at the same port always.
+    # Without an address the scheduler would serve its status pages on all addresses, always at the same port.
     pages: dict[str, Any] = {"dashboard_address": None, "scheduler_kwargs": {"dashboard_address": "127.0.0.1:0"}}
-    # The folder ends with this process's, also where workers were killed.
+    # This process removes the folder at its end, even if workers were killed.
     places: dict[str, Any] = {"local_directory": folder, "env": {"TMPDIR": folder}, "loop": runner.loop}
     with contextlib.ExitStack() as stack:
         stack.callback(runner.stop)
@@ -112,6 +114,6 @@ def _local(number: int, security: Any) -> Iterator[str]:
 
 
 def _close(opened: Any) -> None:
-    """Close a client or a cluster, whose other end may have gone."""
+    """Close a client or a cluster; its other end may have gone."""
     with contextlib.suppress(Exception):
         opened.close(timeout=ENDING)

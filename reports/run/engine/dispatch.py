@@ -1,7 +1,7 @@
-"""Batches of cases are submitted to a cluster; lost ones are sent again, in halves or alone.
+"""Batches of cases are submitted to a cluster; lost batches are sent again, in halves if they kill workers.
 
-Dask does a batch again whose worker was lost. One of which too many workers die is sent in halves, each alone on the
-cluster, and a case of which workers die there is an error.
+Dask repeats a batch if its worker was lost. A batch that kills too many workers is sent in halves, each while nothing
+else of the run is on the cluster. If a single case kills workers there, its record is an error.
 """
 
 import pickle
@@ -26,22 +26,22 @@ from rayproof.reports.run.engine.machine import GLANCE, Batch, Cases, facts, sto
 from rayproof.reports.run.plan import PlannedCase
 
 LATE = 5.0  # s that a scheduler may take to answer
-WINDOW = 2  # batches on their way for each worker: one that it does, and one that waits there
-WORK = 4.0  # s that a worker has with a batch
-LARGEST, AHEAD = 200, 2000  # cases of a batch, and that are read before they are sent
+WINDOW = 2  # batches sent per worker: the current one, and one in its queue
+WORK = 4.0  # s of work in a batch
+LARGEST, AHEAD = 200, 2000  # most cases of a batch, and most cases that are read ahead
 
 
 class Sent(NamedTuple):
-    """A batch on its way to a worker of Dask's choice."""
+    """A batch that was sent to a worker of Dask's choice."""
 
     future: Any  # Dask's, of an Answer
     cases: Cases
-    workers: frozenset[str]  # among which Dask chooses; empty: all
+    workers: frozenset[str]  # permitted for it; empty: all
     alone: bool  # nothing else of this run is on the cluster
 
 
 class Dispatch:
-    """Put the cases of a run through a cluster; `batch` is what its batches have in common.
+    """The cases of a run on a cluster; `batch` has the options that all batches share.
 
     The files of finished cases are written to `folder`.
     """
@@ -53,36 +53,36 @@ class Dispatch:
         self._run, self._facts = uuid.uuid4().hex[:12], facts(batch.options)
         self._futures: dict[str, Future[CaseRecord]] = {}  # of cases under way, by name
         self._waiting: deque[PlannedCase] = deque()
-        self._suspects: deque[Cases] = deque()  # of which workers died
+        self._suspects: deque[Cases] = deque()  # batches that killed workers
         self._sent: dict[str, Sent] = {}  # by their futures' keys
         self._done: queue.SimpleQueue[str] = queue.SimpleQueue()
         self._answered = time.monotonic()
-        self._looked = self._answered - GLANCE  # so that the first step looks
-        self._allowed, self._alone = frozenset[str](), 0.0  # workers that may have work, and s that there was none
-        self._refused: dict[str, str] = {}  # other workers, and why
+        self._looked = self._answered - GLANCE  # so that the first step updates the workers
+        self._allowed, self._alone = frozenset[str](), 0.0  # accepted workers, and s without any
+        self._refused: dict[str, str] = {}  # other workers, with the reasons
         self._able: set[str] = set()  # workers that answered
         self._pace = 1.0  # s that a worker takes for a case
         self.gone: str | None = None  # why no more work can be done
 
     @property
     def busy(self) -> dict[str, float]:
-        """Return what is being done, and for how long [s] no worker has answered."""
+        """Return a description of the work, with the time [s] since a worker last answered."""
         cases = sum(len(sent.cases) for sent in self._sent.values())
         return {f"{cases} cases on {len(self._allowed)} workers": time.monotonic() - self._answered}
 
     @property
     def has_room(self) -> bool:
-        """Say whether another case may be submitted: some are read before they are sent."""
+        """Return whether another case may be submitted; cases are read before they are sent."""
         return len(self._waiting) < AHEAD
 
     def submit(self, planned: PlannedCase) -> Future[CaseRecord]:
-        """Have a case wait for a worker, and return the future of its record, whose files are in the folder then."""
+        """Queue a case, and return the future of its record; when it is set, the files are in the folder."""
         self._waiting.append(planned)
         future = self._futures[planned.case.name] = Future[CaseRecord]()
         return future
 
     def submit_again(self) -> dict[Future[CaseRecord], PlannedCase]:
-        """Return nothing: a worker asks again about the cases of its batch before it returns them."""
+        """Return nothing: a worker renders cases again before it returns their batch."""
         return {}
 
     def step(self) -> None:
@@ -97,29 +97,30 @@ class Dispatch:
                 self._take(sent)
 
     def close(self) -> None:
-        """Let everything go that is on its way, and have the workers end their processes."""
+        """Cancel all batches, and make the workers end their processes."""
         futures = [sent.future for sent in self._sent.values()]
         self._sent.clear()
-        with suppress(Exception):  # a scheduler that has gone ends them, too
+        with suppress(Exception):  # they also end without a scheduler
             self._client.cancel(futures, force=True)
             self._client.run(stop, self._run, on_error="ignore", callback_timeout=LATE)
 
     def record(self) -> EngineRecord:
-        """Return what the results say of the engine."""
+        """Return the engine's part of results.json."""
         refused: list[RefusedRecord] = [{"id": worker, "why": why} for worker, why in self._refused.items()]
         return {"name": "dask.distributed", "version": version("distributed"), "refused": refused}
 
     def _look(self) -> None:
-        """Look which workers there are; `gone` is set where there has been none for long."""
-        passed, there = time.monotonic() - self._looked, frozenset[str]()
+        """Update the set of workers; set `gone` if no more work can be done, such as without workers for `WAIT` s."""
+        passed, connected = time.monotonic() - self._looked, frozenset[str]()
         self._looked += passed
-        with suppress(OSError, RuntimeError, AttributeError):  # a scheduler that hangs or has gone has no workers
-            there = frozenset(self._client.sync(self._client.scheduler.ncores, callback_timeout=LATE))
-        self._allowed = there - self._refused.keys()
-        self._alone = 0.0 if self._allowed else self._alone + min(passed, 2 * LATE)  # which Ctrl-Z makes longer
+        # A scheduler that hangs or has gone counts as a scheduler without workers.
+        with suppress(OSError, RuntimeError, AttributeError):
+            connected = frozenset(self._client.sync(self._client.scheduler.ncores, callback_timeout=LATE))
+        self._allowed = connected - self._refused.keys()
+        self._alone = 0.0 if self._allowed else self._alone + min(passed, 2 * LATE)  # bounded: Ctrl-Z lengthens it
         for key, sent in [*self._sent.items()]:
-            # Dask would wait for workers that it was told to choose among.
-            if sent.workers and sent.workers.isdisjoint(there) and sent.future.status == "pending":
+            # Queue a batch again if all of its permitted workers are gone: Dask would wait for them.
+            if sent.workers and sent.workers.isdisjoint(connected) and sent.future.status == "pending":
                 self._client.cancel([self._sent.pop(key).future], force=True)
                 self._waiting.extendleft(sent.cases)
         first = next((f": {worker}: {why}" for worker, why in self._refused.items()), "")
@@ -131,14 +132,14 @@ class Dispatch:
             self.gone = f"no worker is left, and no other one came within {WAIT:g} s{first}"
 
     def _hand_out(self) -> None:
-        """Submit batches until enough are on their way; suspects wait until nothing else is."""
+        """Submit batches until enough were sent; suspects wait until no other batch is in progress."""
         room = WINDOW * len(self._allowed)
         if self._suspects or any(sent.alone for sent in self._sent.values()):
             if room and not self._sent:
                 self._send(self._suspects.popleft(), alone=True)
             return
         while self._waiting and len(self._sent) < room:
-            # Near the end batches are small, so that nobody waits for one worker.
+            # Near the end batches are small, so that the run does not wait for one worker.
             size = max(1, int(min(LARGEST, WORK / self._pace, len(self._waiting) / room)))
             self._send(tuple(self._waiting.popleft() for _ in range(size)), alone=False)
 
@@ -151,7 +152,7 @@ class Dispatch:
         future.add_done_callback(lambda done: self._done.put(done.key))
 
     def _take(self, sent: Sent) -> None:
-        """Set the records of a batch as the results of its cases, or have its cases wait again."""
+        """Set the records of a batch as the results of its cases, or queue its cases again."""
         from distributed import KilledWorker
 
         try:
@@ -161,7 +162,7 @@ class Dispatch:
             return
         except Exception as error:
             self._waiting.extendleft(sent.cases)
-            if sent.future.status == "error":  # else its answer was lost with its worker, or with the scheduler
+            if sent.future.status == "error":  # else the answer was lost with the worker or the scheduler
                 self.gone = f"a worker cannot read a batch: {type(error).__name__}: {' '.join(str(error).split())}"
             return
         if answer.refused:
@@ -172,7 +173,7 @@ class Dispatch:
             self._allowed -= {answer.worker}
             return
         self._answered = time.monotonic()
-        if answer.worker in self._able:  # else it imported its renderers, too
+        if answer.worker in self._able:  # the first batch includes the import of the renderers
             self._pace += 0.3 * (answer.seconds / len(sent.cases) - self._pace)
         self._able.add(answer.worker)
         for planned in sent.cases:
@@ -181,7 +182,7 @@ class Dispatch:
             self._futures.pop(planned.case.name).set_result(record)
 
     def _take_killed(self, sent: Sent, killed: Any) -> None:
-        """Take up a batch of which workers died: in halves, or as an error of the case that was alone with them."""
+        """Queue the halves of a batch that killed workers, or record an error for a case that was sent by itself."""
         middle, address = len(sent.cases) // 2, killed.last_worker.address
         if middle or not sent.alone:
             self._suspects.extend(half for half in (sent.cases[:middle], sent.cases[middle:]) if half)
