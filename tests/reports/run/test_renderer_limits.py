@@ -31,7 +31,7 @@ def test_six_renders_find_the_last_rung_that_passes(right: int) -> None:
     found = climbed("p" * right + "f" * (17 - right))
 
     assert len(found.rungs) <= MOST_RENDERS
-    assert found.limit("mine")["limit"] == (10.0 ** (right - 1) if right else None)
+    assert found.limit("mine").limit == (10.0 ** (right - 1) if right else None)
 
 
 def test_a_ladder_out_of_order_is_climbed_whole_and_shows_its_first_failure() -> None:
@@ -39,14 +39,14 @@ def test_a_ladder_out_of_order_is_climbed_whole_and_shows_its_first_failure() ->
     limit = climbed("ppppfffffppppppp").limit("mine")
 
     assert len(found.rungs) <= MOST_RENDERS  # a single rung may slip through
-    assert (limit["limit"], limit["breaks_at"], limit["monotone"], len(limit["rungs"])) == (1e3, 1e4, False, 16)
+    assert (limit.limit, limit.breaks_at, limit.monotone, len(limit.rungs)) == (1e3, 1e4, False, 16)
 
 
 def test_a_control_is_climbed_whole_and_what_the_judges_differ_about_is_undecided() -> None:
     found = climbed("pppu", control=True)
 
     assert len(found.rungs) == 4
-    assert found.limit("mine")["verdict"] == "undecided"
+    assert found.limit("mine").verdict == "undecided"
 
 
 def test_a_stage_that_is_no_longer_answered_ends_the_climb() -> None:

@@ -220,4 +220,4 @@ def test_every_word_is_replaced() -> None:
         spp=9,
     )
 
-    assert words == ["r", "-s=0", "6x4", "3", "9", "/f/scene.pov", "/f/image.hdr"]
+    assert words == ["r", "-s=7", "6x4", "3", "9", "/f/scene.pov", "/f/image.hdr"]

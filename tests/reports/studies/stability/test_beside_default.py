@@ -5,6 +5,7 @@ from typing import Any
 import pytest
 
 from rayproof.reports.studies.stability.beside_default import beside_rows, signs_of
+from rayproof.reports.studies.stability.records import ClimbRecord, Rung
 from rayproof.tracer.formulas import FORMULAS
 
 DEFAULT = FORMULAS.variants("sphere")[0].name
@@ -13,13 +14,17 @@ OWN = "sphere=./mine.py:hit"
 
 def climb(
     formula: str, *, ladder: str = "A", breakpoint: float | None = 3.0, wrong: int = 0, error: float = 1.0
-) -> Any:
+) -> ClimbRecord:
     """Return the record of a climb of three values."""
-    rungs = [{"value": value, "rays": 100, "median": error, "false_hits": 0} for value in (1.0, 2.0, 3.0)]
-    return {
-        "ladder": ladder, "formula": formula, "precision": "float32", "breakpoint": breakpoint, "false_hits": wrong,
-        "false_misses": 0, "invalid": 0, "rays": 300, "worst_error_over_Ku": error, "values": rungs,
-    }  # fmt: skip
+    steps = tuple(
+        Rung(value=value, rays=100, median=error, false_hits=0, false_misses=0, invalid=0) for value in (1.0, 2.0, 3.0)
+    )
+    return ClimbRecord(
+        ladder=ladder, formula=formula, precision="float32", slope=None, slope_interval=None, slope_predicted=None,
+        breakpoint=breakpoint, scaled_error=error, false_hits=wrong, false_misses=0, invalid=0, rays=300,
+        per_million={}, expected="none", verdict="pass", reasons=(),
+        known="", surprise="", values=steps,
+    )  # fmt: skip
 
 
 @pytest.mark.parametrize(

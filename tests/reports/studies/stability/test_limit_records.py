@@ -76,4 +76,4 @@ def test_a_limit_below_the_first_rung_is_never_right() -> None:
 def test_a_ladder_that_is_missing_counts_as_lost() -> None:
     other = replace(DOCUMENT, ladders=[], limits=[])
 
-    assert changes(DOCUMENT, other)[0]["rungs"] == -2
+    assert changes(DOCUMENT, other)[0].rungs == -2

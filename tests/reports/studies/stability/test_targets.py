@@ -34,5 +34,5 @@ def test_every_ladder_is_climbed_in_both_precisions(records: Records) -> None:
 def test_the_multiplied_matrix_dies_between_ten_and_a_hundred_million(records: Records) -> None:
     found = records["CAM-RATIO", "ray/matrix_w_divide", "float32"]
 
-    assert found["breakpoint"] == 1e7
-    assert [rung["invalid"] == rung["rays"] for rung in found["values"]] == [False] * 7 + [True] * 3
+    assert found.breakpoint == 1e7
+    assert [rung.invalid == rung.rays for rung in found.values] == [False] * 7 + [True] * 3
