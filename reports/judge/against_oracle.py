@@ -75,8 +75,8 @@ class AgainstOracle:
     @property
     def rounding_limit(self) -> np.ndarray:
         """Return the limit (height, width, 3) of radiance without the output's steps."""
-        each = (self.base.limits(g, by_matrices=self.renderer.by_matrices) for g in (self.roundoff, ORACLES))
-        return sum((limits.end_to_end[Stage.RADIANCE] for limits in each), np.zeros(()))
+        parts = (self.base.limits(g, by_matrices=self.renderer.by_matrices) for g in (self.roundoff, ORACLES))
+        return sum((limits.end_to_end[Stage.RADIANCE] for limits in parts), np.zeros(()))
 
     @cached_property
     def problems(self) -> Problems:
