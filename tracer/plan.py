@@ -95,7 +95,7 @@ class Context:
 
 
 def plan(scene: Scene, configuration: Configuration, *, samples: int = 1) -> Plan:
-    """Return how to trace a scene with samples x samples points per pixel."""
+    """Return the plan for a scene with samples x samples points per pixel."""
     plain = all(configuration.formula(slot).default for slot in PLACING)
     counts = Counter(shape.slot for shape in map(traced, scene.shapes) if shape.single and not shape.endless)
     meshes = tuple(shape for shape in scene.shapes if isinstance(shape, Mesh))

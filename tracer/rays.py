@@ -29,7 +29,7 @@ class Interval:
     farthest: Any
 
     def contains(self, t: Any) -> Any:
-        """Return in which lanes `t` is inside. NaN and infinities never are."""
+        """Return the mask of `t` inside the interval. NaN and infinities never are."""
         return (t > self.nearest) & (t < self.farthest)
 
     def smallest(self, near: Any, far: Any) -> Any:

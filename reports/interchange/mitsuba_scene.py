@@ -135,10 +135,10 @@ class SurfaceProperties(TypedDict):
 
 
 def count_shapes(element: Element, counts: dict[int, int] | None = None, depth: int = 0) -> int:
-    """Return how many shapes a scene or group comes to, its instances unfolded, before any is built.
+    """Return the number of shapes in a scene or group with its instances expanded, before any is built.
 
     Raises:
-        SceneError: they are more than are read, or nested too deeply.
+        SceneError: there are more shapes than the limit, or they are nested too deeply.
 
     """
     counts = {} if counts is None else counts

@@ -64,14 +64,14 @@ def export_povray(scene: Scene, path: Path) -> tuple[str, ...]:
 
 
 def _scale(scene: Scene) -> float:
-    """Return POV-Ray's units per metre: so many that no finite shape lies farther from the eye than it finds hits."""
+    """Return POV-Ray's units per metre; no finite shape is then beyond POV-Ray's largest distance from the eye."""
     farthest = _farthest(scene)
     most = np.floor(np.log2(FARTHEST / farthest)) if farthest else LIT_SCALE
     return float(2.0 ** np.clip(most, 0, LIT_SCALE)) if scene.lights else 1.0
 
 
 def _farthest(scene: Scene) -> float:
-    """Return how far from the eye finite shapes reach [m]."""
+    """Return the distance [m] from the eye to the farthest corner of a finite shape."""
     eye = np.asarray(scene.camera.eye)
     shapes = (shape for shape in scene.shapes if not isinstance(shape, Plane))
     return max((float(np.linalg.norm(_corners(shape) - eye, axis=1).max(initial=0)) for shape in shapes), default=0.0)
@@ -203,7 +203,7 @@ def _triangles(shape: Triangle | Mesh, scale: float) -> str | None:
 
 
 def _have_area(corners: np.ndarray) -> np.ndarray:
-    """Return which triangles (n, 3, 3) have an area, (n,)."""
+    """Return the mask (n,) of triangles (n, 3, 3) with an area."""
     return np.any(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]) != 0, axis=1)
 
 

@@ -184,7 +184,7 @@ def _square_of(plane: Plane, index: int, scene: Scene) -> Square:
 
 
 def _reach(scene: Scene, index: int, normal: np.ndarray, height: float) -> float:
-    """Return how far [m] from the eye a plane must be there: up to all that the camera sees, and to all lights.
+    """Return the radius [m] around the eye within which a plane must be present: up to visible points and lights.
 
     A shadow ray joins a visible point and a light, so that a ball around the eye that contains both contains it.
     """

@@ -74,8 +74,8 @@ class Trace:
 def images(trace: Trace, wanted: Collection[Stage], earlier: Given = NOTHING) -> dict[Stage, list[tuple[Any, ...]]]:
     """Return the channels of stages for each sample of a lane, with the specification's values on a miss.
 
-    Those of the camera are a sample's (sx, sy) and its pixel. Nothing is computed beyond the last wanted stage, and no
-    light stage without lights. Stages in `given` are used unchanged.
+    The channels of the camera are a sample's (sx, sy) and its pixel. Nothing is computed beyond the last wanted stage,
+    and no light stage without lights. Stages in `earlier` are used unchanged.
     """
     stage_channels = _darkness(trace) if trace.dark else {}
     missing = [stage for stage in Stage if stage in wanted and stage not in stage_channels]
@@ -235,7 +235,7 @@ def _on_surface(traced: Sequence[HitShapes], positions: Sequence[Any]) -> list[A
 
 
 def _given_lights(earlier: Given) -> list[list[Any]]:
-    """Return which lights each sample sees, light by light, as given."""
+    """Return the masks of visible lights per light and sample, from the given visibility."""
     return [[visible > 0 for visible in light] for light in zip(*earlier[Stage.VISIBILITY], strict=True)]
 
 

@@ -28,7 +28,7 @@ class ShadowRayOrigins:
 
 
 def shadow_ray_origins(world: DeviceScene, surfaces: Sequence[SurfacePoint]) -> ShadowRayOrigins:
-    """Return where shadow rays start."""
+    """Return the origins of the shadow rays."""
     if world.configuration.formula("shadow_ray").facts.get("doubles", False) and world.types.precision != "float64":
         return _in_float64(world, surfaces)
     hits = [

@@ -117,7 +117,7 @@ class HitShapes:
         return any(not shape.transform.identity for shape in self.shapes)
 
     def shows(self, index: int) -> Any:
-        """Return which pixels show a shape."""
+        """Return the mask of pixels that show a shape."""
         return self.hit.shape == self.world.parameter(index, "number", self.world.types.Int(index))
 
     def choose(self, values: Iterable[Any], otherwise: Any) -> Any:
@@ -158,7 +158,7 @@ class HitShapes:
         return value > 0 if dr.is_mask_v(like) else value
 
     def kind(self, kind: type[TracedShape]) -> Any:
-        """Return where a shape of a kind was hit."""
+        """Return the mask of hits on shapes of a kind."""
         return self.constant("kind", lambda shape: type(shape) is kind, self.world.types.Bool) & self.mask
 
     def either(self, kind: type[TracedShape], value: Any, otherwise: Any) -> Any:
@@ -205,7 +205,7 @@ class OneShape(HitShapes):
         return self.world.parameter(self.index, name, upload(of(*self.shapes)))
 
     def kind(self, kind: type[TracedShape]) -> Any:
-        """Return where the shape was hit, which is of that kind."""
+        """Return the mask of hits on the shape, which is of that kind."""
         return self.shows(self.index)
 
     def either(self, kind: type[TracedShape], value: Any, otherwise: Any) -> Any:
@@ -259,7 +259,7 @@ class ObjectRay:
         return local, to_world
 
     def spheres(self) -> tuple[Any, Any, Any]:
-        """Return where a sphere was hit, and its centre and radius [m]."""
+        """Return the mask of hits on spheres, their centres and radii [m]."""
         shapes, types = self.met, self.met.world.types
         return (
             shapes.kind(TracedSphere),
@@ -315,7 +315,7 @@ def surface(shapes: HitShapes, position: Any, normal: Any) -> SurfacePoint:
 
 
 def clearance(shapes: HitShapes) -> Any:
-    """Return how far along the normal the hit points may be off [m] (see `tracer.shapes.bounds`)."""
+    """Return the bound [m] of the hit points' errors along the normal (see `tracer.shapes.bounds`)."""
     types, forest = shapes.world.types, shapes.world.trees.forest
 
     def spread(shape: TracedShape) -> float:

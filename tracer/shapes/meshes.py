@@ -161,7 +161,7 @@ class _OfTriangles(TracedShape):
     slot = "triangle"
 
     def spreads(self) -> np.ndarray:
-        """Return how slender each triangle is."""
+        """Return the slenderness of each triangle."""
         return slenderness(self.shape)
 
     def reaches(self) -> np.ndarray:
@@ -212,7 +212,7 @@ class TracedMesh(_OfTriangles):
 
     @property
     def can_shadow_itself(self) -> bool:
-        """Return that it may."""
+        """Return True."""
         return True
 
     @staticmethod

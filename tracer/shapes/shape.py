@@ -193,7 +193,7 @@ class TracedShape:
 
     @property
     def tree(self) -> str:
-        """Return which of the trees it goes into where there are many of its kind."""
+        """Return the name of its tree, used if there are many shapes of its kind."""
         return self.slot
 
     @property
@@ -229,7 +229,7 @@ class TracedShape:
 
     @property
     def magnified(self) -> float:
-        """Return how much more a point is off that was taken to object space; 1 without stretches across its axes."""
+        """Return the factor of a point's error due to its way to object space; 1 without stretches across its axes."""
         return float((np.abs(self.transform.linear) @ np.abs(self.transform.inverse)).sum(axis=1).max())
 
     def spreads(self) -> np.ndarray:

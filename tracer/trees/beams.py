@@ -199,7 +199,7 @@ class Cone:
     sine: float
 
     def may_meet(self, rays: Directions, types: ArrayTypes, parameters: KernelConstants, *, name: str) -> Any:
-        """Return in which lanes a ray from the point may hit the ball."""
+        """Return the mask of lanes with a ray from the point that may hit the ball."""
         axis = parameters(f"{name} axis", types.Vector(*self.axis))
         cosine, sine = (parameters(f"{name} {of}", types.Float(getattr(self, of))) for of in ("cosine", "sine"))
         return dr.dot(rays.middle, axis) >= cosine * rays.along - sine * rays.across

@@ -91,7 +91,7 @@ class _Nodes:
         return np.cumsum(self.counts) - self.counts
 
     def extents(self, step: np.ndarray) -> np.ndarray:
-        """Return how far apart the middles of a node's items lie along each axis, (AXES, nodes)."""
+        """Return the extent along each axis of the middles of each node's items, (AXES, nodes)."""
         ends = ROW * self.order[:, np.stack([self.first, self.first + self.counts - 1])]
         words, axes = self.rows.reshape(-1), np.arange(AXES)[:, np.newaxis, np.newaxis]
         middles = words.take(ends + LOWER + axes).astype(np.float32) - words.take(ends + UPPER + axes)
@@ -315,7 +315,7 @@ def slant(corners: np.ndarray) -> float:
 
 
 def _room(count: int) -> int:
-    """Return how many parts there may be of so many triangles: a power of two, as a tree has leaves."""
+    """Return the largest number of parts of `count` triangles: a power of two, like the leaves of a tree."""
     return 2 ** (min(MOST * count, MOST_PARTS).bit_length() - 1)
 
 

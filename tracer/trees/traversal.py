@@ -147,7 +147,7 @@ def _pipelined(walk: Walk, aim: _Aim, *, key: Any, trail: Any, state: list[Any])
     def turn(key: Any, trail: Any, boxes: Any, state: Any) -> tuple[Any, Any, list[Any], list[Any]]:
         limit = aim.limit(state)
         entered, child, others = nearest_child(types, walk.beam.meets(boxes, limit))
-        # A lane that stands at a leaf already, or is done, has read boxes that mean nothing.
+        # A lane that is at a leaf already, or is done, has read boxes that mean nothing.
         entered &= key < nodes.leaves
         here = dr.select(entered, (key << 2) | child, key)
         at_leaf = (here >= nodes.leaves) & (here != DONE)
@@ -285,7 +285,7 @@ def _apart(a: Any, b: Any) -> Any:
 
 
 def _closest(points: Sequence[Any], active: Sequence[Any], columns: int) -> Any:
-    """Return how close together the closest two neighbours of a tile lie; without any, inf."""
+    """Return the distance between the closest two neighbours of a tile; inf without neighbours."""
     pairs = [(k, k + 1) for k in range(len(points)) if (k + 1) % columns]
     pairs += [(k, k + columns) for k in range(len(points) - columns)]
     apart = [dr.select(active[a] & active[b], _apart(points[a], points[b]), dr.inf) for a, b in pairs]

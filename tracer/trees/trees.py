@@ -263,7 +263,7 @@ class TriangleHierarchy:
         return dr.gather(self.types.Float, self._of_each(slenderness), self.types.UInt(number), active)
 
     def reach(self, number: Any, active: Any) -> Any:
-        """Return how far a triangle reaches from the world's origin [m]."""
+        """Return the distance [m] of a triangle's farthest corner from the world's origin."""
         return dr.gather(self.types.Float, self._of_each(reaches), self.types.UInt(number), active)
 
     def _of_each(self, of: Callable[[Shape, Any], np.ndarray]) -> Any:
@@ -351,10 +351,10 @@ class Hierarchies:
         )
 
     def blocked(self, shadow_rays: Sequence[ShadowRay], light: Any, blocked: list[Any]) -> list[Any]:
-        """Return where a shadow ray is `blocked` already, or by a shape in a tree.
+        """Return the masks of shadow rays that are `blocked` already or by a shape in a tree.
 
-        They all end at `light` [m], and through a tree they go as one beam from there; the formulas are asked about the
-        shadow rays as they are, so that a strategy against acne means the same either way.
+        All of them end at `light` [m] and traverse a tree as one beam from there. The formulas get the shadow rays
+        unchanged, so that a strategy against acne has the same effect as without a tree.
         """
         obstructed = self.configuration["obstructed"]
         rays, intervals = (

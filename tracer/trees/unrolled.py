@@ -133,7 +133,7 @@ class UnrolledShapes:
         return cone(body.shape, origin, self.configuration.precision) if self._right(body) else None
 
     def _seen(self, rays: Sequence[Ray]) -> Callable[[UnrolledShape], Any]:
-        """Return a culling predicate for camera rays (in which lanes a shape may be hit), or None."""
+        """Return a culling predicate for camera rays (the mask of lanes that may hit a shape), or None."""
         if len(rays) == 1:
             return lambda body: None
         directions = Directions([ray.direction for ray in rays], self.types)
@@ -147,7 +147,7 @@ class UnrolledShapes:
         return asked
 
     def _felt(self, shadow_rays: Sequence[ShadowRay], light: Vector | None) -> Callable[[UnrolledShape], Any]:
-        """Return a culling predicate for shadow rays (in which lanes a shape may be hit), or None."""
+        """Return a culling predicate for shadow rays (the mask of lanes that may hit a shape), or None."""
         # A shadow ray that does not end at the light also hits shapes behind it.
         segment = self.configuration.formula("segment")
         ends_at_light = segment.kind == "right" and segment.facts.get("bounded", False)
@@ -167,7 +167,7 @@ class UnrolledShapes:
         return asked
 
     def _crossing(self, plane: UnrolledShape, shadow_rays: Sequence[ShadowRay]) -> Any:
-        """Return in which lanes a shadow ray goes towards the plane, which t >= 0 requires."""
+        """Return the mask of lanes with a shadow ray towards the plane, which t >= 0 requires."""
         crossing = self.types.Bool(False)
         for shadow_ray in shadow_rays:
             ray = self._object_ray(plane, shadow_ray.ray)

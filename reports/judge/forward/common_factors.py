@@ -347,7 +347,7 @@ class Factors:
 def bias(
     factors: CommonFactors, stage: Stage, image: np.ndarray, value: np.ndarray | None, explained: np.ndarray | None
 ) -> Factors:
-    """Return the factors of `ours` (height, width, 3) over the oracle's stage, or over `value`.
+    """Return the factors of `image` (height, width, 3) over the oracle's stage, or over `value`.
 
     `value` is the oracle's value from the renderer's own stages; `explained` are the pixels (height, width) that have
     another surface's light.
