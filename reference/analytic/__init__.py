@@ -520,13 +520,13 @@ class Analytic:
 
     def known(self, scene: Scene, objects: np.ndarray) -> np.ndarray:
         """Return the mask (N,) of the (shape, face) (N, 2) in the scene; a renderer's may be any numbers, or NaN."""
-        known = np.zeros(len(objects), dtype=bool)
+        exists = np.zeros(len(objects), dtype=bool)
         for index, shape in enumerate(scene.shapes):
             face = objects[:, 1]
-            known |= (
+            exists |= (
                 (objects[:, 0] == index) & (face >= 0) & (face < surface_of(shape).faces) & (face == np.floor(face))
             )
-        return known
+        return exists
 
     def image_points_of(self, scene: Scene, objects: np.ndarray) -> np.ndarray:
         """Return the image point (N, 2) [px] of the middle of each (shape, face); NaN if it is not before the eye."""
