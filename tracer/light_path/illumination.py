@@ -25,7 +25,7 @@ class DirectionToLight:
     """The way from the hit points to one light."""
 
     light: Any  # m
-    place: Vector | None  # the same on the host, None where the kernel reads it from memory [m]
+    place: Vector | None  # the same on the host [m], None if the kernel reads it from memory
     away: Any  # m, from the point to the light
     squared_distance: Any  # m^2
     distance: Any  # m
@@ -125,7 +125,7 @@ def _unblocked_by_loop(origins: ShadowRayOrigins, surfaces: Sequence[SurfacePoin
 
 
 def _brought(world: DeviceScene, flux: Any, towards: DirectionToLight) -> Any:
-    """Return the irradiance [W/m^2] that a light brings where nothing blocks it; below the horizon 0."""
+    """Return the irradiance [W/m^2] by an unblocked light; 0 below the horizon."""
     if world.scene.shading == "simplified":
         return world.configuration["simplified"](flux, towards.cosine)
     law = world.configuration.formula("falloff")
@@ -147,7 +147,7 @@ def illuminate(
     """
     if known is not None:
         return _unrolled(world, surfaces, known)
-    # Only a sum can be taken two by two; another formula for it sees all lights at once.
+    # In a loop, lights are added one by one; a formula other than the default sum needs all lights at once.
     if len(world.scene.lights) > MANY and world.configuration.formula("sum_lights").default:
         return _by_loop(world, surfaces, visibility=visibility)
     return _unrolled(world, surfaces)

@@ -54,7 +54,7 @@ class Transform:
         return type(vector)(*(row(place) for place in range(3)))
 
     def _origin(self, like: Any, *, whole: bool = False) -> list[Any]:
-        """Return the world position of the object-space origin, unless `whole` None where a coordinate is 0."""
+        """Return the world position of the object-space origin; unless `whole`, None for each coordinate that is 0."""
         coordinates = zip(self.translation, like, strict=True)
         return [
             None if t == 0 and not whole else self._number(f"translation {axis}", t, x)
@@ -198,11 +198,11 @@ class TracedShape:
 
     @property
     def ball(self) -> tuple[np.ndarray, float] | None:
-        """Return the centre and the radius [m] of a ball about it; None where it has no end, or is many."""
+        """Return the centre and the radius [m] of a ball about it; None if it is infinite, or a mesh."""
         return None
 
     def center_and_half(self) -> tuple[np.ndarray, np.ndarray]:
-        """Return the middle and half the size [m] of the box about it, where it may go into a tree of its kind."""
+        """Return the middle and half the size [m] of its bounding box, for kinds that may be put into a tree."""
         raise TypeError(f"{type(self).__name__} goes into no tree of its kind")
 
     @property
