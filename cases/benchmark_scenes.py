@@ -90,7 +90,7 @@ def terrain(cells: int) -> Mesh:
 
 
 def unmeasured() -> str | None:
-    """Return why there are no `mountains` here, or None. Imports nothing."""
+    """Return a sentence if the data of `mountains` are missing, or None. Imports nothing."""
     file = _heights()
     return None if file is not None and file.exists() else f"Matplotlib's sample data has no {HEIGHTS} here."
 
@@ -120,7 +120,7 @@ def mountains() -> Mesh:
 
 
 def _heights() -> Path | None:
-    """Return where the file of heights would be, None without Matplotlib."""
+    """Return the path of Matplotlib's file of heights, which need not exist; None without Matplotlib."""
     package = find_spec("matplotlib")
     return None if package is None or package.origin is None else Path(package.origin).parent / "mpl-data" / HEIGHTS
 

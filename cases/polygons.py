@@ -137,7 +137,7 @@ def _held(polygons: PolygonMesh, faces: int) -> str:
 
 
 def _shapes(points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return which polygons (k, n, 3) are convex, and which are flat to within the digits of coordinates in text."""
+    """Return the masks of convex polygons (k, n, 3), and of flat ones to within the digits of coordinates in text."""
     scale = _scale(points - points[:, :1])
     centered = (points - points[:, :1]) * scale
     following = np.roll(centered, -1, axis=1)

@@ -119,7 +119,7 @@ class Resolution:
     steps: np.ndarray | None = field(default=None, repr=False, compare=False)
 
     def step(self, values: np.ndarray) -> np.ndarray:
-        """Return how far the output's step may have moved each of `values` (height, width, channels)."""
+        """Return the largest error of each of `values` (height, width, channels) due to the output's steps."""
         if self.steps is not None and self.steps.shape == values.shape:
             return self.steps
         return self.relative * np.abs(values) + self.absolute

@@ -23,7 +23,7 @@ from rayproof.tracer.kernel.parameters import DeviceBuffers
 from rayproof.tracer.light_path import Trace, radiance
 from rayproof.tracer.plan import Plan, plan
 
-PACKETS = (8, 4)  # numbers that are written at once: those of as many neighbouring pixels in a row
+PACKETS = (8, 4)  # numbers that are written at once, one for each of as many neighbouring pixels in a row
 CHANNELS = 3
 Traces = Callable[[Any, Any], Trace]  # the trace of the sample at (column, row) of every pixel
 
@@ -136,7 +136,7 @@ class Frames:
 
         self._recipe = recipe
 
-        # It knows nothing of `self`: Dr.Jit looks through everything that a frozen function refers to at every call.
+        # It must not refer to `self`: Dr.Jit searches everything that a frozen function refers to at every call.
         def image(arrays: dict[str, Any]) -> Any:
             return _image(recipe, arrays)
 
@@ -154,10 +154,10 @@ class Frames:
                 gc.enable()
 
     def asked(self) -> list[np.ndarray]:
-        """Return, for each branch in the order of the code, which lanes ask for it: (lanes,) bool, or (1,) for all."""
+        """Return, for each branch in the order of the code, the mask of lanes that need it: (lanes,) bool, or (1,)."""
         with asked() as conditions:
             radiance(self._recipe.trace(0, 0, DeviceBuffers(dict(self._arrays))))
-        # At once: one by one, each would have a kernel with all that comes before it.
+        # All at once: evaluated one by one, each would have a kernel that repeats all operations before it.
         dr.eval(conditions)
         return [np.array(condition) for condition in conditions]
 

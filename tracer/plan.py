@@ -25,41 +25,43 @@ MANY = 2**20  # the least number of samples for which a long kernel of several k
 SIMPLE = 3  # shapes
 # Samples in a row that a lane of a simple scene takes; measured against 1, 2, 4 and 16.
 STRIP = {"float32": 8, "float64": 4}
-SHORT = 4  # and of others, where the kernel would be long
+SHORT = 4  # the same for other scenes, whose kernel would be long
 SMALL = (
     1.0  # the least number of triangles per sample for which neighbours share too few of them for a tile of four rows
 )
 DUST = 2.5  # the same for a tile of more than two by two
-# From so many on, one loop goes through the triangles' tree where a kernel is fused, two rows at a time, and in the end
-# two columns: sooner in float64, for want of room, and of closed bodies, which cover their box more often than sheets.
+# Above FINE triangles per sample, a fused kernel traverses the triangles' tree in one loop, in tiles of two rows.
+# Meshes with more than CLOSED layers count as closed bodies.
 FINE, CLOSED = 0.5, 1.5
-FINE_DUST = {"float32": (7.5, 2.0), "float64": (2.5, 1.0)}  # of open sheets, and of closed bodies
-# Meshes that cover their box more often than this are hair or dust: neighbours see triangles that lie one behind the
-# other, and shadow rays of a tile would go one group after the other. It is asked from so many triangles per sample on.
+# DUST in such a loop, for open sheets and for closed bodies: smaller in float64, whose numbers need twice the room.
+FINE_DUST = {"float32": (7.5, 2.0), "float64": (2.5, 1.0)}
+# Meshes with more than DEEP layers in their box are hair or dust: neighbouring samples see triangles at different
+# depths, and the shadow rays of a tile would be traced in many groups. Layers are counted only for more than SCATTERED
+# triangles per sample.
 DEEP, SCATTERED = 5.0, 0.25
 FINE_DEEP = {"float32": SCATTERED, "float64": SMALL}  # the least number for which their tree is traversed in one loop
-# Only the default formula has a bound for the distance of a hit from its triangle, by which the boxes of parts grow.
+# Parts are used only with the default formula, which has a bound for the distance of a hit from its triangle.
 CUT = "triangle"
-# A formula that asks for the matrix itself gets it only where shapes are unrolled.
+# A formula that needs the matrix itself gets it only if the shapes are unrolled.
 PLACING = ("to_object", "world_normal")
 
 
 @dataclass(frozen=True, kw_only=True)
 class Plan:
-    """The choices that a kernel is built by."""
+    """The choices for building a kernel."""
 
-    columns: int = 1  # samples per lane, across
-    rows: int = 1  # and down
-    split: bool = False  # whether hits are written to memory, and everything after them is a kernel of its own
+    columns: int = 1  # of the samples of a lane
+    rows: int = 1  # of the samples of a lane
+    split: bool = False  # whether hits are written to memory, and all later stages are a second kernel
     trees: frozenset[str] = frozenset()  # kinds of shapes that are in trees: "triangle", "sphere", "cube", "square"
     tables: bool = (
         False  # whether the data of the hit shape are read from a table rather than selected among all shapes
     )
-    pipelined: bool = False  # whether one loop goes through the tree of triangles, instead of one in another
+    pipelined: bool = False  # whether the tree of triangles is traversed in a single loop, not in nested loops
     parts: bool = False  # whether long oblique triangles are split (early split clipping) in their tree
 
     def in_tree(self, shape: Shape) -> bool:
-        """Return whether a shape goes into a tree."""
+        """Return whether a shape is put into a tree."""
         return not traced(shape).single or traced(shape).slot in self.trees
 
     def trees_of(self, shapes: Iterable[Shape]) -> dict[str, list[tuple[int, Shape]]]:
@@ -95,7 +97,7 @@ class Context:
 
 
 def plan(scene: Scene, configuration: Configuration, *, samples: int = 1) -> Plan:
-    """Return how to trace a scene with samples x samples points per pixel."""
+    """Return the plan for a scene with samples x samples points per pixel."""
     plain = all(configuration.formula(slot).default for slot in PLACING)
     counts = Counter(shape.slot for shape in map(traced, scene.shapes) if shape.single and not shape.endless)
     meshes = tuple(shape for shape in scene.shapes if isinstance(shape, Mesh))
@@ -116,7 +118,7 @@ def plan(scene: Scene, configuration: Configuration, *, samples: int = 1) -> Pla
     fine, small = (FINE_DEEP[configuration.precision], SMALL) if deep else (FINE, FINE)
     pipelined = (deep or not split) and triangles > fine * count
     small, dust = (small, FINE_DUST[configuration.precision][covered > CLOSED]) if pipelined else (SMALL, DUST)
-    # A kernel with several kinds of trees is long, and only a large image is worth compiling sixteen rays of it.
+    # A kernel with several kinds of trees is long: compiling it for sixteen rays pays only for a large image.
     rows = 4 if count >= (FEW if len(trees) == 1 else MANY) and triangles <= small * count else 2
     columns = 4 if count >= FEW and triangles <= dust * count else 2  # four in a row are written at once
     return Plan(

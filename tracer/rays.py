@@ -29,7 +29,7 @@ class Interval:
     farthest: Any
 
     def contains(self, t: Any) -> Any:
-        """Return in which lanes `t` is inside. NaN and infinities never are."""
+        """Return the mask of `t` inside the interval. NaN and infinities never are."""
         return (t > self.nearest) & (t < self.farthest)
 
     def smallest(self, near: Any, far: Any) -> Any:
@@ -50,7 +50,7 @@ class NearestHit:
 
 @dataclass(frozen=True, kw_only=True)
 class Hit:
-    """A hit point as a shadow ray sees it."""
+    """A hit point from which a shadow ray starts."""
 
     position: Any  # m
     normal: Any  # the side that the light must be on
@@ -62,12 +62,12 @@ class Hit:
 
 @dataclass(frozen=True, kw_only=True)
 class Start:
-    """Where a shadow ray begins; t = 1 is the light."""
+    """The start of a shadow ray; t = 1 is the light."""
 
     origin: Any  # m
-    nearest: Any = 0.0  # t below which nothing counts
+    nearest: Any = 0.0  # hits at smaller t are ignored
     skip: Any = None  # index of the shape that is left out, or None
-    shorter: float = 0.0  # share of the way, at the light's end, that is not tested either
+    shorter: float = 0.0  # share of the distance, at the light's end, that is not tested
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -77,10 +77,10 @@ class ShadowRay:
     ray: Ray
     interval: Interval
     skip: Any
-    active: Any  # where it is asked for
+    active: Any  # mask of the lanes that need its result
 
     @property
     def arrays(self) -> tuple[Any, ...]:
-        """Return all that it is made of."""
+        """Return its arrays."""
         ray, interval = self.ray, self.interval
         return ray.origin, ray.direction, interval.nearest, interval.farthest, self.skip, self.active

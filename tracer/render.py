@@ -93,11 +93,11 @@ def render(
 
 
 def continue_from(scene: Scene, stage: Stage, earlier: StageImages, configuration: Configuration) -> np.ndarray:
-    """Return an image stage computed from the `given` earlier ones, (height, width, channels).
+    """Return an image stage (height, width, channels) computed from the `earlier` ones.
 
-    `given` holds (height, width, channels) arrays of earlier stages, which are used unchanged; missing stages are
-    traced. If the given triangle of a mesh differs from the triangle that the tracer hits, the normal is that of the
-    given one.
+    `earlier` has (height, width, channels) arrays of earlier stages, which are used unchanged; missing stages are
+    traced. If the given triangle of a mesh differs from the triangle that the tracer hits, the given triangle's normal
+    is used.
 
     Raises:
         ValueError: a scene beyond what the precision can hold.

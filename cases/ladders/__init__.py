@@ -113,7 +113,7 @@ class Ladder:
         )
 
     def failure(self, formula: str, precision: str) -> Failure | None:
-        """Return why "slot/variant" is expected to fail, or None."""
+        """Return the expected failure of the formula "slot/variant", or None."""
         return next(
             (
                 failure

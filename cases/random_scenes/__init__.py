@@ -88,7 +88,7 @@ def features_of(name: str) -> tuple[str, ...]:
 
 
 def counted(names: Iterable[str]) -> dict[str, int]:
-    """Return how many of the scenes have each feature; all features are there, by name."""
+    """Return the number of scenes with each feature, for all features in the order of their names."""
     counts = Counter(feature for name in names for feature in features_of(name))
     return {name: counts[name] for name in sorted({*FEATURES, *counts})}
 

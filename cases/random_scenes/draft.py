@@ -189,7 +189,7 @@ class Draft:
 
     @property
     def distance(self) -> float:
-        """Return how far the target is from the eye."""
+        """Return the distance [m] of the target from the eye."""
         return float(np.linalg.norm(np.subtract(self.target, self.eye)))
 
     def scene(self) -> Scene:

@@ -114,7 +114,7 @@ class Analytic:
         return camera_answer(camera)
 
     def image_points(self, scene: Scene, points: np.ndarray) -> np.ndarray:
-        """Return where rays go through the image, (N, 2) [px], for the image points asked for."""
+        """Return the image points (N, 2) [px] through which the rays for the given image points pass."""
         return points
 
     def rays(self, scene: Scene, points: np.ndarray) -> np.ndarray:
@@ -151,7 +151,7 @@ class Analytic:
         return hits
 
     def crossing(self, scene: Scene, index: int, rays: RaysFromEye) -> Crossing:
-        """Return where rays meet a shape first."""
+        """Return the first intersections of rays with a shape."""
         return surface_of(scene.shapes[index]).first(*rays)
 
     def _choose_among_coinciding(
@@ -245,7 +245,7 @@ class Analytic:
         return planes
 
     def shadow_starts(self, scene: Scene, rows: Rows, lift: np.ndarray | float) -> np.ndarray:
-        """Return where shadow rays start, (N, 3) [m]: `lift` [m] above the hit along the normal."""
+        """Return the origins (N, 3) [m] of shadow rays: `lift` [m] above the hit along the normal."""
         if not np.any(lift):
             return rows[Stage.POSITION]
         return rows[Stage.POSITION] + np.reshape(lift, (-1, 1)) * rows[Stage.NORMAL]
@@ -477,17 +477,17 @@ class Analytic:
         return {stage: rows[stage] for stage in IMAGE_STAGES if stage in stages}
 
     def continue_from(self, scene: Scene, stage: Stage, earlier: StageImages) -> np.ndarray:
-        """Return an image stage computed from the `given` earlier ones, exact mathematics on the numbers received.
+        """Return an image stage computed from the `earlier` ones, by exact mathematics on their numbers.
 
-        `given` holds (height, width, channels) arrays of the stages that this one reads:
+        `earlier` has (height, width, channels) arrays of the stages that the new stage depends on:
 
             ray <- nothing             object <- ray                    distance <- ray, object
             position <- ray, object, distance                           normal <- ray, object, position
             visibility <- object, position, normal                      irradiance <- those and visibility
             exitance <- object, irradiance                              radiance <- ray, object, normal, exitance
 
-        Directions are taken as they are, of whatever length: t is along them. Positions are taken to lie on the
-        surface of their object, whatever rounding moved them off it.
+        Directions are used unchanged, with any length: t is in units of it. Positions are assumed to be on the surface
+        of their object, even if rounding moved them off it.
 
         Raises:
             ValueError: the camera stage, which continues from nothing and is no image.
@@ -519,14 +519,14 @@ class Analytic:
         return pieces
 
     def known(self, scene: Scene, objects: np.ndarray) -> np.ndarray:
-        """Return which (shape, face) (N, 2) the scene has, (N,); a renderer may name others, or no numbers."""
-        known = np.zeros(len(objects), dtype=bool)
+        """Return the mask (N,) of the (shape, face) (N, 2) in the scene; a renderer's may be any numbers, or NaN."""
+        exists = np.zeros(len(objects), dtype=bool)
         for index, shape in enumerate(scene.shapes):
             face = objects[:, 1]
-            known |= (
+            exists |= (
                 (objects[:, 0] == index) & (face >= 0) & (face < surface_of(shape).faces) & (face == np.floor(face))
             )
-        return known
+        return exists
 
     def image_points_of(self, scene: Scene, objects: np.ndarray) -> np.ndarray:
         """Return the image point (N, 2) [px] of the middle of each (shape, face); NaN if it is not before the eye."""

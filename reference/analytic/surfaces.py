@@ -54,7 +54,7 @@ class Surface:
 
     @property
     def faces(self) -> int:
-        """Return how many faces the surface has in the scene."""
+        """Return the surface's number of faces in the scene."""
         return 1
 
     def planes(self, points: np.ndarray, faces: np.ndarray) -> np.ndarray:
@@ -74,7 +74,7 @@ class Surface:
         raise NotImplementedError
 
     def blocks_own(self, apex: np.ndarray, segments: np.ndarray, ends: Ends, faces: np.ndarray) -> np.ndarray:
-        """Return which segments from the apex to points on the surface's own faces (N,) it blocks; a flat one, none."""
+        """Return the mask (N,) of blocked segments from the apex to points on the surface itself; none if flat."""
         return np.zeros(len(segments), dtype=bool)
 
     def first(
@@ -132,10 +132,10 @@ class Surface:
         between: Between = (0.0, 1.0),
         without: np.ndarray | None = None,
     ) -> np.ndarray:
-        """Return which segments from the apex meet the surface strictly between their ends, shape (N,).
+        """Return the mask (N,) of the segments from the apex that meet the surface strictly between their ends.
 
         `between` are the shares of each segment, from the apex on, between which blockers count. `without` (N,) is the
-        number of a face that cannot block its segment, for the segment ends on it.
+        number of a face that cannot block its segment, because the segment ends on it.
         """
         blocked = np.zeros(len(segments), dtype=bool)
         low, high = (np.broadcast_to(share, len(segments)) for share in between)
@@ -153,7 +153,7 @@ class Surface:
         return blocked
 
     def crossed_before_its_end(self, apex: np.ndarray, ends: Ends) -> np.ndarray:
-        """Return which segments from the apex meet the surface before they end on it (N,); a flat one, none."""
+        """Return the mask (N,) of segments from the apex that meet the surface before their end on it; none if flat."""
         return np.zeros(len(ends.points), dtype=bool)
 
 
@@ -233,7 +233,7 @@ class Ellipsoid(Surface):
         return dot(on_sphere, source - on_sphere) < 0
 
     def crossed_before_its_end(self, apex: np.ndarray, ends: Ends) -> np.ndarray:
-        """Return which segments that end on the surface meet it before as well."""
+        """Return the mask of segments with an end on the surface that also meet it before."""
         return self.blocks_own(apex, ends.points, ends, np.zeros(len(ends.points)))
 
     def holds(self, piece: np.ndarray, ends: Ends) -> np.ndarray:
@@ -377,7 +377,7 @@ class Polygons(Surface):
         return ends.lie_in(self.normals[piece], self.corners[piece, 0])
 
     def blocks_own(self, apex: np.ndarray, segments: np.ndarray, ends: Ends, faces: np.ndarray) -> np.ndarray:
-        """Return which segments from the apex another face blocks."""
+        """Return the mask of the segments from the apex that another face blocks."""
         if len(self.corners) < 2:
             return np.zeros(len(segments), dtype=bool)
         return self.blocks(apex, segments, ends, without=faces)
@@ -388,7 +388,7 @@ class Polygons(Surface):
 
     @property
     def faces(self) -> int:
-        """Return how many faces there are in the scene."""
+        """Return the number of faces in the scene."""
         return len(self.face_normals)
 
     def planes(self, points: np.ndarray, faces: np.ndarray) -> np.ndarray:
@@ -494,7 +494,7 @@ def blocks(count: int) -> Iterator[slice]:
 
 
 def later(start: np.ndarray, end: np.ndarray) -> np.ndarray:
-    """Return where `start` comes after `end` in lexicographic order of coordinates."""
+    """Return the mask of the pairs whose `start` is after `end` in lexicographic order of coordinates."""
     after, decided = np.zeros(start.shape[:-1], dtype=bool), np.zeros(start.shape[:-1], dtype=bool)
     for axis in range(3):
         differs = ~decided & (start[..., axis] != end[..., axis])

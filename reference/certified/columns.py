@@ -54,7 +54,7 @@ def evaluated(values: Mathematics, inputs: Mapping[str, np.ndarray]) -> dict[str
 def witnessed(
     values: Mathematics, inputs: Mapping[str, np.ndarray], bundles: Mapping[str, Bundle], rays: np.ndarray
 ) -> tuple[int, float]:
-    """Return how many values of `rays` balls of many bits confirmed, and the largest relative distance from a ball.
+    """Return the number of values of `rays` confirmed by balls of many bits, and the largest distance, relative.
 
     A value that is not finite (a root of a negative number, a division by zero) is confirmed by a ball that is not.
     """
@@ -82,7 +82,7 @@ def witnessed(
 def confirmed(
     predicates: Mathematics, inputs: Mapping[str, np.ndarray], signs: Mapping[str, np.ndarray], rays: np.ndarray
 ) -> tuple[int, float]:
-    """Return how many signs of `rays` were compared with balls of many bits, and 1.0 if a ball contradicts, else 0.0.
+    """Return the number of signs of `rays` compared with balls of many bits, and 1.0 if a ball contradicts, else 0.0.
 
     A ball that contains zero counts as the sign 0, a tie.
     """

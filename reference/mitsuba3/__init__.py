@@ -46,7 +46,7 @@ class _Mitsuba:
 
     @staticmethod
     def missing() -> str | None:
-        """Return how to install Mitsuba, or None if it is there."""
+        """Return a sentence with the command that installs Mitsuba, or None if it is installed."""
         return program.missing()
 
     def version(self) -> str:
@@ -84,7 +84,7 @@ class _Mitsuba:
         return images
 
     def epsilon(self, scene: Scene) -> float:
-        """Return how far [m] above the surface shadow rays start at most, over all that the camera sees."""
+        """Return the largest height [m] above the visible surfaces at which shadow rays start."""
         return float(self.epsilon_per_pixel(scene).max())
 
     def epsilon_per_pixel(self, scene: Scene) -> np.ndarray:
@@ -99,7 +99,7 @@ class _Mitsuba:
         return np.where(answers[Stage.OBJECT][..., 0] >= 0, offsets(answers[Stage.POSITION]), 0.0)
 
     def notes(self, scene: Scene) -> list[str]:
-        """Return in sentences where Mitsuba's answer is to another question than the one asked."""
+        """Return sentences about the differences between the given scene and the scene that Mitsuba renders."""
         notes = []
         planes = [str(index) for index, shape in enumerate(scene.shapes) if isinstance(shape, Plane)]
         if planes:
@@ -140,7 +140,7 @@ COARSEST_OFFSET = 0.01
 
 
 def refusal(scene: Scene, stage: Stage) -> str | None:
-    """Return why Mitsuba cannot answer `stage` of `scene`, or None if it can."""
+    """Return the reason why Mitsuba cannot render `stage` of `scene`, or None if it can."""
     return _size(scene) or (_light(scene, stage) if stage in LIT else None)
 
 

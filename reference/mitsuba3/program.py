@@ -38,7 +38,7 @@ def switch_to(variant: str) -> Any:
 
 
 def missing() -> str | None:
-    """Return how to install Mitsuba, or None if it is there."""
+    """Return a sentence with the command that installs Mitsuba, or None if it is installed."""
     return "Mitsuba is not installed; pip install mitsuba." if find_spec("mitsuba") is None else None
 
 
@@ -90,7 +90,7 @@ class MitsubaShadowRays:
 
 
 def own_interval(scene: Scene) -> ClipInterval | None:
-    """Return where to look along rays from the eye, or None where Mitsuba's sensor clips as the scene does."""
+    """Return the interval [m] in which hits of camera rays count; None if Mitsuba's sensor clips like the scene."""
     if scene.clip == "depth":
         return None
     if scene.clip == "shell":
@@ -224,7 +224,7 @@ def _shading_normals(scene: Scene, hits: MitsubaHits) -> np.ndarray:
 
 
 def trace_one_by_one(world: MitsubaScene, camera: Camera, interval: ClipInterval | None) -> MitsubaHits:
-    """Return what the rays through the pixel centres hit."""
+    """Return the hits of the rays through the pixel centres, traced one by one."""
     mi, indices = world.mi, world.indices
     # Looked up once and not for every ray, as are numbers put into lists: rows of arrays take them more slowly.
     sample, intersect, point = world.sensor.sample_ray, world.loaded.ray_intersect, mi.Point2f
@@ -266,7 +266,7 @@ def trace_one_by_one(world: MitsubaScene, camera: Camera, interval: ClipInterval
 
 
 def feel_one_by_one(world: MitsubaScene, hits: MitsubaHits, light: PointLight, wanted: np.ndarray) -> MitsubaShadowRays:
-    """Return what arrives from `light` at the hits that are `asked` about, (n,) bool."""
+    """Return the visibility and the light of `light` at the `wanted` hits, (n,) bool, ray by ray."""
     mi = world.mi
     world.place(light)
     blocked, emitted = world.loaded.ray_test, world.emitter.sample_direction
@@ -284,14 +284,14 @@ def feel_one_by_one(world: MitsubaScene, hits: MitsubaHits, light: PointLight, w
 
 
 def ends_one_by_one(world: MitsubaScene, film: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return where the rays through points of the film (n, 2) start and where they end [m], (n, 3) each."""
+    """Return the start and end points [m], (n, 3) each, of the rays through points of the film (n, 2)."""
     mi, unused = world.mi, world.mi.Point2f(0.5, 0.5)
     rays = [world.sensor.sample_ray(0.0, 0.0, mi.Point2f(x, y), unused)[0] for x, y in film.tolist()]
     return np.array([tuple(ray.o) for ray in rays]), np.array([tuple(ray(ray.maxt)) for ray in rays])
 
 
 def integrator_one_by_one(world: MitsubaScene) -> Any:
-    """Return the scene's own."""
+    """Return the scene's own integrator."""
     return world.loaded.integrator()
 
 
@@ -317,7 +317,7 @@ def apart(mi: Any, integrator: Any) -> Any:
 
 
 def trace_together(world: MitsubaScene, camera: Camera, interval: ClipInterval | None) -> MitsubaHits:
-    """Return what the rays through the pixel centres hit."""
+    """Return the hits of the rays through the pixel centres, traced in one kernel."""
     import drjit as dr
 
     mi = world.mi
@@ -344,7 +344,7 @@ def trace_together(world: MitsubaScene, camera: Camera, interval: ClipInterval |
 
 
 def feel_together(world: MitsubaScene, hits: MitsubaHits, light: PointLight, wanted: np.ndarray) -> MitsubaShadowRays:
-    """Return what arrives from `light` at the hits that are `asked` about, (n,) bool."""
+    """Return the visibility and the light of `light` at the `wanted` hits, (n,) bool, in one kernel."""
     import drjit as dr
 
     mi = world.mi
@@ -358,13 +358,13 @@ def feel_together(world: MitsubaScene, hits: MitsubaHits, light: PointLight, wan
 
 
 def ends_together(world: MitsubaScene, film: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return where the rays through points of the film (n, 2) start and where they end [m], (n, 3) each."""
+    """Return the start and end points [m], (n, 3) each, of the rays through points of the film (n, 2)."""
     ray, end = _rays(world, film)
     return _rows(ray.o), _rows(end)
 
 
 def integrator_together(world: MitsubaScene) -> Any:
-    """Return the scene's own, compiled apart from camera and film."""
+    """Return the scene's own integrator, compiled apart from camera and film."""
     return apart(world.mi, world.loaded.integrator())
 
 

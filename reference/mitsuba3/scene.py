@@ -96,10 +96,10 @@ HORIZON = 1e6
 
 
 def disc_reach(scene: Scene) -> float:
-    """Return how far [m] from the eye every plane must be present.
+    """Return the radius [m] around the eye within which every plane must be present.
 
-    Shadow rays run between points that the camera sees and lights, so a ball about the eye that holds both holds every
-    crossing of a shadow ray with the plane too.
+    Shadow rays run between points that the camera sees and lights, so a ball about the eye that contains both contains
+    every crossing of a shadow ray with the plane too.
     """
     camera = scene.camera
     lights = [float(np.linalg.norm(np.subtract(light.position, camera.eye))) for light in scene.lights]

@@ -19,7 +19,7 @@ LARGEST, SMALLEST = 1e140, 1e-140
 
 
 def refusal(scene: Scene, stage: Stage) -> str | None:
-    """Return why Radiance cannot answer `stage` of `scene`, or None if it can."""
+    """Return the reason why Radiance cannot render `stage` of `scene`, or None if it can."""
     if stage is Stage.CAMERA:
         return "rtrace has no camera: it is handed rays."
     size = extent(scene)
@@ -84,7 +84,7 @@ class Radiance:
 
     @staticmethod
     def missing() -> str | None:
-        """Return why it cannot run here and how to install it, or None."""
+        """Return a sentence with the reason why it cannot run here and the remedy, or None."""
         return program.missing()
 
     def version(self) -> str:
@@ -107,7 +107,7 @@ class Radiance:
         }
 
     def resolution(self, scene: Scene, stage: Stage) -> Resolution | None:
-        """Return how coarse light is, which rtrace computes in float32; None for its float64 geometry."""
+        """Return the resolution of light, which rtrace computes in float32; None for its float64 geometry."""
         if stage not in (Stage.IRRADIANCE, Stage.EXITANCE, Stage.RADIANCE):
             return None
         roundings = PAINTED if stage is Stage.RADIANCE else WHITENED
@@ -118,30 +118,30 @@ class Radiance:
         )
 
     def epsilon_in(self, scene: Scene, answers: StageImages) -> float:
-        """Return how far [m] outside its edges a polygon may block; shadow rays start nearer to their hits than that.
+        """Return the distance [m] outside its edges at which a polygon may block, more than the offset of shadow rays.
 
-        A point counts as on a polygon's edge where two coordinates, or two products of coordinates, differ by FTINY:
-        absolutely in rtrace 6.0a, relatively in later ones (common/face.c, `inface`). Either is below this at sides of
-        more than a 500 000th of the scene.
+        A point counts as on a polygon's edge if two coordinates, or two products of coordinates, differ by FTINY:
+        absolutely in rtrace 6.0a, relatively in later versions (common/face.c, `inface`). Either is below this if the
+        sides are longer than a 500 000th of the scene.
         """
         from rayproof.reference.radiance.scene import FTINY, extent
 
         return FTINY * extent(scene)
 
     def edge_epsilon(self, scene: Scene) -> float:
-        """Return how far [m] beyond a polygon's edge a point may count as inside, for the same reason."""
+        """Return the distance [m] outside a polygon's edge at which a point may count as inside, as in `epsilon_in`."""
         from rayproof.reference.radiance.scene import FTINY, extent
 
         return FTINY * extent(scene)
 
     def tie_epsilon(self, scene: Scene) -> float:
-        """Return how far [m] apart along a ray hits are that it takes for one: FTINY (rt/raytrace.c, `rayreject`)."""
+        """Return the distance [m] along a ray below which two hits coincide: FTINY (rt/raytrace.c, `rayreject`)."""
         from rayproof.reference.radiance.scene import FTINY, scale
 
         return FTINY / scale(scene)
 
     def notes(self, scene: Scene) -> list[str]:
-        """Return in sentences where rtrace's answer is to another question than the one asked."""
+        """Return sentences about the differences between the given scene and the scene that rtrace renders."""
         from rayproof.reference.radiance.scene import LIGHT_RADIUS, reach, scale
 
         notes = []

@@ -36,13 +36,13 @@ HIT = re.compile(rb"([^\t]+)\t(.{%d})" % (10 * NUMBER), re.DOTALL)
 
 @lru_cache(maxsize=1)
 def folder() -> Path | None:
-    """Return where pyradiance keeps its programs and their library, or None where it is not installed."""
+    """Return the folder of pyradiance's programs and their library, or None if it is not installed."""
     specification = find_spec("pyradiance")
     return Path(specification.origin).parent if specification is not None and specification.origin is not None else None
 
 
 def missing() -> str | None:
-    """Return why the programs cannot be started, or None if they can."""
+    """Return a sentence with the reason why the programs cannot be started, or None if they can."""
     home = folder()
     if home is None:
         return "Radiance is not installed; pip install pyradiance."

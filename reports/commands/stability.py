@@ -64,16 +64,15 @@ def stability(
     json
         Also write the results to this file.
     out
-        Also write JSON, CSV and SVG of every ladder to OUT/stability, with what is needed to compute them again.
+        Also write JSON, CSV and SVG of every ladder to OUT/stability, with the data needed to compute them again.
     sweep
-        Measure your own function for many values of one of its parameters: eps=1e-6..1e-2:9 are nine values in equal
-        ratios.
+        Measure your own function for many values of a parameter: eps=1e-6..1e-2:9 are nine values in equal ratios.
 
     """
     from rayproof.cases.ladders import all_ladders
 
-    ladder = [word for word in selectors if any(fnmatchcase(one.name, word) for one in all_ladders())]
-    formulas = [word for word in selectors if word not in ladder]
+    ladder_names = [word for word in selectors if any(fnmatchcase(ladder.name, word) for ladder in all_ladders())]
+    formulas = [word for word in selectors if word not in ladder_names]
     writable(out, json, paper)
     from rayproof.tracer.kernel.compiler import choose_packaged_llvm
 
@@ -89,38 +88,38 @@ def stability(
     from rayproof.reports.studies.stability.survey import plan, survey
 
     name, patterns, values = swept(formulas, sweep)
-    mine = sweep is None and own_alone(patterns)
+    beside = sweep is None and own_alone(patterns)
     with told_in_one_line():
-        asked = [*patterns, *defaults_of(patterns)] if mine else patterns
-        planned = plan(asked, ladders=ladder, precisions=precision or ("float32", "float64"), quick=quick)
-        columns = beside_columns(patterns, planned.precisions) if mine else COLUMNS
+        named = [*patterns, *defaults_of(patterns)] if beside else patterns
+        planned = plan(named, ladders=ladder_names, precisions=precision or ("float32", "float64"), quick=quick)
+        columns = beside_columns(patterns, planned.precisions) if beside else COLUMNS
         chosen(paper, columns)
     if not planned.ladders:
         raise UsageError("none of these formulas is measured on any of these ladders")
     doubts: list[str] = []
     records: list[ClimbRecord] = []
-    for one in survey(planned, doubts=doubts.append):
-        records.append(one)
-        tell(len(records), planned.climbs, one)
-    surprises = sum(bool(one.surprise) for one in records) + len(doubts)
-    found = summary(planned, records, doubts, surprises)
-    write_json(json, found)
+    for record in survey(planned, doubts=doubts.append):
+        records.append(record)
+        tell(len(records), planned.climbs, record)
+    surprises = sum(bool(record.surprise) for record in records) + len(doubts)
+    survey_record = summary(planned, records, doubts, surprises)
+    write_json(json, survey_record)
     if out is not None:
-        written(out / "stability", planned, found)
-        keep(out, "stability", found.origin["seed"])
-    rows = beside_rows(records, planned.precisions) if mine else [row(one) for one in records]
-    if mine:
+        written(out / "stability", planned, survey_record)
+        keep(out, "stability", survey_record.origin["seed"])
+    rows = beside_rows(records, planned.precisions) if beside else [row(record) for record in records]
+    if beside:
         show_table(beside_title(patterns), columns, rows)
         tell_the_rest(records, doubts, surprises)
     else:
-        show(records, doubts, surprises, everything=bool(formulas or ladder))
-    ladders = [one for one, _ in planned.ladders]
+        show(records, doubts, surprises, everything=bool(formulas or ladder_names))
+    ladders = [ladder for ladder, _ in planned.ladders]
     if paper.figure is not None and len(ladders) > MOST_PANELS:
         say(f"--figure shows the {MOST_PANELS} of {len(ladders)} ladders on which the formulas differ most")
         ladders = most_different(ladders, records, MOST_PANELS)
-    about = f"{', '.join(one.name for one in ladders[:MOST_PANELS])}. {caption(found.origin)}."
-    title = f"{beside_title(patterns)}. " if mine else ""
-    write_table(paper, columns, rows, caption=f"{title}{about}", fits=() if mine else FITS)
+    about = f"{', '.join(ladder.name for ladder in ladders[:MOST_PANELS])}. {caption(survey_record.origin)}."
+    title = f"{beside_title(patterns)}. " if beside else ""
+    write_table(paper, columns, rows, caption=f"{title}{about}", fits=() if beside else FITS)
     drawn = paper_rows(ladders, records, (name, values) if name else None) if paper.figure is not None else []
     draw(paper, drawn, caption=about, height=0.38 * paper.width)
     return 1 if surprises else 0
@@ -147,7 +146,7 @@ def worst_inputs(
     table: Path | None = None,
     columns: str | None = None,
 ) -> int:
-    """Search for the inputs that each formula answers worst; exit with 1 if one is answered beyond its limit.
+    """Search for the inputs with each formula's largest errors; exit with 1 if an error is beyond its limit.
 
     For example: rayproof worst sphere=./mine.py:nearest_hit --keep worst.csv
 
@@ -200,7 +199,7 @@ def worst_inputs(
         if precision != "float32" or any(breed.ladder not in LADDERS for _, breeds in bred for breed in breeds):
             raise UsageError("--keep writes vectors, which are float32 rays and lights: this search finds none")
     kept = Vectors()
-    found: list[dict[str, Any]] = []  # by formula and ladder
+    searches: list[dict[str, Any]] = []  # by formula and ladder
     for formula, breeds in bred:
         for breed in breeds:
             with console().status("searching") as status:
@@ -219,11 +218,13 @@ def worst_inputs(
                 [formula.name, breed.ladder.name, worst.kinds[number], f"{score:.3g}", _inputs(worst.inputs, number)]
                 for number, score in enumerate(worst.scores[:NAMED])
             ]
-            found.append({
+            searches.append({
                 "formula": formula.name, "ladder": breed.ladder.name, "tried": worst.tried, "beyond": beyond,
                 "scores": worst.scores.tolist(), "common": alike, "worst": rows,
             })  # fmt: skip
-    shown = sorted((row for one in found for row in one["worst"]), key=lambda row: -float(row[3]))
+    shown = sorted(
+        (row for search_record in searches for row in search_record["worst"]), key=lambda row: -float(row[3])
+    )
     show_table("The worst inputs", WORST_COLUMNS, shown[: NAMED * len(searched)])
     if keep_rays is not None:
         keep_rays.write_text(as_csv(vector_columns(kept.cells, ORDER), kept.cells), encoding="utf-8")
@@ -234,13 +235,13 @@ def worst_inputs(
         "origin": made,
         "seconds": seconds,
         "precision": precision,
-        "formulas": found,
+        "formulas": searches,
     }
     write_json(json, content)
     if out is not None:
         write_json(out / "stability" / "worst.json", content)
     write_table(paper, WORST_COLUMNS, shown, caption=f"The worst inputs. {caption(made)}.")
-    return 1 if any(one["beyond"] for one in found) else 0
+    return 1 if any(search_record["beyond"] for search_record in searches) else 0
 
 
 class Vectors:
@@ -250,7 +251,7 @@ class Vectors:
         self.cells: list[dict[str, str | float]] = []
 
     def add(self, formula: str, worst: "Worst", tied: int) -> None:
-        """Take in what a search found, and its exact ties."""
+        """Add the worst inputs of a search, and `tied` exact ties."""
         from rayproof.reports.vectors.check import VERSION
         from rayproof.reports.vectors.files import cells
         from rayproof.reports.vectors.rows import of_rays
@@ -264,7 +265,7 @@ class Vectors:
 
 
 def _inputs(inputs: "Inputs", number: int) -> str:
-    """Return one of some inputs, each of its numbers with the digits that bring it back."""
+    """Return the input with the given number as text, each value with enough digits to read it back exactly."""
     return "  ".join(f"{name} {_exact(array[number])}" for name, array in inputs.items())
 
 
@@ -274,7 +275,9 @@ def _exact(numbers: "np.ndarray") -> str:
 
 
 def swept(formulas: Sequence[str], sweep: str | None) -> tuple[str, list[str], dict[str, float]]:
-    """Return a swept parameter, the formulas with its values in place of the user's own, and the value of each.
+    """Return the swept parameter, the formulas to measure, and the parameter's value per formula name.
+
+    Each of the user's own formulas is replaced by one formula per value of the parameter.
 
     Without a sweep: no parameter, and the formulas as they are.
     """
@@ -284,13 +287,13 @@ def swept(formulas: Sequence[str], sweep: str | None) -> tuple[str, list[str], d
     from rayproof.tracer.formulas.own_file import is_own, with_number
 
     name, values = sweep_of(sweep)
-    own = [one for one in formulas if is_own(one)]
+    own = [formula for formula in formulas if is_own(formula)]
     if not own:
         raise UsageError("--sweep needs a formula of your own, slot=FILE.py:function")
     with told_in_one_line():
-        each = {with_number(one, name, value): value for one in own for value in values}
-        known = {FORMULAS.named(text).name: value for text, value in each.items()}
-    return name, [*(one for one in formulas if one not in own), *each], known
+        values_by_text = {with_number(formula, name, value): value for formula in own for value in values}
+        values_by_formula = {FORMULAS.named(text).name: value for text, value in values_by_text.items()}
+    return name, [*(formula for formula in formulas if formula not in own), *values_by_text], values_by_formula
 
 
 def limits(
@@ -303,7 +306,7 @@ def limits(
     table: Path | None = None,
     columns: str | None = None,
 ) -> int:
-    """Measure up to where a whole renderer is right, on ladders of ever harder scenes.
+    """Measure up to which step a whole renderer is right, on ladders of ever harder scenes.
 
     For example: rayproof limits offset tall --subject "exec:./mine {scene} {output}"
 
@@ -316,7 +319,7 @@ def limits(
     quick
         Leave out the other renderers' limits.
     against
-        The file or folder of earlier limits. The exit code is 1 if one of them is lower now.
+        The file or folder of earlier limits. The exit code is 1 if any of them is lower now.
     json
         Also write the limits to this file.
     out
@@ -341,7 +344,7 @@ def limits(
 def whole_renderer(
     subject: str, names: Sequence[str], json: Path | None, out: Path | None, *, alone: bool
 ) -> "LimitsRecord":
-    """Measure a renderer on the scene ladders, and the other renderers unless it is `alone`; write the files named."""
+    """Measure a renderer on the scene ladders, without the other renderers if `alone`, and write the named files."""
     from rayproof.reports.commands.lookup import subject_named
     from rayproof.reports.processes.scratch import scratch
     from rayproof.reports.run.renderer_limits import columns, ladders_named, measure, scale
@@ -354,7 +357,7 @@ def whole_renderer(
     with scratch():
         tested = subject_named(subject)
         renderers = columns(tested, alone=alone)
-        found = LimitsRecord(
+        record = LimitsRecord(
             schema=SCHEMA,
             subject=tested.title,
             renderers=[column.title for column in renderers],
@@ -362,49 +365,49 @@ def whole_renderer(
             limits=list(measure(renderers, ladders, jobs=os.cpu_count() or 1, seconds=USUAL_LIMIT)),
             environment=versions(),
         )
-    write_json(json, found)
+    write_json(json, record)
     if out is not None:
-        write_limits(out / "stability", found)
-    return found
+        write_limits(out / "stability", record)
+    return record
 
 
-def limits_shown(found: "LimitsRecord", earlier: "LimitsRecord | None", paper: Paper) -> int:
-    """Print up to where each renderer is right, hold the first against earlier limits, and return the exit code."""
+def limits_shown(record: "LimitsRecord", earlier: "LimitsRecord | None", paper: Paper) -> int:
+    """Print the limits of all renderers, compare the first with its earlier limits, and return the exit code."""
     from rayproof.reports.studies.stability.limit_records import changes, table, worse
 
-    columns, rows = table(found)
-    show_table(f"{found.renderers[0]}: right up to", columns, rows)
-    if any(not one.monotone for one in found.limits):
+    columns, rows = table(record)
+    show_table(f"{record.renderers[0]}: right up to", columns, rows)
+    if any(not limit.monotone for limit in record.limits):
         say("*: later rungs pass again; the ladder was climbed whole")
     with told_in_one_line():
         write_table(paper, columns, rows, caption=f"Up to where renderers are right. {caption(origin())}.")
     if earlier is not None:
         with told_in_one_line():
-            compared = changes(earlier, found)
+            compared = changes(earlier, record)
         lower = worse(compared)
         for sentence in lower:
             say(f"LOWER: {sentence}")
         say(f"{len(lower)} of {len(compared)} limits are lower than they were")
         return 1 if lower else 0
-    firsts = {one.verdict: one for one in found.limits[: len(found.ladders)] if one.limit is None}
+    firsts = {limit.verdict: limit for limit in record.limits[: len(record.ladders)] if limit.limit is None}
     broken = firsts.get("error") or firsts.get("missing")
     if broken is not None:
         say(f"{broken.ladder} {broken.verdict}: {broken.reason}")
     return 1 if "fail" in firsts else 0 if broken is None else 3
 
 
-def tell(done: int, total: int, one: "ClimbRecord") -> None:
-    """Say on standard error how far the survey has come; piped, only what is surprising."""
-    line = f"[{done}/{total}] {one.ladder} {one.formula} {one.precision}"
-    if one.surprise:
-        sys.stderr.write(f"\r{line}: SURPRISE: {one.surprise}\n")
+def tell(done: int, total: int, record: "ClimbRecord") -> None:
+    """Print the survey's progress on standard error; only surprises if that is no terminal."""
+    line = f"[{done}/{total}] {record.ladder} {record.formula} {record.precision}"
+    if record.surprise:
+        sys.stderr.write(f"\r{line}: SURPRISE: {record.surprise}\n")
     elif sys.stderr.isatty():
         sys.stderr.write(f"\r{line:<{CLEARED}}" + ("\n" if done == total else ""))
         sys.stderr.flush()
 
 
 def summary(planned: "SurveyPlan", records: list["ClimbRecord"], doubts: list[str], surprises: int) -> "SurveyRecord":
-    """Return what `--json` writes."""
+    """Return the record that `--json` writes."""
     from rayproof.reports.studies.stability.device import keeps_subnormals
     from rayproof.reports.studies.stability.records import SurveyRecord
     from rayproof.tracer.kernel.arrays import versions
@@ -417,67 +420,69 @@ def summary(planned: "SurveyPlan", records: list["ClimbRecord"], doubts: list[st
         quick=planned.quick,
         origin=origin(", ".join(f"{ladder.name} {ladder.seed}" for ladder, _ in planned.ladders[:MOST_PANELS])),
         environment=versions(),
-        subnormals={one: "kept" if keeps_subnormals(one) else "flushed to zero" for one in planned.precisions},
+        subnormals={
+            precision: "kept" if keeps_subnormals(precision) else "flushed to zero" for precision in planned.precisions
+        },
     )
 
 
-def written(folder: Path, planned: "SurveyPlan", found: "SurveyRecord") -> None:
-    """Write every ladder's files, a list of them, and what is true of all of them; the report shows these."""
+def written(folder: Path, planned: "SurveyPlan", record: "SurveyRecord") -> None:
+    """Write the files of each ladder, the list of ladders and their common data, from which the report is made."""
     from rayproof.reports.studies.stability.figures import publish
 
     for ladder, _ in planned.ladders:
-        publish(folder, ladder, [one for one in found.ladders if one.ladder == ladder.name])
+        publish(folder, ladder, [climb for climb in record.ladders if climb.ladder == ladder.name])
     write_json(folder / "ladders.json", [ladder.name for ladder, _ in planned.ladders])
-    write_json(folder / "about.json", {key: value for key, value in asdict(found).items() if key != "ladders"})
+    write_json(folder / "about.json", {key: value for key, value in asdict(record).items() if key != "ladders"})
 
 
 def show(records: list["ClimbRecord"], doubts: list[str], surprises: int, *, everything: bool) -> None:
-    """Print the table, worst first, then what was surprising."""
+    """Print the table, worst first, then the surprises."""
     from rayproof.reports.studies.stability.survey import worst_first
 
     ordered = worst_first(records)
     kept = ordered if everything else ordered[:SHOWN]
-    show_table(f"{len(records)} climbs, worst first", COLUMNS, [row(one) for one in kept])
+    show_table(f"{len(records)} climbs, worst first", COLUMNS, [row(record) for record in kept])
     if len(kept) < len(ordered):
         say(f"and {len(ordered) - len(kept)} more that did no worse; --json or --out holds all")
     tell_the_rest(ordered, doubts, surprises)
 
 
 def tell_the_rest(records: list["ClimbRecord"], doubts: list[str], surprises: int) -> None:
-    """Print what was surprising, what makes the truth unsure, and how much was measured."""
-    for one in records:
-        if one.surprise:
-            say(f"SURPRISE: {one.ladder} {one.formula} {one.precision}: {one.surprise}")
+    """Print the surprises, the doubts about the truth, and the number of measurements."""
+    for record in records:
+        if record.surprise:
+            say(f"SURPRISE: {record.ladder} {record.formula} {record.precision}: {record.surprise}")
     for doubt in doubts:
         say(f"DOUBT: {doubt}")
-    expected = sum(one.expected == "fail" for one in records)
-    counts = {"ladder": len({one.ladder for one in records}), "climb": len(records)}
+    expected = sum(record.expected == "fail" for record in records)
+    counts = {"ladder": len({record.ladder for record in records}), "climb": len(records)}
     counts |= {"known failure": expected, "surprise": surprises}
     say(", ".join(several(count, noun) for noun, count in counts.items()))
 
 
-def row(one: "ClimbRecord") -> list[str]:
-    """Return one line of the table."""
-    slope = "" if one.slope is None else f"{one.slope:.2f}"
-    if one.slope_interval:
-        slope += " [{:.2f}, {:.2f}]".format(*one.slope_interval)
-    counts = ", ".join(f"{name.replace('_', ' ')} {count:.0f}" for name, count in one.per_million.items())
+def row(record: "ClimbRecord") -> list[str]:
+    """Return the table row of a measured ladder."""
+    slope = "" if record.slope is None else f"{record.slope:.2f}"
+    if record.slope_interval:
+        slope += " [{:.2f}, {:.2f}]".format(*record.slope_interval)
+    counts = ", ".join(f"{name.replace('_', ' ')} {count:.0f}" for name, count in record.per_million.items())
     return [
-        one.ladder,
-        one.formula,
-        one.precision,
+        record.ladder,
+        record.formula,
+        record.precision,
         slope,
-        short(one.slope_predicted),
-        short(one.breakpoint) or "never right",
-        short(one.scaled_error),
-        str(one.false_hits),
-        str(one.false_misses),
+        short(record.slope_predicted),
+        short(record.breakpoint) or "never right",
+        short(record.scaled_error),
+        str(record.false_hits),
+        str(record.false_misses),
         counts,
-        one.verdict,
-        one.expected,
+        record.verdict,
+        record.expected,
     ]
 
 
 def short(value: float | None) -> str:
-    """Return a cell of three digits, empty where there is nothing."""
+    """Return a table cell with three digits; empty for None."""
     return "" if value is None else f"{value:.3g}"

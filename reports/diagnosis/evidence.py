@@ -1,4 +1,4 @@
-"""`Evidence`: a renderer's images of one case, held against the oracle, right or with a mistake."""
+"""`Evidence`: a renderer's images of one case, compared with the oracle, right or with a mistake."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
@@ -21,18 +21,18 @@ from rayproof.reports.judge.oracle import stages_of
 from rayproof.reports.judge.scene_truth import SceneTruth, scene_truth
 from rayproof.reports.mistakes import Family, Mistake, lights_only
 
-PRECISION = "float32"  # what results keep, whatever a renderer computes in
-MOST_OVER = 0.05  # of the pixels: more over their limits are no matter of rounding
-LEFT = 0.1  # of the pixels that are wrong by the right oracle: so many may stay wrong
-MOST_LEFT = 0.002  # of the image
-TELLS = 0.5  # limits of the right oracle: an oracle within so little of it tells nothing
-SHOWS = 0.01  # of the image: a mistake that changes more pixels shows
-LOOKED_AT = 400  # pixels, in which 1 % of an image is met with 98 % probability
-MORE = gamma(16, precision=PRECISION)  # relative: roundings that a mistake adds to those counted
-WIDEST = 0.01  # relative: no mistake widens a limit to more
-# Of a sample of pixels: so many are drawn among wrong ones, and among all; of these so many may be off.
+PRECISION = "float32"  # of stored results, whatever the precision of the renderer's arithmetic
+MOST_OVER = 0.05  # share of the pixels: rounding does not explain more pixels over their limits
+LEFT = 0.1  # largest share of the wrong pixels that a mistake may leave unexplained
+MOST_LEFT = 0.002  # the same, as a share of the image
+TELLS = 0.5  # limits of the right oracle: an oracle with a smaller difference from it explains nothing
+SHOWS = 0.01  # share of the image: a mistake that changes more pixels is visible
+LOOKED_AT = 400  # pixels: with 98 % probability, a change of 1 % of the image changes one of these
+MORE = gamma(16, precision=PRECISION)  # relative: roundings that a mistake adds to the counted roundings
+WIDEST = 0.01  # relative: the largest limit to which a mistake may widen a limit
+# The sample of pixels: the number drawn from the wrong pixels, and from all; the shares of these that may be off.
 DRAWN, OFF_OF_WRONG, OFF_OF_ALL = 80, 0.15, 0.1
-# Coarse tolerances, relative to the value's size: what is farther off no rounding explains.
+# Coarse tolerances, relative to the value's size: rounding explains no larger difference.
 COARSE = {Stage.RAY: 1e-4, Stage.DISTANCE: 1e-3, Stage.POSITION: 1e-3, Stage.NORMAL: 5e-3}
 COARSE_LIGHT = 3e-3
 RIGHT = Analytic()
@@ -40,34 +40,38 @@ RIGHT = Analytic()
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class SupposedTruth(SceneTruth):
-    """What an oracle with a mistake answers; limits of light grow with how much brighter the mistake makes it."""
+    """The images of an oracle with a mistake; where the mistake makes light brighter, its limits grow in proportion."""
 
-    basis: StageImages  # the answers before they are written, of which the limits are
+    basis: StageImages  # the images before the mistakes of writing; the limits are computed from them
 
     @cached_property
     def limits(self) -> Callable[..., Limits]:
-        """Return a function of a roundoff and `by_matrices`: the limits of each kind of rounding."""
+        """Return a function of a roundoff and `by_matrices` that returns the limits for such rounding."""
         return cache(self._limits)
 
     def _limits(self, g: Roundoff, *, by_matrices: bool) -> Limits:
-        found = limits(self.scene, self.basis, self.conditioning, g, by_matrices=by_matrices)
-        plain, whole = dict(self.basis), dict(found.end_to_end)
+        plain_limits = limits(self.scene, self.basis, self.conditioning, g, by_matrices=by_matrices)
+        plain, whole = dict(self.basis), dict(plain_limits.end_to_end)
         for stage in LIGHT:
             if stage not in whole:
                 continue
             size = self.scene.camera.height, self.scene.camera.width
-            rows = {one: image.reshape(size[0] * size[1], -1) for one, image in plain.items() if one in IMAGE_STAGES}
+            rows = {
+                image_stage: image.reshape(size[0] * size[1], -1)
+                for image_stage, image in plain.items()
+                if image_stage in IMAGE_STAGES
+            }
             plain[stage] = RIGHT.continued(self.scene, stage, rows).reshape(*size, 3)
             value, limit = np.abs(self.truth[stage]), whole[stage]
             brighter = np.nan_to_num(value / np.abs(plain[stage]), nan=1.0, posinf=1.0)
             changed = ~np.isclose(brighter, 1.0, rtol=1e-9, atol=0)
             widened = limit * np.maximum(brighter, 1.0) + MORE * value * changed
             whole[stage] = np.nan_to_num(np.maximum(limit, np.minimum(widened, WIDEST * value)))
-        return replace(found, end_to_end=whole)
+        return replace(plain_limits, end_to_end=whole)
 
 
 def supposed(scene: Scene, stages: tuple[Stage, ...], oracle: Analytic) -> SceneTruth:
-    """Return what an oracle with a mistake answers, with its limits."""
+    """Return the images of an oracle with a mistake, with their limits."""
     truth = basis = oracle.render(scene, stages)
     if type(oracle).image is not Analytic.image:
         basis = type("Unwritten", (type(oracle),), {"image": Analytic.image})().render(scene, stages)
@@ -76,32 +80,32 @@ def supposed(scene: Scene, stages: tuple[Stage, ...], oracle: Analytic) -> Scene
 
 @dataclass(eq=False, kw_only=True)
 class Evidence:
-    """A case of a run as far as a renderer's images of it are known."""
+    """A case of a run with the renderer's images."""
 
     case: str
     scene: Scene
     load: Callable[[], StageImages]
     failed: bool
-    name: str = "renderer"  # as its rounding is known by
+    name: str = "renderer"  # the name that selects its model of rounding
     shadow_epsilon: float = 0.0  # m: as the renderer declares it
     world_normals: bool = False
-    resolutions: dict[Stage, Resolution] = field(default_factory=dict)  # of coarse output that was found
-    kept: dict[type, dict[Stage, np.ndarray]] = field(default_factory=dict)  # samples of mistakes without numbers
-    kept_hits: dict[tuple[type, ...], dict[Stage, np.ndarray]] = field(default_factory=dict)  # without light
+    resolutions: dict[Stage, Resolution] = field(default_factory=dict)  # steps of coarse output, from the images
+    kept: dict[type, dict[Stage, np.ndarray]] = field(default_factory=dict)  # samples of mistakes without parameters
+    kept_hits: dict[tuple[type, ...], dict[Stage, np.ndarray]] = field(default_factory=dict)  # samples before light
     explains_known: dict[object, bool] = field(default_factory=dict)
 
     @cached_property
     def images(self) -> StageImages:
         """Return the renderer's image stages of the scene's size, as float64."""
-        with np.errstate(invalid="ignore"):  # what is no number may be of a kind that float64 changes
+        with np.errstate(invalid="ignore"):  # the conversion changes signalling NaNs
             loaded = {stage: np.asarray(image, dtype=np.float64) for stage, image in self.load().items()}
-        asked = {stage: image for stage, image in loaded.items() if stage in stages_of(self.scene)}
-        renderer = Answers(name="renderer", precision=PRECISION, answers=asked)
+        used = {stage: image for stage, image in loaded.items() if stage in stages_of(self.scene)}
+        renderer = Answers(name="renderer", precision=PRECISION, answers=used)
         return dict(well_shaped(self.scene, renderer).answers)
 
     @cached_property
     def stages(self) -> tuple[Stage, ...]:
-        """Return the image stages that it answers, in order."""
+        """Return the renderer's image stages, in order."""
         return tuple(stage for stage in IMAGE_STAGES if stage in self.images)
 
     @cached_property
@@ -111,28 +115,28 @@ class Evidence:
 
     @property
     def work(self) -> int:
-        """Return how much work a scene is: what every mistake meets first ought to be little."""
+        """Return an estimate of the scene's render time in arbitrary units; mistakes are tried on cheap cases first."""
         faces = sum(len(shape.faces) if isinstance(shape, Mesh) else 1 for shape in self.scene.shapes)
         return self.scene.camera.width * self.scene.camera.height * (faces + 4) * (2 + len(self.scene.lights))
 
     def judge_by(self, resolutions: Mapping[Stage, Resolution]) -> None:
-        """Judge the images by the steps in which they are stored."""
+        """Judge the images anew by their steps of storage."""
         self.resolutions = dict(resolutions)
         self._judge_anew()
 
     def judge_instead(self, images: StageImages) -> None:
-        """Judge other images, as the renderer's are decoded."""
+        """Judge other images in place of the renderer's, such as its images in another encoding."""
         self.load = lambda: images
         self._judge_anew()
 
     def _judge_anew(self) -> None:
-        for known in (self.explains_known, self.kept, self.kept_hits):
-            known.clear()
+        for memo in (self.explains_known, self.kept, self.kept_hits):
+            memo.clear()
         for name in ("images", "stages", "right", "wrong", "drawn", "own", "looked_at", "blank"):
             vars(self).pop(name, None)
 
     def held(self, oracle: Analytic) -> AgainstOracle:
-        """Return the renderer's images held against an oracle."""
+        """Return the comparison of the renderer's images with an oracle."""
         stages = tuple(stage for stage in stages_of(self.scene) if stage is not Stage.CAMERA)
         with np.errstate(all="ignore"):
             right = oracle is RIGHT
@@ -145,7 +149,7 @@ class Evidence:
 
     @cached_property
     def right(self) -> AgainstOracle:
-        """Return the images held against the right oracle."""
+        """Return the comparison of the images with the right oracle."""
         return self.held(RIGHT)
 
     @cached_property
@@ -173,20 +177,20 @@ class Evidence:
         return self._tells(against)
 
     def _tells(self, against: AgainstOracle) -> bool:
-        """Return whether an oracle differs from the right one, beyond its limits, in most pixels that are wrong."""
-        told, right = np.zeros_like(self.wrong), self.right.base.truth
+        """Return whether an oracle differs from the right one by over `TELLS` limits in half of the wrong pixels."""
+        differs, right = np.zeros_like(self.wrong), self.right.base.truth
         for stage in self.stages:
             limit = self.right.limits.end_to_end.get(stage, self.right.base.no_limit)
-            told |= ~(ratios(stage, against.base.truth[stage], right[stage], limit)[0] <= TELLS)
-        return bool(2 * np.count_nonzero(told & self.wrong) >= np.count_nonzero(self.wrong))
+            differs |= ~(ratios(stage, against.base.truth[stage], right[stage], limit)[0] <= TELLS)
+        return bool(2 * np.count_nonzero(differs & self.wrong) >= np.count_nonzero(self.wrong))
 
     @cached_property
     def drawn(self) -> tuple[np.ndarray, np.ndarray]:
-        """Return a sample of pixels (n,), by their numbers, and which of them are wrong by the right oracle."""
+        """Return the numbers (n,) of a sample of pixels, and the mask (n,) of wrong ones by the right oracle."""
         draw, wrong = np.random.default_rng(0), np.flatnonzero(self.wrong.ravel())
-        some = draw.permutation(wrong)[:DRAWN]
-        others = draw.permutation(self.wrong.size)[:DRAWN]
-        pixels = np.concatenate([some, others])
+        wrong_pixels = draw.permutation(wrong)[:DRAWN]
+        any_pixels = draw.permutation(self.wrong.size)[:DRAWN]
+        pixels = np.concatenate([wrong_pixels, any_pixels])
         return pixels, self.wrong.ravel()[pixels]
 
     @cached_property
@@ -211,7 +215,7 @@ class Evidence:
         return oracle.samples(self.scene, points, last or self.stages[-1]).rows
 
     def _lit(self, oracle: Analytic) -> dict[Stage, np.ndarray]:
-        """Return the sample; what is hit and visible is asked once of all mistakes that have it in common."""
+        """Return the sample; mistakes of light that agree in all earlier stages share these from `kept_hits`."""
         kinds = oracle.parts if isinstance(oracle, Mistake) and oracle.parts else (type(oracle),)
         before = tuple(kind for kind in kinds if not lights_only(kind))
         if before == kinds or any(issubclass(kind, Family) for kind in before):
@@ -219,37 +223,37 @@ class Evidence:
         if before not in self.kept_hits:
             made = type("Hits", (*before, Analytic), {"image": Analytic.image})
             self.kept_hits[before] = self._asked(made(), Stage.VISIBILITY)
-        rows, seen = dict(self.kept_hits[before]), oracle.scene(self.scene)
+        rows, scene = dict(self.kept_hits[before]), oracle.scene(self.scene)
         for stage in LIGHT[: LIGHT.index(self.stages[-1]) + 1]:
-            rows[stage] = oracle.continued(seen, stage, rows)
+            rows[stage] = oracle.continued(scene, stage, rows)
         points = pixel_centers(self.scene.camera)[self.drawn[0]]
-        return {stage: oracle.image(seen, stage, values, points) for stage, values in rows.items()}
+        return {stage: oracle.image(scene, stage, values, points) for stage, values in rows.items()}
 
     def off(self, values: Mapping[Stage, np.ndarray], stages: tuple[Stage, ...] | None = None) -> np.ndarray:
-        """Return which pixels of the sample (n,) are off by more than any rounding, at some stage."""
-        found = np.zeros(len(self.drawn[0]), dtype=bool)
+        """Return the mask (n,) of the sample's pixels whose errors at any stage are larger than rounding explains."""
+        is_off = np.zeros(len(self.drawn[0]), dtype=bool)
         for stage in self.stages if stages is None else stages:
             if stage in values:
-                found |= off(stage, self.own[stage], values[stage], self.resolutions.get(stage))
-        return found
+                is_off |= off(stage, self.own[stage], values[stage], self.resolutions.get(stage))
+        return is_off
 
-    def off_each_other(self, one: Analytic, other: Analytic) -> np.ndarray:
-        """Return in which pixels of the sample (n,) two oracles are apart by more than any rounding."""
-        first, second = self.sampled(one), self.sampled(other)
-        found = np.zeros(len(self.drawn[0]), dtype=bool)
+    def off_each_other(self, first: Analytic, second: Analytic) -> np.ndarray:
+        """Return the mask (n,) of the sample's pixels whose values by two oracles differ by more than rounding."""
+        first_values, second_values = self.sampled(first), self.sampled(second)
+        differs = np.zeros(len(self.drawn[0]), dtype=bool)
         for stage in self.stages:
-            found |= off(stage, first[stage], second[stage])
-        return found
+            differs |= off(stage, first_values[stage], second_values[stage])
+        return differs
 
     def agrees(self, oracle: Analytic) -> bool:
-        """Return whether an oracle may explain this case, by a sample and coarse tolerances."""
-        wrong, found = self.drawn[1], self.off(self.sampled(oracle))
+        """Return whether an oracle may explain this case: its sample agrees within coarse tolerances."""
+        wrong, is_off = self.drawn[1], self.off(self.sampled(oracle))
         if not wrong.any():
             return False
-        return bool(found[wrong].mean() <= OFF_OF_WRONG and found.mean() <= OFF_OF_ALL)
+        return bool(is_off[wrong].mean() <= OFF_OF_WRONG and is_off.mean() <= OFF_OF_ALL)
 
     def shows(self, mistake: type[Mistake]) -> bool:
-        """Return whether a mistake changes more than 1 % of what the renderer answers here, by a sample."""
+        """Return whether a mistake changes more than 1 % of a sample of pixels, at the renderer's stages."""
         if not self.stages:
             return False
         points, last = pixel_centers(self.scene.camera)[self.looked_at], self.stages[-1]
@@ -263,25 +267,25 @@ class Evidence:
 
     @cached_property
     def looked_at(self) -> np.ndarray:
-        """Return a sample of pixels (n,), by their numbers, whether wrong or not."""
+        """Return the numbers (n,) of a sample of all pixels, wrong or not."""
         return np.random.default_rng(1).permutation(self.wrong.size)[:LOOKED_AT]
 
     @cached_property
     def blank(self) -> bool:
-        """Return whether each image holds one value: it tells nothing of which mistake took all away."""
+        """Return whether each image has a single value, so that many mistakes explain it equally well."""
         return all(np.all(image == image[:1, :1]) for image in self.images.values())
 
 
-def off(stage: Stage, ours: np.ndarray, theirs: np.ndarray, step: Resolution | None = None) -> np.ndarray:
-    """Return which pixels (...) are farther apart at a stage than any rounding explains."""
+def off(stage: Stage, values: np.ndarray, expected: np.ndarray, step: Resolution | None = None) -> np.ndarray:
+    """Return the mask (...) of the pixels whose values differ by more than rounding explains."""
     with np.errstate(all="ignore"):
-        wrong = error(stage, ours, theirs)
-        wrong = wrong.max(axis=-1) if wrong.ndim == ours.ndim else wrong
+        wrong = error(stage, values, expected)
+        wrong = wrong.max(axis=-1) if wrong.ndim == values.ndim else wrong
         if stage in (Stage.OBJECT, Stage.VISIBILITY):
             return np.asarray(~(wrong == 0))
-        size = np.linalg.norm(np.where(np.isfinite(theirs), theirs, 0.0), axis=-1)
+        size = np.linalg.norm(np.where(np.isfinite(expected), expected, 0.0), axis=-1)
         if stage in LIGHT:
-            largest = np.abs(theirs[np.isfinite(theirs)]).max(initial=0.0)
+            largest = np.abs(expected[np.isfinite(expected)]).max(initial=0.0)
             limit = COARSE_LIGHT * size + 1e-5 * largest
         else:
             limit = COARSE[stage] * np.maximum(size, 1.0 if stage in (Stage.RAY, Stage.NORMAL) else 1e-3)
@@ -292,18 +296,18 @@ def off(stage: Stage, ours: np.ndarray, theirs: np.ndarray, step: Resolution | N
 
 def over_of(against: AgainstOracle) -> np.ndarray:
     """Return the pixels (height, width) over the forward limit of any stage."""
-    found = np.zeros(against.base.conditioning.hit.shape, dtype=bool)
+    over = np.zeros(against.base.conditioning.hit.shape, dtype=bool)
     with np.errstate(all="ignore"):
         for stage in IMAGE_STAGES:
             if against.answers(stage):
-                found |= against.over(stage)
-    return found
+                over |= against.over(stage)
+    return over
 
 
 def wrong_of(against: AgainstOracle) -> np.ndarray:
     """Return the pixels (height, width) that no nearby problem explains, at any stage."""
-    found = np.zeros(against.base.conditioning.hit.shape, dtype=bool)
+    wrong = np.zeros(against.base.conditioning.hit.shape, dtype=bool)
     with np.errstate(all="ignore"):
         for pixels in against.end_to_end.values():
-            found |= pixels.wrong
-    return found
+            wrong |= pixels.wrong
+    return wrong

@@ -1,6 +1,7 @@
-"""What is no mistake of a formula, and is said first: blank images, nothing hit, steps of storage, parts not drawn.
+"""Causes of failures that are no mistakes of formulas: blank images, no hits, steps of storage, parts not drawn.
 
-Acne and noise are told last, of what nothing else explains: roundings and chance decide their pixels.
+They are searched for first; acne and noise are searched for last, in the cases that no mistake explains, because
+roundings and chance decide their pixels.
 """
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -19,10 +20,10 @@ from rayproof.reports.mistakes.storing import undrawn
 
 @dataclass(frozen=True, kw_only=True)
 class Finding:
-    """What was found out about images, and in which failing cases it is to blame."""
+    """A cause of failures, and the failing cases that it explains."""
 
     name: str
-    sentence: str  # a verb phrase of which the renderer is the subject
+    sentence: str  # a verb phrase; its subject is the renderer
     items: tuple[str, ...]
     cases: tuple[Evidence, ...]
     extra: tuple[type[Mistake], ...] = field(default=())
@@ -32,60 +33,63 @@ STORING = ("IMG-1",)
 
 
 def blank(cases: Sequence[Evidence], failing: Sequence[Evidence]) -> Finding | None:
-    """Return that every image is of one colour, or that no ray hits anything, if that is so in every case."""
+    """Return the finding that no ray of any case hits a shape, or that every image has a single colour, or None."""
     with_light = [case for case in cases if Stage.RADIANCE in case.images]
     flat = [
         case for case in with_light if np.ptp(case.images[Stage.RADIANCE].reshape(-1, 3), axis=0).max(initial=0) == 0
     ]
     named = [case for case in cases if Stage.OBJECT in case.images]
     if named and all((case.images[Stage.OBJECT] < 0).all() for case in named):
-        told = tuple(case for case in failing if Stage.OBJECT in case.images)
-        return Finding(name="nothing_hit", sentence="hits nothing at all", items=("HIT-9", "HIT-2", "XF-1"), cases=told)
+        explained = tuple(case for case in failing if Stage.OBJECT in case.images)
+        return Finding(
+            name="nothing_hit", sentence="hits nothing at all", items=("HIT-9", "HIT-2", "XF-1"), cases=explained
+        )
     if not with_light or len(flat) < len(with_light) or not any(case in failing for case in flat):
         return None
     colours = {tuple(case.images[Stage.RADIANCE][0, 0]) for case in flat}
     what = "a black image" if colours == {(0.0, 0.0, 0.0)} else "an image of one colour"
-    told = tuple(case for case in failing if case in flat)
+    explained = tuple(case for case in failing if case in flat)
     return Finding(
-        name="black" if what == "a black image" else "blank", sentence=f"writes {what}", items=STORING, cases=told
+        name="black" if what == "a black image" else "blank", sentence=f"writes {what}", items=STORING, cases=explained
     )
 
 
 # Bytes of numbers.
 
-WILD = 1e12  # magnitudes beyond it, and below its reciprocal, are no scene's
-LEAST_WILD, MOST_WILD = 0.3, 0.01  # of the numbers that are not 0: of any bytes two thirds are wild
+WILD = 1e12  # no scene has magnitudes above this or below its reciprocal
+LEAST_WILD, MOST_WILD = 0.3, 0.01  # shares of the numbers that are not 0; random bytes are wild in two thirds
 
 
 def swapped(cases: Sequence[Evidence], failing: Sequence[Evidence]) -> Finding | None:
-    """Return that the bytes of numbers are written in the other order, and in which failing cases that is all.
+    """Return the finding that numbers are written in the other byte order, with the cases that this explains, or None.
 
-    From then on the cases are judged by what was meant. As a mistake this would tell nothing: the last bit of a number,
-    which is a matter of rounding, is its greatest one. What reads as no number may have lost a bit.
+    From then on the cases are judged by the images with the bytes in the right order. An oracle with this mistake would
+    prove nothing: rounding decides the last bit of a number, which becomes its most significant bit. A NaN may have
+    lost bits when it was read, so that such pixels are left out.
     """
     if not all(_wild(case.images) > LEAST_WILD and _wild(_meant(case)) <= MOST_WILD for case in failing):
         return None
-    told = []
+    explained = []
     for case in cases:
         lost = np.zeros(case.wrong.shape, dtype=bool)
         for image in case.images.values():
             lost |= np.isnan(image).any(axis=-1)
         case.judge_instead(_meant(case))
         if case in failing and not np.any(case.wrong & ~lost):
-            told.append(case)
+            explained.append(case)
     mistake = MISTAKES["bytes_swapped"]
-    return Finding(name=mistake.name, sentence=mistake.sentence, items=STORING, cases=tuple(told))
+    return Finding(name=mistake.name, sentence=mistake.sentence, items=STORING, cases=tuple(explained))
 
 
 def _meant(case: Evidence) -> StageImages:
-    """Return the images with the bytes of each number in the other order, from the numbers as they were read."""
+    """Return the images as they were read, with the bytes of each number in the other order."""
     read = case.load()
-    with np.errstate(invalid="ignore"):  # swapped bytes may be no number
+    with np.errstate(invalid="ignore"):  # swapped bytes may be NaN
         return {stage: np.asarray(read[stage], dtype=np.float32).byteswap().astype(np.float64) for stage in case.images}
 
 
 def _wild(images: StageImages) -> float:
-    """Return the share of numbers, of those that are not 0, that are of a size that no scene has."""
+    """Return the share of wild magnitudes (see `WILD`) among the numbers that are not 0."""
     values = np.concatenate([np.abs(image[image != 0]) for image in images.values()] or [np.zeros(0)])
     tame = (values > 1 / WILD) & (values < WILD) | np.isinf(values)
     return 1 - float(np.mean(tame)) if len(values) else 0.0
@@ -93,7 +97,7 @@ def _wild(images: StageImages) -> float:
 
 # Steps of storage.
 
-LEAST_VALUES = 24  # distinct numbers of a stage: fewer tell nothing of steps
+LEAST_VALUES = 24  # distinct numbers of a stage: fewer prove no steps
 STEPS = {
     255: "8 bits",
     1023: "10 bits",
@@ -112,12 +116,12 @@ def _half(values: np.ndarray) -> tuple[Resolution, str] | None:
 
 
 def _even(values: np.ndarray, *, signed: bool) -> tuple[Resolution, str] | None:
-    """Return the steps of whole numbers over 0 to 1, or over -1 to 1."""
+    """Return the steps if all values are integers scaled to [0, 1], or to [-1, 1] if `signed`; otherwise None."""
     if values.max() > 1 + 1e-6 or values.min() < (-1 - 1e-6 if signed else 0):
         return None
     for steps, bits in STEPS.items():
         places = (values + 1) / 2 * steps if signed else values * steps
-        straight = values * steps  # of signed whole numbers, 0 is a number
+        straight = values * steps  # the encoding of signed integers with an exact 0
         for place in (places, straight):
             if np.abs(place - np.round(place)).max() <= 1e-3 * min(1.0, 255 / steps + 0.02):
                 width = 1.0 if place is places and signed else 0.5
@@ -132,12 +136,12 @@ def _srgb(values: np.ndarray) -> tuple[Resolution, str] | None:
     nearest = codes[np.clip(np.searchsorted((codes[1:] + codes[:-1]) / 2, values), 0, 255)]
     if not (np.abs(nearest - values) <= 1e-6 + 1e-5 * values).all():
         return None
-    # Half a step is 1.2 L / (code + 14) on the curve, which this covers from the darkest to the brightest code.
+    # Half a step on the curve is 1.2 L / (code + 14); this resolution is at least that for every code.
     return Resolution(relative=0.012, absolute=0.0004, because="sRGB of 8 bits"), "sRGB of 8 bits"
 
 
 def steps_of(stage: Stage, images: Sequence[np.ndarray]) -> tuple[Resolution, str] | None:
-    """Return the steps in which a stage's images are stored, if these are coarser than those of floats."""
+    """Return the steps of a stage's stored images and their name, if they are coarser than float32; otherwise None."""
     values = np.unique(np.concatenate([image[np.isfinite(image)] for image in images] or [np.zeros(0)]))
     if len(values) < LEAST_VALUES or stage in (Stage.OBJECT, Stage.VISIBILITY):
         return None
@@ -147,47 +151,47 @@ def steps_of(stage: Stage, images: Sequence[np.ndarray]) -> tuple[Resolution, st
         lambda: _srgb(values) if stage in LIGHT else None,
         lambda: _even(values, signed=signed),
     )
-    return next((found for kind in kinds if (found := kind()) is not None), None)
+    return next((steps for kind in kinds if (steps := kind()) is not None), None)
 
 
 def coarse(cases: Sequence[Evidence], failing: Sequence[Evidence]) -> Finding | None:
-    """Return in which steps stages are stored, and in which failing cases nothing else is wrong.
+    """Return the finding that stages are stored in coarse steps, with the failing cases that this explains, or None.
 
     From then on the cases are judged by these steps.
     """
-    found: dict[Stage, tuple[Resolution, str]] = {}
+    steps_by_stage: dict[Stage, tuple[Resolution, str]] = {}
     for stage in IMAGE_STAGES:
         images = [case.images[stage] for case in cases if stage in case.images]
         if images and (steps := steps_of(stage, images)) is not None:
-            found[stage] = steps
-    if not found:
+            steps_by_stage[stage] = steps
+    if not steps_by_stage:
         return None
-    told = []
+    explained = []
     for case in cases:
         before = int(np.count_nonzero(case.wrong)) if case in failing else 0
-        case.judge_by({stage: steps for stage, (steps, _) in found.items()})
+        case.judge_by({stage: steps for stage, (steps, _) in steps_by_stage.items()})
         if case in failing and np.count_nonzero(case.wrong) <= min(LEFT * before, MOST_LEFT * case.wrong.size):
-            told.append(case)
-    words = " and ".join(dict.fromkeys(f"{stage} in {bits}" for stage, (_, bits) in found.items()))
-    half = all(bits == "16-bit floats" for _, bits in found.values())
+            explained.append(case)
+    words = " and ".join(dict.fromkeys(f"{stage} in {bits}" for stage, (_, bits) in steps_by_stage.items()))
+    half = all(bits == "16-bit floats" for _, bits in steps_by_stage.values())
     if half:
         words = "its values in 16-bit floats"
     name = "half_floats" if half else "too_few_bits"
-    return Finding(name=name, sentence=f"stores {words}", items=STORING, cases=tuple(told))
+    return Finding(name=name, sentence=f"stores {words}", items=STORING, cases=tuple(explained))
 
 
 # Parts that are not drawn.
 
 SIDES = (1, 2, 4, 8, 16, 32, 64)  # px: heights of strips, widths of columns, sides of tiles
-THREADS = range(2, 33)  # among so many an image is shared out in strips
-LEAST_CUTS = 30  # pixels beside which, on one and the same surface, drawing ends
-LEAST_LINES = 2  # borders of undrawn parts of one image, where no second image of its size foretells them
+THREADS = range(2, 33)  # numbers of threads that may share an image in strips
+LEAST_CUTS = 30  # wrong pixels next to right ones, across a border of the undrawn parts
+LEAST_LINES = 2  # borders of undrawn parts in an image, if there is no second image of its size to confirm them
 
 
 def not_drawn(failing: Sequence[Evidence]) -> list[type[Mistake]]:
-    """Return the mistake of leaving parts undrawn: whole strips, columns or tiles of one number; none if unproven."""
-    found = _blank_values(failing[0]) if failing else None
-    if found is None:
+    """Return a list of the mistake that whole strips, columns or tiles are left undrawn; empty if unproven."""
+    values = _blank_values(failing[0]) if failing else None
+    if values is None:
         return []
     by_size: dict[tuple[int, int], list[Evidence]] = {}
     for case in failing:
@@ -195,41 +199,43 @@ def not_drawn(failing: Sequence[Evidence]) -> list[type[Mistake]]:
     parts: dict[tuple[int, int], np.ndarray] = {}
     cuts, foretold = 0, False
     for (height, width), cases in by_size.items():
-        shown = [(case, _holds(case, found)) for case in cases[::2]]
+        blank_pixels = [(case, _holds(case, values)) for case in cases[::2]]
         for grid in _grids(height, width):
             where = np.zeros((height, width), dtype=bool)
-            for case, empty in shown:
+            for case, empty in blank_pixels:
                 where |= _empty_cells(grid, empty, case.wrong)
-            if all(np.count_nonzero(case.wrong & ~where) <= MOST_LEFT * case.wrong.size for case, _ in shown):
+            if all(np.count_nonzero(case.wrong & ~where) <= MOST_LEFT * case.wrong.size for case, _ in blank_pixels):
                 parts[height, width] = where
-                cuts += sum(_cuts(case, where) for case, _ in shown)
+                cuts += sum(_cuts(case, where) for case, _ in blank_pixels)
                 foretold |= len(cases) > 1 or _lines(where) >= LEAST_LINES
                 break
     proven = cuts >= LEAST_CUTS and foretold
-    return [undrawn(parts, found, "whole strips or tiles")] if proven else []
+    return [undrawn(parts, values, "whole strips or tiles")] if proven else []
 
 
 def _blank_values(case: Evidence) -> dict[Stage, np.ndarray] | None:
-    """Return what most wrong pixels of a case hold, (channels,), at each stage; None where no number is most."""
-    found = {}
+    """Return the value (channels,) of at least half of a case's wrong pixels per stage, or None if there is none."""
+    values_by_stage = {}
     for stage in case.stages:
         values, count = np.unique(case.images[stage][case.wrong], axis=0, return_counts=True)
         if not len(count) or count.max() < 0.5 * count.sum():
             return None
-        found[stage] = values[np.argmax(count)] if stage is not Stage.VISIBILITY else values[np.argmax(count)][:1]
-    return found
+        values_by_stage[stage] = (
+            values[np.argmax(count)] if stage is not Stage.VISIBILITY else values[np.argmax(count)][:1]
+        )
+    return values_by_stage
 
 
 def _holds(case: Evidence, blank_values: Mapping[Stage, np.ndarray]) -> np.ndarray:
-    found = np.ones(case.wrong.shape, dtype=bool)
+    pixels = np.ones(case.wrong.shape, dtype=bool)
     for stage, value in blank_values.items():
         if stage in case.images:
-            found &= np.all((case.images[stage] == value) | (np.isnan(case.images[stage]) & np.isnan(value)), axis=-1)
-    return found
+            pixels &= np.all((case.images[stage] == value) | (np.isnan(case.images[stage]) & np.isnan(value)), axis=-1)
+    return pixels
 
 
 def _grids(height: int, width: int) -> Iterator[np.ndarray]:
-    """Yield the number of each pixel's cell, (height, width), for each way to share out an image, coarse ones first."""
+    """Yield the number of each pixel's cell (height, width) for each division of an image, coarse divisions first."""
     rows, columns = np.indices((height, width))
     strips = {size for size in SIDES if size < height}
     strips |= {size for threads in THREADS for size in (height // threads, -(-height // threads)) if size}
@@ -240,44 +246,46 @@ def _grids(height: int, width: int) -> Iterator[np.ndarray]:
 
 
 def _empty_cells(grid: np.ndarray, empty: np.ndarray, wrong: np.ndarray) -> np.ndarray:
-    """Return the pixels (height, width) of cells that are wrong somewhere and hold nothing."""
-    drawn, seen = np.zeros(int(grid.max()) + 1, dtype=bool), np.zeros(int(grid.max()) + 1, dtype=bool)
-    drawn[grid[~empty]], seen[grid[wrong]] = True, True
-    return np.asarray((seen & ~drawn)[grid])
+    """Return the pixels (height, width) of cells that contain a wrong pixel and only `empty` pixels."""
+    drawn, faulty = np.zeros(int(grid.max()) + 1, dtype=bool), np.zeros(int(grid.max()) + 1, dtype=bool)
+    drawn[grid[~empty]], faulty[grid[wrong]] = True, True
+    return np.asarray((faulty & ~drawn)[grid])
 
 
 def _cuts(case: Evidence, where: np.ndarray) -> int:
-    """Return how many pixels are wrong beside a right one, across a border of what is not drawn."""
+    """Return the number of pairs of a wrong and a right pixel side by side, across a border of the undrawn parts."""
     truth = case.right.base.truth
-    told = truth[Stage.OBJECT][..., 0] >= 0 if Stage.OBJECT in case.images else (truth[Stage.RADIANCE] > 0).any(axis=-1)
-    wrong, good = where & case.wrong, ~where & ~case.wrong & told
+    surface = (
+        truth[Stage.OBJECT][..., 0] >= 0 if Stage.OBJECT in case.images else (truth[Stage.RADIANCE] > 0).any(axis=-1)
+    )
+    wrong, good = where & case.wrong, ~where & ~case.wrong & surface
     pairs = ((np.s_[1:], np.s_[:-1]), (np.s_[:, 1:], np.s_[:, :-1]))
     return sum(int(np.count_nonzero(wrong[a] & good[b]) + np.count_nonzero(wrong[b] & good[a])) for a, b in pairs)
 
 
 def _lines(where: np.ndarray) -> int:
-    """Return at how many rows and columns an undrawn part begins or ends inside of the image."""
+    """Return the number of rows and columns at which an undrawn part begins or ends inside the image."""
     rows, columns = where[1:] != where[:-1], where[:, 1:] != where[:, :-1]
     return int(np.count_nonzero(rows.any(axis=1)) + np.count_nonzero(columns.any(axis=0)))
 
 
 # Acne, and noise.
 
-DARKENED = 0.98  # of the wrong pixels so many have no light left
-SCATTERED = 0.8  # of these so many have a right pixel of the same shape beside them: of a region its rim alone has
-LEAST_DARK = 30  # pixels of a case: of a smaller region nearly all is rim
-LEAST_CASES = 3  # that look so, or all of fewer
-LEAST_NOISY = 0.2  # of the lit pixels
-CORRELATED = 0.3  # of neighbours' relative errors: those of a wrong formula are alike
+DARKENED = 0.98  # least share of the wrong pixels that are black
+SCATTERED = 0.8  # least share of the dark pixels next to a right pixel of the same shape: in a region, only its rim
+LEAST_DARK = 30  # pixels of a case: a smaller region is nearly all rim
+LEAST_CASES = 3  # cases with such pixels; all cases if there are fewer
+LEAST_NOISY = 0.2  # least share of the lit pixels that are wrong
+CORRELATED = 0.3  # correlation of neighbours' relative errors: errors of a wrong formula are alike
 
 
 def acne(left: Sequence[Evidence]) -> Finding | None:
-    """Return that surfaces shadow themselves, if dark points are scattered over lit surfaces in some cases."""
-    told = [case for case in left if _scattered(case)]
-    if len(told) < min(LEAST_CASES, len(left)) or not told:
+    """Return the finding that surfaces shadow themselves, if dark points are scattered over lit surfaces, or None."""
+    explained = [case for case in left if _scattered(case)]
+    if len(explained) < min(LEAST_CASES, len(left)) or not explained:
         return None
     sentence = "lets surfaces shadow themselves, so that scattered points of them are dark (shadow acne)"
-    return Finding(name="acne", sentence=sentence, items=("LIT-2", "LIT-3", "LIT-4", "LIT-5"), cases=tuple(told))
+    return Finding(name="acne", sentence=sentence, items=("LIT-2", "LIT-3", "LIT-4", "LIT-5"), cases=tuple(explained))
 
 
 def _scattered(case: Evidence) -> bool:
@@ -291,21 +299,23 @@ def _scattered(case: Evidence) -> bool:
         return False
     good, objects = (truth[stage] > 0).any(axis=-1) & ~wrong, truth[Stage.OBJECT][..., 0]
     beside = np.zeros_like(dark)
-    for one, other in ((np.s_[1:], np.s_[:-1]), (np.s_[:, 1:], np.s_[:, :-1])):
-        same = objects[one] == objects[other]
-        beside[one] |= same & good[other]
-        beside[other] |= same & good[one]
+    for first, second in ((np.s_[1:], np.s_[:-1]), (np.s_[:, 1:], np.s_[:, :-1])):
+        same = objects[first] == objects[second]
+        beside[first] |= same & good[second]
+        beside[second] |= same & good[first]
     return bool(np.count_nonzero(dark & beside) >= SCATTERED * count)
 
 
-LEAST_OF_A_LIGHT = 0.1  # of the pixels of one light's colour: so many have another light's
+LEAST_OF_A_LIGHT = 0.1  # least share of the lit wrong pixels with the radiance of a light for it to count as drawn
 
 
 def one_light(left: Sequence[Evidence]) -> Finding | None:
-    """Return that each pixel has one of several lights, drawn at random and counted for all, if some cases are so."""
-    told = tuple(case for case in left if _of_one_light(case))
+    """Return the finding that each sample draws a random light and counts it for all of them, or None."""
+    explained = tuple(case for case in left if _of_one_light(case))
     sentence = "draws one of several lights at random for each sample, and counts it for all of them"
-    return Finding(name="one_light_at_random", sentence=sentence, items=("RAD-5",), cases=told) if told else None
+    return (
+        Finding(name="one_light_at_random", sentence=sentence, items=("RAD-5",), cases=explained) if explained else None
+    )
 
 
 def _of_one_light(case: Evidence) -> bool:
@@ -316,21 +326,23 @@ def _of_one_light(case: Evidence) -> bool:
     with np.errstate(all="ignore"):
         right = RIGHT.samples(case.scene, pixel_centers(case.scene.camera)[pixels], stage, by_light=True)
         assert right.shares is not None
-        each = right.shares * right.rows[Stage.VISIBILITY][..., np.newaxis] * right.factors[stage][:, np.newaxis]
-        each = np.nan_to_num(count * each) * (right.rows[stage] > 0)[:, np.newaxis]
-    is_of = ~off(stage, case.own[stage][:, np.newaxis], each)  # (n, lights)
+        light_values = (
+            right.shares * right.rows[Stage.VISIBILITY][..., np.newaxis] * right.factors[stage][:, np.newaxis]
+        )
+        light_values = np.nan_to_num(count * light_values) * (right.rows[stage] > 0)[:, np.newaxis]
+    is_of = ~off(stage, case.own[stage][:, np.newaxis], light_values)  # (n, lights)
     lit = wrong & (case.own[stage] > 0).any(axis=1)
     several = np.count_nonzero(is_of[lit].mean(axis=0) >= LEAST_OF_A_LIGHT) if lit.any() else 0
     return bool(several > 1 and is_of[wrong].any(axis=1).mean() >= 1 - OFF_OF_WRONG)
 
 
 def noise(left: Sequence[Evidence]) -> Finding | None:
-    """Return that radiance scatters about the right values from pixel to pixel, if it does so in most cases."""
-    told = [case for case in left if _noisy(case)]
-    if not told or 2 * len(told) < len(left):
+    """Return the finding that radiance scatters about the right values, if it does so in at least half of the cases."""
+    explained = [case for case in left if _noisy(case)]
+    if not explained or 2 * len(explained) < len(left):
         return None
     sentence = "scatters its radiance about the right values from pixel to pixel, as sampling at random does"
-    return Finding(name="noise", sentence=sentence, items=("RAD-5", "CAM-3"), cases=tuple(told))
+    return Finding(name="noise", sentence=sentence, items=("RAD-5", "CAM-3"), cases=tuple(explained))
 
 
 def _noisy(case: Evidence) -> bool:
@@ -343,9 +355,11 @@ def _noisy(case: Evidence) -> bool:
     with np.errstate(all="ignore"):
         off = np.clip(np.where(lit, own / truth - 1, 0.0), -4, 4)
     objects = case.right.base.truth[Stage.OBJECT][..., 0]
-    for one, other in ((np.s_[1:], np.s_[:-1]), (np.s_[:, 1:], np.s_[:, :-1])):
-        both = lit[one] & lit[other] & (case.wrong[one] | case.wrong[other]) & (objects[one] == objects[other])
-        first, second = off[one][both], off[other][both]
+    for after, before in ((np.s_[1:], np.s_[:-1]), (np.s_[:, 1:], np.s_[:, :-1])):
+        pairs = (
+            lit[after] & lit[before] & (case.wrong[after] | case.wrong[before]) & (objects[after] == objects[before])
+        )
+        first, second = off[after][pairs], off[before][pairs]
         if len(first) < 100 or first.std() == 0 or second.std() == 0:
             return False
         if not abs(float(np.corrcoef(first, second)[0, 1])) < CORRELATED:

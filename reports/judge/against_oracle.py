@@ -75,8 +75,8 @@ class AgainstOracle:
     @property
     def rounding_limit(self) -> np.ndarray:
         """Return the limit (height, width, 3) of radiance without the output's steps."""
-        each = (self.base.limits(g, by_matrices=self.renderer.by_matrices) for g in (self.roundoff, ORACLES))
-        return sum((limits.end_to_end[Stage.RADIANCE] for limits in each), np.zeros(()))
+        parts = (self.base.limits(g, by_matrices=self.renderer.by_matrices) for g in (self.roundoff, ORACLES))
+        return sum((limits.end_to_end[Stage.RADIANCE] for limits in parts), np.zeros(()))
 
     @cached_property
     def problems(self) -> Problems:
@@ -101,7 +101,7 @@ class AgainstOracle:
 
     @cached_property
     def reach(self) -> DecisionReach:
-        """Return how far rounding moves the quantities that decide single pixels."""
+        """Return the shifts due to rounding of the quantities that decide single pixels."""
         c, limits = self.base.conditioning, self.limits
         # On a miss, a nearby problem may hit the surface of a neighbouring pixel, so the neighbours' limits apply.
         lift, tie = (
@@ -365,7 +365,7 @@ class AgainstOracle:
 
 
 def needed_shadow(against: AgainstOracle) -> np.ndarray:
-    """Return how far [m] (height, width) rounding moves a hit off its surface, for itself and for a shadow ray."""
+    """Return the distance [m] (height, width) of a rounded hit from its surface, for itself and for a shadow ray."""
     base, g = against.base, Roundoff(against.renderer.precision)
     c, eye = base.conditioning, float(np.linalg.norm(base.scene.camera.eye))
     return g(HIT) * (c.surface + c.point) + g(POINT) * (eye + c.distance + length(base.truth[Stage.POSITION]))

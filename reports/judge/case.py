@@ -86,12 +86,14 @@ def judge_case(
         if subject.renderer.error is None:
             expectations += closed_forms(case, subject)
     if case.samples > 1 and scene.lights:
-        means, asked = mean_checks(case, [one.renderer for one in tested], [one.renderer for one in panelists], oracle)
+        means, planned_means = mean_checks(
+            case, [compared.renderer for compared in tested], [compared.renderer for compared in panelists], oracle
+        )
         measured += means
-        planned += asked
-    each = matrices([*tested, *panelists], stages, measured)
-    checks = _settled(case, measured, tested, panelists, each, versions)
-    judged = sum_up(case, checks, expectations, len(planned), {c.name: c for c in subjects}, each)
+        planned += planned_means
+    stage_matrices = matrices([*tested, *panelists], stages, measured)
+    checks = _settled(case, measured, tested, panelists, stage_matrices, versions)
+    judged = sum_up(case, checks, expectations, len(planned), {c.name: c for c in subjects}, stage_matrices)
     return replace(judged, base=base, against=against)
 
 
@@ -102,11 +104,11 @@ def _checks(
     misshapen: Mapping[str, Mapping[Stage, str]],
 ) -> list[Check]:
     """Return a subject's checks against every reference."""
-    found: list[Check] = []
+    checks: list[Check] = []
     for reference in references:
         stages = [stage for stage in stages_of(case.scene) if reference.renderer.answers_at(stage)]
-        found += pair_checks(RendererPair(subject, reference), stages, misshapen)
-    return found
+        checks += pair_checks(RendererPair(subject, reference), stages, misshapen)
+    return checks
 
 
 def _settled(
@@ -192,7 +194,7 @@ def adjudication(judged: Judged, subjects: Sequence[Answers], oracle: Analytic) 
 
 
 def _whose(conclusion: PanelConclusion) -> str | None:
-    """Return the renderer to compare with conventions: the outlier, or one of the majority if that is the oracle."""
+    """Return the renderer to compare with conventions: the outlier, or one in the majority if that is the oracle."""
     if not conclusion.alone:
         return None
     return conclusion.alone[0] if conclusion.alone[0] != ORACLE else conclusion.majority[0]

@@ -264,7 +264,7 @@ def _declined(pair: RendererPair, stage: Stage) -> Check | None:
 
 
 def _repeated(pair: RendererPair) -> dict[Stage, Check]:
-    """Return checks of the stages in which the reference's numbers are copies of the subject's."""
+    """Return checks of the stages whose numbers by the reference are copies of the subject's."""
     subject, reference = pair.subject, pair.reference
     single = subject.precision == reference.precision == "float32"
     stages = copied(subject.answers, reference.answers, pair.base.truth, both_float32=single)

@@ -109,7 +109,7 @@ CAMERA = Camera(
     eye=(0.0, 0.0, 4.0), target=(0.0, 0.0, 0.0), up=(0.0, 1.0, 0.0), fovy=90.0, width=9, height=9, near=0.5, far=99.0
 )
 CLOSE = 0.05  # relative
-MANY = 100  # multiple of the limit by which a pixel is made wrong, so that rounding is negligible
+MANY = 100  # error of a wrong pixel in limits, so that rounding is negligible
 JUST = (0.95, Outcome.PASS), (1.05, Outcome.FAIL)
 # The calibrated constants of references whose limits exceed those of their precision; all others have 1.
 CONSTANTS: Mapping[str, float] = {}
@@ -234,7 +234,7 @@ def _guard_pin(test: KnownLimits, pin: Pin, precision: str, truth: StageImages, 
 
 
 def _guard_lights(test: KnownLimits, truth: StageImages, oracle: Analytic) -> int:
-    """Judge answers in which a light is dark at the middle pixel, where nothing hides it, per light."""
+    """Judge answers for each light, dark at the middle pixel although nothing hides it there."""
     dark = [_off(_answered(truth, "float32"), Stage.VISIBILITY, light, -1.0) for light in range(len(LIGHTS))]
     subjects = [_candidate(f"light {light}", "float32", answers) for light, answers in enumerate(dark)]
     for check in _checks(test, oracle, truth, subjects, Stage.VISIBILITY):

@@ -36,7 +36,7 @@ def counted(kinds: np.ndarray) -> Examined:
     """Return the pixel counts of an array of `Kind`, of any shape.
 
     Raises:
-        ValueError: a pixel is of no kind.
+        ValueError: a pixel's kind is not in `Kind`.
 
     """
     strict, *counts = np.bincount(kinds.ravel(), minlength=len(Kind)).tolist()
@@ -101,8 +101,8 @@ class Explained:
     """The pixels of one stage that are over their limits and not wrong, (height, width) each, by the reason."""
 
     rounding: np.ndarray  # a problem within rounding has the value
-    epsilon: np.ndarray  # only one that also overlooks what the renderer declares has it
-    unexamined: np.ndarray  # nobody knows: not asked, or too many lights are undecided
+    epsilon: np.ndarray  # only a problem with the renderer's declared epsilons has the value
+    unexamined: np.ndarray  # unknown: not compared, or too many lights are undecided
 
     @property
     def any(self) -> np.ndarray:

@@ -1,15 +1,16 @@
-"""The noise of a program that draws random numbers: the mean of its renders, what that may be off by, a pooled test.
+"""The noise of a program that draws random numbers: the mean of its renders, the limit of its error, a pooled test.
 
-The limit of a pixel is its standard error over renders with different seeds, by Student's distribution. In a program
-that picks one of several lights most samples of a pixel that a single light reaches are black, so that the variance of
-few renders says too little: it is at least what such a pick makes of the brightest light, scaled to the noise of the
-whole image. Pixels with much noise say little each; the mean over all smooth pixels is tested besides. Its error
-is that of the renders' own means, so that a program may use the same random numbers in every pixel.
+The limit of a pixel is a multiple of its standard error over renders with different seeds, by Student's distribution.
+If a program samples a single random light at a time, most samples of a pixel that only one light reaches are black, and
+the variance of a few renders is no reliable estimate. So the variance is at least that of such a choice of the
+brightest light, scaled to the noise of the whole image. The limits of noisy pixels are wide, so that the mean over all
+smooth pixels is tested as well. Its limit is a multiple of the standard error of the renders' own means, so that a
+program may use the same random numbers in every pixel.
 
-Where a sample may lie anywhere in its pixel, the expected value is the mean over the pixel, which the oracle takes from
-4 x 4 points. Its error belongs to the limit: half a jump in parts of a pixel that an edge may cross, and elsewhere the
-error of the midpoint rule, h^2 f'' / 24 in either direction (Davis and Rabinowitz, Methods of Numerical Integration,
-1984, 2.1).
+If samples may be anywhere in a pixel, the expected value is the mean over the pixel, which the oracle computes from
+4 x 4 points. The error of this mean is added to the limit: half a jump in parts of a pixel that an edge may cross, and
+elsewhere the error of the midpoint rule, h^2 f'' / 24 in each direction (Davis and Rabinowitz, Methods of Numerical
+Integration, 1984, 2.1).
 """
 
 from collections.abc import Iterable
@@ -24,27 +25,27 @@ from rayproof.reports.judge.box_filter import box_mean, finer
 from rayproof.reports.judge.oracle import stages_of
 from rayproof.reports.judge.scene_truth import scene_truth
 
-CHANCE = 1e-9  # that a right pixel is over its limit by noise
-POINTS = 4  # a side of a pixel, for its mean
+CHANCE = 1e-9  # probability that noise moves a right pixel beyond its limit
+POINTS = 4  # per side of a pixel, for its mean
 UNEVEN = (
-    4  # times the variance of the image on average, beside that of a pick: pixels differ in how many lights they see
+    4  # factor of the image's mean variance in the scale of `_floor`: the number of visible lights varies over pixels
 )
 
 
 def averaged(
     renders: Iterable[np.ndarray], scene: Scene, *, within_pixel: bool
 ) -> tuple[np.ndarray, Resolution, np.ndarray | None]:
-    """Return the mean of renders (height, width, 3), what noise makes it off by, and the `pooled_error` of `Answers`.
+    """Return the mean of renders (height, width, 3), the limits of its error by noise, and `Answers.pooled_error`.
 
-    If samples may lie anywhere `within_pixel`, the image is the mean as it would be at the pixels' centres: less the
-    difference that the oracle finds between a pixel's mean and its centre.
+    If samples may be anywhere `within_pixel`, the mean is converted to values at the pixels' centres: the oracle's
+    difference between a pixel's mean and its centre is subtracted.
     """
     from scipy.special import stdtrit
 
     centre = Analytic().render(scene, [Stage.RADIANCE])[Stage.RADIANCE]
     expected, off, smooth = _over_pixels(scene, centre) if within_pixel else _at_centres(scene, centre)
     count, mean, squares, means = 0, np.zeros_like(centre), np.zeros_like(centre), []
-    with np.errstate(invalid="ignore", over="ignore"):  # of infinite renders, which are judged as they are
+    with np.errstate(invalid="ignore", over="ignore"):  # by infinite values, which are kept and judged
         for render in renders:
             count += 1
             step = render - mean
@@ -69,13 +70,13 @@ def averaged(
 
 
 def _at_centres(scene: Scene, centre: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return the expected image, what it is off by, and the pixels beside no edge."""
+    """Return the expected image, a bound of its error, and the mask of pixels that are not next to an edge."""
     beside = scene_truth(scene, stages_of(scene), Analytic()).beside_changes
     return centre, np.zeros_like(centre), ~beside & np.isfinite(centre).all(axis=-1)
 
 
 def _over_pixels(scene: Scene, centre: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return the mean over each pixel, what it is off by, and the pixels that no edge is near."""
+    """Return the mean over each pixel, a bound of its error, and the mask of pixels that are not near an edge."""
     fine = finer(scene, POINTS)
     base = scene_truth(fine, stages_of(fine), Analytic())
     values, beside = base.truth[Stage.RADIANCE], base.beside_changes
@@ -93,7 +94,7 @@ def _over_pixels(scene: Scene, centre: np.ndarray) -> tuple[np.ndarray, np.ndarr
 
 
 def _neighbours(image: np.ndarray, axis: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return each pixel's neighbours along an axis; at the border of the image the pixel itself."""
+    """Return each pixel's two neighbours along an axis; at the border of the image, the pixel itself."""
     places = np.arange(image.shape[axis])
     before, after = np.maximum(places - 1, 0), np.minimum(places + 1, places[-1])
     return np.take(image, before, axis=axis), np.take(image, after, axis=axis)
@@ -102,7 +103,7 @@ def _neighbours(image: np.ndarray, axis: int) -> tuple[np.ndarray, np.ndarray]:
 def _floor(scene: Scene, variance: np.ndarray) -> np.ndarray:
     """Return the least variance (height, width, 3) of a render, from the brightest light of each pixel.
 
-    One of n lights that is picked at random and counted n times has the variance (n - 1) L^2 in a single sample.
+    If a random light of n is sampled and counted n times, the variance of a sample is (n - 1) L^2.
     """
     count = len(scene.lights)
     if count < 2:

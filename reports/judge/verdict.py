@@ -122,7 +122,7 @@ COMPUTED: dict[Stage, tuple[str, ...]] = {
     Stage.RADIANCE: ("NRM-3", "RAD-4"),
 }
 GOOD = frozenset({Outcome.PASS.value, Outcome.WARN.value})
-# Item -> kinds of shapes, without any of which the item is not used.
+# Item -> kinds of shapes that use the item.
 OF_SHAPES: dict[str, tuple[type[Shape], ...]] = {
     **{name: tuple(kind for kind, names in HITS.items() if name in names) for names in HITS.values() for name in names},
     **{name: (kind,) for kind, name in NORMALS.items()},

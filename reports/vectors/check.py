@@ -145,7 +145,7 @@ def _numbers(path: Path, identity: str, row: Row, columns: list[str]) -> None:
 
 
 def distance(answer: str, row: Row, name: str) -> float:
-    """Return how far an answer is outside the bounds of column `name`, or from 0 for "zero", without a rounding."""
+    """Return the distance of an answer from the bounds of column `name`, or from 0 for "zero", without a rounding."""
     value = float(answer)
     low, high = (0.0, 0.0) if name == "zero" else (float(row[f"{name}_low"]), float(row[f"{name}_high"]))
     if not (math.isfinite(value) and math.isfinite(low)):

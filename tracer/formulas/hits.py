@@ -87,5 +87,5 @@ def reprojected(ray: Ray, distance: Any, object_ray: Any) -> Any:
 
 
 def smaller(distance: Any, best: Any) -> Any:
-    """Return where `distance` is smaller than `best`; at a tie the shape asked first keeps it."""
+    """Return the mask of `distance` smaller than `best`; at a tie the earlier shape stays the nearest."""
     return distance < best

@@ -109,7 +109,7 @@ def same(exitance: Any) -> Any:
 
 
 def back(normal: Any, direction: Any) -> Any:
-    """Return where the viewer is behind the surface. A NaN is not: it must stay visible as a NaN.
+    """Return the mask of viewers behind the surface. A NaN is not behind: it must stay visible as a NaN.
 
     The dark back of a one-sided surface.
     """

@@ -299,7 +299,7 @@ def _problem(result: Any, wanted: Any) -> str | None:
     import drjit as dr  # not above: to read a configuration's name takes no Dr.Jit
 
     if dr.is_array_v(wanted):
-        # A result of width 1 holds for every ray; a wider one must have one entry a ray.
+        # A result of width 1 applies to every ray; a wider one must have an entry per ray.
         entries, needed = dr.width(result), dr.width(wanted)
         if entries not in (1, needed):
             return f"returns {entries} entries for {needed} rays"

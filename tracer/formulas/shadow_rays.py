@@ -26,9 +26,9 @@ SHADOW_EPSILON = 15000.0
 
 
 def below(cosine: Any) -> Any:
-    """Return where dot(N, L) <= 0. A NaN is not below: it must stay visible as a NaN.
+    """Return the mask of dot(N, L) <= 0. A NaN is not below: it must stay visible as a NaN.
 
-    Which lights a surface cannot see because they are below its horizon.
+    The lights that a surface cannot see because they are below its horizon.
     """
     return cosine <= 0
 
@@ -50,7 +50,7 @@ def endless(origin: Any, light: Any) -> tuple[Any, Any]:
 
 
 def any_hit(distance: Any) -> Any:
-    """Return in which lanes the shadow ray hits a shape: a blocked light contributes nothing.
+    """Return the mask of shadow rays that hit a shape: a blocked light contributes nothing.
 
     The meaning of a shadow ray's hit.
     """

@@ -183,7 +183,7 @@ def prepared(rays: Sequence[Ray], *, together: bool = False) -> list[Ray]:
 
 
 def turns(rays: Sequence[Ray]) -> list[tuple[Any, Any]]:
-    """Return how prepared rays turn: where x is the largest component, and where y is."""
+    """Return the masks of prepared rays whose largest component is x, and of those with y."""
     return [(ray.shear.x_largest, ray.shear.y_largest) for ray in rays]
 
 

@@ -29,7 +29,7 @@ import numpy as np
 from rayproof.tracer.kernel import compiler
 
 SUFFIXES = {"float32": "f", "float64": "f64"}  # of the names of Dr.Jit's types
-BACKENDS = {"cuda": dr.JitBackend.CUDA, "llvm": dr.JitBackend.LLVM}  # the first that is there is taken
+BACKENDS = {"cuda": dr.JitBackend.CUDA, "llvm": dr.JitBackend.LLVM}  # in the order of preference
 VARIABLE = "RAYPROOF_BACKEND"  # an environment variable that selects the backend on a machine that has both
 
 
@@ -185,7 +185,7 @@ def versions() -> dict[str, str]:
     return facts
 
 
-_ASKED: ContextVar[list[Any] | None] = ContextVar("asked", default=None)  # where it is written down, if anywhere
+_ASKED: ContextVar[list[Any] | None] = ContextVar("asked", default=None)  # the list to which masks are appended, if any
 
 
 def where(mask: Any, compute: Callable[[], list[Any]], otherwise: list[Any]) -> list[Any]:

@@ -91,7 +91,7 @@ class Literals:
         return value
 
     def store(self, *values: Any) -> None:
-        """Let the kernel go on."""
+        """Continue the kernel."""
 
     def per_lane(self, value: Any, width: int) -> Any:
         """Return the value as it is."""

@@ -26,7 +26,7 @@ from rayproof.tracer.rays import NearestHit, Ray
 from rayproof.tracer.trees.beams import reduced
 
 Values = Sequence[Iterable[Any]]  # of one stage: for each sample of a lane, its channels
-Given = Mapping[Stage, Values]  # stages that are taken as they are, instead of being traced
+Given = Mapping[Stage, Values]  # stages that are used unchanged, instead of being traced
 NOTHING: Given = MappingProxyType({})
 ROUNDED = 2.0**-20  # relative: a point that is no farther off is the same, written as float32
 
@@ -37,7 +37,7 @@ class Trace:
 
     world: DeviceScene
     view: SampledView  # whose samples are shaded
-    tiles: SampledView  # whose rays go through the trees together: the same, unless that is a kernel of its own
+    tiles: SampledView  # whose rays traverse the trees together: `view`, unless the kernel is split
 
     @classmethod
     def of(
@@ -67,15 +67,15 @@ class Trace:
 
     @property
     def dark(self) -> bool:
-        """Return whether there is no light or nothing to light, so that nothing about it needs computing."""
+        """Return whether the scene has no lights or no shapes, so that no light needs to be computed."""
         return not (self.world.scene.shapes and self.world.scene.lights)
 
 
 def images(trace: Trace, wanted: Collection[Stage], earlier: Given = NOTHING) -> dict[Stage, list[tuple[Any, ...]]]:
     """Return the channels of stages for each sample of a lane, with the specification's values on a miss.
 
-    Those of the camera are a sample's (sx, sy) and its pixel. Nothing is computed beyond the last wanted stage, and no
-    light stage without lights. Stages in `given` are used unchanged.
+    The channels of the camera are a sample's (sx, sy) and its pixel. Nothing is computed beyond the last wanted stage,
+    and no light stage without lights. Stages in `earlier` are used unchanged.
     """
     stage_channels = _darkness(trace) if trace.dark else {}
     missing = [stage for stage in Stage if stage in wanted and stage not in stage_channels]
@@ -111,7 +111,7 @@ def _darkness(trace: Trace) -> dict[Stage, Values]:
 
 
 def light_path(trace: Trace, wanted: Collection[Stage], earlier: Given) -> Iterator[tuple[Stage, Values]]:
-    """Yield each stage when it has been computed; camera and visibility, on which none depends, only where wanted."""
+    """Yield each stage when it has been computed; camera and visibility only if wanted, as no stage depends on them."""
     camera, configuration = trace.world.scene.camera, trace.world.configuration
     ndc = sample_ndc(trace.view, sample_positions(trace.view))
     if Stage.CAMERA in wanted:
@@ -200,7 +200,7 @@ def _shading(
 
 
 def _taken(trace: Trace, earlier: Given, stage: Stage, computed: Callable[[], Sequence[Any]]) -> list[Any]:
-    """Return the vectors of a stage for each sample: those given, else those computed."""
+    """Return the vectors of a stage for each sample: the given ones, or else the computed ones."""
     return (
         [trace.world.types.Vector(*channels) for channels in earlier[stage]] if stage in earlier else list(computed())
     )
@@ -214,7 +214,7 @@ def _given_hits(traced: Sequence[HitShapes], earlier: Given) -> list[HitShapes]:
         shape, face = world.types.Int(shape), world.types.Int(face)
         distance = dr.select(shape >= 0, t, dr.inf)
         if world.trees.forest is not None:
-            # Where no triangle was met but one was given, some triangle is looked up.
+            # If a triangle is given but none was hit, an arbitrary triangle is looked up.
             number = dr.clip(number, 0, sum(world.trees.forest.host.counts) - 1)
         nearest = NearestHit(distance=distance, shape=shape, face=face, number=number)
         hits.append(HitShapes(world=world, ray=hit.ray, hit=nearest, mask=distance < dr.inf))
@@ -235,7 +235,7 @@ def _on_surface(traced: Sequence[HitShapes], positions: Sequence[Any]) -> list[A
 
 
 def _given_lights(earlier: Given) -> list[list[Any]]:
-    """Return which lights each sample sees, light by light, as given."""
+    """Return the masks of visible lights per light and sample, from the given visibility."""
     return [[visible > 0 for visible in light] for light in zip(*earlier[Stage.VISIBILITY], strict=True)]
 
 
@@ -245,7 +245,7 @@ def _exitance(surface: SurfacePoint, irradiance: Any) -> Any:
     leaving = world.configuration["exitance"](surface.albedo, irradiance)
     if all(channel > 0 for shape in world.scene.shapes for channel in shape.albedo):
         return leaving
-    # Under an irradiance that overflowed, black stays black: 0 times infinity would be no number.
+    # Black stays black under an irradiance that overflowed: 0 times infinity would be NaN.
     return dr.select((surface.albedo == 0) & dr.isinf(irradiance), 0, leaving)
 
 

@@ -68,7 +68,7 @@ def camera_frame(
 
 
 class Viewpoint:
-    """A frame as the rays' formulas see it: its numbers as parameters of the kernel, each once it is asked for."""
+    """A frame for the formulas of rays: its numbers as parameters of the kernel, each uploaded at its first use."""
 
     def __init__(self, frame: Frame, parameters: KernelConstants) -> None:
         self._frame, self._parameters = frame, parameters
@@ -126,7 +126,7 @@ class SampledView:
 
 
 def is_narrow(camera: Camera, across: int, *, per_side: int) -> bool:
-    """Return whether the directions through so many neighbouring samples differ by less than WIDEST.
+    """Return whether the directions through columns x rows neighbouring samples differ by less than WIDEST.
 
     There are `per_side` samples to a side of a pixel.
     """

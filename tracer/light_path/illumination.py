@@ -25,7 +25,7 @@ class DirectionToLight:
     """The way from the hit points to one light."""
 
     light: Any  # m
-    place: Vector | None  # the same on the host, None where the kernel reads it from memory [m]
+    place: Vector | None  # the same on the host [m], None if the kernel reads it from memory
     away: Any  # m, from the point to the light
     squared_distance: Any  # m^2
     distance: Any  # m
@@ -56,7 +56,7 @@ def _towards(
 def _above_horizon(
     world: DeviceScene, surfaces: Sequence[SurfacePoint], towards: Sequence[DirectionToLight]
 ) -> list[Any]:
-    """Return where one light is above the horizon. A NaN cosine counts as above, so that it stays visible."""
+    """Return the masks of hits with a light above the horizon. A NaN cosine counts as above, to stay visible."""
     horizon = world.configuration["horizon"]
     return [surface.met.mask & ~horizon(way.cosine) for surface, way in zip(surfaces, towards, strict=True)]
 
@@ -125,7 +125,7 @@ def _unblocked_by_loop(origins: ShadowRayOrigins, surfaces: Sequence[SurfacePoin
 
 
 def _brought(world: DeviceScene, flux: Any, towards: DirectionToLight) -> Any:
-    """Return the irradiance [W/m^2] that a light brings where nothing blocks it; below the horizon 0."""
+    """Return the irradiance [W/m^2] by an unblocked light; 0 below the horizon."""
     if world.scene.shading == "simplified":
         return world.configuration["simplified"](flux, towards.cosine)
     law = world.configuration.formula("falloff")
@@ -147,7 +147,7 @@ def illuminate(
     """
     if known is not None:
         return _unrolled(world, surfaces, known)
-    # Only a sum can be taken two by two; another formula for it sees all lights at once.
+    # In a loop, lights are added one by one; a formula other than the default sum needs all lights at once.
     if len(world.scene.lights) > MANY and world.configuration.formula("sum_lights").default:
         return _by_loop(world, surfaces, visibility=visibility)
     return _unrolled(world, surfaces)
@@ -201,7 +201,7 @@ def _unrolled(
     return lit, irradiance
 
 
-# Where one light at a position [m] of some flux [W] is seen, and the irradiance [W/m^2] that it brings, per ray.
+# (position [m], flux [W]) of a light -> its visibility and its irradiance [W/m^2], per ray.
 OneLight = Callable[[Any, Any], tuple[list[Any], list[Any]]]
 
 
@@ -210,7 +210,7 @@ def _numbers(world: DeviceScene, name: str, values: list[tuple[float, float, flo
 
 
 def _loop(world: DeviceScene, surfaces: Sequence[SurfacePoint], one_light: OneLight, visible: Any) -> list[Any]:
-    """Return the irradiance [W/m^2] per ray; write 1 into `seen`, unless None, where a light is seen."""
+    """Return the irradiance [W/m^2] per ray; write 1 into `visible`, unless it is None, for each visible light."""
     types, lights = world.types, world.scene.lights
     rays, width = len(surfaces), dr.width(surfaces[0].met.hit.distance)
     positions = _numbers(world, "positions", [light.position for light in lights])
@@ -239,9 +239,9 @@ def _loop(world: DeviceScene, surfaces: Sequence[SurfacePoint], one_light: OneLi
 def light_loop(
     world: DeviceScene, surfaces: Sequence[SurfacePoint], one_light: OneLight, *, visibility: bool
 ) -> tuple[list[list[Any]], list[Any]]:
-    """Return where each light is seen, per light and ray, and E [W/m^2] per ray, both from one loop over the lights.
+    """Return the mask of visibility per light and ray, and E [W/m^2] per ray, both from one loop over the lights.
 
-    With `visibility` the loop is evaluated here; without it, nothing is said of where lights are seen.
+    With `visibility` the loop is evaluated here; without it, the list of masks is empty.
     """
     if not visibility:
         return [], _loop(world, surfaces, one_light, None)

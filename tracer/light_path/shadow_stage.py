@@ -16,7 +16,7 @@ from rayproof.tracer.light_path.surfaces import DeviceScene, HitShapes, SurfaceP
 from rayproof.tracer.rays import Hit, Interval, Ray
 from rayproof.tracer.shapes.bounds import bound
 
-WINDOW = 2.0**-10  # of t, on either side: where the shape that a pixel shows is met again
+WINDOW = 2.0**-10  # relative to t: the half-width of the interval in which the visible shape is hit again
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -28,7 +28,7 @@ class ShadowRayOrigins:
 
 
 def shadow_ray_origins(world: DeviceScene, surfaces: Sequence[SurfacePoint]) -> ShadowRayOrigins:
-    """Return where shadow rays start."""
+    """Return the origins of the shadow rays."""
     if world.configuration.formula("shadow_ray").facts.get("doubles", False) and world.types.precision != "float64":
         return _in_float64(world, surfaces)
     hits = [
@@ -47,12 +47,12 @@ def shadow_ray_origins(world: DeviceScene, surfaces: Sequence[SurfacePoint]) -> 
 
 
 def _in_float64(world: DeviceScene, surfaces: Sequence[SurfacePoint]) -> ShadowRayOrigins:
-    """Return the hits of the same rays, found again; where that fails, the usual ones."""
+    """Return the hits of the same rays recomputed in float64, or the original hits where that fails."""
     types, parameters = array_types("float64"), world.parameters
     wide = DeviceScene(replace(world.context, types=types))
     rays, intervals = [], []
     for surface in surfaces:
-        # The shape that the pixel shows is met again along the same ray; the window leaves the others out.
+        # The visible shape is hit again by the same ray; the window excludes other shapes.
         t, ray = types.Float(surface.met.hit.distance), surface.met.ray
         window = t * WINDOW
         rays.append(Ray(origin=types.Vector(ray.origin), direction=types.Vector(ray.direction)))

@@ -117,7 +117,7 @@ class HitShapes:
         return any(not shape.transform.identity for shape in self.shapes)
 
     def shows(self, index: int) -> Any:
-        """Return which pixels show a shape."""
+        """Return the mask of pixels that show a shape."""
         return self.hit.shape == self.world.parameter(index, "number", self.world.types.Int(index))
 
     def choose(self, values: Iterable[Any], otherwise: Any) -> Any:
@@ -130,10 +130,10 @@ class HitShapes:
         return chosen
 
     def constant(self, name: str, of: Callable[[TracedShape], Value], upload: Callable[[Value], Any]) -> Any:
-        """Return a constant of the shape that was hit, without any choice where all shapes share it."""
+        """Return a constant of the shape that was hit, without a selection if all shapes share it."""
         values = [of(shape) for shape in self.shapes]
         if self.world.parameters.shared:
-            # Where nothing was hit, the last one's, as below.
+            # On a miss, the constant of the last shape, as below.
             return self._look_up([values[-1], *values], upload(values[0]), first=-1)
         if len(set(values)) == 1:
             return self.world.parameter(0, f"constant {name}", upload(values[0]))
@@ -158,11 +158,11 @@ class HitShapes:
         return value > 0 if dr.is_mask_v(like) else value
 
     def kind(self, kind: type[TracedShape]) -> Any:
-        """Return where a shape of a kind was hit."""
+        """Return the mask of hits on shapes of a kind."""
         return self.constant("kind", lambda shape: type(shape) is kind, self.world.types.Bool) & self.mask
 
     def either(self, kind: type[TracedShape], value: Any, otherwise: Any) -> Any:
-        """Return the value where a shape of that kind was hit."""
+        """Return `value` where a shape of that kind was hit, else `otherwise`."""
         return dr.select(self.kind(kind), value, otherwise)
 
     def flat_normal(self) -> Any:
@@ -205,7 +205,7 @@ class OneShape(HitShapes):
         return self.world.parameter(self.index, name, upload(of(*self.shapes)))
 
     def kind(self, kind: type[TracedShape]) -> Any:
-        """Return where the shape was hit, which is of that kind."""
+        """Return the mask of hits on the shape, which is of that kind."""
         return self.shows(self.index)
 
     def either(self, kind: type[TracedShape], value: Any, otherwise: Any) -> Any:
@@ -221,17 +221,17 @@ class OneShape(HitShapes):
 
 @dataclass(frozen=True, kw_only=True)
 class SurfacePoint:
-    """The properties of a surface, at the hit of one ray, on which its light depends."""
+    """The properties of a surface that determine its light, at the hit of a ray."""
 
     met: HitShapes
-    position: Any  # m; where nothing was hit it means nothing
-    normal: Any  # the shading normal N, 0 where nothing was hit
-    hidden: Any  # where a one-sided surface shows its back
+    position: Any  # m; undefined on a miss
+    normal: Any  # the shading normal N, 0 on a miss
+    hidden: Any  # mask: a one-sided surface shows its back
     albedo: Any  # per channel
 
     @property
     def arrays(self) -> tuple[Any, ...]:
-        """Return all that it is made of, but for the hit."""
+        """Return its arrays, except those of the hit."""
         return self.met.mask, self.position, self.normal, self.hidden, self.albedo
 
 
@@ -259,7 +259,7 @@ class ObjectRay:
         return local, to_world
 
     def spheres(self) -> tuple[Any, Any, Any]:
-        """Return where a sphere was hit, and its centre and radius [m]."""
+        """Return the mask of hits on spheres, their centres and radii [m]."""
         shapes, types = self.met, self.met.world.types
         return (
             shapes.kind(TracedSphere),
@@ -269,7 +269,7 @@ class ObjectRay:
 
 
 def hit_point(shapes: HitShapes) -> Any:
-    """Return the hit points [m], and let a kernel end; where nothing was hit they mean nothing."""
+    """Return the hit points [m], undefined on a miss, and let a kernel end."""
     point = shapes.world.configuration["position"](shapes.ray, shapes.hit.distance, ObjectRay(met=shapes))
     shapes.world.parameters.store(point)
     return point
@@ -294,7 +294,7 @@ def _facing(shapes: HitShapes, normal: Any) -> Any:
 
 
 def shading_normal(shapes: HitShapes, position: Any) -> Any:
-    """Return the shading normals N, 0 where nothing was hit."""
+    """Return the shading normals N, 0 on a miss."""
     if shapes.world.plan.tables:
         return _facing(shapes, dr.select(shapes.mask, _normal_of(shapes, position), 0))
     normals = (_normal_of(shapes.one(index), position) for index in range(len(shapes.shapes)))
@@ -315,11 +315,11 @@ def surface(shapes: HitShapes, position: Any, normal: Any) -> SurfacePoint:
 
 
 def clearance(shapes: HitShapes) -> Any:
-    """Return how far along the normal the hit points may be off [m] (see `tracer.shapes.bounds`)."""
+    """Return the bound [m] of the hit points' errors along the normal (see `tracer.shapes.bounds`)."""
     types, forest = shapes.world.types, shapes.world.trees.forest
 
     def spread(shape: TracedShape) -> float:
-        return float(shape.spreads()[0]) if shape.single else 1.0  # a mesh has one a triangle
+        return float(shape.spreads()[0]) if shape.single else 1.0  # a mesh has a spread per triangle
 
     wide: Any = 1.0
     if any(spread(shape) != 1 for shape in shapes.shapes):

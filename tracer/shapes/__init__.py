@@ -1,1 +1,1 @@
-"""Shapes as the tracer holds them: arrays, transforms, bounds of errors."""
+"""The tracer's representation of shapes: arrays, transforms, bounds of errors."""

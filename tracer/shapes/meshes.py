@@ -18,12 +18,12 @@ from rayproof.tracer.kernel.arrays import ArrayTypes
 from rayproof.tracer.shapes.shape import TracedShape
 
 PIECE = 2**14  # triangles
-THREADS = min(8, os.cpu_count() or 1)  # numpy lets go of the interpreter in all that takes long
+THREADS = min(8, os.cpu_count() or 1)  # numpy's long operations release the interpreter lock
 Corners = np.ndarray  # (3, 3, n) float64 [m]: corner, axis, triangle
 
 
 def in_pieces(count: int, work: Callable[[slice], None]) -> None:
-    """Call `work` with slices that make up `count` items; at the same time, where there are several."""
+    """Call `work` with slices that cover `count` items, in parallel if there are several slices."""
     pieces = [slice(start, min(start + PIECE, count)) for start in range(0, count, PIECE)]
     if len(pieces) < 2:
         for piece in pieces:
@@ -161,7 +161,7 @@ class _OfTriangles(TracedShape):
     slot = "triangle"
 
     def spreads(self) -> np.ndarray:
-        """Return how slender each triangle is."""
+        """Return the slenderness of each triangle."""
         return slenderness(self.shape)
 
     def reaches(self) -> np.ndarray:
@@ -177,7 +177,7 @@ class TracedTriangle(_OfTriangles):
 
     @property
     def magnified(self) -> float:
-        """Return 1: nothing is taken to object space."""
+        """Return 1: no point is transformed to object space."""
         return 1.0
 
     @property
@@ -212,7 +212,7 @@ class TracedMesh(_OfTriangles):
 
     @property
     def can_shadow_itself(self) -> bool:
-        """Return that it may."""
+        """Return True."""
         return True
 
     @staticmethod

@@ -159,7 +159,7 @@ class TracedSquare(TracedCube):
 
     @property
     def tree(self) -> str:
-        """Return which of the trees it goes into."""
+        """Return the name of its tree."""
         return "square" if self.orthogonal else "sheared square"
 
     def _arrays(self, vectors: Any) -> SquareArrays:

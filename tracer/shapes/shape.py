@@ -54,7 +54,7 @@ class Transform:
         return type(vector)(*(row(place) for place in range(3)))
 
     def _origin(self, like: Any, *, whole: bool = False) -> list[Any]:
-        """Return the world position of the object-space origin, unless `whole` None where a coordinate is 0."""
+        """Return the world position of the object-space origin; unless `whole`, None for each coordinate that is 0."""
         coordinates = zip(self.translation, like, strict=True)
         return [
             None if t == 0 and not whole else self._number(f"translation {axis}", t, x)
@@ -193,16 +193,16 @@ class TracedShape:
 
     @property
     def tree(self) -> str:
-        """Return which of the trees it goes into where there are many of its kind."""
+        """Return the name of its tree, used if there are many shapes of its kind."""
         return self.slot
 
     @property
     def ball(self) -> tuple[np.ndarray, float] | None:
-        """Return the centre and the radius [m] of a ball about it; None where it has no end, or is many."""
+        """Return the centre and the radius [m] of a ball about it; None if it is infinite, or a mesh."""
         return None
 
     def center_and_half(self) -> tuple[np.ndarray, np.ndarray]:
-        """Return the middle and half the size [m] of the box about it, where it may go into a tree of its kind."""
+        """Return the middle and half the size [m] of its bounding box, for kinds that may be put into a tree."""
         raise TypeError(f"{type(self).__name__} goes into no tree of its kind")
 
     @property
@@ -229,7 +229,7 @@ class TracedShape:
 
     @property
     def magnified(self) -> float:
-        """Return how much more a point is off that was taken to object space; 1 without stretches across its axes."""
+        """Return the factor of a point's error due to its way to object space; 1 without stretches across its axes."""
         return float((np.abs(self.transform.linear) @ np.abs(self.transform.inverse)).sum(axis=1).max())
 
     def spreads(self) -> np.ndarray:

@@ -51,7 +51,7 @@ ROUNDINGS = 16.0
 
 
 def _bounds(slope: Any, applies: Any, origin: Any, *, entry: Any) -> tuple[Any, Any]:
-    """Return scale and offset of (x - origin) / slope, moved outward; where it does not apply, 0 and -HUGE or HUGE."""
+    """Return scale and offset of (x - origin) / slope, moved outward; 0 and -HUGE or HUGE where it bounds nothing."""
     Single, scale = type(slope), 1 / slope
     margin = abs(scale) * (abs(origin) + STEPS) * (ROUNDINGS * UNIT_ROUNDOFF["float32"])
     offset = -origin * scale + dr.select(entry, -margin, margin)
@@ -79,8 +79,8 @@ def reduced(choose: Callable[[Any, Any], Any], values: Sequence[Any]) -> Any:
 class _Slab:
     """The common test of each lane's rays along an axis: at a plane x, in grid steps, t is scale x + offset."""
 
-    turned: Any  # where all go down, and meet a box's upper plane first
-    both: Any  # where some go up and some down, so that the last plane is an entry too; None of a single ray
+    turned: Any  # mask: all rays go down, and meet a box's upper plane first
+    both: Any  # mask: some rays go up and some down, so that the last plane is an entry too; None for a single ray
     first: tuple[Any, Any]  # scale and offset for the first plane
     last: tuple[Any, Any]
 
@@ -91,7 +91,7 @@ class _Slab:
             yield [dr.fma(place, slope * scale, dr.fma(corner, slope, offset)) for place in places(word)]
 
     def within(self, enter: Any, leave: Any, last: Any) -> tuple[Any, Any]:
-        """Return entry and exit as t at the last plane bounds them."""
+        """Return entry and exit bounded by t at the last plane."""
         if self.both is None:
             return enter, smaller(last, leave)
         return dr.select(self.both, larger(last, enter), enter), dr.select(self.both, leave, smaller(last, leave))
@@ -113,7 +113,7 @@ class Beam:
             low, high = _range([direction[axis] for direction in directions], active)
             low, high = nodes.vector(axis, low), nodes.vector(axis, high)
             low, high = dr.select(abs(low) < TINY, -TINY, low), dr.select(abs(high) < TINY, TINY, high)
-            # The lower plane is met by the highest direction, the upper one by the lowest.
+            # The highest direction meets the lower plane first, the lowest direction the upper plane.
             turned = high < 0
             both_signs = ~turned & (low < 0)
             first = _bounds(dr.select(turned, low, high), turned | (high > 0), start, entry=True)
@@ -121,11 +121,11 @@ class Beam:
             self._slabs.append(_Slab(turned=turned, both=both_signs, first=first, last=last))
 
     def _bound_ray(self, starts: Sequence[Any], directions: Sequence[Any]) -> None:
-        """Bound a single ray by one quotient in and one out.
+        """Bound a single ray by one quotient for its entry and one for its exit.
 
-        A component below LEAST is taken as LEAST: the ray enters no later than it would, and leaves earlier only
-        beyond t = LEAST^-1 ROUNDINGS u STEPS. Where another component takes it out of the grid before, that is no loss;
-        where none does, nothing is bounded.
+        A component below LEAST is replaced by LEAST: the ray enters no later than it would, and leaves earlier only
+        beyond t = LEAST^-1 ROUNDINGS u STEPS. If another component takes the ray out of the grid before, no box is
+        missed; if there is no such component, nothing is bounded.
         """
         reach = reduced(larger, [abs(start) for start in starts]) + STEPS
         bounded = reduced(larger, [abs(direction) for direction in directions]) > reach * SLOWEST
@@ -136,7 +136,7 @@ class Beam:
             self._slabs.append(_Slab(turned=direction < 0, both=None, first=first, last=last))
 
     def meets(self, words: Sequence[Any], limit: Any) -> list[tuple[Any, Any]]:
-        """Return whether each child of a node, by its words, is met before t = `limit`, and the t of entry."""
+        """Return whether each child of a node, by its words, is hit before t = `limit`, and the t of entry."""
         coordinates, corner, scale = unpacked(words)
         parts = zip(self._slabs, coordinates[:AXES], coordinates[AXES:], corner, scale, strict=False)
         planes = [tuple(slab.planes(*part)) for slab, *part in parts]
@@ -186,7 +186,7 @@ class Directions:
 
     @property
     def arrays(self) -> tuple[Any, ...]:
-        """Return all that a cone is compared with."""
+        """Return the arrays that a cone is compared with."""
         return self.middle, self.along, self.across
 
 
@@ -199,7 +199,7 @@ class Cone:
     sine: float
 
     def may_meet(self, rays: Directions, types: ArrayTypes, parameters: KernelConstants, *, name: str) -> Any:
-        """Return in which lanes a ray from the point may hit the ball."""
+        """Return the mask of lanes with a ray from the point that may hit the ball."""
         axis = parameters(f"{name} axis", types.Vector(*self.axis))
         cosine, sine = (parameters(f"{name} {of}", types.Float(getattr(self, of))) for of in ("cosine", "sine"))
         return dr.dot(rays.middle, axis) >= cosine * rays.along - sine * rays.across
@@ -212,7 +212,7 @@ class Cone:
 
 
 def cone(shape: TracedShape, origin: Sequence[float], precision: str) -> Cone | None:
-    """Return the cone about a shape as seen from `origin` [m]; None where it has half of all directions or more."""
+    """Return the cone about a shape as seen from `origin` [m]; None if it contains at least half of all directions."""
     if shape.ball is None:
         return None
     center, radius = shape.ball

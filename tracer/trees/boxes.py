@@ -24,7 +24,7 @@ from rayproof.tracer.shapes.meshes import in_pieces
 
 STEPS = 65535  # of the grid in which boxes are stored: the largest number of 16 bits
 AXES = 3
-# Scenes smaller or larger than this [m] would leave float32 in grid space; they are walked without culling.
+# Scenes smaller or larger than this [m] would leave float32 in grid space; they are traversed without culling.
 SMALLEST, LARGEST = 2.0**-80, 2.0**80
 LOWER, UPPER = 0, 4  # where the coordinates of the two corners begin in a row
 ROW = 8  # words of 16 bits: two rows of three and a spare one, which numpy moves as one number of 16 bytes
@@ -82,15 +82,15 @@ def on_grid(lower: np.ndarray, upper: np.ndarray) -> GridBoxes:
 
 
 CHILDREN = 4
-FINEST = 255  # steps of a node's own along each axis at most
+FINEST = 255  # the most steps of a node along each axis
 NODE = 8  # words of a node; its bytes are three lower coordinates of each child, then three upper ones
 CORNER, SHIFTS = 12, 15  # and of its numbers of 16 bits the last four: the node's lower corner, and 4 bits an axis
-SHIFT = np.frexp((np.maximum(np.arange(STEPS + 1), 1) - 1) // FINEST)[1]  # of a node that is so many steps long
+SHIFT = np.frexp((np.maximum(np.arange(STEPS + 1), 1) - 1) // FINEST)[1]  # for the length of a node in steps
 
 
 @dataclass(frozen=True, kw_only=True)
 class Tree:
-    """The order of the items in the leaves. Leaf i holds the slots from i total / leaves to (i + 1) total / leaves."""
+    """The order of the items in the leaves. Leaf i has the slots from i total / leaves to (i + 1) total / leaves."""
 
     leaves: int  # a power of two
     size: int  # slots of the largest leaf
@@ -129,7 +129,7 @@ def quantise(tree: Tree, boxes: GridBoxes) -> HostNodes:
     for place in range(1, tree.size):
         others = boxes.rows.take(tree.slots[np.minimum(first[:-1] + place, first[1:] - 1)], axis=0)
         np.minimum(leaves, others, out=leaves)
-    # A leaf without items has its box inside out, which enlarges no other and is met by no narrow beam.
+    # The box of a leaf without items is inside out: it enlarges no other box, and no narrow beam hits it.
     leaves[tree.empty] = STEPS
     for axis in range(AXES):
         level = np.stack([leaves[:, LOWER + axis], leaves[:, UPPER + axis]])
@@ -205,7 +205,7 @@ class Nodes:
         return Single(component) / Single(self._number(3 + axis))
 
     def read(self, node: Any) -> list[Any]:
-        """Return the words that hold the boxes of an inner node's children."""
+        """Return the words with the boxes of an inner node's children."""
         Packet: Any = dr.replace_type_t(self.types.Packet, dr.VarType.UInt32)
         return list(dr.gather(Packet, self.words, node, shape=(NODE, dr.width(node))))
 
@@ -215,7 +215,7 @@ class Nodes:
         return self.host.leaves.bit_length() % 2 == 0
 
     def slots(self, leaf: Any) -> list[Any]:
-        """Return the slots of a leaf, counted from 0; where it is a smaller one, the last is the next leaf's first."""
+        """Return the slots of a leaf, counted from 0; the last slot of a smaller leaf is the next leaf's first."""
         if self.host.leaves == 1:
             return [self.types.UInt(place) for place in range(self.size)]
         total = dr.gather(self.types.UInt, self._total, self.types.UInt(0))

@@ -45,15 +45,15 @@ from rayproof.tracer.shapes.meshes import in_pieces, shadows
 from rayproof.tracer.trees.boxes import AXES, LOWER, ROW, STEPS, UPPER, GridBoxes, Tree
 
 MOST_LEAVES = 2**21  # limited by the bits of a traversal's trail; a larger tree has larger leaves
-MOST_BY_AREA = 2**19  # items; 1.3 million as small as pixels were as fast by halves, and there sooner
+MOST_BY_AREA = 2**19  # items; with 1.3 million items as small as pixels, halving built sooner and traced as fast
 PIECE = (
     2**15
-)  # leaves of a tree that is built at once, and the size of the sample of items by which a larger one is halved
-PIECES = 4  # times as many leaves each piece of a larger one has: with fewer, threads wait for the interpreter
-CUTS, CUTS_IN_PIECES = 32, 16  # that are compared along an axis; a tree of one piece is there at once anyway
+)  # leaves of the largest tree that is built in one piece, and the size of the sample for halving larger trees
+PIECES = 4  # times PIECE: the leaves of each piece of a larger tree; in smaller ones threads wait for the interpreter
+CUTS, CUTS_IN_PIECES = 32, 16  # compared cuts along an axis: in a tree of one piece, and in pieces
 LONG = 0.4  # the least ratio of an axis to the node's longest one for a cut across it; smaller ratios lose no area
-FEW = 2  # items that have a leaf each without a cut
-THREADS = min(8, os.cpu_count() or 1)  # numpy lets go of the interpreter in all that takes long
+FEW = 2  # the largest number of items that get a leaf each without a cut
+THREADS = min(8, os.cpu_count() or 1)  # numpy's long operations release the interpreter lock
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -87,18 +87,18 @@ class _Nodes:
 
     @cached_property
     def first(self) -> np.ndarray:
-        """Return each node's first place."""
+        """Return the position of each node's first item."""
         return np.cumsum(self.counts) - self.counts
 
     def extents(self, step: np.ndarray) -> np.ndarray:
-        """Return how far apart the middles of a node's items lie along each axis, (AXES, nodes)."""
+        """Return the extent along each axis of the middles of each node's items, (AXES, nodes)."""
         ends = ROW * self.order[:, np.stack([self.first, self.first + self.counts - 1])]
         words, axes = self.rows.reshape(-1), np.arange(AXES)[:, np.newaxis, np.newaxis]
         middles = words.take(ends + LOWER + axes).astype(np.float32) - words.take(ends + UPPER + axes)
         return (middles[:, 1] - middles[:, 0]) * step[:, np.newaxis]
 
     def cut(self, axis: np.ndarray, before: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return all children's numbers and counts, and their items, child by child; `before` go to the first."""
+        """Return all children's numbers and counts, and their items, child by child; the first child gets `before`."""
         places = self.order.shape[1]
         items = self.order.reshape(-1).take(np.arange(places) + np.repeat(places * axis, self.counts))
         counts = np.stack([before, self.counts - before], axis=1).reshape(-1)
@@ -133,7 +133,7 @@ class _Growing:
         self.empty = np.ones(self.leaves, dtype=bool)
 
     def _cuts(self, nodes: _Nodes, leaves: int) -> tuple[np.ndarray, np.ndarray]:
-        """Return the axis that each node, of so many leaves, is cut across, and how many items its first child has."""
+        """Return the axis of each node's cut and the number of items in its first child; nodes have `leaves` leaves."""
         extents = nodes.extents(self._step)
         longest = extents.argmax(axis=0)
         if not self._by_area:
@@ -166,13 +166,13 @@ class _Growing:
             self.empty[leaf] = False
 
     def halves(self, part: _Part, leaves: int) -> list[_Part]:
-        """Cut a node of so many leaves by a sample of its items, as many as a tree has that is built at once."""
+        """Cut a node of `leaves` leaves, at the cut found for a sample of PIECE of its items."""
         count, room, every = len(part.items), leaves // 2, leaves // PIECE
         nodes = _Nodes.alone(part.number, np.ascontiguousarray(part.rows[::every]))
         (axis,), (before,) = self._cuts(nodes, PIECE if self._by_area else leaves)
         if self._by_area:
             before = min(max(every * before, count - room), room, count)
-        # Items in one place stay in their order.
+        # Items with equal middles keep their order.
         words = _middles(part.rows, axis).astype(np.uint64) << 32 | np.arange(count, dtype=np.uint64)
         goes_first = words <= np.partition(words, before - 1)[before - 1]
         sides = np.flatnonzero(goes_first), np.flatnonzero(~goes_first)
@@ -183,7 +183,7 @@ class _Growing:
         ]
 
     def fill(self, part: _Part, leaves: int) -> None:
-        """Put the items of a node of so many leaves into slots."""
+        """Put the items of a node of `leaves` leaves into slots."""
         nodes = _Nodes.alone(part.number, part.rows)
         if leaves == 1:
             self._put(part.items, nodes.number, nodes.counts, nodes.first, 1)
@@ -216,7 +216,7 @@ def tree_over(boxes: GridBoxes) -> Tree:
             parts = [half for two in pool.map(growing.halves, parts, repeat(leaves)) for half in two]
             leaves //= 2
         list(pool.map(growing.fill, parts, repeat(leaves)))
-    # No image shows for certain that one item in thirty thousand is lost: most of them are seen by no pixel.
+    # No image would certainly reveal that one item in thirty thousand is lost: most items are visible in no pixel.
     held = np.zeros(len(items), dtype=bool)
     held[growing.slots[~growing.empty] if len(growing.slots) == growing.leaves else growing.slots] = True
     if not held.all():
@@ -282,14 +282,14 @@ def cheapest(
     return least, np.where(least < NEVER, apart * ((least & np.uint32(MOST_CUTS - 1)).astype(np.int64) + 1), counts)
 
 
-FEWEST = 64  # triangles; of fewer none is cut: a tree of so few is soon walked
+FEWEST = 64  # the least number of triangles for parts: a smaller tree is traversed quickly
 # The least ratio of the boxes' area to that of the triangles' projections on their sides for which parts pay. Smooth
 # meshes have 2.6 and become slower by parts, rods in all directions have 181.
 SLANTING = 8.0
-FALLS = 2 / 3  # of the boxes' area that twice as many parts leave at most, or there are no more
-MOST = 16  # parts for a triangle, on average
-MOST_PARTS = 2**19  # in all; a tree must be there soon
-ROUNDS = 2  # in each the number of parts doubles, so that halves may be halved again
+FALLS = 2 / 3  # the largest ratio of the boxes' areas, after and before the number of parts doubles, for which it pays
+MOST = 16  # parts per triangle, on average
+MOST_PARTS = 2**19  # in all, to limit the time of construction
+ROUNDS = 2  # the number of parts doubles in each round, so that halves may be halved again
 # The margin of a box around its part: a share of the size of all boxes together, and one of the largest coordinate.
 BESIDE, ROUNDED = 16 * UNIT_ROUNDOFF["float32"], 2 * UNIT_ROUNDOFF["float32"]
 
@@ -315,7 +315,7 @@ def slant(corners: np.ndarray) -> float:
 
 
 def _room(count: int) -> int:
-    """Return how many parts there may be of so many triangles: a power of two, as a tree has leaves."""
+    """Return the largest number of parts of `count` triangles: a power of two, like the leaves of a tree."""
     return 2 ** (min(MOST * count, MOST_PARTS).bit_length() - 1)
 
 
@@ -326,11 +326,11 @@ def slanting(corners: np.ndarray) -> bool:
 
 
 def _planes(lower: np.ndarray, upper: np.ndarray, base: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return each box's longest axis, and the plane of the common grid across it that is nearest to its middle."""
+    """Return each box's longest axis, and the plane across it of the common grid that is nearest to its middle."""
     axis = np.argmax(upper - lower, axis=0)
     at = axis, np.arange(len(axis))
     low, high, origin = lower[at], upper[at], base[axis]
-    # As far apart as a quarter to a half of the box is long: the nearest to its middle is in its middle half.
+    # The planes are a quarter to a half of the box's length apart, so that the nearest is in its middle half.
     apart = np.exp2(np.floor(np.log2(high - low)) - 1)
     return axis, origin + apart * np.round(((low + high) / 2 - origin) / apart)
 
@@ -347,7 +347,7 @@ def _halves(
     along = np.take_along_axis(corners, axis[np.newaxis, np.newaxis], axis=1)[:, 0]
 
     def add(box: np.ndarray, point: np.ndarray, there: np.ndarray) -> None:
-        # Infinitely far on the other side it changes nothing: sums take a third of the time of chosen minima.
+        # Points on the wrong side are moved to infinity, so that minima ignore them: three times as fast as masks.
         aside = np.where(there, 0.0, np.inf)
         np.minimum(box[0], point + aside, out=box[0])
         np.maximum(box[1], point - aside, out=box[1])

@@ -73,8 +73,8 @@ class _Aim:
     """The query of a traversal, nearest hit or any hit: its state is a list of arrays of full width."""
 
     met: Callable[[Sequence[tuple[Any, Any]], list[Any]], list[Any]]  # (items and numbers of a leaf, state) -> state
-    limit: Callable[[list[Any]], Any]  # state -> the t beyond which no box matters, float32
-    open: Callable[[list[Any]], Any] | None = None  # state -> whether there is still something to be found
+    limit: Callable[[list[Any]], Any]  # state -> the t beyond which boxes are skipped, float32
+    open: Callable[[list[Any]], Any] | None = None  # state -> mask of lanes that need further items
 
 
 def _descend(walk: Walk, key: Any, trail: Any, limit: Any) -> tuple[Any, Any]:
@@ -116,8 +116,8 @@ def _begin(walk: Walk, active: Any, width: int) -> tuple[Any, Any]:
 
 
 def _nested(walk: Walk, aim: _Aim, *, key: Any, trail: Any, state: list[Any]) -> list[Any]:
-    """Go through a tree from (key, trail), and return the state at the end."""
-    # A leaf is reached before the loop and at the end of each round: where there is none, none is looked at.
+    """Traverse a tree from (key, trail) in nested loops, and return the state at the end."""
+    # The next leaf is reached before the loop and at the end of each round, so that every round tests a leaf.
     key, trail = _descend(walk, key, trail, aim.limit(state))
 
     def step(key: Any, trail: Any, state: Any) -> tuple[Any, Any, list[Any]]:
@@ -138,7 +138,7 @@ def _nested(walk: Walk, aim: _Aim, *, key: Any, trail: Any, state: list[Any]) ->
 
 
 def _pipelined(walk: Walk, aim: _Aim, *, key: Any, trail: Any, state: list[Any]) -> list[Any]:
-    """Do the same in one loop, whose turns begin with the node's boxes in hand."""
+    """Do the same in a single loop; the boxes of a round's node have been read in the round before."""
     nodes, types = walk.hierarchy.nodes, walk.hierarchy.types
 
     def read(key: Any) -> list[Any]:
@@ -147,11 +147,11 @@ def _pipelined(walk: Walk, aim: _Aim, *, key: Any, trail: Any, state: list[Any])
     def turn(key: Any, trail: Any, boxes: Any, state: Any) -> tuple[Any, Any, list[Any], list[Any]]:
         limit = aim.limit(state)
         entered, child, others = nearest_child(types, walk.beam.meets(boxes, limit))
-        # A lane that stands at a leaf already, or is done, has read boxes that mean nothing.
+        # A lane that is at a leaf already, or is done, has read the boxes of node 0, which are ignored.
         entered &= key < nodes.leaves
         here = dr.select(entered, (key << 2) | child, key)
         at_leaf = (here >= nodes.leaves) & (here != DONE)
-        # From a leaf to the next of its siblings, or else from its parent, which does not wait for what was met.
+        # The node after a leaf does not depend on the hits in the leaf.
         popped_key, popped_trail = pop(types, key, trail)
         stays, beside = entered & ~at_leaf, entered & (others != 0)
         key = dr.select(stays, here, dr.select(beside, here ^ _below(types, FIRST, others), popped_key))
@@ -181,7 +181,7 @@ def _through(walk: Walk, aim: _Aim, active: Any, state: list[Any], width: int) -
 def nearest(
     walk: Walk, *, closer: Callable[[Any, Any], Any], limits: Sequence[Any], width: int
 ) -> list[tuple[Any, Any]]:
-    """Return, per ray, distance (inf: none up to its limit) and number of the nearest item, at a tie the lower one."""
+    """Return, per ray, distance (inf: none up to its limit) and number of the nearest item, the lower one at a tie."""
     types, count = walk.hierarchy.types, len(limits)
     Single: Any = dr.float32_array_t(types.Float)
 
@@ -194,7 +194,7 @@ def nearest(
         for item, candidate in items:
             for k, (best, number) in enumerate(zip(bests, numbers, strict=True)):
                 t = walk.meet(item, k)
-                # Where both are inf the number means nothing.
+                # If both are inf, the number is ignored.
                 take = closer(t, best) | ((t == best) & (candidate < number))
                 bests[k], numbers[k] = dr.select(take, t, best), dr.select(take, candidate, number)
         return [*bests, *numbers]
@@ -246,7 +246,7 @@ def _below(types: ArrayTypes, table: Sequence[int], place: Any) -> Any:
 
 
 def pop(types: ArrayTypes, key: Any, trail: Any) -> tuple[Any, Any]:
-    """Return the deepest node still to be visited, or key DONE where none is left."""
+    """Return the deepest node still to be visited, or key DONE if none is left."""
     Single: Any = dr.float32_array_t(types.Float)
     # The exponent of the lowest bit as a float: AVX2 has no instruction that counts zeros.
     lowest = Single(dr.int32_array_t(types.UInt)(trail & (~trail + 1)))
@@ -261,7 +261,7 @@ def pop(types: ArrayTypes, key: Any, trail: Any) -> tuple[Any, Any]:
 
 
 def nearest_child(types: ArrayTypes, hits: Sequence[tuple[Any, Any]]) -> tuple[Any, Any, Any]:
-    """Return whether any of four children is met, the nearest of them, and the others relative to it."""
+    """Return whether any of four children is hit, the nearest hit child, and the others relative to it."""
     UInt = types.UInt
     Int: Any = dr.int32_array_t(UInt)
     # Floats from 0 on are in the order of their bits, whose lowest two make room for the child.
@@ -285,7 +285,7 @@ def _apart(a: Any, b: Any) -> Any:
 
 
 def _closest(points: Sequence[Any], active: Sequence[Any], columns: int) -> Any:
-    """Return how close together the closest two neighbours of a tile lie; without any, inf."""
+    """Return the distance between the closest two neighbours of a tile; inf without neighbours."""
     pairs = [(k, k + 1) for k in range(len(points)) if (k + 1) % columns]
     pairs += [(k, k + columns) for k in range(len(points) - columns)]
     apart = [dr.select(active[a] & active[b], _apart(points[a], points[b]), dr.inf) for a, b in pairs]

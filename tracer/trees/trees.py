@@ -1,6 +1,6 @@
-"""One tree for each kind of shape and one for all triangles: on the host, on the device, and how they are asked.
+"""One tree for each kind of shape and one for all triangles: on the host, on the device, and their queries.
 
-Spheres, cubes and squares have a tree for each kind, so that a leaf holds one formula; all meshes' triangles share one.
+Spheres, cubes and squares have a tree for each kind, so that a leaf needs one formula; all meshes' triangles share one.
 """
 
 import math
@@ -97,7 +97,7 @@ class ShapeHierarchy:
         return (transform, host.like.unpacked(x, self.types)), number
 
     def meet(self, configuration: Configuration, ray: Ray, item: Any, interval: Interval) -> Any:
-        """Return the t of one ray and one shape, inf where they do not meet."""
+        """Return the t at which a ray hits a shape, or inf."""
         transform, arrays = item
         formula = configuration.formula(self.host.like.slot)
         if transform is not None and formula.facts.get("space") == "object":
@@ -183,9 +183,9 @@ def _member(index: int, mesh: Mesh | Triangle) -> Member:
 
 @lru_cache(maxsize=16)
 def host_forest(meshes: Meshes, *, parts: bool = True) -> HostTriangleHierarchy | None:
-    """Return the tree over all meshes' triangles, or None where all are degenerate; meshes are equal by content.
+    """Return the tree over all meshes' triangles, or None if all are degenerate; meshes are equal by content.
 
-    With `parts` a tree of long slanting triangles holds them in parts.
+    With `parts`, long oblique triangles are split into parts.
     """
     members = tuple(_member(*mesh) for mesh in meshes)
     every = [baked(member.mesh)[member.faces] for member in members]
@@ -237,7 +237,7 @@ class TriangleHierarchy:
         return triangle, self.types.Int(words[9])
 
     def meet(self, configuration: Configuration, ray: Ray, item: TriangleArrays, interval: Interval) -> Any:
-        """Return the t of one ray and one triangle, inf where they do not meet."""
+        """Return the t at which a ray hits a triangle, or inf."""
         return configuration["triangle"](ray, item, interval)
 
     def shape(self, number: Any, active: Any) -> Any:
@@ -263,7 +263,7 @@ class TriangleHierarchy:
         return dr.gather(self.types.Float, self._of_each(slenderness), self.types.UInt(number), active)
 
     def reach(self, number: Any, active: Any) -> Any:
-        """Return how far a triangle reaches from the world's origin [m]."""
+        """Return the distance [m] of a triangle's farthest corner from the world's origin."""
         return dr.gather(self.types.Float, self._of_each(reaches), self.types.UInt(number), active)
 
     def _of_each(self, of: Callable[[Shape, Any], np.ndarray]) -> Any:
@@ -324,7 +324,7 @@ class Hierarchies:
         limits: Sequence[Any] | None = None,
         narrow: bool = False,
     ) -> list[tuple[Any, Any]]:
-        """Return t [m] and number of the first item that each of the rays from one point hits in a tree.
+        """Return t [m] and number of the first item in a tree that each of the rays from a point hits.
 
         Hits beyond `limits` may be missed.
         """
@@ -351,10 +351,10 @@ class Hierarchies:
         )
 
     def blocked(self, shadow_rays: Sequence[ShadowRay], light: Any, blocked: list[Any]) -> list[Any]:
-        """Return where a shadow ray is `blocked` already, or by a shape in a tree.
+        """Return the masks of shadow rays that are `blocked` already or by a shape in a tree.
 
-        They all end at `light` [m], and through a tree they go as one beam from there; the formulas are asked about the
-        shadow rays as they are, so that a strategy against acne means the same either way.
+        All of them end at `light` [m] and traverse a tree as one beam from there. The formulas get the shadow rays
+        unchanged, so that a strategy against acne has the same effect as without a tree.
         """
         obstructed = self.configuration["obstructed"]
         rays, intervals = (
@@ -402,7 +402,7 @@ class Hierarchies:
         if self.configuration.formula("segment").facts.get("bounded", False):
             reaches = [ray.origin - light for ray in rays]
             return Beam(hierarchy.nodes, light, reaches, active=active), Single(WIDER)
-        # A shadow ray that does not end at the light goes by itself.
+        # A shadow ray that does not end at the light is traced by itself.
         (ray,) = rays
         return Beam(hierarchy.nodes, ray.origin, [ray.direction]), Single(dr.inf)
 

@@ -66,7 +66,7 @@ class UnrolledShapes:
         )
 
     def _object_ray(self, body: UnrolledShape, ray: Ray) -> Ray:
-        """Return the ray in a body's object space, the ray itself where that is world space."""
+        """Return the ray in a body's object space, or the ray itself if that is world space."""
         return ray if body.transform.identity else self.configuration["to_object"](ray, body.transform)
 
     def _distance(self, body: UnrolledShape, ray: Ray, interval: Interval) -> Any:
@@ -91,7 +91,7 @@ class UnrolledShapes:
                 take = closer(distance, best[k])
                 best[k] = dr.select(take, distance, best[k])
                 shape[k] = dr.select(take, body.number, shape[k])
-            # Then scenes share a kernel for each kind of body, however many they have of it and in whatever order.
+            # Then scenes share a kernel for each kind of body, whatever the number and order of their bodies.
             self.parameters.store(best, shape)
         return [
             NearestHit(distance=t, shape=index, face=dr.select(index >= 0, Int(0), -1), number=None)
@@ -124,16 +124,16 @@ class UnrolledShapes:
         return blocked
 
     def _right(self, body: UnrolledShape) -> bool:
-        """Return whether a ray that misses a body's ball is sure to miss it by the formulas, too."""
+        """Return whether a ray that misses a body's ball certainly misses the body by the formulas, too."""
         slots = (body.shape.slot, "to_object")
         return all(self.configuration.formula(slot).kind == "right" for slot in slots)
 
     def _cone(self, body: UnrolledShape, origin: Vector) -> Cone | None:
-        # Whatever is computed in doubles, eye and light have the configuration's precision.
+        # Eye and light have the configuration's precision, even if some formulas compute in float64.
         return cone(body.shape, origin, self.configuration.precision) if self._right(body) else None
 
     def _seen(self, rays: Sequence[Ray]) -> Callable[[UnrolledShape], Any]:
-        """Return a culling predicate for camera rays (in which lanes a shape may be hit), or None."""
+        """Return a culling predicate for camera rays (the mask of lanes that may hit a shape), or None."""
         if len(rays) == 1:
             return lambda body: None
         directions = Directions([ray.direction for ray in rays], self.types)
@@ -147,7 +147,7 @@ class UnrolledShapes:
         return asked
 
     def _felt(self, shadow_rays: Sequence[ShadowRay], light: Vector | None) -> Callable[[UnrolledShape], Any]:
-        """Return a culling predicate for shadow rays (in which lanes a shape may be hit), or None."""
+        """Return a culling predicate for shadow rays (the mask of lanes that may hit a shape), or None."""
         # A shadow ray that does not end at the light also hits shapes behind it.
         segment = self.configuration.formula("segment")
         ends_at_light = segment.kind == "right" and segment.facts.get("bounded", False)
@@ -167,7 +167,7 @@ class UnrolledShapes:
         return asked
 
     def _crossing(self, plane: UnrolledShape, shadow_rays: Sequence[ShadowRay]) -> Any:
-        """Return in which lanes a shadow ray goes towards the plane, which t >= 0 requires."""
+        """Return the mask of lanes with a shadow ray towards the plane, which t >= 0 requires."""
         crossing = self.types.Bool(False)
         for shadow_ray in shadow_rays:
             ray = self._object_ray(plane, shadow_ray.ray)

@@ -233,7 +233,7 @@ def _weights(
 
 # Factors that many pixels share: a wrong flux, albedo, pi or 4 changes all of them alike, unlike rounding.
 #
-# For a correct renderer, the relative error ours / theirs - 1 of each pixel is s + e. The part s is due to shared
+# For a correct renderer, the relative error value / expected - 1 of each pixel is s + e. The part s is due to shared
 # numbers: constants, the scene's data, and numbers computed from them once; `Bounds` has its bound. The part e is due
 # to roundings of numbers that differ from pixel to pixel. Both signs of e are equally likely, so that s + e exceeds the
 # bound of s in one direction with probability 1/2 at most. A group fails if more of its pixels exceed it than chance
@@ -254,7 +254,7 @@ class Factor:
     fitted: int | None  # the light with this factor, out of several that overlap; None: all of them together
     channel: int
     pixels: int
-    value: float  # ours / theirs
+    value: float  # the renderer's value over the expected value
     limit: float  # the largest |value - 1| of a correct renderer, and so the smallest factor that can be seen
     distinct: bool  # enough different values for the sign test; without them the limit is a pixel's
     wide: bool  # of only the pixels with wide limits
@@ -347,7 +347,7 @@ class Factors:
 def bias(
     factors: CommonFactors, stage: Stage, image: np.ndarray, value: np.ndarray | None, explained: np.ndarray | None
 ) -> Factors:
-    """Return the factors of `ours` (height, width, 3) over the oracle's stage, or over `value`.
+    """Return the factors of `image` (height, width, 3) over the oracle's stage, or over `value`.
 
     `value` is the oracle's value from the renderer's own stages; `explained` are the pixels (height, width) that have
     another surface's light.
@@ -397,7 +397,7 @@ def _factors(
         values, expected, whole = values[here], expected[here], bound.whole[here]
         bound = Bounds(shared=bound.shared[here], whole=whole, usual=np.median(whole, axis=0))
         weights = None if weights is None else weights[here]
-    off = (values - expected) / expected  # ours / theirs - 1 would be off by a rounding of 1
+    off = (values - expected) / expected  # values / expected - 1 would have a rounding error of 1
     ordered = np.sort(off, axis=0)
     count = len(off)
     middle = (ordered[(count - 1) // 2] + ordered[count // 2]) / 2

@@ -64,7 +64,7 @@ class Conditioning:
         return np.minimum(self.curvature * moved, _off(self.bend * moved, self.give * moved))
 
     def rounded(self, units: float) -> np.ndarray:
-        """Return the angle [rad] by which `units` roundings turn a normal that is made of the object-space point."""
+        """Return the angle [rad] by which `units` roundings turn a normal computed from the object-space point."""
         carried = np.minimum(self.matrix * self.local * units, _off(self.whirl * units, self.loss * units))
         return self.matrix * units + carried
 

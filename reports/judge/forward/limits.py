@@ -96,7 +96,7 @@ def limits(scene: Scene, truth: StageImages, conditioning: Conditioning, g: Roun
     `by_matrices`: the ray was computed by CAM-5, whose w is a difference of numbers of size far / near.
     """
     c = conditioning
-    # All rays may pass beside their points to the same side; of the two image directions the larger angle counts.
+    # All rays may miss their points on the same side; of the two image directions the larger angle counts.
     aim = g(AIM) * c.aim + g.radius * c.pixel_angle / c.axial
     ray = g(RAY) * c.ray + aim
     if by_matrices:

@@ -148,7 +148,7 @@ def is_of_surface(stage: Stage, values: np.ndarray, cloud: Cloud, answers: np.nd
 
 
 def _no_wider(limit: np.ndarray, wide: np.ndarray, span: np.ndarray) -> np.ndarray:
-    """Return limits, of which wide ones are reduced to the span of nearby answers.
+    """Return limits, the wide ones reduced to the span of nearby answers.
 
     The forward limit of an ill-conditioned problem is meaningless: a ray in a plane hits it anywhere.
     """

@@ -121,7 +121,7 @@ class Continuing:
         return list(self.problems.within(range(start, start + ROUNDS[number - 1])))
 
     def _changing(self, where: np.ndarray, problems: list[Problem]) -> np.ndarray:
-        """Return the pixels of `where` (height, width) in which a problem shows another piece, side or miss."""
+        """Return the pixels of `where` (height, width) whose piece, side or miss changes in a problem."""
         changing = np.zeros_like(where)
         rows, columns = np.nonzero(where)
         if len(rows):

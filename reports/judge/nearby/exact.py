@@ -32,7 +32,7 @@ class ExactOracle(Analytic):
         return Hits(objects, distances, self.pieces_at(scene, rows))
 
     def visibility(self, scene: Scene, rows: Mapping[Stage, np.ndarray], freedom: Freedom | None = None) -> np.ndarray:
-        """Return which lights are visible from where shadow rays start."""
+        """Return the mask of the lights that are visible from the starts of the shadow rays."""
         if freedom is not None and (np.any(freedom.blind) or freedom.light or np.any(freedom.plane)):
             return super().visibility(scene, rows, freedom)
         starts = self.shadow_starts(scene, rows, 0.0 if freedom is None else freedom.lift)

@@ -1,6 +1,6 @@
 """Explanations of pixels over their limits: by rounding, by a declared epsilon, or none.
 
-Pixels in which nothing changes in problems as far as `FARTHEST` units of roundoff are decided by their forward limits.
+Pixels without a change in problems as far as `FARTHEST` units of roundoff are decided by their forward limits.
 The others are compared with nearby problems in rounds. The first two rounds move only the image points and the starts
 of shadow rays, all in one call of the oracle. The next rounds move the scenes as well, 18 and 72 of them, each with
 several points per pixel. A pixel takes part until a problem explains it.
@@ -460,7 +460,7 @@ class Asking:
 
 
 def _allowed_at(allowed: Allowed, places: np.ndarray, declared: Declared) -> Allowed:
-    """Return the limits at `places`, widened by the length by which a declared epsilon moves a hit."""
+    """Return the limits at `places`, widened by the distance that a declared epsilon moves a hit."""
     off = declared.edge_length + declared.tie
     limits = {stage: np.asarray(limit)[places] for stage, limit in allowed.limits.items()}
     for stage in (Stage.DISTANCE, Stage.POSITION):

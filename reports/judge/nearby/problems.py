@@ -38,7 +38,7 @@ import numpy as np
 from rayproof.cases.rounding import UNIT_ROUNDOFF
 from rayproof.cases.scene import GOLDEN, Camera, Motion, Scene, SceneError, Shape, Vector, scrambled
 
-AMOUNTS = (2.0, 8.0, 16.0)  # units of roundoff by which data are moved
+AMOUNTS = (2.0, 8.0, 16.0)  # units of roundoff: the distances that data are moved
 FARTHEST = 8 * AMOUNTS[-1]  # if a pixel does not change even by this amount, no nearby problem explains it
 COINCIDING = 4  # limits of distance within which surfaces coincide: the error of each may be two hits' limits
 EVERY_TIE = 3  # in every third problem coinciding surfaces are in a different order
@@ -88,7 +88,7 @@ class Problems:
         return adjoining(self.scene.shapes)
 
     def itself(self, number: int = 0) -> Problem:
-        """Return the original scene as a problem, of which only the points are moved."""
+        """Return the original scene as a problem; only its points are moved."""
         return Problem(scene=self.scene, amount=AMOUNTS[-1], seed=(self.seed, 0, number))
 
     @cached_property

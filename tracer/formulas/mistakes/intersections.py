@@ -119,7 +119,7 @@ def fault_parallel_ignored(ray: Ray, cube: Any, interval: Interval) -> Any:
 
 
 def fault_first(distance: Any, best: Any) -> Any:
-    """Return where nothing was hit before.
+    """Return the mask of first hits: there was no hit before.
 
     The first hit kept in place of the nearest.
     """
@@ -127,7 +127,7 @@ def fault_first(distance: Any, best: Any) -> Any:
 
 
 def fault_last(distance: Any, best: Any) -> Any:
-    """Return where anything is hit.
+    """Return the mask of all hits.
 
     The last hit kept in place of the nearest.
     """

@@ -55,7 +55,7 @@ def fault_no_four_pi(flux: Any, squared_distance: Any) -> Any:
 
 
 def fault_front(normal: Any, direction: Any) -> Any:
-    """Return where the viewer is in front.
+    """Return the mask of viewers in front of the surface.
 
     The front of one-sided surfaces black in place of the back.
     """

@@ -40,7 +40,7 @@ def fault_never(cosine: Any) -> Any:
 
 
 def fault_reversed(cosine: Any) -> Any:
-    """Return where the light is above the horizon.
+    """Return the mask of lights above the horizon.
 
     The horizon's sign turned round.
     """
@@ -48,7 +48,7 @@ def fault_reversed(cosine: Any) -> Any:
 
 
 def fault_nearer_than_light(distance: Any) -> Any:
-    """Return where something is met before the middle of the shadow ray.
+    """Return the mask of hits before the middle of the shadow ray.
 
     A hit counted only in the first half of the way to the light.
     """
