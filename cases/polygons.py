@@ -55,7 +55,7 @@ class Steps:
 
     most: int
     taken: int = 0
-    place: str = ""  # of the polygon that is being cut
+    place: str = ""  # place in the file of the polygon that is being cut, for messages
 
     def take(self, count: int) -> None:
         """Take `count` steps; raise ValueError, which names the polygon's place, if there are not so many left."""

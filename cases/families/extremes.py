@@ -159,7 +159,7 @@ def _wide(name: str, stresses: str, width: int, height: int, fovy: float, flux: 
 
 
 def extremes() -> Iterator[Case]:
-    """Yield a case for several limits each of a program: of counts, of image sizes, of formats and of tests for 0."""
+    """Yield cases that each exceed several limits of programs: counts, image sizes, formats, comparisons with 0."""
     yield many_lights()
     yield many_shapes()
     yield eye_in_a_plane()

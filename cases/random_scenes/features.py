@@ -306,7 +306,7 @@ def tight_near(draft: Draft) -> None:
 
 @FEATURES.register("tight_far", step=Step.CAMERA, group="far", bare=True, what="The far plane cuts the geometry.")
 def tight_far(draft: Draft) -> None:
-    """Put the far plane where the camera looks."""
+    """Put the far plane through the camera's target."""
     draft.far = draft.distance * draft.draws.uniform(1.0, 1.1)
 
 

@@ -35,7 +35,7 @@ Between = tuple[np.ndarray | float, np.ndarray | float]
 
 
 class Surface:
-    """First hits, blockers and coinciding surfaces from the meetings of any surface with the rays of a pencil."""
+    """The base of surfaces: first hits, blockers and coinciding surfaces from intersections with rays of one point."""
 
     def meetings(self, apex: np.ndarray, directions: np.ndarray) -> Meetings:
         """Yield (rays (n,), pieces (k,), t (n, k)): t of apex + t directions on each piece, NaN where it is missed.

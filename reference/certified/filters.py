@@ -236,10 +236,11 @@ def _triangles(shape: Triangle | Mesh, apex: Rational, rays: Margin, span: Span)
 
 @lru_cache(maxsize=64)
 def _cramer(shape: Triangle | Mesh, apex: Rational) -> tuple[Margin, Margin, Margin, Margin, np.ndarray]:
-    """Return the constants of Cramer's rule per face: of the determinant, u, v and t, and a mask of empty faces.
+    """Return the constants of Cramer's rule per face, and a mask of faces without area.
 
-    The first three are vectors, whose inner products with the direction are the determinant, u and v times the
-    determinant. Then come the numerator of t, and the faces without area, in the world or in object space, exactly.
+    The first three are vectors; their inner products with the direction are the determinant, and u and v times the
+    determinant. The fourth is the numerator of t. The mask has the faces whose area is exactly 0 in world or object
+    space.
     """
     corners = world_triangles(shape).astype(np.float64)
     point = of(apex)

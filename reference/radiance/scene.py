@@ -148,7 +148,7 @@ def height(plane: Plane, point: tuple[float, float, float]) -> tuple[float, np.n
 
 
 def reach(scene: Scene) -> float:
-    """Return the radius [m] of the discs that replace planes, each about the foot of the eye.
+    """Return the radius [m] of the discs that replace planes, each about the projection of the eye onto its plane.
 
     Shadow rays run between visible points and lights, so that a ball about the eye that contains both also contains
     every crossing of a shadow ray with the plane.

@@ -104,7 +104,7 @@ def center_over_hit(scene: Scene, truth: StageImages, pixels: np.ndarray) -> np.
     """Return (distance of the visible sphere's centre from the origin + radius) / (1 m + the hit's largest coordinate).
 
     A hit in float32 is off its surface by at most 16 u times the numerator, and Mitsuba's shadow rays start 1500 u
-    times the denominator above it: from 1500 / 16 on the sphere may block its own light.
+    times the denominator above it. If the ratio is at least 1500 / 16, the sphere may block its own light.
     """
     objects, ratio = truth[Stage.OBJECT][pixels, 0], np.zeros(np.count_nonzero(pixels))
     for index, shape in enumerate(scene.shapes):

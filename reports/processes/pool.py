@@ -297,7 +297,9 @@ class Pool:
         self._target, self._folder = target, folder
         self._workers: dict[tuple[str, int], _Worker] = {}
         self.memory = float("inf")  # bytes that a worker may use; may be set later
-        self.relief = float("inf")  # s after which a kind gets one more worker; may be set later
+        self.relief = float(
+            "inf"
+        )  # seconds of waiting after which a kind of tasks gets another worker; may be set later
         # Kind -> (duration, processor time) of its last tasks [s].
         self._last: dict[str, deque[tuple[float, float]]] = {kind: deque(maxlen=LAST_TASKS) for kind in may_sleep}
         self._urgent: deque[_Waiting] = deque()

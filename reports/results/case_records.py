@@ -373,7 +373,7 @@ def worst_ratio(case: CaseRecord) -> float | None:
 
 
 def worst_of(checks: Iterable[Check]) -> float | None:
-    """Return the largest error over its limit of the checks, NaN counted as largest; None if there is none."""
+    """Return the largest ratio of error to limit among the checks; NaN counts as the largest, None if there is none."""
     ratios = [at_worst(ratio) for check in checks if (ratio := ratio_of(check)) is not None]
     return max(ratios, default=None)
 

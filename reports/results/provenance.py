@@ -208,7 +208,7 @@ SWITCHES = ("--resume", "--no-resume")
 
 
 def again(folder: Path, kind: str, out: Path) -> tuple[list[str], dict[str, str]]:
-    """Return the words of the command that computes a stored result again into `out`, and its paths: old -> stored.
+    """Return the arguments of the command that recomputes a stored result into `out`, and original -> stored paths.
 
     Raises:
         OSError, ValueError: origin.json cannot be read, or an input has changed.

@@ -1,8 +1,8 @@
 """The cache's files: entries by key with SHA-256, checked on every read; the least recently used go first.
 
 An entry consists of a description in JSON, the bytes of its arrays, and a SHA-256 over its key and all bytes. There is
-no pickle, so that reading an entry executes no code. The folder belongs to the user (mode 0700); a store whose folder
-others may write stores and returns nothing, and `unused` is the reason.
+no pickle, so that reading an entry executes no code. The folder belongs to the user (mode 0700). If other users may
+write to it, the store is disabled: it stores and returns nothing, and `unused` is the reason.
 
 Entries that this run or the previous one used are not evicted: otherwise a suite slightly larger than the store would
 have no cache hit at all, since each entry would be evicted just before its next use. If there is no space without such

@@ -59,7 +59,7 @@ class CaseWay:
     growth: float = 0.0  # bytes of memory per scene, of a program that stays alive
     lost: list[str] = field(default_factory=list)  # the program that stays alive, if it died or exceeded a limit
     repeated: list[RepeatedRecord] = field(default_factory=list)  # of a case that is rendered twice
-    first: Answers | None = None  # of a program that stays alive, which renders the case again when all are finished
+    first: Answers | None = None  # first answer of a persistent program, which renders the case again after all cases
 
     async def record(self) -> CaseRecord:
         """Render with the subject; reuse the verdict if nothing changed; render with the references; judge; record."""

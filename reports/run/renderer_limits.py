@@ -107,7 +107,7 @@ class SceneClimb:
         return passes == sorted(passes, reverse=True)
 
     def take(self, rung: int, record: CaseRecord, *, ran: bool) -> None:
-        """Store the result at a value; it does not pass with fewer answered stages than at the first value.
+        """Store the result at a value. A result with fewer answered stages than at the first value does not pass.
 
         `ran`: the items that the renderer's formulas cover are known.
         """

@@ -268,7 +268,9 @@ class LimitUse:
     def __init__(self) -> None:
         # Place of the group, count, highest ratio, name of its check.
         self._groups: dict[tuple[str, str, str], tuple[int, int, float, str]] = {}
-        self._tight: list[tuple[float, int, int, str]] = []  # -ratio, place of the group, count then, name
+        self._tight: list[
+            tuple[float, int, int, str]
+        ] = []  # -ratio, index of the group, number of entries before this one, name of the case
 
     def add(self, record: CaseRecord) -> None:
         """Add the record of a case."""

@@ -42,7 +42,7 @@ class Ended:
     complaint: str = ""  # the end of standard error
     stopped: bool = False  # whether it exceeded its time and was stopped
     code: int | None = None  # its exit code, or minus the number of the signal that ended it
-    lost: bool = False  # of a program that stays alive: it died or exceeded a limit, and must be started again
+    lost: bool = False  # a persistent program died or exceeded a limit, and must be started again
     astray: bool = False  # of a program that stays alive: its answer belongs to no request
     reported: bool = False  # whether `problem` is the program's own message
     declared: Mapping[str, Any] | None = None  # its capabilities

@@ -144,7 +144,7 @@ def _nearest_hits(trace: Trace, rays: list[Ray]) -> list[NearestHit]:
 
 
 def _met_apart(trace: Trace) -> list[tuple[Any, Any]]:
-    """Return t [m] and number of each ray's nearest hit in each tree: by tiles, through memory."""
+    """Return t [m] and index of each ray's nearest hit in each tree, from a kernel that traces tiles of rays."""
     tiles, world = trace.tiles, trace.world
     positions = sample_positions(tiles)
     numbers = tiles.lanes.numbers(positions)

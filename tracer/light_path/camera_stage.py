@@ -168,7 +168,7 @@ def camera_rays(view: SampledView, ndc: list[tuple[Any, Any]]) -> list[Ray]:
 
 
 def clipped(view: SampledView, rays: list[Ray]) -> list[Interval]:
-    """Return the part of each camera ray that counts, and let a kernel end."""
+    """Return the interval of each camera ray between the clip planes; a kernel may end after it."""
     context, viewpoint = view.context, view.viewpoint
     clip = context.configuration[f"clip_{context.scene.clip}"]
     intervals = []

@@ -175,7 +175,7 @@ class TracedSquare(TracedCube):
         return np.concatenate([*self.vectors, np.zeros(3)])
 
     def unpacked(self, numbers: Any, types: ArrayTypes) -> SquareArrays:
-        """Return the vectors of a square whose sides are at right angles if this one's are."""
+        """Return the square's vectors; its sides are marked as orthogonal if those of this square are."""
         return self._arrays(types.Vector(*numbers[3 * k : 3 * k + 3]) for k in range(3))
 
 

@@ -218,7 +218,7 @@ class TracedShape:
         return np.zeros(0)
 
     def packed(self, *, identity: bool) -> np.ndarray:
-        """Return its numbers in a tree: inverse and translation, unless `identity`, and its own numbers."""
+        """Return its numbers in a tree: inverse matrix and translation (not if `identity`), then its own numbers."""
         placed = [] if identity else [self.transform.inverse.reshape(-1), self.transform.translation]
         numbers = np.concatenate([*placed, self.own_numbers()])
         return numbers if len(numbers) else np.zeros(4)

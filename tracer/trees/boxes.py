@@ -71,7 +71,7 @@ def on_grid(lower: np.ndarray, upper: np.ndarray) -> GridBoxes:
 
     def work(piece: slice) -> None:
         for axis in range(AXES):
-            # Rounded three times: 2^-30 of a step covers it.
+            # A margin of 2^-30 of a grid step covers the three roundings of a corner.
             low = np.floor((lower[axis, piece].astype(np.float64) - base[axis]) / step[axis] - 2.0**-30)
             high = np.ceil((upper[axis, piece].astype(np.float64) - base[axis]) / step[axis] + 2.0**-30)
             rows[piece, LOWER + axis] = np.clip(low, 0, STEPS)
@@ -84,7 +84,7 @@ def on_grid(lower: np.ndarray, upper: np.ndarray) -> GridBoxes:
 CHILDREN = 4
 FINEST = 255  # the most steps of a node along each axis
 NODE = 8  # words of a node; its bytes are three lower coordinates of each child, then three upper ones
-CORNER, SHIFTS = 12, 15  # and of its numbers of 16 bits the last four: the node's lower corner, and 4 bits an axis
+CORNER, SHIFTS = 12, 15  # 16-bit words of a node: three of its lower corner, and one of its steps, 4 bits per axis
 SHIFT = np.frexp((np.maximum(np.arange(STEPS + 1), 1) - 1) // FINEST)[1]  # for the length of a node in steps
 
 

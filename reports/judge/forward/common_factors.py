@@ -1,9 +1,9 @@
 """Groups of pixels that may share a wrong factor, and the bound of such a factor for a correct renderer.
 
 Pixels share constants, data of the scene, and numbers that are computed from these once for many pixels. Each constant
-is rounded once, and each combination of two once more. A datum is rounded when it is read, and when it is transformed
-into the frame of its use; the derivatives of light by these errors are those of the limits. docs/judging.md derives
-them.
+has one rounding error, and each product or sum of two constants adds another. Data of the scene are rounded when they
+are read, and again when they are transformed into another frame; the limits contain the derivatives of light with
+respect to these errors. docs/judging.md derives them.
 """
 
 import math

@@ -46,7 +46,7 @@ class Conditioning:
     swollen: np.ndarray  # m: the same at the nearest point of its outline
     matrix: np.ndarray  # 1: condition number of the model matrix
     local: np.ndarray  # 1: relative error of the object-space point for a curved normal
-    whirl: np.ndarray  # 1: change of angle of a curved normal at the hit by that error, per roundoff
+    whirl: np.ndarray  # rad per roundoff: turn of a curved surface's normal by the position's error
     loss: np.ndarray  # 1: by how much it shortens the normal before normalisation, relative, per roundoff
     curvature: np.ndarray  # 1/m: largest normal curvature
     bend: np.ndarray  # 1/m: change of angle of the normal at the hit by an error of the position

@@ -126,7 +126,7 @@ class Allowed:
     steps: Mapping[Stage, np.ndarray]  # (n,) or (n, channels): of an output that is coarser than its arithmetic
 
     def at(self, stage: Stage) -> np.ndarray:
-        """Return the limit of a stage up to the normal, (n, 1)."""
+        """Return the limit (n, 1) of a stage, which is the normal or an earlier stage."""
         limit = np.asarray(self.limits[stage] + self.steps.get(stage, 0.0))
         return limit[:, np.newaxis]
 

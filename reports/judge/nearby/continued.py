@@ -49,7 +49,7 @@ class Handed:
     pixels: np.ndarray  # (n,): flat indices
     rows: Mapping[Stage, np.ndarray]  # (n, channels)
     rounding: Mapping[Stage, np.ndarray]  # (n, 1) or (n, channels): per unit of roundoff
-    whole: Mapping[Stage, np.ndarray]  # (n, 1) or (n, channels): by an output's step and separate passes
+    whole: Mapping[Stage, np.ndarray]  # (n, 1) or (n, channels): from an output's step, and from separate passes
 
     def moved(self, problem: Problem) -> dict[Stage, np.ndarray]:
         """Return the moved rows; the random numbers of a pixel do not depend on the other pixels."""

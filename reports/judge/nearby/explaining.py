@@ -58,7 +58,7 @@ class Declared:
 
     shadow: np.ndarray | float = 0.0  # m, (height, width) or a scalar: ignored at the start of a shadow ray
     ray: float = 0.0  # m: hits nearer to the eye are ignored
-    light: float = 0.0  # of a shadow ray's length: blockers nearer to the light are ignored
+    light: float = 0.0  # share of a shadow ray's length; blockers nearer to the light than this are ignored
     edge: np.ndarray | float = 0.0  # px, (height, width): points this far beyond an edge may count as inside
     tie: float = 0.0  # m: surfaces no farther apart along a ray count as equal
     edge_length: float = 0.0  # m: `edge` as a length, the possible error of a position there

@@ -248,7 +248,7 @@ def write_single_file(folder: Path, results: RunRecord, *, everything: bool = Fa
 def _held(
     folder: Path, ordered: Sequence[CaseRecord], *, long: bool, room: float, everything: bool
 ) -> tuple[set[str], list[str]]:
-    """Return the names of the cases in the single file, and their elements: failing cases and the worst others."""
+    """Return names and HTML elements of the cases in a single-file report: failing cases, and the worst others."""
     names: set[str] = set()
     elements: list[str] = []
     for number, case in enumerate(briefs(ordered), start=1):

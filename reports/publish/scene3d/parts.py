@@ -161,7 +161,7 @@ class Look(msgspec.Struct, forbid_unknown_fields=True):
     camera: Aim
     frustum: float  # depth, sizes of the scene
     far: float  # sizes of the scene; eye and lights beyond are omitted, because the depth buffer has 24 bits
-    margin: float  # sizes of the scene; the border of a plane around its hits
+    margin: float  # width of the border around a plane's hits, in sizes of the scene
     around: tuple[int, int]  # corners of a ball's equator, minimum and maximum
     quads: int  # of all spheres together
     triangles: int  # of a mesh, at most; hardly more than the pixels of a picture

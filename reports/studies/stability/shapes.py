@@ -1,4 +1,4 @@
-"""A ladder's columns as the tracer's records of ray and shape, and as numbers with their condition."""
+"""Conversion of a ladder's inputs to the tracer's rays and shapes, and to numbers with error weights."""
 
 from typing import Any
 
@@ -51,7 +51,7 @@ def ahead(types: ArrayTypes) -> Interval:
 
 
 class Conditioned:
-    """An array of float64 values and their weights; the weight of an input is its absolute value."""
+    """An array of float64 values and their weights, the error per roundoff; that of an input is its absolute value."""
 
     __slots__ = ("value", "weight")
 

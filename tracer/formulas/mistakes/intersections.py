@@ -1,4 +1,4 @@
-"""Planted mistakes of ray and sphere, cube, square, plane and triangle, and of the nearest hit."""
+"""Planted mistakes in the intersections with spheres, cubes, squares, planes and triangles, and in the nearest hit."""
 
 from typing import Any
 

@@ -136,7 +136,7 @@ MADE: dict[str, Callable[[Any], Shape]] = {
 
 
 def rows(flat: np.ndarray) -> Any:
-    """Return the 4x4 matrix of twelve numbers as tuples."""
+    """Return a 4x4 matrix as tuples from its first three rows (twelve numbers); the last row is (0, 0, 0, 1)."""
     return (*(tuple(map(float, row)) for row in np.reshape(flat, (3, 4))), (0.0, 0.0, 0.0, 1.0))
 
 

@@ -119,7 +119,7 @@ def lights(x: Columns) -> list[Any]:
 
 
 def pi(like: Any) -> Any:
-    """Return pi as a number of the type of `like`; its rounding counts like an input's."""
+    """Return pi as a number of the type of `like`; its rounding error is treated like that of an input."""
     if isinstance(like, Bundle):
         with bits(WITNESS_BITS):
             return constant(arb.pi())

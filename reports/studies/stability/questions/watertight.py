@@ -51,7 +51,7 @@ class Watertight:
     """The number of triangles of a fan that a ray hits. Inputs: the corners p0, p1, ..., and the ray o, d."""
 
     def truth(self, ladder: Ladder, inputs: Inputs, rungs: np.ndarray) -> ExactAnswers:
-        """Return the rays that certainly pierce the fan as the counted rays; rationals confirm a sample."""
+        """Return exact answers that count only rays which certainly hit the fan; rationals confirm a sample."""
         corners = {name: inputs[name] - inputs["o"] for name in inputs if name.startswith("p")}
         sides = [_side(corners, inputs["d"], edge) for edge in rim(ladder)]
         facing = [
