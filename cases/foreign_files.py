@@ -31,7 +31,7 @@ LIMITS = {
 
 @dataclass(kw_only=True)
 class Budget:
-    """One scene's budget. A refusal names the element that asked, the exhausted resource and its limit."""
+    """The budget of a scene. A refusal names the element that spends, the exhausted resource and its limit."""
 
     read: int = 0  # bytes of files, each once
     meshes: dict[Path, tuple[np.ndarray, np.ndarray]] = field(default_factory=dict)  # that were read, by file

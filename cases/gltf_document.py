@@ -147,7 +147,7 @@ class Document:
     budget: Budget = field(default_factory=Budget)
 
     def listed(self, kind: type[Entry]) -> list[Entry]:
-        """Return the document's top-level list of a kind; empty where it has none."""
+        """Return the document's top-level list of a kind; empty if it has none."""
         entries = self.json.get(LISTS[kind], [])
         if not isinstance(entries, list) or not all(isinstance(entry, dict) for entry in entries):
             raise SceneError(f"{LISTS[kind]} must be a list of objects")
@@ -394,7 +394,7 @@ def placed_nodes(document: Document) -> list[tuple[NodeEntry, np.ndarray]]:
     """
     if document.listed(SceneEntry):
         roots = document.one(SceneEntry, document.json.get("scene", 0)).get("nodes", [])
-    else:  # a library of objects (section 3.5.1): all nodes that no other one holds
+    else:  # a library of objects (section 3.5.1): all nodes that are no other node's children
         nodes = document.listed(NodeEntry)
         held = {child for node in nodes for child in node.get("children", [])}
         roots = [index for index in range(len(nodes)) if index not in held]

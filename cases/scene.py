@@ -389,7 +389,7 @@ class Mesh(Shape):
     def digest(self) -> str:
         """Return the SHA-256 of the mesh's content, independent of its file."""
         content = hashlib.sha256(self.vertices.tobytes() + self.faces.tobytes())
-        # With where the vertices end: a face's numbers are a vertex's too, if a tiny one's.
+        # Including the number of vertices: the bytes of a face are also those of a vertex with tiny coordinates.
         content.update(repr((len(self.vertices), self.albedo, self.to_world, self.two_sided)).encode())
         return content.hexdigest()
 
@@ -415,7 +415,7 @@ class PointLight:
 
 @dataclass(frozen=True, kw_only=True)
 class Camera:
-    """A pinhole camera; rays pass through pixel centres, or beside them by `sample_offset`; row 0 is the top row."""
+    """A pinhole camera; rays pass through pixel centres, or `sample_offset` away from them; row 0 is the top row."""
 
     eye: Vector  # m
     target: Vector  # m

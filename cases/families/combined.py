@@ -215,7 +215,7 @@ def scene(row: Row, azimuth: float) -> Scene:
     eye = size * np.array(EYES[row["eye"]])
     middle = eye - distance * axes[:, 2]
     if row["matrix"] == "none" and row["shape"] in ("cube", "square", "plane"):
-        # The shape cannot come before the eye, so that the eye goes before the shape, on its upper side.
+        # The shape cannot be moved before the eye, so the eye is moved before the shape, on its upper side.
         middle = size * np.array((0.03, -0.02, 0.0)) + (row["eye"] == "far") * eye * (1, 1, 0)
         eye = middle + distance * axes[:, 2]
     place = compose(translation(*middle), attitude, scaling(size, size, size))

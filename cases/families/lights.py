@@ -30,7 +30,7 @@ POWER = {"inverse_square": 380.0, "simplified": 0.8}  # W, and the light's RGB
 
 
 def eight() -> Case:
-    """Return eight lights about the shapes: so many that a renderer may take them in a loop."""
+    """Return eight lights about the shapes: enough for a renderer to process them in a loop."""
     around = tuple((2.4 * cos(0.8 * k), 2.4 * sin(0.8 * k), 2.2 + 0.25 * k) for k in range(EIGHT))
     lights = tuple(
         PointLight(position=place, flux=(90.0 + 15.0 * k, 200.0 - 20.0 * k, 60.0 + 20.0 * (k % 3)))

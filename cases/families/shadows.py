@@ -137,7 +137,10 @@ BEHIND = (1.1, 1.01, 1.001, 1.0001)
 
 
 def _parallel(share: float, middle: tuple[float, float]) -> Matrix:
-    """Return the matrix of a square, parallel to the floor, whose shadow is there, or would be."""
+    """Return the matrix of a square parallel to the floor, at `share` of the way to the light, by its shadow's middle.
+
+    Squares behind the light would cast this shadow if they were before it.
+    """
     ground = np.array((*middle, 0.0))
     x, y, z = (ground + share * (PLACE - ground)).tolist()
     size = WIDTH * abs(1 - share)
@@ -147,8 +150,8 @@ def _parallel(share: float, middle: tuple[float, float]) -> Matrix:
 def along_the_way() -> Iterator[Case]:
     """Yield four squares before the light, then four behind it.
 
-    Before the light they throw a shadow as large as one halfway; behind it they throw none. The share of the way at
-    which each stands runs from 0.9 to 0.9999 and from 1.0001 to 1.1.
+    Before the light they cast a shadow as large as that of a square halfway; behind it they cast none. Their distances
+    run from 0.9 to 0.9999, and from 1.0001 to 1.1, of the distance to the light.
     """
     for name, shares, stresses in (
         ("before_the_light", BEFORE, "Squares at 0.9 to 0.9999 of the way to the light throw their whole shadow."),

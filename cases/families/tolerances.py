@@ -1,4 +1,4 @@
-"""Family `tolerances`: tiny scenes, and rays and lights that all but graze, where no tolerance may show.
+"""Family `tolerances`: tiny scenes, and rays and lights that almost graze, in which no tolerance may be visible.
 
 The audit's mutants add tolerances of 1e-2 to 1e-8 to comparisons that need none, which the other families did not find.
 Shapes close to the origin have small coordinates and so small roundings: float32 resolves them better than elsewhere.

@@ -16,7 +16,7 @@ PAIRS = 4000  # at most
 
 
 def specials(precision: str) -> tuple[float, ...]:
-    """Return NaN, infinities, subnormals, zeros and the largest numbers, of both signs where there are two."""
+    """Return NaN, infinities, subnormals, zeros and the largest numbers, with both signs if there are two."""
     tiny, small = TINIEST[precision]
     return (np.nan, np.inf, -np.inf, tiny, -tiny, small, -0.0, 0.0, LARGEST[precision], -LARGEST[precision])
 

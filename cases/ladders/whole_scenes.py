@@ -194,7 +194,7 @@ def _clipped(ratio: float) -> Scene:
 
 
 def _grazed(degrees: float) -> Scene:
-    """Return a square of 2 m that is seen at so many degrees from its plane and fills the image."""
+    """Return a square of 2 m that is seen at a given angle [degrees] from its plane and fills the image."""
     rise = math.radians(degrees)
     camera = _seen(4.0, elevation=degrees, fovy=20)
     tilted = compose(rotation((0, 0, 1), -50), scaling(1 / math.sin(rise), 1, 1))
@@ -211,7 +211,7 @@ def _plate(thickness: float) -> Scene:
 
 
 def _sliver(aspect: float) -> Scene:
-    """Return a triangle of base 2 m whose height is so many times less; the image is as high as the triangle."""
+    """Return a triangle of base 2 m with a given ratio of base to height; the image is as high as the triangle."""
     height = 2 / aspect
     base = np.array(((-1.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.25, height, 0.0)))
     turned = base @ np.asarray(compose(rotation((1, 2, 3), 40)))[:3, :3].T
@@ -229,7 +229,7 @@ def _squeezed(condition: float) -> Scene:
 
 
 def _unequal(ratio: float) -> Scene:
-    """Return a sphere of radius 1 m on another that is so many times larger."""
+    """Return a sphere of radius 1 m on another that is larger by a given factor."""
     large = Sphere(albedo=(0.5, 0.5, 0.5), center=(0.0, 0.0, -1.0 - ratio), radius=ratio)
     return Scene(camera=_seen(6.0), shapes=(Sphere(albedo=GREY), large), lights=(LAMP,))
 
@@ -247,7 +247,7 @@ def _lit_from(distance: float) -> Scene:
 
 
 def _lamps(number: float) -> Scene:
-    """Return the ball under so many lights on a spiral, together as bright as one."""
+    """Return the ball under `number` lights on a spiral, together as bright as a single one."""
     turns = [(0.5 * place, 3 + 2 * place / number) for place in range(round(number))]
     lights = [
         replace(_times(LAMP, 1 / number), position=(3 * math.cos(angle), 3 * math.sin(angle), height))
@@ -257,7 +257,7 @@ def _lamps(number: float) -> Scene:
 
 
 def _many(number: float) -> Scene:
-    """Return so many spheres in a row of rows."""
+    """Return `number` spheres on a square grid."""
     side = math.ceil(math.sqrt(number))
     shapes = [
         Sphere(albedo=GREY, center=(4 * (place % side + 0.5) / side - 2, 4 * (place // side + 0.5) / side - 2, 0.0),
@@ -268,7 +268,7 @@ def _many(number: float) -> Scene:
 
 
 def _hills(faces: float) -> Scene:
-    """Return a hilly square of so many triangles."""
+    """Return a hilly square of about `faces` triangles."""
     side = max(1, round(math.sqrt(faces / 2)))
     x, y = (axis.ravel() for axis in np.meshgrid(np.linspace(-2, 2, side + 1), np.linspace(-2, 2, side + 1)))
     corners = np.stack((x, y, 0.25 * np.sin(3 * x) * np.cos(2 * y)), axis=1).astype(np.float32)
@@ -280,9 +280,9 @@ def _hills(faces: float) -> Scene:
 
 
 def _same(number: float) -> Scene:
-    """Return a mesh with so many faces at the same place, and a sphere before it.
+    """Return a mesh with `number` faces at the same place, and a sphere before it.
 
-    The image is small: certified numbers take long over so many ties.
+    The image is small because certified numbers take long for many ties.
     """
     corners = np.array(((-3, -3, -1), (4, -2, -1), (0, 4, -1)), dtype=np.float32)
     faces = np.tile(np.arange(3, dtype=np.int32), (round(number), 1))

@@ -76,7 +76,7 @@ class Freedom:
 class Samples:
     """The oracle's answers at image points (N,), with the contribution of each light if it were visible."""
 
-    rows: dict[Stage, np.ndarray]  # every image stage asked for, (N, channels)
+    rows: dict[Stage, np.ndarray]  # every requested image stage, (N, channels)
     pieces: np.ndarray  # (N,): the smooth piece of the surface that is hit
     shares: np.ndarray | None = None  # (N, lights, 3): irradiance of each light, whether visible or not
     factors: dict[Stage, np.ndarray] = field(default_factory=dict)  # (N, 3): the factor of irradiance

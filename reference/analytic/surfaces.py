@@ -38,7 +38,7 @@ class Surface:
     """First hits, blockers and coinciding surfaces from the meetings of any surface with the rays of a pencil."""
 
     def meetings(self, apex: np.ndarray, directions: np.ndarray) -> Meetings:
-        """Yield (rays (n,), pieces (k,), t (n, k)): t of apex + t directions on each piece, NaN where it is missed.
+        """Yield (rays (n,), pieces (k,), t (n, k)): t of apex + t directions on each piece, NaN for a miss.
 
         Pairs that are not yielded miss. A ray may be yielded more than once, each time with later pieces.
         """
@@ -87,7 +87,7 @@ class Surface:
     ) -> Crossing:
         """Return the smallest crossing in the open interval (low, high).
 
-        With `only` (N,), a face's number per ray, no other face is asked.
+        With `only` (N,), a face's number per ray, all other faces are ignored.
         """
         nearest = _nothing(len(directions))
         for rays, pieces, crossing in self.meetings(apex, directions):
@@ -268,7 +268,7 @@ SLACK = 1e-9
 
 
 def bundles(directions: np.ndarray, pieces: np.ndarray) -> Iterator[tuple[np.ndarray, np.ndarray]]:
-    """Yield index arrays (rays, pieces) that together hold every pair which may meet.
+    """Yield index arrays (rays, pieces) that together contain every pair which may meet.
 
     `directions` (N, 3) from the pencil's apex; `pieces` (K, corners, 3) relative to it, each the convex hull of its
     corners.

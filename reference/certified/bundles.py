@@ -171,7 +171,7 @@ def _halves(a: Any) -> tuple[Any, Any]:
 
 
 class PartedError(Exception):
-    """The pixels of a bundle do not share a sign; `signs` has -1, 0 or 1 per pixel, or 2 where it is undecided."""
+    """The pixels of a bundle do not share a sign; `signs` has -1, 0 or 1 per pixel, or 2 if it is undecided."""
 
     def __init__(self, signs: np.ndarray) -> None:
         super().__init__("a bundle's pixels part here")

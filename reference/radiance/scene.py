@@ -51,7 +51,7 @@ def centers(camera: Camera) -> tuple[np.ndarray, np.ndarray]:
 def parts(camera: Camera, samples: int) -> Iterator[tuple[np.ndarray, np.ndarray]]:
     """Yield x and y [px] of the centres of samples x samples parts of every pixel, pixel after pixel, in portions.
 
-    Each portion holds whole rounds over the image: shape (rounds * height * width,).
+    Each portion has whole rounds over the image: shape (rounds * height * width,).
     """
     # A sample's offset is a share of its own part of the pixel.
     x, y = (place - (1 - 1 / samples) * move for place, move in zip(centers(camera), camera.sample_offset, strict=True))
@@ -239,7 +239,7 @@ def _surfaces(shape: Shape, name: str, scale: float) -> Iterator[str]:
         vertices, uses = np.unique((corners[kept] * scale).reshape(-1, 3), axis=0, return_inverse=True)
         words = [" ".join(map(repr, vertex)) for vertex in vertices.tolist()]
         faces = uses.reshape(-1, 3)
-        # A face once only: oconv parts a box with more than 64 surfaces again and again, 2^14 times a side.
+        # Each face only once: oconv divides a box with more than 64 surfaces repeatedly, up to 2^14 times per side.
         for row in np.sort(np.unique(faces, axis=0, return_index=True)[1]).tolist():
             a, b, c = faces[row].tolist()
             yield f"polygon {name}.{kept[row]} 0 0 9 {words[a]} {words[b]} {words[c]}"

@@ -63,7 +63,7 @@ def load_base(path: Path) -> Base:
 
 @dataclass(kw_only=True)
 class GateResult:
-    """The result: each list holds a sentence for each case or entry, which begins with its name."""
+    """The result: each list has a sentence for each case or entry, which begins with its name."""
 
     file: str  # the bases of the comparison, in words
     regressions: list[str] = field(default_factory=list)  # cases that fail unexpectedly, or unlike the expectation

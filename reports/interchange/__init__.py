@@ -56,7 +56,7 @@ class SceneFormat:
     two_sided: bool | Literal["always"] = True  # "always": a program sees and shades both sides of all surfaces
     greatest_albedo: float = float("inf")
     world_normals: bool = False  # meshes are written with corners rounded to float32 in world space
-    program: str = ""  # the reference that reads the format: its tolerances hold where no epsilons are declared
+    program: str = ""  # the reference that reads the format: its tolerances apply if no epsilons are declared
     half: bool = False  # its programs write half floats, to whose range the lights are scaled
     lights: int = 0  # 1: programs sample one of several lights at random, so that each light is rendered separately
 

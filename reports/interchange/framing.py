@@ -53,7 +53,7 @@ def camera_for(shapes: tuple[Shape, ...], size: Size = None, *, up: Literal["y",
     low, high = bounds(shapes)
     center, radius = (low + high) / 2, max(float(np.linalg.norm(high - low)) / 2, float(np.finfo(np.float32).tiny))
     width, height = size or SIZE
-    # The narrower of the two angles must hold the bounding sphere.
+    # The narrower of the two angles must contain the bounding sphere.
     half = radians(FOVY) / 2 * min(1.0, width / height)
     distance = MARGIN * radius / sin(half)
     eye = center + distance * np.array(DIRECTIONS[up]) / np.linalg.norm(DIRECTIONS[up])
@@ -102,7 +102,7 @@ def is_dark(scene: Scene) -> bool:
 
 
 def _grid(camera: Camera, shapes: tuple[Shape, ...]) -> dict[str, int]:
-    """Return width and height of a small image, an odd number each: fewer pixels where there are many triangles."""
+    """Return width and height of a small image, an odd number each: fewer pixels for many triangles."""
     triangles = sum(len(shape.faces) for shape in shapes if isinstance(shape, Mesh)) + len(shapes)
     pixels = float(np.clip(RAY_TRIANGLES / max(1, triangles), *PIXELS))
     aspect = camera.width / camera.height

@@ -49,7 +49,7 @@ def import_gltf(path: Path, options: ImportOptions) -> Imported:
     except SceneError as error:
         raise SceneError(f"{path}: {error}") from None
     except (TypeError, AttributeError, KeyError, ValueError, OverflowError) as error:
-        # Members of other types than glTF's: JSON may hold anything.
+        # Members of other types than glTF's: JSON may contain anything.
         raise SceneError(f"{path}: is not glTF: {' '.join(str(error).split())}") from None
 
 

@@ -167,7 +167,7 @@ def _shapes(
 
 
 def _transform(members: dict[str, Field], drop: Drop, *, of: str) -> np.ndarray:
-    """Return T Rx Ry Rz S, float64 (4, 4); the identity where a shape has no transform."""
+    """Return T Rx Ry Rz S, float64 (4, 4); the identity for a shape without a transform."""
     placed = np.eye(4)
     if "transform" in members:
         parts = _members(members["transform"], ["translate", "rotate", "scale"], drop, of=of)

@@ -161,7 +161,7 @@ class MatrixProperty:
 
 @dataclass(frozen=True, kw_only=True)
 class Spectrum:
-    """A property that is a spectrum: one level at all wavelengths, or its colours where there are samples."""
+    """A property that is a spectrum: a single level at all wavelengths, or the colours of its samples."""
 
     level: float | None
     reflectance: tuple[float, ...]  # linear sRGB under daylight (D65)
@@ -313,10 +313,10 @@ class Element:
     kind: str
     plugin: str
     id: str
-    place: str  # file, line and column, with its id where it has one
+    place: str  # file, line and column, with its id if it has one
     properties: dict[str, Property]
-    budget: Budget  # the scene's: an element may be met again and again
-    folders: tuple[Path, ...]  # where the files lie that it may name, the scene's own first
+    budget: Budget  # of the whole scene: an element may occur repeatedly
+    folders: tuple[Path, ...]  # the folders of the files that it may name, the scene's own first
     allowed: tuple[Path, ...]  # folders, in addition to the scene's own, whose files may be named
     _all: list["Element"]
     _read: set[str] = field(default_factory=set)  # names of properties that were read
@@ -456,7 +456,7 @@ def _reply(task: ParsingTask, *, seconds: float, memory: float) -> Reply:
     pool.memory = memory
     try:
         return pool.reply(VARIANT, task, seconds=seconds)
-    except BaseException:  # the worker would answer this file when the next one is asked for
+    except BaseException:  # the worker's reply to this file would be read as the next file's
         pool.close()
         _pool.cache_clear()
         raise

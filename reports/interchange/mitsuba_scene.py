@@ -345,7 +345,7 @@ def _reflectance(material: Element, name: str, drop: Callable[[str], None]) -> R
 
 
 def colour(element: Element, name: str, *, light: bool = False) -> Rgb | None:
-    """Return a colour as linear sRGB, as Mitsuba's modes for RGB do; 1 where none is given, None of a texture."""
+    """Return a colour as linear sRGB, as Mitsuba's modes for RGB do; 1 if none is given, None for a texture."""
     child = next((child for label, child in element.children() if label == name), None)
     if child is None:
         return _rgb(element, name, light=light)

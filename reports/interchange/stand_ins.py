@@ -33,10 +33,10 @@ class Rebuilt:
 
     scene: Scene
     shapes: np.ndarray  # (shapes of `scene`,): the shape of the original
-    faces: np.ndarray  # likewise: the face of the original's mesh; -1 where the mesh is handed over itself
+    faces: np.ndarray  # (shapes of `scene`,): the face of the original's mesh; -1 if the mesh itself was handed over
 
     def named_as_asked(self, images: Mapping[Stage, np.ndarray]) -> dict[Stage, np.ndarray]:
-        """Return a program's images with the shapes and faces of the original; a shape that is none stays none."""
+        """Return a program's images with the shapes and faces of the original; a miss stays a miss."""
         if Stage.OBJECT not in images:
             return dict(images)
         objects = images[Stage.OBJECT].copy()
@@ -221,7 +221,7 @@ def _image_corners(scene: Scene) -> np.ndarray:
 # Features without effect: clip planes that touch nothing, invisible backs of surfaces.
 
 ASIDE = 1e-3  # near and far plane are moved towards each other by this share of their distance
-FINER = 3  # points a side of each pixel that are looked at, if the scene has few triangles
+FINER = 3  # examined points per side of each pixel, if the scene has few triangles
 RAY_TRIANGLES = 2e7  # rays times triangles of such an image
 CLIPPING = (Stage.OBJECT, Stage.DISTANCE)
 

@@ -183,7 +183,7 @@ def _imported(path: Path) -> tuple[ModuleType, str, dict[str, bytes]]:
         raise OwnFormulaError(f"{path}: {error.strerror}") from error
     neighbours: list[Path] = []
     sys.path.insert(0, str(folder))
-    sys.modules[name] = module  # where a dataclass looks up the module that it is made in
+    sys.modules[name] = module  # a dataclass looks up its module there
     try:
         # Compiled here, since the import system could reuse bytecode of an earlier version of the file.
         exec(compile(source, str(path), "exec", dont_inherit=True), vars(module))

@@ -211,7 +211,7 @@ def edge_functions(sheared: Sheared, product: Callable[[Any, Any, Any, Any], Any
 
 
 def smaller(a: Any, b: Any) -> Any:
-    """Return the smaller; one instruction, where a minimum that propagates NaN takes several."""
+    """Return the smaller by a single instruction; a minimum that propagates NaN takes several."""
     return dr.select(a < b, a, b)
 
 

@@ -108,7 +108,7 @@ class CommonFactors:
         if continued:
             # Separate passes have their own end-to-end error each, and so have the stages before them.
             own, passes = float(stage is Stage.IRRADIANCE), 0.0 if self.renderer.chained else 2.0
-            with np.errstate(invalid="ignore"):  # 0 times infinity, where no light arrives and no group is
+            with np.errstate(invalid="ignore"):  # 0 times infinity, in pixels without light or group
                 shared, whole = own * shared_own + passes * shared, own * whole_own + passes * whole
         steps = self._steps(stage, continued=continued)
         values = truth[stage].reshape(-1, truth[stage].shape[-1])
