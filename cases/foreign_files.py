@@ -17,7 +17,7 @@ import numpy as np
 from rayproof.cases.scene import SceneError, shown
 
 LET_IN = "another one is let in by --allow-folder"
-FREE_BYTES = 64 * 2**20  # that any scene may take once its arrays are unfolded, however small its files are
+FREE_BYTES = 64 * 2**20  # that the expanded arrays of any scene may take, even if its files are small
 BYTES_A_BYTE = 16  # more for each byte read: a face of a text mesh has 8 characters and takes 24 bytes
 LIMITS = {
     "triangles": 20_000_000,

@@ -247,7 +247,7 @@ def _version(document: Any) -> Any:
 
 
 class _Files:
-    """The files that buffers name, each read once however many name it."""
+    """The files that buffers name, each read only once."""
 
     def __init__(self, folder: Path, budget: Budget) -> None:
         self._folder, self._budget = folder, budget
@@ -424,7 +424,7 @@ def _local(node: NodeEntry, index: int) -> np.ndarray:
     turn = _numbers(node.get("rotation", (0, 0, 0, 1)), 4, index)
     if not np.linalg.norm(turn) > 0:
         raise SceneError(f"node {index}: the rotation must not be zero")
-    rotation = Rotation.from_quat(turn).as_matrix()  # x, y, z, w, of whatever length
+    rotation = Rotation.from_quat(turn).as_matrix()  # x, y, z, w, of any length
     matrix[:3, :3] = rotation * _numbers(node.get("scale", (1, 1, 1)), 3, index)
     matrix[:3, 3] = _numbers(node.get("translation", (0, 0, 0)), 3, index)
     return matrix

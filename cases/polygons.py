@@ -207,7 +207,7 @@ def _is_ear(flat: np.ndarray, left: np.ndarray, corners: tuple[int, int, int], s
     a, b, c = (flat[corner] for corner in corners)
     turn = _orientation(steps, a, b, c)
     if turn == 0:
-        return True  # without area it can be cut off, whatever corners are on it
+        return True  # a triangle without area can be cut off, even if other corners are on it
     if turn < 0:
         return False
     steps.take(OF_ARRAYS + len(flat))

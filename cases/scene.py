@@ -48,7 +48,7 @@ def shown(value: Any, longest: int = LONGEST_SHOWN) -> str:
 def _plain(name: str, value: Any) -> Any:
     """Return a number as Python's own, and sequences and arrays of numbers as tuples of such; refuse anything else.
 
-    NumPy's numbers compare and print as Python's do, but a renderer that is handed one may refuse it much later.
+    NumPy's numbers compare and print like Python's, but a renderer that gets one may refuse it much later.
     """
     if isinstance(value, np.ndarray | np.generic):
         value = value.tolist()
@@ -189,7 +189,7 @@ class Shape:
 
     @cached_property
     def digest(self) -> str:
-        """Return text that equal shapes share, whatever file they came from, and no others."""
+        """Return a text that equal shapes share, even from different files, and that differs for different shapes."""
         return repr(self)
 
     @property
@@ -475,7 +475,7 @@ class Camera:
 
 @dataclass(frozen=True, kw_only=True)
 class Scene:
-    """Everything that a renderer needs to know."""
+    """A scene: camera, shapes, lights, and the settings of clipping and shading."""
 
     camera: Camera
     shapes: tuple[Shape, ...]

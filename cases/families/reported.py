@@ -256,8 +256,9 @@ def small_sphere() -> Case:
 def large_sphere(name: str, distance: float) -> Case:
     """Return a sphere of 300 km. https://github.com/mitsuba-renderer/mitsuba2/issues/171 .
 
-    From 3 m nothing is decided: where its surface is float32 knows to 0.6 m. The finding `pole_of_a_large_sphere` shows
-    the report's mistake in Mitsuba 3, whose epsilon is too small where such a sphere touches the origin.
+    From 3 m nothing is decided, because rounding to float32 moves the surface by up to 0.6 m. The finding
+    `pole_of_a_large_sphere` shows the report's mistake in Mitsuba 3, whose epsilon is too small where such a sphere
+    touches the origin.
     """
     return _sphere(name, 3e5, distance, 40, 1500)
 

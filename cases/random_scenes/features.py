@@ -242,7 +242,7 @@ def flux_extremes(draft: Draft) -> None:
 
 @FEATURES.register("simplified", step=Step.LIGHTS, group="shading", bare=True, what="Shading is simplified.")
 def simplified(draft: Draft) -> None:
-    """Take the lights' colours as they are."""
+    """Use the lights' colours unchanged."""
     draft.shading = "simplified"
     scale = 1 / FLUX
     draft.lights[:] = [

@@ -68,7 +68,9 @@ class Freedom:
     blind: np.ndarray | float = 0.0  # m: blockers nearer to the start of a shadow ray do not count
     light: float = 0.0  # of a shadow ray's length: blockers nearer to the light do not count
     slide: np.ndarray | float = 0.0  # m: distance along the ray from the hit to the place of the normal
-    plane: np.ndarray | bool = False  # a light below the plane of the face that is hit is not seen, whatever its normal
+    plane: np.ndarray | bool = (
+        False  # a light below the plane of the hit face is not visible, whatever the shading normal
+    )
     draw: np.random.Generator = field(default_factory=lambda: np.random.default_rng(0))
 
 
@@ -332,7 +334,7 @@ class Analytic:
 
     def albedo(self, scene: Scene, objects: np.ndarray) -> np.ndarray:
         """Return the albedo (N, 3) of each object, 0 on a miss."""
-        # A number that is no shape's comes from a renderer under test: nothing is lit there, as on a miss.
+        # The renderer under test may write numbers of shapes that do not exist: nothing is lit there, as on a miss.
         is_shape = (objects[:, 0] >= 0) & (objects[:, 0] < len(scene.shapes))
         albedos = np.array([*(shape.albedo for shape in scene.shapes), (0.0, 0.0, 0.0)])
         return albedos[np.where(is_shape, objects[:, 0], -1).astype(int)]

@@ -45,7 +45,7 @@ class Surface:
         raise NotImplementedError
 
     def number(self, pieces: np.ndarray) -> np.ndarray:
-        """Return the face's number in the scene of each piece: 0 but for triangles."""
+        """Return the number in the scene of each piece's face: 0 except for triangles."""
         return np.zeros(np.shape(pieces))
 
     def outward(self, points: np.ndarray, faces: np.ndarray) -> np.ndarray:
@@ -261,7 +261,7 @@ class Ellipsoid(Surface):
 # that point, and none of them hits a piece that is wholly outside one of these planes. No hit is decided here.
 
 
-PAIRS = 1 << 16  # pairs of ray and piece handed out at once: a few megabytes of temporaries
+PAIRS = 1 << 16  # pairs of ray and piece that are yielded at once: a few megabytes of temporaries
 FEW = 24  # pieces below which culling costs more than it saves
 # Widens a bundle far beyond float64 roundings, far below a pixel.
 SLACK = 1e-9
@@ -404,7 +404,7 @@ class Polygons(Surface):
         return np.searchsorted(self.numbers, np.nan_to_num(faces)).clip(0, len(self.corners) - 1)
 
     def _known(self, faces: np.ndarray) -> np.ndarray:
-        # A number that is no face's, or no number, comes from a renderer under test: any answer will show it.
+        # The renderer under test may write NaN, or numbers of faces that do not exist: any answer shows the error.
         return np.clip(np.nan_to_num(faces), 0, len(self.face_normals) - 1).astype(int)
 
 
@@ -549,7 +549,7 @@ def _triangles(shape: Triangle | Mesh, linear: np.ndarray, offset: np.ndarray) -
     )  # fmt: skip
 
 
-# To add a shape: a surface, and a line here. Nothing else of the oracle or the judge knows kinds of shapes.
+# To add a shape: a surface, and a line here. No other part of the oracle or the judge depends on kinds of shapes.
 SURFACES: dict[type[Shape], Callable[..., Surface]] = {
     Sphere: _ellipsoid,
     Plane: _plane,

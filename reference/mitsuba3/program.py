@@ -116,7 +116,7 @@ Ends = Callable[[MitsubaScene, np.ndarray], tuple[np.ndarray, np.ndarray]]
 def camera_answer(world: MitsubaScene, camera: Camera, ends: Ends) -> dict[str, np.ndarray]:
     """Return the matrices, the frustum's corners [m] and the pixels' coordinates, as `cases.stages` orders them."""
     to_world, to_film = world.sensor.world_transform(), world.sensor.projection_transform()
-    # The film coordinates that Mitsuba is handed, in the precision that it takes.
+    # The film coordinates for Mitsuba, in its own precision.
     film = pixel_centers(camera).astype(np.float32).astype(np.float64)
     size, shape = (camera.width, camera.height), (camera.height, camera.width)
     return {

@@ -1,6 +1,6 @@
 """Starting Radiance's programs: oconv makes an octree, rtrace follows rays; its output becomes hits and stages.
 
-Source: the manual pages oconv(1) and rtrace(1) of Radiance 6.0, and the package pyradiance that carries the programs.
+Source: the manual pages oconv(1) and rtrace(1) of Radiance 6.0, and the package pyradiance that contains the programs.
 """
 
 import os
@@ -52,7 +52,7 @@ def missing() -> str | None:
 
 @lru_cache(maxsize=1)
 def version() -> str:
-    """Return program, its version and the package that carries it."""
+    """Return program, its version and the package that contains it."""
     version_text = _run("rtrace", "-version").decode().strip().removeprefix("RADIANCE ")
     return f"Radiance rtrace {version_text} (pyradiance {installed_version('pyradiance')})"
 

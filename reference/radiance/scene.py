@@ -85,7 +85,7 @@ def interval(scene: Scene, cosine: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 FTINY = 1e-6  # in rtrace's units
 LARGEST_EXPONENT = 10
-# A plane's disc reaches at most this many times as far as everything else: rtrace knows nothing beyond 1e10 units.
+# A plane's disc reaches at most this many times as far as everything else: rtrace finds no hits beyond 1e10 units.
 HORIZON = 1e6
 # The disc is a thousandth larger than the area that it must cover, so that no ray passes near its rim.
 MARGIN = 1.001
@@ -235,7 +235,7 @@ def _surfaces(shape: Shape, name: str, scale: float) -> Iterator[str]:
         first, second = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
         # Degenerate triangles are never hit; Radiance would warn of each.
         kept = np.flatnonzero(np.any(np.cross(first, second) != 0, axis=1))
-        # Each vertex is formatted once, however many faces share it.
+        # Each vertex is formatted only once, although several faces share it.
         vertices, uses = np.unique((corners[kept] * scale).reshape(-1, 3), axis=0, return_inverse=True)
         words = [" ".join(map(repr, vertex)) for vertex in vertices.tolist()]
         faces = uses.reshape(-1, 3)

@@ -460,7 +460,7 @@ def pruned(results: RunRecord, failures: KnownFailures) -> tuple[KnownFailures, 
     """Return the file without checks that pass or are gone, the others narrowed, and a sentence for each changed entry.
 
     The file only shrinks: no entry is added, and none becomes wider. Entries about cases or checks that were not run or
-    not measured stay as they are.
+    not measured stay unchanged.
     """
     kept, done = [], []
     for entry in failures.expected:

@@ -165,7 +165,7 @@ def _transform(element: Element, matrix: np.ndarray) -> None:
 
 
 def _write_ply(file: Path, corners: np.ndarray) -> None:
-    """Write baked float32 triangles (faces, 3, 3) [m] as they are, three vertices a face, without normals."""
+    """Write baked float32 triangles (faces, 3, 3) [m] unchanged, three vertices per face, without normals."""
     mesh = trimesh.Trimesh(corners.reshape(-1, 3), np.arange(3 * len(corners)).reshape(-1, 3), process=False)
     with replacing(file) as draft:
         draft.write_bytes(export_ply(mesh, vertex_normal=False))

@@ -138,8 +138,9 @@ def _clip(scene: Scene, scale: float) -> str:
 def _lights(scene: Scene, scale: float) -> list[str]:
     """Return the point lights.
 
-    POV-Ray's Lambertian reflection has no 1 / pi, so each light carries it: with flux F a surface at distance d gets
-    F / (4 pi d^2) cos, and its radiance is albedo / pi times that. Light without the inverse square law does not fade.
+    POV-Ray's Lambertian reflection has no 1 / pi, so it is a factor of each light: with flux F a surface at distance d
+    gets F / (4 pi d^2) cos, and its radiance is albedo / pi times that. Light without the inverse square law does not
+    fade.
     """
     texts = []
     for light in scene.lights:

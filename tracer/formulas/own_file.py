@@ -157,7 +157,7 @@ def _loaded(place: str, default: "Formula") -> "Checked":
 
 
 def _function(path: Path, name: str) -> tuple[Callable[..., Any], str, dict[str, bytes]]:
-    """Return a function of a file, the SHA-256 of all that the file is made of, and that itself."""
+    """Return a function of a file, the SHA-256 of the file and its neighbours, and their sources."""
     if not path.is_file():
         raise OwnFormulaError(f"{path}: there is no such file")
     module, content, sources = _imported(path)

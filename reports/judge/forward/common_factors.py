@@ -250,7 +250,7 @@ class Factor:
     """The factor that the pixels of one group share in one channel."""
 
     shape: int
-    lights: tuple[int, ...]  # all that the group's pixels see
+    lights: tuple[int, ...]  # all lights that are visible from the group's pixels
     fitted: int | None  # the light with this factor, out of several that overlap; None: all of them together
     channel: int
     pixels: int
