@@ -96,7 +96,7 @@ def select(patterns: Sequence[str]) -> tuple[Case, ...]:
     drawn = {case.name: case for case in map(_random_case, filter(_is_random, patterns))}
     chosen: set[str] = set()
     for pattern in (pattern for pattern in patterns if not _is_random(pattern)):
-        # A plain name needs no family but its own: making the meshes takes half a second.
+        # For a plain name only its own family is built: building the meshes takes half a second.
         family = pattern.partition("/")[0]
         if family not in CASE_FAMILIES and not _is_glob(family):
             searched: tuple[Case, ...] = ()
@@ -118,7 +118,7 @@ def _is_glob(text: str) -> bool:
 
 
 def _near(pattern: str) -> list[str]:
-    """Return up to three names like a pattern that names nothing.
+    """Return up to three names similar to a pattern without a match.
 
     They are families with a name like the pattern's first part, or cases of these with a name like its second part. If
     no family has such a name, the second part is compared with all cases, which takes as long as making all scenes.
@@ -141,7 +141,7 @@ def _near(pattern: str) -> list[str]:
 
 
 def _random_case(name: str) -> Case:
-    from rayproof.cases.random_scenes import case_named  # which most runs have no use for
+    from rayproof.cases.random_scenes import case_named  # here, because most runs do not need it
 
     return case_named(name)
 

@@ -96,7 +96,7 @@ def _possible(row: Row) -> bool:
 
 
 def pairs(row: Row) -> list[Pair]:
-    """Return each two settings of a row with their values."""
+    """Return every pair of settings of a row with their values."""
     return [frozenset(two) for two in combinations(row.items(), 2)]
 
 
@@ -119,9 +119,9 @@ def rows() -> list[Row]:
 
 
 def _filled(row: Row, missing: dict[Pair, None], used: Counter[tuple[str, str]]) -> Row:
-    """Return a row that begins so, each further value chosen for the missing pairs that it has with those before it.
+    """Return a row with the given beginning; each further value has the most missing pairs with the values before it.
 
-    Of equals the value that was used least is taken.
+    Among equals, the least used value is taken.
     """
     for name, values in SETTINGS.items():
         if name not in row:

@@ -75,7 +75,7 @@ def cluttered() -> Iterator[Case]:
     triangle = Triangle(albedo=(0.8, 0.7, 0.3), vertices=((-1.2, -1.1, 0.4), (-0.1, -1.3, 0.7), (-0.6, -0.3, 1.2)))
     camera = camera_around((0.1, 0.0, 0.1), distance=6.0, azimuth=-40, elevation=36, width=96, height=72, fovy=44)
     light = PointLight(position=(1.6, 0.7, 4.1), flux=(420.0, 380.0, 300.0))
-    # It ends nowhere: every shadow ray to the light behind it ends there, and to the other one none.
+    # It is infinite: it blocks every shadow ray to the light behind it, and none to the other light.
     wall = Plane(albedo=(0.5, 0.6, 0.5), to_world=compose(translation(-1.6, 1.3, 0.0), rotation((0.64, 0.77, 0.0), 84)))
     behind = PointLight(position=(-3.0, 2.4, 2.5), flux=(300.0, 420.0, 380.0))
     for name, stresses, scene, more in (
