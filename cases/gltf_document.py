@@ -191,7 +191,7 @@ def glb_problem(content: bytes) -> str | None:
         return "has a JSON chunk that is not glTF"
     if outside:
         return "keeps data outside itself, which is never opened"
-    # Arrays may overlap, so a little more than the file's size is honest; a hundred times as much is not.
+    # Arrays may overlap, so a little more than the file's size is plausible; a hundred times as much is not.
     return _claim("its arrays", claimed, len(content)) if claimed > 100 * len(content) else None
 
 
@@ -351,7 +351,7 @@ def _substituted(document: Document, accessor: AccessorEntry, index: Any, values
 
 
 def _packed(document: Document, part: Any, index: Any, element: np.dtype, shape: tuple[int, ...]) -> np.ndarray:
-    """Return the indices or values of a sparse accessor, which lie one after another."""
+    """Return the indices or values of a sparse accessor, which are stored without gaps."""
     view = document.one(BufferViewEntry, part.get("bufferView"))
     buffer = _buffer_of(document, view)
     start = _whole(view, "byteOffset", index, 0) + _whole(part, "byteOffset", index, 0)

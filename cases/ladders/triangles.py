@@ -158,7 +158,7 @@ def tiles(*, far: bool = False, moved: bool = False, grazing: bool = False) -> D
         )
         origin = rounded(eye, precision)
         if grazing:
-            # Each its own origin then: rays along one axis that meet different triangles cannot share one.
+            # Each ray has its own origin: rays along the same axis at different triangles cannot share an origin.
             along = generator.integers(2, size=count)
             direction = np.where(generator.random((count, 3)) < 0.5, -0.0, 0.0)
             direction[np.arange(count), along] = 1.0

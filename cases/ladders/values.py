@@ -22,7 +22,7 @@ def specials(precision: str) -> tuple[float, ...]:
 
 
 def planted(draw: Draw, value: float = 1.0) -> Draw:
-    """Return a draw that replaces numbers in the inputs of `draw` at `value` by special values."""
+    """Return a draw that replaces numbers in the inputs of `draw`, made at `value`, by special values."""
 
     def planting(places: float, count: int, generator: np.random.Generator, precision: str) -> Inputs:
         plain = draw(value, 1, np.random.default_rng(5), precision)

@@ -61,7 +61,7 @@ class SceneLadder:
     unit: str  # of the values; empty for a ratio or a number
     values: tuple[float, ...]
     scene: Callable[[float], Scene]
-    control: bool = False  # all its values are rendered always
+    control: bool = False  # all its values are always rendered
     formulas: Formulas | None = None
 
     def __post_init__(self) -> None:
@@ -129,7 +129,7 @@ def _seen(distance: float = 4.0, *, fovy: float = 40.0, target: Vector = ORIGIN,
 
 
 def _ball(**changes: object) -> Scene:
-    """Return a sphere of radius 1 m on a floor, lit, with a shadow; some of it replaced."""
+    """Return a sphere of radius 1 m on a floor, lit, with a shadow; `changes` replace fields of the scene."""
     floor = Square(albedo=(0.5, 0.5, 0.5), to_world=compose(translation(0, 0, -1.25), scaling(4, 4, 1)))
     scene = Scene(camera=_seen(6.0), shapes=(Sphere(albedo=GREY), floor), lights=(LAMP,))
     return replace(scene, **changes)
@@ -159,7 +159,7 @@ def _grown(size: float, away: Vector = ORIGIN) -> Scene:
 
 
 def _distant(distance: float) -> Scene:
-    """Return a sphere of radius 1 m that fills the image from so far."""
+    """Return a sphere of radius 1 m that fills the image from `distance` m."""
     camera = _seen(distance, fovy=2 * math.degrees(math.atan(1.5 / distance)))
     return Scene(camera=camera, shapes=(Sphere(albedo=GREY),), lights=(LAMP,))
 
@@ -223,7 +223,7 @@ def _sliver(aspect: float) -> Scene:
 
 
 def _squeezed(condition: float) -> Scene:
-    """Return an ellipsoid whose axes differ by so much, seen along the short one, over a floor."""
+    """Return a rotated ellipsoid with two axes of 1 m and one of 1 / `condition` m."""
     squeezed = compose(rotation((3, 1, 0), 50), scaling(1, 1, 1 / condition), rotation((1, 2, 0), 30))
     return Scene(camera=_seen(5.0), shapes=(Sphere(albedo=GREY, to_world=squeezed),), lights=(LAMP,))
 
@@ -235,13 +235,13 @@ def _unequal(ratio: float) -> Scene:
 
 
 def _shells(gap: float) -> Scene:
-    """Return four spheres inside each other, each so much smaller than the one around it."""
+    """Return four spheres inside each other; the radius of each is smaller by `gap` than that around it."""
     shells = [Sphere(albedo=GREY, radius=1 - place * gap, two_sided=True) for place in range(4)]
     return Scene(camera=_seen(5.0), shapes=tuple(shells), lights=(LAMP,))
 
 
 def _lit_from(distance: float) -> Scene:
-    """Return the ball, lit as brightly from so far."""
+    """Return the ball under a light at `distance` m, as bright on the ball as the usual one."""
     light = PointLight(position=vector(np.multiply((0.36, -0.48, 0.8), distance)), flux=LAMP.flux)
     return _ball(lights=(_times(light, (distance / 5) ** 2),))
 

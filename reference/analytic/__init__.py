@@ -59,7 +59,7 @@ class RaysToLight(NamedTuple):
 
 @dataclass(frozen=True, kw_only=True)
 class Freedom:
-    """The freedom of a nearby problem at each image point (N,), in addition to the scene's numbers; 0 is none."""
+    """The changes of a nearby problem at each image point (N,), in addition to the scene's numbers; 0 is none."""
 
     lift: np.ndarray | float = 0.0  # m: how far above the hit, along the normal, shadow rays start
     tie: np.ndarray | float = 0.0  # m: one of the surfaces no farther than this behind the first is hit, at random,
@@ -349,7 +349,7 @@ class Analytic:
     def facing(self, scene: Scene, directions: np.ndarray, objects: np.ndarray, normals: np.ndarray) -> np.ndarray:
         """Return whether each hit shows its lit side, (N,): a one-sided surface has no radiance seen from behind.
 
-        A two-sided surface needs no question of its own: its normal is turned towards the viewer already.
+        Two-sided surfaces need no special case: their normals are already turned towards the viewer.
         """
         return (objects[:, 0] >= 0) & (dot(normals, directions) < 0)
 

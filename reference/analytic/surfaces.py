@@ -400,7 +400,7 @@ class Polygons(Surface):
         return self.corners[self.pieces_at(faces, faces, faces)].mean(axis=1)
 
     def pieces_at(self, points: np.ndarray, directions: np.ndarray, faces: np.ndarray) -> np.ndarray:
-        """Return the piece of each face; of faces without area, any."""
+        """Return the piece of each face; an arbitrary piece for faces without area."""
         return np.searchsorted(self.numbers, np.nan_to_num(faces)).clip(0, len(self.corners) - 1)
 
     def _known(self, faces: np.ndarray) -> np.ndarray:
