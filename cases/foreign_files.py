@@ -17,8 +17,8 @@ import numpy as np
 from rayproof.cases.scene import SceneError, shown
 
 LET_IN = "another one is let in by --allow-folder"
-FREE_BYTES = 64 * 2**20  # that any scene may take once its arrays are unfolded, however small its files are
-BYTES_A_BYTE = 16  # more for each byte read: a face of a text mesh has 8 characters and takes 24 bytes
+FREE_BYTES = 64 * 2**20  # that the expanded arrays of any scene may take, even if its files are small
+BYTES_A_BYTE = 16  # additional bytes per byte read: a face of a text mesh has 8 characters and needs 24 bytes
 LIMITS = {
     "triangles": 20_000_000,
     "elements": 100_000,  # of a file's tree: XML elements, glTF nodes and primitives
@@ -31,7 +31,7 @@ LIMITS = {
 
 @dataclass(kw_only=True)
 class Budget:
-    """One scene's budget. A refusal names the element that asked, the exhausted resource and its limit."""
+    """The budget of a scene. A refusal names the element that spends, the exhausted resource and its limit."""
 
     read: int = 0  # bytes of files, each once
     meshes: dict[Path, tuple[np.ndarray, np.ndarray]] = field(default_factory=dict)  # that were read, by file
@@ -53,7 +53,7 @@ class Budget:
             )
 
     def expand(self, size: int, *, by: str) -> None:
-        """Take `size` bytes of memory for arrays or texts that `by` unfolds to.
+        """Take `size` bytes of memory for the expanded arrays or texts of `by`.
 
         Raises:
             SceneError: the files that were read are too small to need so much.

@@ -147,7 +147,7 @@ class Document:
     budget: Budget = field(default_factory=Budget)
 
     def listed(self, kind: type[Entry]) -> list[Entry]:
-        """Return the document's top-level list of a kind; empty where it has none."""
+        """Return the document's top-level list of a kind; empty if it has none."""
         entries = self.json.get(LISTS[kind], [])
         if not isinstance(entries, list) or not all(isinstance(entry, dict) for entry in entries):
             raise SceneError(f"{LISTS[kind]} must be a list of objects")
@@ -191,7 +191,7 @@ def glb_problem(content: bytes) -> str | None:
         return "has a JSON chunk that is not glTF"
     if outside:
         return "keeps data outside itself, which is never opened"
-    # Arrays may overlap, so a little more than the file's size is honest; a hundred times as much is not.
+    # Arrays may overlap, so a little more than the file's size is plausible; a hundred times as much is not.
     return _claim("its arrays", claimed, len(content)) if claimed > 100 * len(content) else None
 
 
@@ -247,7 +247,7 @@ def _version(document: Any) -> Any:
 
 
 class _Files:
-    """The files that buffers name, each read once however many name it."""
+    """The files that buffers name, each read only once."""
 
     def __init__(self, folder: Path, budget: Budget) -> None:
         self._folder, self._budget = folder, budget
@@ -351,7 +351,7 @@ def _substituted(document: Document, accessor: AccessorEntry, index: Any, values
 
 
 def _packed(document: Document, part: Any, index: Any, element: np.dtype, shape: tuple[int, ...]) -> np.ndarray:
-    """Return the indices or values of a sparse accessor, which lie one after another."""
+    """Return the indices or values of a sparse accessor, which are stored without gaps."""
     view = document.one(BufferViewEntry, part.get("bufferView"))
     buffer = _buffer_of(document, view)
     start = _whole(view, "byteOffset", index, 0) + _whole(part, "byteOffset", index, 0)
@@ -394,7 +394,7 @@ def placed_nodes(document: Document) -> list[tuple[NodeEntry, np.ndarray]]:
     """
     if document.listed(SceneEntry):
         roots = document.one(SceneEntry, document.json.get("scene", 0)).get("nodes", [])
-    else:  # a library of objects (section 3.5.1): all nodes that no other one holds
+    else:  # a library of objects (section 3.5.1): all nodes that are no other node's children
         nodes = document.listed(NodeEntry)
         held = {child for node in nodes for child in node.get("children", [])}
         roots = [index for index in range(len(nodes)) if index not in held]
@@ -424,7 +424,7 @@ def _local(node: NodeEntry, index: int) -> np.ndarray:
     turn = _numbers(node.get("rotation", (0, 0, 0, 1)), 4, index)
     if not np.linalg.norm(turn) > 0:
         raise SceneError(f"node {index}: the rotation must not be zero")
-    rotation = Rotation.from_quat(turn).as_matrix()  # x, y, z, w, of whatever length
+    rotation = Rotation.from_quat(turn).as_matrix()  # x, y, z, w, of any length
     matrix[:3, :3] = rotation * _numbers(node.get("scale", (1, 1, 1)), 3, index)
     matrix[:3, 3] = _numbers(node.get("translation", (0, 0, 0)), 3, index)
     return matrix

@@ -36,14 +36,14 @@ class PolygonMesh:
     triangles: int = 0  # number of triangles of all polygons
 
     def add(self, corners: Sequence[int], place: int) -> None:
-        """Add a polygon; raise ValueError if the file holds too many."""
+        """Add a polygon; raise ValueError if the file contains too many."""
         self.count(max(0, len(corners) - 2))
         self.sizes.append(len(corners))
         self.corners += corners
         self.places.append(place)
 
     def count(self, triangles: int) -> None:
-        """Count triangles before they are built; raise ValueError if there are more than are read."""
+        """Count triangles before they are built; raise ValueError if there are more than the limit."""
         self.triangles += triangles
         if self.triangles > LIMITS["triangles"]:
             raise ValueError(f"holds more than {LIMITS['triangles']} triangles")
@@ -58,7 +58,7 @@ class Steps:
     place: str = ""  # place in the file of the polygon that is being cut, for messages
 
     def take(self, count: int) -> None:
-        """Take `count` steps; raise ValueError, which names the polygon's place, if there are not so many left."""
+        """Take `count` steps; raise ValueError, which names the polygon's place, if fewer are left."""
         self.taken += count
         if self.taken > self.most:
             raise ValueError(
@@ -207,7 +207,7 @@ def _is_ear(flat: np.ndarray, left: np.ndarray, corners: tuple[int, int, int], s
     a, b, c = (flat[corner] for corner in corners)
     turn = _orientation(steps, a, b, c)
     if turn == 0:
-        return True  # without area it can be cut off, whatever corners are on it
+        return True  # a triangle without area can be cut off, even if other corners are on it
     if turn < 0:
         return False
     steps.take(OF_ARRAYS + len(flat))

@@ -12,7 +12,7 @@ def gamma(n: float, *, precision: str) -> float:
 
     Raises:
         LookupError: the precision is neither float32 nor float64.
-        ValueError: n u >= 1, where no bound exists.
+        ValueError: n u >= 1, for which no bound exists.
 
     """
     if precision not in UNIT_ROUNDOFF:

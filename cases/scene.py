@@ -48,7 +48,7 @@ def shown(value: Any, longest: int = LONGEST_SHOWN) -> str:
 def _plain(name: str, value: Any) -> Any:
     """Return a number as Python's own, and sequences and arrays of numbers as tuples of such; refuse anything else.
 
-    NumPy's numbers compare and print as Python's do, but a renderer that is handed one may refuse it much later.
+    NumPy's numbers compare and print like Python's, but a renderer that gets one may refuse it much later.
     """
     if isinstance(value, np.ndarray | np.generic):
         value = value.tolist()
@@ -189,7 +189,7 @@ class Shape:
 
     @cached_property
     def digest(self) -> str:
-        """Return text that equal shapes share, whatever file they came from, and no others."""
+        """Return a text that equal shapes share, even from different files, and that differs for different shapes."""
         return repr(self)
 
     @property
@@ -389,7 +389,7 @@ class Mesh(Shape):
     def digest(self) -> str:
         """Return the SHA-256 of the mesh's content, independent of its file."""
         content = hashlib.sha256(self.vertices.tobytes() + self.faces.tobytes())
-        # With where the vertices end: a face's numbers are a vertex's too, if a tiny one's.
+        # Including the number of vertices: the bytes of a face are also those of a vertex with tiny coordinates.
         content.update(repr((len(self.vertices), self.albedo, self.to_world, self.two_sided)).encode())
         return content.hexdigest()
 
@@ -415,7 +415,7 @@ class PointLight:
 
 @dataclass(frozen=True, kw_only=True)
 class Camera:
-    """A pinhole camera; rays pass through pixel centres, or beside them by `sample_offset`; row 0 is the top row."""
+    """A pinhole camera; rays pass through pixel centres, or `sample_offset` away from them; row 0 is the top row."""
 
     eye: Vector  # m
     target: Vector  # m
@@ -475,7 +475,7 @@ class Camera:
 
 @dataclass(frozen=True, kw_only=True)
 class Scene:
-    """Everything that a renderer needs to know."""
+    """A scene: camera, shapes, lights, and the settings of clipping and shading."""
 
     camera: Camera
     shapes: tuple[Shape, ...]

@@ -44,7 +44,7 @@ class Stage(StrEnum):
 
 @dataclass(frozen=True, kw_only=True)
 class StageFacts:
-    """The meaning of a stage's image: its unit, its value where a ray hits nothing, its OpenEXR channel names.
+    """The meaning of a stage's image: its unit, its value on a miss, its OpenEXR channel names.
 
     The channel names of `visibility` depend on the number of lights; ask `exr_channels`.
     """

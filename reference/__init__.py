@@ -16,7 +16,7 @@ In addition to the protocol a class may have these members:
     notes(scene)                 sentences: differences between the scene that it renders and the given one
     epsilon_at(answers)          m, number or (height, width): shadow rays ignore blockers nearer to their start
     epsilon_in(scene, answers)   the same, if it depends on more than the visible part of the scene
-    takes_sample_offset          true: its rays pass through the pixels where the camera's `sample_offset` says
+    takes_sample_offset          true: its rays are moved in the pixels by the camera's `sample_offset`
     ray_epsilon                  m: hits nearer to a ray's origin are ignored
     edge_epsilon(scene)          m: points no farther outside a flat shape's edge may count as inside
     tie_epsilon(scene)           m: of two surfaces no farther apart along a ray, either may be reported

@@ -1,7 +1,8 @@
 """The table of case families; `all_cases` and `select` by name or pattern. Cases are seeded and deterministic.
 
-To add one: a function without parameters that yields `Case`s named `family/case`, on the page of its subject or a new
-one, and a line in the table; with `on_request=True` it is asked about by name only, and no part of the default suite.
+To add a family: a function without parameters that yields `Case`s named `family/case`, in the module of its subject or
+a new module, and a line in the table; with `on_request=True` it is selected only by name and is not in the default
+suite.
 """
 
 from collections.abc import Callable, Iterator, Sequence
@@ -79,7 +80,7 @@ def all_cases() -> tuple[Case, ...]:
 
 
 def on_request(family: str) -> bool:
-    """Return whether a family is asked about by name only."""
+    """Return whether a family is selected only by name."""
     return bool(CASE_FAMILIES.about(family).get("on_request", False))
 
 
@@ -95,7 +96,7 @@ def select(patterns: Sequence[str]) -> tuple[Case, ...]:
     drawn = {case.name: case for case in map(_random_case, filter(_is_random, patterns))}
     chosen: set[str] = set()
     for pattern in (pattern for pattern in patterns if not _is_random(pattern)):
-        # A plain name needs no family but its own: making the meshes takes half a second.
+        # For a plain name only its own family is built: building the meshes takes half a second.
         family = pattern.partition("/")[0]
         if family not in CASE_FAMILIES and not _is_glob(family):
             searched: tuple[Case, ...] = ()
@@ -117,10 +118,10 @@ def _is_glob(text: str) -> bool:
 
 
 def _near(pattern: str) -> list[str]:
-    """Return up to three names like a pattern that names nothing.
+    """Return up to three names similar to a pattern without a match.
 
-    They are families like its family and, where it has a second part, their cases like that. Only where no family is
-    like it every case is looked at, by its second part: that takes as long as making all scenes.
+    They are families with a name like the pattern's first part, or cases of these with a name like its second part. If
+    no family has such a name, the second part is compared with all cases, which takes as long as making all scenes.
     """
     family, _, rest = pattern[:80].lower().partition("/")
     families = [family] if family in CASE_FAMILIES else get_close_matches(family, CASE_FAMILIES, n=2, cutoff=0.6)
@@ -140,7 +141,7 @@ def _near(pattern: str) -> list[str]:
 
 
 def _random_case(name: str) -> Case:
-    from rayproof.cases.random_scenes import case_named  # which most runs have no use for
+    from rayproof.cases.random_scenes import case_named  # here, because most runs do not need it
 
     return case_named(name)
 

@@ -93,7 +93,7 @@ def layered() -> Case:
         name="acne/layered",
         scene=scene,
         stresses="Two sheets so close that whoever leaves more unseen than rounding needs cannot tell one's light.",
-        # Other strategies against acne than the default leave more unseen by choice.
+        # Strategies against acne other than the default miss more blockers by design.
         covers=tuple(item for item in covering(scene) if item != "LIT-5"),
         least_interior=400,
     )

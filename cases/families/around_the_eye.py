@@ -47,7 +47,7 @@ def hidden_shapes() -> tuple[tuple[str, Shape, tuple[str, ...]], ...]:
 
 
 def behind() -> Iterator[Case]:
-    """Yield one case per primitive, unclipped; then all of them at once behind a near plane, and lit.
+    """Yield a case per primitive, unclipped; then all of them together behind a near plane, and lit.
 
     A renderer that takes a negative root, forgets that a box behind the origin is a miss, or takes the absolute value
     of a distance shows these shapes in front of everything else.
@@ -91,7 +91,7 @@ SKEW = compose(
 
 
 def viewpoint(fovy: float) -> Camera:
-    """Return a camera a good metre off the middle that looks across it."""
+    """Return a camera a little more than a metre from the middle that looks across it."""
     return camera_around(
         (-0.2, 0.1, -0.1), distance=1.2, azimuth=-30, elevation=25, width=88, height=64, fovy=fovy
     )  # fmt: skip

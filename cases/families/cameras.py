@@ -139,7 +139,7 @@ def parallel_rays() -> Iterator[Case]:
     """Yield boxes off the axis, then flat shapes along it, then the boxes turned by half a turn.
 
     The rays of the middle column have x_d = 0 to the last bit, those of the middle row y_d = 0. A parallel ray outside
-    a slab misses the box, whatever it does in the other slabs; any parallel ray misses a plane, a square and a
+    a slab misses the box, whether or not it crosses the other slabs; any parallel ray misses a plane, a square and a
     triangle.
     """
     flat = "A floor, a square and a triangle that the middle rays run along."

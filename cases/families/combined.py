@@ -96,7 +96,7 @@ def _possible(row: Row) -> bool:
 
 
 def pairs(row: Row) -> list[Pair]:
-    """Return each two settings of a row with their values."""
+    """Return every pair of settings of a row with their values."""
     return [frozenset(two) for two in combinations(row.items(), 2)]
 
 
@@ -119,9 +119,9 @@ def rows() -> list[Row]:
 
 
 def _filled(row: Row, missing: dict[Pair, None], used: Counter[tuple[str, str]]) -> Row:
-    """Return a row that begins so, each further value chosen for the missing pairs that it has with those before it.
+    """Return a row with the given beginning; each further value has the most missing pairs with the values before it.
 
-    Of equals the value that was used least is taken.
+    Among equals, the least used value is taken.
     """
     for name, values in SETTINGS.items():
         if name not in row:
@@ -215,7 +215,7 @@ def scene(row: Row, azimuth: float) -> Scene:
     eye = size * np.array(EYES[row["eye"]])
     middle = eye - distance * axes[:, 2]
     if row["matrix"] == "none" and row["shape"] in ("cube", "square", "plane"):
-        # The shape cannot come before the eye, so that the eye goes before the shape, on its upper side.
+        # The shape cannot be moved before the eye, so the eye is moved before the shape, on its upper side.
         middle = size * np.array((0.03, -0.02, 0.0)) + (row["eye"] == "far") * eye * (1, 1, 0)
         eye = middle + distance * axes[:, 2]
     place = compose(translation(*middle), attitude, scaling(size, size, size))

@@ -85,7 +85,7 @@ RGB = ((0.9, 0.7, 0.5), (0.6, 0.8, 1.0))
 WIDTH, HEIGHT = 81, 65  # odd: a pixel centre is on the central ray
 EYE_DISTANCE = 5.0  # m
 ROUNDINGS = 25  # of the shadow ray vector and its length (10), cosines and their sum (15)
-PLACE = 10  # roundings of the eye's distance: how far the hit may lie from its place
+PLACE = 10  # roundings of the eye's distance: the largest error of the hit's place
 
 
 def cosines(distance: float) -> Case:

@@ -30,7 +30,7 @@ def of_trimesh(made: object, to_world: Matrix = IDENTITY, *, two_sided: bool = F
 
 
 def wavy_sheet(cells: int) -> Mesh:
-    """Return an open two-sided sheet of 2 cells^2 triangles whose height waves and is a little random."""
+    """Return an open two-sided sheet of 2 cells^2 triangles with a wavy and slightly random height."""
     generator = np.random.default_rng(SEED)
     across = np.linspace(-1.5, 1.5, cells + 1)
     x, y = np.meshgrid(across, across, indexing="ij")
@@ -75,7 +75,7 @@ def rods_across(sheet: Mesh, count: int) -> Mesh:
 
 
 def with_degenerate_faces() -> Mesh:
-    """Return an octahedron among whose faces lie triangles that are a point, a line and a folded line."""
+    """Return an octahedron with additional faces that are a point, a line and a folded line."""
     around = ((1.0, 0, 0), (-1.0, 0, 0), (0, 0.9, 0), (0, -0.9, 0), (0, 0, 1.1), (0, 0, -1.1))
     aside = ((1.5, -0.5, 1.0), (1.0, -0.5, 1.0), (2.0, -0.5, 1.0))
     vertices = np.array((*around, *aside))

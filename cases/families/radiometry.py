@@ -21,7 +21,7 @@ ANGLES = (30.0, 60.0, 75.0, 85.0, 95.0, 150.0)  # degrees from the normal, at 2 
 WIDTH, HEIGHT = 81, 65  # odd: a pixel centre is on the central ray
 EYE_DISTANCE = 5.0  # m
 ROUNDINGS = 25  # of the shadow ray vector and its length (10), cosine and falloff (15)
-PLACE = 10  # roundings of the eye's distance: how far the hit may lie from its place
+PLACE = 10  # roundings of the eye's distance: the largest error of the hit's place
 
 
 def lit(name: str, stresses: str, distance: float, angle: float, least_interior: int) -> Case:

@@ -23,7 +23,7 @@ LIGHT = PointLight(position=(2.3, -2.6, 4.1), flux=(420.0, 380.0, 330.0))
 VIEW = camera_around((0.0, 0.0, -0.2), distance=5, azimuth=-61, elevation=38, width=56, height=42, fovy=38)
 NESTED = 64  # shapes in each other
 IDENTICAL = 1000  # triangles in one place
-CELLS = 24  # a side of a sheet of small triangles
+CELLS = 24  # per side of a sheet of small triangles
 SMALL = 2e-4  # m, a small triangle's side
 MIDDLE: Vector = (0.5, -0.25, 1.0)  # m, of the rooms that are seen and lit from their middle
 ROOM = 4.0  # m, a side and a diameter
@@ -61,7 +61,7 @@ def _inside() -> tuple[Camera, tuple[PointLight, ...]]:
 
 
 def _grey(index: int) -> Rgb:
-    """Return one of seven albedos in turn, so that neighbours have different ones."""
+    """Return the albedo of shape `index`, one of seven in turn, so that neighbours have different albedos."""
     return (0.25 + 0.1 * (index % 7), 0.85 - 0.1 * (index % 7), 0.3 + 0.08 * (3 * index % 7))
 
 
@@ -122,9 +122,9 @@ def nested_icosahedra() -> Case:
 
 
 def identical_triangles() -> Case:
-    """Return a mesh of one triangle again and again. https://github.com/hoverinc/ray-tracing-renderer/pull/81 ."""
+    """Return a mesh of a triangle that is repeated. https://github.com/hoverinc/ray-tracing-renderer/pull/81 ."""
     corners = np.array(((-0.6, -0.4, -0.3), (0.7, -0.3, 0.1), (0.0, 0.6, 0.4)))
-    camera = replace(VIEW, width=24, height=18)  # in each pixel of the triangle any of a thousand faces may be named
+    camera = replace(VIEW, width=24, height=18)  # in each pixel of the triangle any of a thousand faces is right
     mesh = Mesh(albedo=ALBEDO, vertices=corners, faces=np.tile((0, 1, 2), (IDENTICAL, 1)), two_sided=True)
     scene = Scene(camera=camera, shapes=(FLOOR, mesh), lights=(LIGHT,))
     return _case(
@@ -256,8 +256,9 @@ def small_sphere() -> Case:
 def large_sphere(name: str, distance: float) -> Case:
     """Return a sphere of 300 km. https://github.com/mitsuba-renderer/mitsuba2/issues/171 .
 
-    From 3 m nothing is decided: where its surface is float32 knows to 0.6 m. The finding `pole_of_a_large_sphere` shows
-    the report's mistake in Mitsuba 3, whose epsilon is too small where such a sphere touches the origin.
+    From 3 m nothing is decided, because rounding to float32 moves the surface by up to 0.6 m. The finding
+    `pole_of_a_large_sphere` shows the report's mistake in Mitsuba 3, whose epsilon is too small where such a sphere
+    touches the origin.
     """
     return _sphere(name, 3e5, distance, 40, 1500)
 
@@ -277,7 +278,7 @@ def contact_gap() -> Case:
 
 
 def reported() -> Iterator[Case]:
-    """Yield a case or more per report."""
+    """Yield the cases of every report."""
     yield small_triangles()
     yield nested_spheres()
     yield nested_icosahedra()

@@ -75,7 +75,7 @@ def cluttered() -> Iterator[Case]:
     triangle = Triangle(albedo=(0.8, 0.7, 0.3), vertices=((-1.2, -1.1, 0.4), (-0.1, -1.3, 0.7), (-0.6, -0.3, 1.2)))
     camera = camera_around((0.1, 0.0, 0.1), distance=6.0, azimuth=-40, elevation=36, width=96, height=72, fovy=44)
     light = PointLight(position=(1.6, 0.7, 4.1), flux=(420.0, 380.0, 300.0))
-    # It ends nowhere: every shadow ray to the light behind it ends there, and to the other one none.
+    # It is infinite: it blocks every shadow ray to the light behind it, and none to the other light.
     wall = Plane(albedo=(0.5, 0.6, 0.5), to_world=compose(translation(-1.6, 1.3, 0.0), rotation((0.64, 0.77, 0.0), 84)))
     behind = PointLight(position=(-3.0, 2.4, 2.5), flux=(300.0, 420.0, 380.0))
     for name, stresses, scene, more in (
@@ -137,7 +137,10 @@ BEHIND = (1.1, 1.01, 1.001, 1.0001)
 
 
 def _parallel(share: float, middle: tuple[float, float]) -> Matrix:
-    """Return the matrix of a square, parallel to the floor, whose shadow is there, or would be."""
+    """Return the matrix of a square parallel to the floor, at `share` of the way to the light, by its shadow's middle.
+
+    Squares behind the light would cast this shadow if they were before it.
+    """
     ground = np.array((*middle, 0.0))
     x, y, z = (ground + share * (PLACE - ground)).tolist()
     size = WIDTH * abs(1 - share)
@@ -147,8 +150,8 @@ def _parallel(share: float, middle: tuple[float, float]) -> Matrix:
 def along_the_way() -> Iterator[Case]:
     """Yield four squares before the light, then four behind it.
 
-    Before the light they throw a shadow as large as one halfway; behind it they throw none. The share of the way at
-    which each stands runs from 0.9 to 0.9999 and from 1.0001 to 1.1.
+    Before the light they cast a shadow as large as that of a square halfway; behind it they cast none. Their distances
+    run from 0.9 to 0.9999, and from 1.0001 to 1.1, of the distance to the light.
     """
     for name, shares, stresses in (
         ("before_the_light", BEFORE, "Squares at 0.9 to 0.9999 of the way to the light throw their whole shadow."),

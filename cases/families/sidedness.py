@@ -39,7 +39,7 @@ def patch(kind: str, to_world: Matrix, *, two_sided: bool) -> Shape:
 
 
 def black(shape: int, because: str) -> Iterator[UniformValue]:
-    """Yield that `shape` sends nothing to the camera in any channel."""
+    """Yield the expectation that `shape` sends no light to the camera in any channel."""
     for channel in range(3):
         yield UniformValue(
             stage=Stage.RADIANCE, shape=shape, channel=channel, value=0.0, relative=0.0, because=because

@@ -1,4 +1,4 @@
-"""Family `tolerances`: tiny scenes, and rays and lights that all but graze, where no tolerance may show.
+"""Family `tolerances`: tiny scenes, and rays and lights that almost graze, in which no tolerance may be visible.
 
 The audit's mutants add tolerances of 1e-2 to 1e-8 to comparisons that need none, which the other families did not find.
 Shapes close to the origin have small coordinates and so small roundings: float32 resolves them better than elsewhere.
@@ -79,7 +79,7 @@ def slit() -> Scene:
 
 
 def crumbs() -> Scene:
-    """Return shapes of each kind, two meshes, squares that all but touch, and a buried lamp, all a few 1e-8 m large."""
+    """Return shapes of each kind, two meshes, squares that almost touch, and a buried lamp, all a few 1e-8 m large."""
     place = lambda x, y, z: compose(scaling(TINY, TINY, TINY), translation(x, y, z))  # noqa: E731
     turned = rotation((0.3, 0.5, 0.8), 40)
     corners = np.array([*TETRAHEDRON, (-2e3, -2e3, -2.0), (2e3, -2e3, -2.0), (0.0, 3e3, -2.0)])
@@ -206,10 +206,10 @@ def low_light() -> Scene:
 def rim() -> Scene:
     """Return a sphere's outline through a telescope: chords whose halves are a hundredth of the radius and less.
 
-    The centre is half a step of 16 bits away from numbers that have no more, to opposite sides.
+    The coordinates of the centre are half a step of 16 bits away from numbers with 16 bits, in opposite directions.
     """
     center = (2.000031, 3.46414, 0.0)
-    right = atan2(center[1], center[0]) - asin(1 / hypot(center[0], center[1]))  # where a ray touches
+    right = atan2(center[1], center[0]) - asin(1 / hypot(center[0], center[1]))  # the direction of a tangent ray
     return Scene(
         camera=_camera((0.0, 0.0, 0.0), (4 * cos(right), 4 * sin(right), 0.0), fovy=0.012, near=0.1, far=50.0),
         shapes=(Sphere(albedo=(0.8, 0.5, 0.3), center=center),),
@@ -220,7 +220,7 @@ def rim() -> Scene:
 def uneven() -> Scene:
     """Return fields whose numbers have all their digits and are larger than usual: `up`, angle, planes, albedos.
 
-    Each is all but half a step of 16 bits away from a number that has no more.
+    Each is almost half a step of 16 bits away from a number with 16 bits.
     """
     near, far = 1.2346031, 345.6755  # m
     ahead, aside, upward = np.array(((0.6, 0.64, -0.48), (0.8, -0.48, 0.36), (0.0, 0.6, 0.8)))

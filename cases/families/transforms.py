@@ -8,7 +8,7 @@ from rayproof.cases.case import Case, covering
 from rayproof.cases.placement import camera_around, compose, mapped, rotation, scaling, shear, translation
 from rayproof.cases.scene import Cube, Matrix, Mesh, Plane, PointLight, Scene, Shape, Sphere, Square, Triangle, Vector
 
-# Every primitive under every kind of affine motion, where a normal that is merely rotated goes wrong.
+# Every primitive under every kind of affine map, most of which a normal that is only rotated gets wrong.
 ALBEDO = (0.35, 0.6, 0.8)
 PLACE: Vector = (0.7, -0.4, 0.5)
 LIGHT = PointLight(position=(2.9, -2.6, 3.6), flux=(450.0, 300.0, 380.0))
@@ -66,7 +66,7 @@ def transforms() -> Iterator[Case]:
             )
 
 
-# Shading normals where a wrong formula shows: stretch, shear, mirrors, and normals turned towards the viewer.
+# Shading normals that reveal a wrong formula: stretch, shear, mirrors, and normals turned towards the viewer.
 NORMALS_ALBEDO = (0.6, 0.5, 0.4)
 FLAT = compose(translation(0.2, 0.1, 0.1), rotation((0.5, 0.7, -0.3), 40), scaling(2.0, 1.5, 0.25))
 SKEW = compose(translation(-0.1, 0.2, 0.1), rotation((-0.3, 0.6, 0.5), 55), shear(xy=0.9, xz=0.5, yz=-0.6))

@@ -1,4 +1,4 @@
-"""Families `crowds`, `faces` and `benchmarked`: so many shapes or faces that a renderer puts them into a tree."""
+"""Families `crowds`, `faces` and `benchmarked`: enough shapes or faces for a renderer to put them into a tree."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace

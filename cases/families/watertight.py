@@ -50,10 +50,10 @@ def camera(eye: Vector, *, width: int, height: int, far: float) -> Camera:
 
 
 def seen_at(eye: Vector, points: Points, thirds: np.ndarray) -> Corners:
-    """Return the corners that are seen at image points at three times a depth [m], (n,) or one for all.
+    """Return the corners at image points and three times a depth [m], one for each (n,) or a common one.
 
     Raises:
-        ValueError: float32 does not hold one, so that its ray would miss it.
+        ValueError: float32 cannot represent a corner, so that its ray would miss it.
 
     """
     local = np.column_stack([STEP * points, np.full(len(points), -1.0)])
@@ -117,7 +117,7 @@ def beside(eye: Vector, thirds: float, flux: float) -> PointLight:
 
 
 def fan(hub: tuple[float, float], count: int) -> tuple[Points, np.ndarray]:
-    """Return image points and triangles of a fan of so many around a hub, the first point."""
+    """Return image points and triangles of a fan around a hub, the first point."""
     middles = MIDDLES[:: 2 if count < len(MIDDLES) else 1]
     between = count // len(middles)
     rim = []
@@ -132,7 +132,7 @@ def fan(hub: tuple[float, float], count: int) -> tuple[Points, np.ndarray]:
 
 
 def fans(hubs: tuple[tuple[tuple[float, float], int], ...], thirds: float) -> Mesh:
-    """Return flat cones around hubs, each of so many triangles, as one mesh."""
+    """Return flat cones around hubs, with the same number of triangles each, as one mesh."""
     points, faces, depths, first = [], [], [], 0
     for hub, count in hubs:
         corners, triangles = fan(hub, count)
@@ -145,7 +145,7 @@ def fans(hubs: tuple[tuple[tuple[float, float], int], ...], thirds: float) -> Me
 
 
 def slab(half: int) -> Mesh:
-    """Return a closed box of 2 `half` m a side and 1 m in height below z = 0, divided at whole metres."""
+    """Return a closed box with sides of 2 `half` m and a height of 1 m below z = 0, divided at whole metres."""
     squares = []
     for u in range(-half, half):
         for v in range(-half, half):

@@ -52,7 +52,7 @@ class Gate:
 
     reaches: Mapping[str, float]  # per precision
     misclassified: float = 1e-3  # largest share of rays, of false hits and false misses together
-    index: float = 4.0  # largest error / (K u); inf where K does not judge
+    index: float = 4.0  # largest error / (K u); inf if K does not apply
     faultless: Formulas = ()  # variants that may not answer a single ray wrongly
 
 

@@ -60,7 +60,7 @@ def along_edge(kind: float, count: int, generator: np.random.Generator, precisio
 
 
 def through_corner(steps: float, count: int, generator: np.random.Generator, precision: str) -> Inputs:
-    """Return rays exactly through a corner, by sums of powers of two that no rounding touches: they touch or enter."""
+    """Return rays exactly through a corner, by sums of powers of two, which are exact: they touch or enter the cube."""
     corner = np.full((count, 3), 0.5)
     d = generator.integers(1, 8, (count, 3)) / 8.0 * np.where(generator.random((count, 3)) < 0.5, -1.0, 1.0)
     return _placed(corner - d * steps, d, generator, precision)

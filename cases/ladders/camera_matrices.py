@@ -17,7 +17,7 @@ def _full(count: int, value: float, precision: str) -> np.ndarray:
 
 
 def samples(width: float, count: int, generator: np.random.Generator, precision: str) -> Inputs:
-    """Return samples of an image of so many columns and rows of them, PER_SIDE a pixel."""
+    """Return samples of an image with `width` columns and rows of samples, PER_SIDE per side of a pixel."""
     places = generator.integers(0, int(width), (2, count)).astype(np.float64)
     return {"column": places[0], "row": places[1], "per_side": np.full(count, float(PER_SIDE))}
 

@@ -125,7 +125,7 @@ def _shadow_ray(**about: Any) -> Ladder:
         "quick_rays": 2_000,
     }
     last = about["values"][-1]
-    # Not one ray in 20 000 for the strategies that bound the error; of the others a handful are forgiven.
+    # The strategies that bound the error may fail in no ray of 20 000, the others in a few.
     gate: Any = Gate(reaches={"float32": last, "float64": last}, misclassified=2e-4, faultless=BOUNDED)
     return Ladder(**({"gate": gate} | fields | about))
 

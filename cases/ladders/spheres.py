@@ -134,8 +134,8 @@ def points(offset: float, count: int, generator: np.random.Generator, precision:
     return {"p": rounded(center + directions(count, generator), precision), "c": center}
 
 
-# Ladders of ray and sphere.
-# sphere/float64 solves the textbook's quadratic in float64: as good as any in float32, and the textbook's in float64.
+# Ladders of ray and sphere. sphere/float64 solves the textbook's quadratic in float64: its errors are as small as those
+# of any formula in float32, and are the textbook's in float64.
 QUADRATICS = ("textbook", "half_b", "stable_quadratic", "kahan", "first_positive")
 IN_FLOAT64 = (*QUADRATICS, "float64")
 K_LOCAL = "(|n| . (|o - c| + |t d|) + r) / (|n . d| |t|): the sphere's centre is the origin"

@@ -80,7 +80,7 @@ def rays(make: Make, *, reach: float = 1.2, flat: bool = False) -> Draw:
         matrix = _blocks(make, value, count, generator, precision)
         linear, shift = matrix.reshape(-1, 3, 4)[:, :, :3], matrix.reshape(-1, 3, 4)[:, :, 3]
         target = generator.uniform(-reach, reach, (len(matrix), 3)) * ([1, 1, 0] if flat else [0.7, 0.7, 0.7])
-        # From far enough outside in world space, at least a whole unit whatever the squeeze.
+        # From far enough outside in world space, at least a whole unit for any squeeze.
         size = np.linalg.norm(linear, axis=(1, 2))[:, None]
         world = np.einsum("nij,nj->ni", linear, target) + shift
         origin = rounded(world + directions(len(matrix), generator) * 3 * size, precision)

@@ -115,7 +115,7 @@ def sized(size: float, count: int, generator: np.random.Generator, precision: st
     start, *others = _triangles(count, generator)
     corners = [start, *(start + (corner - start) * size for corner in others)]
     weights = 0.1 + 0.7 * _weights(count, generator)
-    # The eye stays as near to the world's origin as the point that it sees, however large the triangle.
+    # The eye stays as near to the world's origin as the visible point, for triangles of any size.
     target = sum(corner * weights[:, i : i + 1] for i, corner in enumerate(corners))
     moved = [corner - target + start for corner in corners]
     return _aimed(moved, weights, generator, precision, cosine=np.sqrt(generator.uniform(0.3, 1.0, count)))
@@ -158,7 +158,7 @@ def tiles(*, far: bool = False, moved: bool = False, grazing: bool = False) -> D
         )
         origin = rounded(eye, precision)
         if grazing:
-            # Each its own origin then: rays along one axis that meet different triangles cannot share one.
+            # Each ray has its own origin: rays along the same axis at different triangles cannot share an origin.
             along = generator.integers(2, size=count)
             direction = np.where(generator.random((count, 3)) < 0.5, -0.0, 0.0)
             direction[np.arange(count), along] = 1.0

@@ -16,13 +16,13 @@ PAIRS = 4000  # at most
 
 
 def specials(precision: str) -> tuple[float, ...]:
-    """Return NaN, infinities, subnormals, zeros and the largest numbers, of both signs where there are two."""
+    """Return NaN, infinities, subnormals, zeros and the largest numbers, with both signs if there are two."""
     tiny, small = TINIEST[precision]
     return (np.nan, np.inf, -np.inf, tiny, -tiny, small, -0.0, 0.0, LARGEST[precision], -LARGEST[precision])
 
 
 def planted(draw: Draw, value: float = 1.0) -> Draw:
-    """Return a draw that replaces numbers in the inputs of `draw` at `value` by special values."""
+    """Return a draw that replaces numbers in the inputs of `draw`, made at `value`, by special values."""
 
     def planting(places: float, count: int, generator: np.random.Generator, precision: str) -> Inputs:
         plain = draw(value, 1, np.random.default_rng(5), precision)

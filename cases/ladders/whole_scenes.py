@@ -61,7 +61,7 @@ class SceneLadder:
     unit: str  # of the values; empty for a ratio or a number
     values: tuple[float, ...]
     scene: Callable[[float], Scene]
-    control: bool = False  # all its values are rendered always
+    control: bool = False  # all its values are always rendered
     formulas: Formulas | None = None
 
     def __post_init__(self) -> None:
@@ -129,7 +129,7 @@ def _seen(distance: float = 4.0, *, fovy: float = 40.0, target: Vector = ORIGIN,
 
 
 def _ball(**changes: object) -> Scene:
-    """Return a sphere of radius 1 m on a floor, lit, with a shadow; some of it replaced."""
+    """Return a sphere of radius 1 m on a floor, lit, with a shadow; `changes` replace fields of the scene."""
     floor = Square(albedo=(0.5, 0.5, 0.5), to_world=compose(translation(0, 0, -1.25), scaling(4, 4, 1)))
     scene = Scene(camera=_seen(6.0), shapes=(Sphere(albedo=GREY), floor), lights=(LAMP,))
     return replace(scene, **changes)
@@ -159,7 +159,7 @@ def _grown(size: float, away: Vector = ORIGIN) -> Scene:
 
 
 def _distant(distance: float) -> Scene:
-    """Return a sphere of radius 1 m that fills the image from so far."""
+    """Return a sphere of radius 1 m that fills the image from `distance` m."""
     camera = _seen(distance, fovy=2 * math.degrees(math.atan(1.5 / distance)))
     return Scene(camera=camera, shapes=(Sphere(albedo=GREY),), lights=(LAMP,))
 
@@ -194,7 +194,7 @@ def _clipped(ratio: float) -> Scene:
 
 
 def _grazed(degrees: float) -> Scene:
-    """Return a square of 2 m that is seen at so many degrees from its plane and fills the image."""
+    """Return a square of 2 m that is seen at a given angle [degrees] from its plane and fills the image."""
     rise = math.radians(degrees)
     camera = _seen(4.0, elevation=degrees, fovy=20)
     tilted = compose(rotation((0, 0, 1), -50), scaling(1 / math.sin(rise), 1, 1))
@@ -211,7 +211,7 @@ def _plate(thickness: float) -> Scene:
 
 
 def _sliver(aspect: float) -> Scene:
-    """Return a triangle of base 2 m whose height is so many times less; the image is as high as the triangle."""
+    """Return a triangle of base 2 m with a given ratio of base to height; the image is as high as the triangle."""
     height = 2 / aspect
     base = np.array(((-1.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.25, height, 0.0)))
     turned = base @ np.asarray(compose(rotation((1, 2, 3), 40)))[:3, :3].T
@@ -223,31 +223,31 @@ def _sliver(aspect: float) -> Scene:
 
 
 def _squeezed(condition: float) -> Scene:
-    """Return an ellipsoid whose axes differ by so much, seen along the short one, over a floor."""
+    """Return a rotated ellipsoid with two axes of 1 m and one of 1 / `condition` m."""
     squeezed = compose(rotation((3, 1, 0), 50), scaling(1, 1, 1 / condition), rotation((1, 2, 0), 30))
     return Scene(camera=_seen(5.0), shapes=(Sphere(albedo=GREY, to_world=squeezed),), lights=(LAMP,))
 
 
 def _unequal(ratio: float) -> Scene:
-    """Return a sphere of radius 1 m on another that is so many times larger."""
+    """Return a sphere of radius 1 m on another that is larger by a given factor."""
     large = Sphere(albedo=(0.5, 0.5, 0.5), center=(0.0, 0.0, -1.0 - ratio), radius=ratio)
     return Scene(camera=_seen(6.0), shapes=(Sphere(albedo=GREY), large), lights=(LAMP,))
 
 
 def _shells(gap: float) -> Scene:
-    """Return four spheres inside each other, each so much smaller than the one around it."""
+    """Return four spheres inside each other; the radius of each is smaller by `gap` than that around it."""
     shells = [Sphere(albedo=GREY, radius=1 - place * gap, two_sided=True) for place in range(4)]
     return Scene(camera=_seen(5.0), shapes=tuple(shells), lights=(LAMP,))
 
 
 def _lit_from(distance: float) -> Scene:
-    """Return the ball, lit as brightly from so far."""
+    """Return the ball under a light at `distance` m, as bright on the ball as the usual one."""
     light = PointLight(position=vector(np.multiply((0.36, -0.48, 0.8), distance)), flux=LAMP.flux)
     return _ball(lights=(_times(light, (distance / 5) ** 2),))
 
 
 def _lamps(number: float) -> Scene:
-    """Return the ball under so many lights on a spiral, together as bright as one."""
+    """Return the ball under `number` lights on a spiral, together as bright as a single one."""
     turns = [(0.5 * place, 3 + 2 * place / number) for place in range(round(number))]
     lights = [
         replace(_times(LAMP, 1 / number), position=(3 * math.cos(angle), 3 * math.sin(angle), height))
@@ -257,7 +257,7 @@ def _lamps(number: float) -> Scene:
 
 
 def _many(number: float) -> Scene:
-    """Return so many spheres in a row of rows."""
+    """Return `number` spheres on a square grid."""
     side = math.ceil(math.sqrt(number))
     shapes = [
         Sphere(albedo=GREY, center=(4 * (place % side + 0.5) / side - 2, 4 * (place // side + 0.5) / side - 2, 0.0),
@@ -268,7 +268,7 @@ def _many(number: float) -> Scene:
 
 
 def _hills(faces: float) -> Scene:
-    """Return a hilly square of so many triangles."""
+    """Return a hilly square of about `faces` triangles."""
     side = max(1, round(math.sqrt(faces / 2)))
     x, y = (axis.ravel() for axis in np.meshgrid(np.linspace(-2, 2, side + 1), np.linspace(-2, 2, side + 1)))
     corners = np.stack((x, y, 0.25 * np.sin(3 * x) * np.cos(2 * y)), axis=1).astype(np.float32)
@@ -280,9 +280,9 @@ def _hills(faces: float) -> Scene:
 
 
 def _same(number: float) -> Scene:
-    """Return a mesh with so many faces at the same place, and a sphere before it.
+    """Return a mesh with `number` faces at the same place, and a sphere before it.
 
-    The image is small: certified numbers take long over so many ties.
+    The image is small because certified numbers take long for many ties.
     """
     corners = np.array(((-3, -3, -1), (4, -2, -1), (0, 4, -1)), dtype=np.float32)
     faces = np.tile(np.arange(3, dtype=np.int32), (round(number), 1))

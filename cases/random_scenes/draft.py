@@ -83,7 +83,7 @@ OCTAHEDRON = (
     ((0.8, 0, 0), (-0.8, 0, 0), (0, 0.8, 0), (0, -0.8, 0), (0, 0, 0.8), (0, 0, -0.8)),
     ((0, 2, 4), (2, 1, 4), (1, 3, 4), (3, 0, 4), (2, 0, 5), (1, 2, 5), (3, 1, 5), (0, 3, 5)),
 )
-CELLS = 4  # of a sheet, a side
+CELLS = 4  # per side of a sheet
 
 
 def rgb(draws: Draws, low: float, high: float) -> Rgb:
@@ -227,7 +227,7 @@ class Draft:
 
 
 def upward(eye: Vector, target: Vector, up: Vector) -> Vector:
-    """Return `up`, or another direction where it is too nearly parallel to the view."""
+    """Return `up`, or another direction if it is too nearly parallel to the view."""
     forward = np.subtract(target, eye)
     cosine = abs(float(forward @ np.asarray(up))) / float(np.linalg.norm(forward) * np.linalg.norm(up))
     return up if cosine < PARALLEL - 1e-3 else (up[1], up[2], up[0])

@@ -155,7 +155,7 @@ def plane_alone(draft: Draft) -> None:
 
 @FEATURES.register("crowded", step=Step.SHAPES, group="shapes", what="There are twelve to twenty shapes of one kind.")
 def crowded(draft: Draft) -> None:
-    """Add so many shapes of a kind that renderers put them into a hierarchy."""
+    """Add enough shapes of a kind for renderers to put them into a hierarchy."""
     kind = draft.draws.choice((Sphere, Cube, Square, Triangle))
     for _ in range(draft.draws.whole(12, 20)):
         draft.shapes.append(shape_of(kind, draft.draws, compose(placement(draft.draws), scaling(0.4, 0.4, 0.4))))
@@ -183,7 +183,7 @@ def albedo_extremes(draft: Draft) -> None:
     ]
 
 
-# Lights: how many, how bright, and where no renderer likes them.
+# Lights: their number, their brightness, and positions that are difficult for renderers.
 
 
 def _move(draft: Draft, position: Vector) -> None:
@@ -220,7 +220,7 @@ def light_on_surface(draft: Draft) -> None:
 
 @FEATURES.register("light_at_eye", step=Step.LIGHTS, group="light place", bare=True, what="A light is at the eye.")
 def light_at_eye(draft: Draft) -> None:
-    """Put a light where the eye is."""
+    """Put a light at the eye."""
     _move(draft, draft.eye)
 
 
@@ -242,7 +242,7 @@ def flux_extremes(draft: Draft) -> None:
 
 @FEATURES.register("simplified", step=Step.LIGHTS, group="shading", bare=True, what="Shading is simplified.")
 def simplified(draft: Draft) -> None:
-    """Take the lights' colours as they are."""
+    """Use the lights' colours unchanged."""
     draft.shading = "simplified"
     scale = 1 / FLUX
     draft.lights[:] = [
@@ -300,7 +300,7 @@ def on_axis(draft: Draft) -> None:
 
 @FEATURES.register("tight_near", step=Step.CAMERA, group="near", bare=True, what="The near plane cuts the geometry.")
 def tight_near(draft: Draft) -> None:
-    """Put the near plane where the camera looks."""
+    """Put the near plane near the camera's target."""
     draft.near = draft.distance * draft.draws.uniform(0.9, 1.02)
 
 

@@ -59,7 +59,7 @@ class RaysToLight(NamedTuple):
 
 @dataclass(frozen=True, kw_only=True)
 class Freedom:
-    """The freedom of a nearby problem at each image point (N,), in addition to the scene's numbers; 0 is none."""
+    """The changes of a nearby problem at each image point (N,), in addition to the scene's numbers; 0 is none."""
 
     lift: np.ndarray | float = 0.0  # m: how far above the hit, along the normal, shadow rays start
     tie: np.ndarray | float = 0.0  # m: one of the surfaces no farther than this behind the first is hit, at random,
@@ -68,7 +68,9 @@ class Freedom:
     blind: np.ndarray | float = 0.0  # m: blockers nearer to the start of a shadow ray do not count
     light: float = 0.0  # of a shadow ray's length: blockers nearer to the light do not count
     slide: np.ndarray | float = 0.0  # m: distance along the ray from the hit to the place of the normal
-    plane: np.ndarray | bool = False  # a light below the plane of the face that is hit is not seen, whatever its normal
+    plane: np.ndarray | bool = (
+        False  # a light below the plane of the hit face is not visible, whatever the shading normal
+    )
     draw: np.random.Generator = field(default_factory=lambda: np.random.default_rng(0))
 
 
@@ -76,7 +78,7 @@ class Freedom:
 class Samples:
     """The oracle's answers at image points (N,), with the contribution of each light if it were visible."""
 
-    rows: dict[Stage, np.ndarray]  # every image stage asked for, (N, channels)
+    rows: dict[Stage, np.ndarray]  # every requested image stage, (N, channels)
     pieces: np.ndarray  # (N,): the smooth piece of the surface that is hit
     shares: np.ndarray | None = None  # (N, lights, 3): irradiance of each light, whether visible or not
     factors: dict[Stage, np.ndarray] = field(default_factory=dict)  # (N, 3): the factor of irradiance
@@ -332,7 +334,7 @@ class Analytic:
 
     def albedo(self, scene: Scene, objects: np.ndarray) -> np.ndarray:
         """Return the albedo (N, 3) of each object, 0 on a miss."""
-        # A number that is no shape's comes from a renderer under test: nothing is lit there, as on a miss.
+        # The renderer under test may write numbers of shapes that do not exist: nothing is lit there, as on a miss.
         is_shape = (objects[:, 0] >= 0) & (objects[:, 0] < len(scene.shapes))
         albedos = np.array([*(shape.albedo for shape in scene.shapes), (0.0, 0.0, 0.0)])
         return albedos[np.where(is_shape, objects[:, 0], -1).astype(int)]
@@ -347,7 +349,7 @@ class Analytic:
     def facing(self, scene: Scene, directions: np.ndarray, objects: np.ndarray, normals: np.ndarray) -> np.ndarray:
         """Return whether each hit shows its lit side, (N,): a one-sided surface has no radiance seen from behind.
 
-        A two-sided surface needs no question of its own: its normal is turned towards the viewer already.
+        Two-sided surfaces need no special case: their normals are already turned towards the viewer.
         """
         return (objects[:, 0] >= 0) & (dot(normals, directions) < 0)
 

@@ -38,14 +38,14 @@ class Surface:
     """The base of surfaces: first hits, blockers and coinciding surfaces from intersections with rays of one point."""
 
     def meetings(self, apex: np.ndarray, directions: np.ndarray) -> Meetings:
-        """Yield (rays (n,), pieces (k,), t (n, k)): t of apex + t directions on each piece, NaN where it is missed.
+        """Yield (rays (n,), pieces (k,), t (n, k)): t of apex + t directions on each piece, NaN for a miss.
 
         Pairs that are not yielded miss. A ray may be yielded more than once, each time with later pieces.
         """
         raise NotImplementedError
 
     def number(self, pieces: np.ndarray) -> np.ndarray:
-        """Return the face's number in the scene of each piece: 0 but for triangles."""
+        """Return the number in the scene of each piece's face: 0 except for triangles."""
         return np.zeros(np.shape(pieces))
 
     def outward(self, points: np.ndarray, faces: np.ndarray) -> np.ndarray:
@@ -87,7 +87,7 @@ class Surface:
     ) -> Crossing:
         """Return the smallest crossing in the open interval (low, high).
 
-        With `only` (N,), a face's number per ray, no other face is asked.
+        With `only` (N,), a face's number per ray, all other faces are ignored.
         """
         nearest = _nothing(len(directions))
         for rays, pieces, crossing in self.meetings(apex, directions):
@@ -261,14 +261,14 @@ class Ellipsoid(Surface):
 # that point, and none of them hits a piece that is wholly outside one of these planes. No hit is decided here.
 
 
-PAIRS = 1 << 16  # pairs of ray and piece handed out at once: a few megabytes of temporaries
+PAIRS = 1 << 16  # pairs of ray and piece that are yielded at once: a few megabytes of temporaries
 FEW = 24  # pieces below which culling costs more than it saves
 # Widens a bundle far beyond float64 roundings, far below a pixel.
 SLACK = 1e-9
 
 
 def bundles(directions: np.ndarray, pieces: np.ndarray) -> Iterator[tuple[np.ndarray, np.ndarray]]:
-    """Yield index arrays (rays, pieces) that together hold every pair which may meet.
+    """Yield index arrays (rays, pieces) that together contain every pair which may meet.
 
     `directions` (N, 3) from the pencil's apex; `pieces` (K, corners, 3) relative to it, each the convex hull of its
     corners.
@@ -400,11 +400,11 @@ class Polygons(Surface):
         return self.corners[self.pieces_at(faces, faces, faces)].mean(axis=1)
 
     def pieces_at(self, points: np.ndarray, directions: np.ndarray, faces: np.ndarray) -> np.ndarray:
-        """Return the piece of each face; of faces without area, any."""
+        """Return the piece of each face; an arbitrary piece for faces without area."""
         return np.searchsorted(self.numbers, np.nan_to_num(faces)).clip(0, len(self.corners) - 1)
 
     def _known(self, faces: np.ndarray) -> np.ndarray:
-        # A number that is no face's, or no number, comes from a renderer under test: any answer will show it.
+        # The renderer under test may write NaN, or numbers of faces that do not exist: any answer shows the error.
         return np.clip(np.nan_to_num(faces), 0, len(self.face_normals) - 1).astype(int)
 
 
@@ -549,7 +549,7 @@ def _triangles(shape: Triangle | Mesh, linear: np.ndarray, offset: np.ndarray) -
     )  # fmt: skip
 
 
-# To add a shape: a surface, and a line here. Nothing else of the oracle or the judge knows kinds of shapes.
+# To add a shape: a surface, and a line here. No other part of the oracle or the judge depends on kinds of shapes.
 SURFACES: dict[type[Shape], Callable[..., Surface]] = {
     Sphere: _ellipsoid,
     Plane: _plane,

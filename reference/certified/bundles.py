@@ -171,7 +171,7 @@ def _halves(a: Any) -> tuple[Any, Any]:
 
 
 class PartedError(Exception):
-    """The pixels of a bundle do not share a sign; `signs` has -1, 0 or 1 per pixel, or 2 where it is undecided."""
+    """The pixels of a bundle do not share a sign; `signs` has -1, 0 or 1 per pixel, or 2 if it is undecided."""
 
     def __init__(self, signs: np.ndarray) -> None:
         super().__init__("a bundle's pixels part here")
@@ -182,7 +182,7 @@ class Bundles:
     """Field of numbers for many pixels at once. Constants are made from balls, so use it inside `precision`."""
 
     def number(self, value: fmpq) -> Any:
-        """Return a rational number; zero as an integer, whose arithmetic costs nothing."""
+        """Return a rational number; zero as an integer, whose arithmetic is skipped."""
         return constant(arb(value)) if value else 0
 
     def float(self, value: float) -> Any:
@@ -254,7 +254,7 @@ def constant(value: arb) -> Bundle:
 
 
 BITS = 192  # of the balls that constants are made from
-# Balls take 60 us per pixel; a bundle takes about 3 ms, however few pixels it has.
+# Balls take 60 us per pixel; a bundle takes about 3 ms, even for few pixels.
 FEWEST = 32
 
 

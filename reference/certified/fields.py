@@ -101,7 +101,7 @@ class Balls:
         raise UndecidedError
 
     def largest(self, values: list[arb]) -> arb:
-        """Return a ball around the largest number, without a branch, so that an exact tie does no harm."""
+        """Return a ball around the largest number, without a branch, so that an exact tie needs no decision."""
         answer = values[0]
         for value in values[1:]:
             answer = answer.max(value)

@@ -49,7 +49,7 @@ class ExactShape(Protocol):
 
 
 def chosen(options: list[tuple[np.ndarray, Bundle]]) -> Bundle:
-    """Return the number of the first condition that is true, NaN where none is."""
+    """Return the number of the first condition that is true, NaN if none is."""
     conditions = [condition for condition, _ in options]
     high = np.select(conditions, [value.high for _, value in options], np.nan)
     low = np.select(conditions, [np.broadcast_to(value.low, high.shape) for _, value in options], 0.0)
@@ -96,7 +96,7 @@ class ExactPlane:
     center = None
 
     def predicates(self, x: Columns) -> Columns:
-        """Return the numbers o.z (height) and d.z (climb)."""
+        """Return the numbers o.z (height) and d.z (slope)."""
         return {"height": x["o"][2] + 0, "climb": x["d"][2] + 0}
 
     def values(self, x: Columns) -> Columns:

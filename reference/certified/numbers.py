@@ -182,7 +182,7 @@ class Tower:
         raise UndecidedError
 
     def ball(self, value: Algebraic) -> arb:
-        """Return a ball around a number, at the precision in force."""
+        """Return a ball around a number, at the current precision."""
         balls: dict[int, arb] = {}
         return self._ball(value.numerator, balls) / self._ball(value.denominator, balls)
 

@@ -30,9 +30,9 @@ HIGHEST = 64  # a scene with more shapes has kernels of its own
 def hold_a_high_number(mi: Any) -> Any:
     """Return the last of HIGHEST shapes, kept so that scenes of few shapes and of many share kernels.
 
-    Dr.Jit numbers all living objects, the lowest free number first, so the shapes of scenes take the numbers of the
-    others. Into a kernel that calls two of their methods it writes where the second one's table begins, and the first
-    one's has a place for every number up to the highest.
+    Dr.Jit numbers all living objects, the lowest free number first, so the shapes of scenes get the numbers of the
+    others. A kernel that calls two of their methods contains the offset of the second method's table, which depends on
+    the highest number: the first table has an entry for every number up to that.
     """
     return [mi.load_dict({"type": "disk"}) for _ in range(HIGHEST)][-1]
 

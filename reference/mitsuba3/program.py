@@ -1,7 +1,7 @@
-"""Mitsuba asked ray by ray or all at once: variants, hits, shadow rays, stages, the integrator's radiance.
+"""Mitsuba called ray by ray or for all rays at once: variants, hits, shadow rays, stages, the integrator's radiance.
 
-The scalar variant is asked ray by ray, without a compiler; the LLVM variant is asked for all rays at once. Which one
-is in force is global to the process. The camera stage comes from Mitsuba's own matrices and from the ends of its rays,
+The scalar variant is called ray by ray, without a compiler; the LLVM variant is called for all rays at once. The active
+variant is global to the process. The camera stage comes from Mitsuba's own matrices and from the ends of its rays,
 radiance from its own `direct` integrator. Mitsuba's camera space has x to the left; its projection ends on the film,
 where x and y run from 0 at the top left to 1.
 """
@@ -85,7 +85,7 @@ class MitsubaHits:
 class MitsubaShadowRays:
     """The light that arrives from one light source at the hits."""
 
-    free: np.ndarray  # (n,) bool: nothing between hit and light; False where not asked
+    free: np.ndarray  # (n,) bool: nothing between hit and light; False if not wanted
     arriving: np.ndarray  # (n, 3) W/m^2 on a surface that faces the light, were nothing in between
 
 
@@ -116,7 +116,7 @@ Ends = Callable[[MitsubaScene, np.ndarray], tuple[np.ndarray, np.ndarray]]
 def camera_answer(world: MitsubaScene, camera: Camera, ends: Ends) -> dict[str, np.ndarray]:
     """Return the matrices, the frustum's corners [m] and the pixels' coordinates, as `cases.stages` orders them."""
     to_world, to_film = world.sensor.world_transform(), world.sensor.projection_transform()
-    # The film coordinates that Mitsuba is handed, in the precision that it takes.
+    # The film coordinates for Mitsuba, in its own precision.
     film = pixel_centers(camera).astype(np.float32).astype(np.float64)
     size, shape = (camera.width, camera.height), (camera.height, camera.width)
     return {

@@ -61,7 +61,7 @@ def _shapes(scene: Scene) -> str | None:
     return None
 
 
-# Radiance's rtrace as a reference: rays in, what they meet and the radiance along them out, in doubles.
+# Radiance's rtrace as a reference: its input are rays, its output their hits and the radiance along them, in doubles.
 
 
 # Roundings to float32 in the computation of a radiance (normal.c, source.c): a material's colour and a light's, the
@@ -157,7 +157,7 @@ class Radiance:
         """Answer `stages`; with samples > 1, radiance only, the mean over samples x samples points per pixel.
 
         Raises:
-            RuntimeError: a program ended with an error, or with fewer numbers than it was asked for.
+            RuntimeError: a program ended with an error, or wrote fewer numbers than requested.
 
         """
         from rayproof.reference.radiance.program import RtraceScene, image, single

@@ -1,6 +1,6 @@
 """Starting Radiance's programs: oconv makes an octree, rtrace follows rays; its output becomes hits and stages.
 
-Source: the manual pages oconv(1) and rtrace(1) of Radiance 6.0, and the package pyradiance that carries the programs.
+Source: the manual pages oconv(1) and rtrace(1) of Radiance 6.0, and the package pyradiance that contains the programs.
 """
 
 import os
@@ -52,7 +52,7 @@ def missing() -> str | None:
 
 @lru_cache(maxsize=1)
 def version() -> str:
-    """Return program, its version and the package that carries it."""
+    """Return program, its version and the package that contains it."""
     version_text = _run("rtrace", "-version").decode().strip().removeprefix("RADIANCE ")
     return f"Radiance rtrace {version_text} (pyradiance {installed_version('pyradiance')})"
 
@@ -175,7 +175,7 @@ class RtraceScene:
         """Return the first hits of the rays."""
         hits = self._met(rays)
         # rtrace solves a sphere's quadratic from the ray's origin and loses the square of its distance over the radius
-        # in roundings; so a sphere that was met is asked about again, from as far off as its radius.
+        # in roundings; so a hit on a sphere is computed again, from a distance of its radius.
         radii = [radius(shape) if isinstance(shape, Sphere) else 0.0 for shape in self.scene.shapes]
         lead = np.array([*radii, 0.0])[hits.shape]
         again = np.flatnonzero((lead > 0) & (hits.distance - lead > rays.start))
@@ -215,7 +215,7 @@ class RtraceScene:
         """Yield the radiance [W/(m^2 sr)] of only `light` along rays, (n, 3) for each portion of them."""
         if not any(light.flux):
             return
-        # Fractions and powers of two, because any flux is right and float32 does not hold every one.
+        # Fractions and powers of two, because any flux is right and float32 cannot represent every one.
         fractions, exponents = np.frexp(light.flux)
         self._illuminate(light, fractions.tolist(), paint="void")
         for rays in portions:

@@ -51,7 +51,7 @@ def centers(camera: Camera) -> tuple[np.ndarray, np.ndarray]:
 def parts(camera: Camera, samples: int) -> Iterator[tuple[np.ndarray, np.ndarray]]:
     """Yield x and y [px] of the centres of samples x samples parts of every pixel, pixel after pixel, in portions.
 
-    Each portion holds whole rounds over the image: shape (rounds * height * width,).
+    Each portion has whole rounds over the image: shape (rounds * height * width,).
     """
     # A sample's offset is a share of its own part of the pixel.
     x, y = (place - (1 - 1 / samples) * move for place, move in zip(centers(camera), camera.sample_offset, strict=True))
@@ -85,7 +85,7 @@ def interval(scene: Scene, cosine: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 FTINY = 1e-6  # in rtrace's units
 LARGEST_EXPONENT = 10
-# A plane's disc reaches at most this many times as far as everything else: rtrace knows nothing beyond 1e10 units.
+# A plane's disc reaches at most this many times as far as everything else: rtrace finds no hits beyond 1e10 units.
 HORIZON = 1e6
 # The disc is a thousandth larger than the area that it must cover, so that no ray passes near its rim.
 MARGIN = 1.001
@@ -235,11 +235,11 @@ def _surfaces(shape: Shape, name: str, scale: float) -> Iterator[str]:
         first, second = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
         # Degenerate triangles are never hit; Radiance would warn of each.
         kept = np.flatnonzero(np.any(np.cross(first, second) != 0, axis=1))
-        # Each vertex is formatted once, however many faces share it.
+        # Each vertex is formatted only once, although several faces share it.
         vertices, uses = np.unique((corners[kept] * scale).reshape(-1, 3), axis=0, return_inverse=True)
         words = [" ".join(map(repr, vertex)) for vertex in vertices.tolist()]
         faces = uses.reshape(-1, 3)
-        # A face once only: oconv parts a box with more than 64 surfaces again and again, 2^14 times a side.
+        # Each face only once: oconv divides a box with more than 64 surfaces repeatedly, up to 2^14 times per side.
         for row in np.sort(np.unique(faces, axis=0, return_index=True)[1]).tolist():
             a, b, c = faces[row].tolist()
             yield f"polygon {name}.{kept[row]} 0 0 9 {words[a]} {words[b]} {words[c]}"

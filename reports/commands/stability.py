@@ -279,7 +279,7 @@ def swept(formulas: Sequence[str], sweep: str | None) -> tuple[str, list[str], d
 
     Each of the user's own formulas is replaced by one formula per value of the parameter.
 
-    Without a sweep: no parameter, and the formulas as they are.
+    Without a sweep: no parameter, and the given formulas.
     """
     if sweep is None:
         return "", list(formulas), {}

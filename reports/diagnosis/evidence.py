@@ -206,7 +206,7 @@ class Evidence:
             return self.kept[kind]
         with np.errstate(all="ignore"):
             rows = self._lit(oracle) if self.stages[-1] in LIGHT else self._asked(oracle)
-        if isinstance(oracle, Mistake) and not oracle.parts and not oracle.parameters:  # asked again in later rounds
+        if isinstance(oracle, Mistake) and not oracle.parts and not oracle.parameters:  # needed again in later rounds
             self.kept[kind] = rows
         return rows
 

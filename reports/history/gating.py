@@ -63,7 +63,7 @@ def load_base(path: Path) -> Base:
 
 @dataclass(kw_only=True)
 class GateResult:
-    """The result: each list holds a sentence for each case or entry, which begins with its name."""
+    """The result: each list has a sentence for each case or entry, which begins with its name."""
 
     file: str  # the bases of the comparison, in words
     regressions: list[str] = field(default_factory=list)  # cases that fail unexpectedly, or unlike the expectation
@@ -460,7 +460,7 @@ def pruned(results: RunRecord, failures: KnownFailures) -> tuple[KnownFailures, 
     """Return the file without checks that pass or are gone, the others narrowed, and a sentence for each changed entry.
 
     The file only shrinks: no entry is added, and none becomes wider. Entries about cases or checks that were not run or
-    not measured stay as they are.
+    not measured stay unchanged.
     """
     kept, done = [], []
     for entry in failures.expected:

@@ -53,7 +53,7 @@ def camera_for(shapes: tuple[Shape, ...], size: Size = None, *, up: Literal["y",
     low, high = bounds(shapes)
     center, radius = (low + high) / 2, max(float(np.linalg.norm(high - low)) / 2, float(np.finfo(np.float32).tiny))
     width, height = size or SIZE
-    # The narrower of the two angles must hold the bounding sphere.
+    # The narrower of the two angles must contain the bounding sphere.
     half = radians(FOVY) / 2 * min(1.0, width / height)
     distance = MARGIN * radius / sin(half)
     eye = center + distance * np.array(DIRECTIONS[up]) / np.linalg.norm(DIRECTIONS[up])

@@ -50,7 +50,7 @@ class KnownFinding:
         }
 
     def covers(self, scene: Scene, truth: StageImages, pixels: np.ndarray) -> bool:
-        """Return whether its circumstances hold in all pixels of a mask (height, width), which is not empty."""
+        """Return whether its circumstances apply to all pixels of a mask (height, width), which is not empty."""
         if not self.where or not pixels.any():
             return False
         return bool(np.all(CIRCUMSTANCES[self.where](scene, truth, pixels) >= self.at_least))

@@ -34,7 +34,7 @@ class Placed(Mistake):
         return within + np.stack([column, row], axis=1)
 
     def image(self, scene: Scene, stage: Stage, values: np.ndarray, points: np.ndarray) -> np.ndarray:
-        """Return the values, 0 where none is stored."""
+        """Return the values, 0 for pixels without a stored value."""
         lost = self._at(scene, points)[0] == NOTHING
         return np.where(lost[:, np.newaxis], 0.0, super().image(scene, stage, values, points))
 

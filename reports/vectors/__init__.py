@@ -57,8 +57,8 @@ class Exact:
     decision: Mapping[str, str] = field(default_factory=dict)  # precision -> the required decision, or either
     values: Mapping[str, Enclosure] = field(default_factory=dict)  # answer column (of t: t_in, t_out) -> bounds
     limits: Mapping[str, Mapping[str, float]] = field(default_factory=dict)  # group -> precision -> absolute limit
-    clearance: float | None = None  # m, by which the ray clears the outline
-    start: str = ""  # where a ray at a solid starts: outside, inside, on
+    clearance: float | None = None  # m, between the ray and the outline
+    start: str = ""  # the start of a ray at a solid: outside, inside, on
     face: str = ""  # the visible side of a flat shape: front, back
 
 
@@ -67,7 +67,7 @@ class Row:
     """One vector."""
 
     file: str  # of FILES; rows of extreme scale are written to a separate file
-    question: str  # one of the file's questions
+    question: str  # of the file's questions
     kind: str  # core, inside, direction, behind, tie, shared, reported, special
     item: str  # of the specification
     inputs: Mapping[str, Numbers]

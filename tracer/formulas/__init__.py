@@ -476,7 +476,7 @@ class Catalogue(Mapping[str, Formula]):
 
         Raises:
             LookupError: there is none; the message lists the known names.
-            OwnFormulaError: the file does not import, or holds no function that the slot can call.
+            OwnFormulaError: the file does not import, or contains no function that the slot can call.
 
         """
         formula = self[text.replace("=", "/", 1)]

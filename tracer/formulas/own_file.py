@@ -157,7 +157,7 @@ def _loaded(place: str, default: "Formula") -> "Checked":
 
 
 def _function(path: Path, name: str) -> tuple[Callable[..., Any], str, dict[str, bytes]]:
-    """Return a function of a file, the SHA-256 of all that the file is made of, and that itself."""
+    """Return a function of a file, the SHA-256 of the file and its neighbours, and their sources."""
     if not path.is_file():
         raise OwnFormulaError(f"{path}: there is no such file")
     module, content, sources = _imported(path)
@@ -183,7 +183,7 @@ def _imported(path: Path) -> tuple[ModuleType, str, dict[str, bytes]]:
         raise OwnFormulaError(f"{path}: {error.strerror}") from error
     neighbours: list[Path] = []
     sys.path.insert(0, str(folder))
-    sys.modules[name] = module  # where a dataclass looks up the module that it is made in
+    sys.modules[name] = module  # a dataclass looks up its module there
     try:
         # Compiled here, since the import system could reuse bytecode of an earlier version of the file.
         exec(compile(source, str(path), "exec", dont_inherit=True), vars(module))

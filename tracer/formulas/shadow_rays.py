@@ -101,8 +101,8 @@ def relative_minimum_t(hit: Hit, cosine: Any, reach: Any) -> Start:
     """Return the hit point, and 1e-4 of max(abs(p), t) as a share of the way to the light.
 
     A minimum t in proportion to coordinates and viewing distance, a control.
-    It grows with the scene, but knows neither the angle of the surface nor how little of a far scene's coordinates is
-    size.
+    It grows with the scene, but ignores the angle of the surface, and that a far scene's coordinates are much larger
+    than its size.
     """
     size = dr.maximum(dr.max(abs(hit.position)), hit.distance)
     return Start(origin=hit.position, nearest=SHARE_OF_SIZE * size / reach)

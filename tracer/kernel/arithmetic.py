@@ -197,7 +197,7 @@ def shear(ray: Ray, triangle: Any) -> Sheared:
     own = ray.shear or _of(ray, *_turn(ray.direction))
 
     def corner(point: Any) -> Any:
-        # Turned before it is subtracted: rays that turn alike share that, wherever they start.
+        # Permuted before the subtraction: rays with the same axes share the result, whatever their origins.
         P = _turned(point, own.x_largest, own.y_largest) - own.origin
         return type(P)(dr.fma(-own.Sx, P.z, P.x), dr.fma(-own.Sy, P.z, P.y), P.z * own.Sz)
 
@@ -211,7 +211,7 @@ def edge_functions(sheared: Sheared, product: Callable[[Any, Any, Any, Any], Any
 
 
 def smaller(a: Any, b: Any) -> Any:
-    """Return the smaller; one instruction, where a minimum that propagates NaN takes several."""
+    """Return the smaller by a single instruction; a minimum that propagates NaN takes several."""
     return dr.select(a < b, a, b)
 
 

@@ -3,7 +3,7 @@
 This is the only file that names backends and precisions. Dr.Jit's FastMath is turned off here, because with it the CPU
 and GPU backends compute differently and NaN * 0 becomes 0.
 
-* A SIMD lane computes one sample, or a tile of several samples that traverse the tree together. Neighbouring lanes hold
+* A SIMD lane computes one sample, or a tile of several samples that traverse the tree together. Neighbouring lanes have
   neighbouring tiles, in blocks of four by four, so that the rays of a packet are close in the image as well.
 * A processor executes eight or sixteen lanes at a time, and all of them pay for code that one lane needs. `where` skips
   code that no lane of a packet needs.

@@ -1,6 +1,6 @@
 """The choice of the LLVM library that Dr.Jit loads, and the number of its threads.
 
-The LLVM that comes with the packages is chosen, ahead of any that the system has.
+The LLVM of the installed packages is preferred to that of the system.
 
 LLVM 15 and 16 abort the process on float minimum and maximum, and LLVM 15 on float64 kernels; Dr.Jit would take the
 newest library that it finds. Imports no Dr.Jit, because Dr.Jit loads LLVM when it is imported.

@@ -192,7 +192,7 @@ class Directions:
 
 @dataclass(frozen=True, kw_only=True)
 class Cone:
-    """A shape's bounding ball as it is seen from a point."""
+    """The cone from a point about a shape's bounding ball."""
 
     axis: tuple[float, float, float]  # unit vector from the point to the centre
     cosine: float  # of the half-angle

@@ -108,7 +108,7 @@ class CommonFactors:
         if continued:
             # Separate passes have their own end-to-end error each, and so have the stages before them.
             own, passes = float(stage is Stage.IRRADIANCE), 0.0 if self.renderer.chained else 2.0
-            with np.errstate(invalid="ignore"):  # 0 times infinity, where no light arrives and no group is
+            with np.errstate(invalid="ignore"):  # 0 times infinity, in pixels without light or group
                 shared, whole = own * shared_own + passes * shared, own * whole_own + passes * whole
         steps = self._steps(stage, continued=continued)
         values = truth[stage].reshape(-1, truth[stage].shape[-1])
@@ -250,7 +250,7 @@ class Factor:
     """The factor that the pixels of one group share in one channel."""
 
     shape: int
-    lights: tuple[int, ...]  # all that the group's pixels see
+    lights: tuple[int, ...]  # all lights that are visible from the group's pixels
     fitted: int | None  # the light with this factor, out of several that overlap; None: all of them together
     channel: int
     pixels: int

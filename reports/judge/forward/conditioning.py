@@ -170,7 +170,8 @@ def _of_shape(scene: Scene, shape: Shape, mask: np.ndarray, truth: StageImages, 
         reach = distance[mask] + _longest_edge(faces)
         surface = dot(normal, eye + position) + reach * _aspect(faces)
         point = length(eye + position) + reach
-        # A corner's error is half a unit in the last place of its coordinates, wherever on the triangle the hit is.
+        # A corner's error is half a unit in the last place of its coordinates, independent of the hit's place on the
+        # triangle.
         moved = 0.0 if shape.to_world == IDENTITY else largest(length(faces)) / _least_height(faces)
         return {"surface": surface, "point": point, "matrix": number * _aspect(faces), "baking": moved}
     carried = _carried(shape, eye, position)
