@@ -10,6 +10,7 @@ import sys
 import time
 from collections import Counter
 from collections.abc import Iterator, Mapping
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -86,6 +87,11 @@ def calling(worker: psutil.Process) -> bool:
     )
 
 
+def logged(folder: Path, worker: psutil.Process) -> bool:
+    """Return whether a call of the slow program that runs below a worker has been logged."""
+    return any((folder / f"called.{process.pid}").exists() for process in descendants(worker.pid))
+
+
 def eventually(what: Any, seconds: float = 200.0) -> Any:
     """Return the first true value of a function, or the last one after so many seconds."""
     until = time.monotonic() + seconds
@@ -107,7 +113,7 @@ def test_what_a_worker_had_that_dies_or_hangs_is_done_by_others(tmp_path: Path, 
     about = ("--subject", slow_program(tmp_path), "--out", tmp_path / "out", "--diagnose", "off")
     settings = {"cluster.LIFETIME": 5.0}  # s, the least that Dask takes
     with started(tmp_path, *paths, *about, "--scheduler", "local:2", "--jobs", 2, settings=settings) as process:
-        worker = eventually(lambda: next(filter(calling, engine_workers(process)), None))
+        worker = eventually(lambda: next(filter(partial(logged, tmp_path), engine_workers(process)), None))
         worker.send_signal(how)
         printed, complaint = process.communicate(timeout=200)
 

@@ -206,7 +206,8 @@ def test_bad_input_is_a_line_and_nothing_is_written(
 def slow_program(folder: Path, *, kills: str = "") -> str:
     """Return a subject that takes a second, draws black, and kills its worker where a scene has this in it.
 
-    The field of view of each scene that it was called for is a line of `calls.log`.
+    The field of view of each scene that it was called for is a line of `calls.log`; after that the process writes the
+    file `called.PID`.
     """
     script = folder / "program"
     script.write_text(
@@ -217,6 +218,7 @@ if "--capabilities" in sys.argv:
 text = open(sys.argv[1]).read()
 with open({str(folder / "calls.log")!r}, "a") as log:
     log.write(str(json.loads(text)["camera"]["fovy"]) + "\\n")
+open({str(folder / "called.")!r} + str(os.getpid()), "w").close()
 if {kills!r} and {kills!r} in text:
     pid = os.getpid()
     while pid > 1:
