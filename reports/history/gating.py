@@ -272,15 +272,12 @@ def gate(results: RunRecord, failures: KnownFailures, *, file: str, today: date 
 
 
 def _answers_less(results: RunRecord, failures: KnownFailures) -> list[str]:
-    """Return a sentence for each family with fewer answered checks, as a share, than when failures were accepted.
-
-    A run of fewer cases of a family than at acceptance has another share, which is not compared.
-    """
+    """Return a sentence for each family with fewer answered checks, as a share, than when failures were accepted."""
     sentences = []
     for family, (done, planned) in (results.get("answered") or {}).get("families", {}).items():
         before, of = failures.answered.get(family, (0, 0))
         # Both shares times both numbers of checks: integers, without rounding.
-        if planned >= of and done * of < LEAST_OF_BEFORE * before * planned:
+        if done * of < LEAST_OF_BEFORE * before * planned:
             was = f"{100 * before / of:.4g} %"
             sentences.append(
                 f"{family}: {done} of {planned} checks ({100 * done / planned:.4g} %) are answered, {was} were"
@@ -407,8 +404,8 @@ def accepted(
 ) -> tuple[KnownFailures, int, list[str]]:
     """Return the file with the failing checks added that have no entry, their number, and the refused checks.
 
-    The new file also contains the number of answered checks of each family whose cases are all in the run. Checks of a
-    case with the same item, reason and conditions are one expectation.
+    The new file also contains the number of answered checks of each family. Checks of a case with the same item, reason
+    and conditions are one expectation.
     """
     expectations = list(failures.expected)
     count, refused = 0, []
@@ -449,10 +446,7 @@ def accepted(
         else:
             checks = {**expectations[place].checks, **new}
             expectations[place] = msgspec.structs.replace(expectation, checks=checks)
-    # A run of a part of a family does not replace the share of the whole family.
-    families = (results.get("answered") or {}).get("families", {})
-    whole = {name: counts for name, counts in families.items() if counts[1] >= failures.answered.get(name, (0, 0))[1]}
-    answered = {**failures.answered, **whole}
+    answered = {**failures.answered, **(results.get("answered") or {}).get("families", {})}
     return msgspec.structs.replace(failures, expected=expectations, answered=answered), count, refused
 
 

@@ -27,9 +27,8 @@ from rayproof.reports.judge.scene_truth import scene_truth
 
 CHANCE = 1e-9  # probability that noise moves a right pixel beyond its limit
 POINTS = 4  # per side of a pixel, for its mean
-UNEVEN = (
-    4  # factor of the image's mean variance in the scale of `_floor`: the number of visible lights varies over pixels
-)
+# Factor of the image's mean variance in the scale of `_floor`: the number of visible lights varies over pixels.
+UNEVEN = 4
 
 
 def averaged(

@@ -36,7 +36,8 @@ def test_trimesh_reads_back_the_same_triangles(name: str, tmp_path: Path) -> Non
     found = trimesh.load_scene(tmp_path / "scene.gltf").to_mesh().triangles
 
     assert found.shape == expected.shape
-    # trimesh orders the meshes otherwise, and turns the corners of mirrored ones around.
+    # trimesh orders the meshes otherwise, and turns the corners of mirrored ones around. glTF stores
+    # float32: corners of up to 10 m are rounded by 5e-7 m each, which three coordinates of three corners may add.
     rows, others = (np.sort(triangles, axis=1).reshape(-1, 9) for triangles in (found, expected))
     nearest: Any = KDTree(others).query(rows)
     assert nearest[0].max() < 1e-5
